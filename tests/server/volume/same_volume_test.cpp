@@ -29,8 +29,8 @@ struct WrittenFormat {
 // The formats that the script writes into `folder`. Prints a warning for missing packages.
 std::vector<WrittenFormat> written_formats(const fs::path& folder) {
   const fs::path list = folder / "list.txt";
-  const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_WRITE_VOLUMES +
-                              " " + folder.string() + " > " + list.string();
+  const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
+                              "/write_volumes.py " + folder.string() + " > " + list.string();
   if (std::system(command.c_str()) != 0) return {};
   std::vector<WrittenFormat> formats;
   std::ifstream in(list);

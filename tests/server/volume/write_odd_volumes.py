@@ -9,78 +9,32 @@ part of the notice (or nothing). What is to be refused: "refuse", a name, a path
 import gzip
 import json
 import os
-import pathlib
 import struct
-import sys
 import zipfile
 
 import numpy
 
-folder = pathlib.Path(sys.argv[1])
+from volume_writing import (diagonal, dicom_image, dicom_items as items, dicom_save as save, expect_read as read,
+                            expect_refused as refuse, folder, run_with_packages, write)
+
 SHAPE = (6, 7, 9)  # z, y, x
 z, y, x = numpy.meshgrid(*(numpy.arange(n) for n in SHAPE), indexing="ij")
 volume = (90 * z + 10 * y + 7 * x + (x * y * z) % 5 - 100).astype("<i2")
-
-
-def write(name, data):
-    path = folder / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
-    return path
-
-
-def read(name, path, samples, origin=(0, 0, 0), steps=((1, 0, 0), (0, 1, 0), (0, 0, 1)), unit="", notice="", options=""):
-    expected = write(f"expected/{name}", numpy.ascontiguousarray(samples).astype("<f4").tobytes())
-    numbers = [*samples.shape[::-1], *origin, *(n for step in steps for n in step)]
-    print("read", name, path, options, expected, *numbers, unit, notice, sep="\t")
-
-
-def refuse(name, path, sentence, options=""):
-    print("refuse", name, path, options, sentence, sep="\t")
-
-
-def diagonal(sx, sy, sz):
-    return ((sx, 0, 0), (0, sy, 0), (0, 0, sz))
 
 
 # ---- DICOM
 
 def dicom():
     import pydicom
-    from pydicom.dataset import Dataset, FileDataset, FileMetaDataset
     from pydicom.sequence import Sequence
     LITTLE = pydicom.uid.ExplicitVRLittleEndian
 
-    def image(number, kind="1.2.840.10008.5.1.4.1.1.2", syntax=LITTLE):
-        meta = FileMetaDataset()
-        meta.MediaStorageSOPClassUID = kind
-        meta.MediaStorageSOPInstanceUID = f"1.2.3.{number}"
-        meta.TransferSyntaxUID = syntax
-        data = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
-        data.is_little_endian, data.is_implicit_VR = True, False
-        data.SOPClassUID, data.SOPInstanceUID = kind, meta.MediaStorageSOPInstanceUID
-        data.SeriesInstanceUID, data.StudyInstanceUID, data.PatientID = "1.2.3.100", "1.2.3.200", "one"
-        data.Modality, data.InstanceNumber = "CT", number
-        data.Rows, data.Columns = SHAPE[1], SHAPE[2]
-        data.SamplesPerPixel, data.PhotometricInterpretation = 1, "MONOCHROME2"
-        data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 16, 16, 15, 1
-        return data
-
-    def save(data, *path):
-        path = folder.joinpath(*path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        data.save_as(path, write_like_original=False)
-        return path
-
-    def items(**elements):
-        item = Dataset()
-        for key, value in elements.items():
-            setattr(item, key, value)
-        return Sequence([item])
+    def image(number, **more):
+        return dicom_image(number, SHAPE[1], SHAPE[2], **more)
 
     # Enhanced CT: `order` gives the slice of each frame.
     def enhanced(name, order, slopes=None, places=None):
-        data = image(1, "1.2.840.10008.5.1.4.1.1.2.1")
+        data = image(1, kind="1.2.840.10008.5.1.4.1.1.2.1")
         data.NumberOfFrames = len(order)
         data.SharedFunctionalGroupsSequence = items(
             PixelMeasuresSequence=items(PixelSpacing=[0.75, 0.5], SliceThickness=2),
@@ -549,8 +503,4 @@ small_ones()
 pvti()
 n5()
 zarrs()
-for writer in (dicom, zarr_lz4, hdf5):
-    try:
-        writer()
-    except ImportError as problem:
-        print("missing", problem.name, sep="\t")
+run_with_packages(dicom, zarr_lz4, hdf5)

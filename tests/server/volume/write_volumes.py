@@ -7,14 +7,13 @@
 import base64
 import gzip
 import json
-import pathlib
 import struct
-import sys
 import zlib
 
 import numpy
 
-folder = pathlib.Path(sys.argv[1])
+from volume_writing import dicom_image, dicom_items as items, dicom_save as save, folder, run_with_packages, write
+
 SHAPE = (12, 20, 24)  # z, y, x
 SPACING = (0.5, 0.75, 2.0)  # x, y, z
 ORIGIN = (10.0, -20.0, 30.0)
@@ -24,13 +23,6 @@ volume = (900 * numpy.sin(x / 3) * numpy.cos(y / 4) + 40 * z - 200 + (7 * x + 3 
 
 def told(name, path):
     print(name, path)
-
-
-def write(name, data):
-    path = folder / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
-    return path
 
 
 def nrrd():
@@ -215,35 +207,18 @@ def vti_lz4():
 
 def dicom():
     import pydicom
-    from pydicom.dataset import Dataset, FileDataset, FileMetaDataset
     from pydicom.sequence import Sequence
 
-    def image(kind, number, syntax=pydicom.uid.ExplicitVRLittleEndian):
-        meta = FileMetaDataset()
-        meta.MediaStorageSOPClassUID = kind
-        meta.MediaStorageSOPInstanceUID = f"1.2.3.{number}"
-        meta.TransferSyntaxUID = syntax
-        data = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
-        data.is_little_endian, data.is_implicit_VR = True, False
-        data.SOPClassUID, data.SOPInstanceUID = kind, meta.MediaStorageSOPInstanceUID
-        data.SeriesInstanceUID, data.StudyInstanceUID = "1.2.3.100", "1.2.3.200"
-        data.Modality, data.InstanceNumber = "CT", 100 - number
-        data.Rows, data.Columns = SHAPE[1], SHAPE[2]
-        data.SamplesPerPixel, data.PhotometricInterpretation = 1, "MONOCHROME2"
-        data.BitsAllocated, data.BitsStored, data.HighBit, data.PixelRepresentation = 16, 16, 15, 1
-        return data
-
-    def save(data, *path):
-        path = folder.joinpath(*path)
-        path.parent.mkdir(exist_ok=True)
-        data.save_as(path, write_like_original=False)
+    def image(number, **more):
+        return dicom_image(number, SHAPE[1], SHAPE[2], **more)
 
     def pixels(samples):
         return (samples + 1000).astype("<i2").tobytes()
 
     def series(name, row=(1, 0, 0), column=(0, 1, 0), step=(0, 0, 2), syntax=pydicom.uid.ExplicitVRLittleEndian, pack=None):
         for i in range(SHAPE[0]):
-            data = image("1.2.840.10008.5.1.4.1.1.2", i + 1, syntax)
+            data = image(i + 1, syntax=syntax)
+            data.InstanceNumber = 99 - i
             data.PixelSpacing, data.SliceThickness = [0.75, 0.5], 2
             data.ImagePositionPatient = [round(ORIGIN[k] + i * step[k], 9) for k in range(3)]
             data.ImageOrientationPatient = [*row, *column]
@@ -264,13 +239,7 @@ def dicom():
     series("tilted", step=(0, 0.5, 2))
 
     # All slices in one file, each told apart (Enhanced CT).
-    def items(**elements):
-        item = Dataset()
-        for key, value in elements.items():
-            setattr(item, key, value)
-        return Sequence([item])
-
-    data = image("1.2.840.10008.5.1.4.1.1.2.1", 1)
+    data = image(1, kind="1.2.840.10008.5.1.4.1.1.2.1")
     data.NumberOfFrames = SHAPE[0]
     data.SharedFunctionalGroupsSequence = items(
         PixelMeasuresSequence=items(PixelSpacing=[0.75, 0.5], SliceThickness=2, SpacingBetweenSlices=2),
@@ -344,8 +313,4 @@ vti()
 mrc()
 nifti()
 raw()
-for writer in (zarr_2, vti_lz4, hdf5, dicom, tiff):  # With packages of others.
-    try:
-        writer()
-    except ImportError as problem:
-        print("missing", problem.name)
+run_with_packages(zarr_2, vti_lz4, hdf5, dicom, tiff)  # With packages of others.
