@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/volume/formats/detail/axis_coordinates.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/endian.hpp"
 
@@ -298,71 +299,43 @@ class NetcdfSlices : public StoredSlices {
   ImageHeader header_;
 };
 
-// The numbers of a coordinate variable of one dimension; none where there is none.
-std::vector<double> coordinates(const InputFile& file, const NetcdfHeader& header,
-                                std::size_t dimension, const NetcdfVariable*& found) {
+std::string units_of(const NetcdfVariable& variable) {
+  const NetcdfAttribute* const units = variable.attribute("units");
+  return units == nullptr ? std::string() : units->text;
+}
+
+// The coordinate variable of a dimension; nothing where there is none.
+AxisCoordinates coordinates_of(const InputFile& file, const NetcdfHeader& header,
+                               std::size_t dimension) {
   const auto& [name, length] = header.dimensions[dimension];
   for (const NetcdfVariable& variable : header.variables) {
     const auto type = netcdf_type(variable.type);
     if (variable.name != name || variable.dimensions != std::vector{dimension} || !type ||
         length > static_cast<std::uint64_t>(kMaxSide))
       continue;
-    found = &variable;
     const std::size_t width = bytes_of(*type);
-    std::vector<double> numbers;
+    AxisCoordinates coordinates{.unit = units_of(variable)};
     std::vector<std::byte> one(width);
     for (std::uint64_t i = 0; i < length; ++i) {
       const std::uint64_t step = variable.has_records ? header.record_bytes : width;
       file.read(variable.begin + i * step, one);
       to_host_order(one, width, Endian::kBig);
-      numbers.push_back(number_from(*type, one.data()));
+      coordinates.values.push_back(number_from(*type, one.data()));
     }
-    return numbers;
+    return coordinates;
   }
   return {};
 }
 
-std::optional<double> even_distance(const std::vector<double>& values) {
-  if (values.size() < 2) return std::nullopt;
-  const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
-  if (!std::isfinite(step) || step == 0) return std::nullopt;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const double expected = values.front() + step * static_cast<double>(i);
-    if (!(std::abs(values[i] - expected) <= 1e-3 * std::abs(step))) return std::nullopt;
-  }
-  return step;
-}
-
-std::string units_of(const NetcdfVariable& variable) {
-  const NetcdfAttribute* const units = variable.attribute("units");
-  return units == nullptr ? std::string() : units->text;
-}
-
 void place_variable(const InputFile& file, const NetcdfHeader& netcdf,
                     const NetcdfVariable& variable, StoredVolume& volume) {
-  Vec3 origin{};
-  Vec3 spacing = {1, 1, 1};
-  std::vector<std::string> units;
   const std::size_t rank = variable.dimensions.size();
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
-    const NetcdfVariable* scale = nullptr;
-    const auto values = coordinates(file, netcdf, variable.dimensions[rank - 1 - axis], scale);
-    units.push_back(scale == nullptr ? std::string() : unit_from(units_of(*scale)));
-    if (values.size() < 2) continue;
-    if (const auto step = even_distance(values)) {
-      spacing[axis] = *step;
-      origin[axis] = values.front();
-    } else {
-      units.back().clear();
-      volume.notices.push_back("'" + file.path().string() + "': the coordinates along " +
-                               std::string(1, "xyz"[axis]) +
-                               " are not evenly spaced; samples are taken to be 1 apart there.");
-    }
+  const std::size_t axes = std::min<std::size_t>(rank, 3);
+  std::array<AxisCoordinates, 3> coordinates;
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    coordinates[axis] = coordinates_of(file, netcdf, variable.dimensions[rank - 1 - axis]);
   }
-  const bool same = std::all_of(units.begin(), units.end(),
-                                [&](const std::string& unit) { return unit == units[0]; });
-  if (same) volume.header.meaning.length_unit = units[0];
-  set_box_axes(volume.header, origin, spacing);
+  place_by_coordinates(file.path(), coordinates, axes, volume.header, volume.notices);
 }
 
 // Which entry of a dimension in front of z, y, x.

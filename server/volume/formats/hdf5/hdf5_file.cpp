@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/volume/formats/detail/axis_coordinates.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
@@ -125,13 +126,8 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice&
 
 // ---- its place
 
-struct DimensionScale {
-  std::vector<double> values;
-  std::string unit;
-};
-
 herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
-  auto& result = *static_cast<DimensionScale*>(into);
+  auto& result = *static_cast<AxisCoordinates*>(into);
   const std::vector<hsize_t> dims = hdf5_dims(scale);
   if (dims.size() != 1 || dims[0] < 1 || dims[0] > static_cast<hsize_t>(kMaxSide)) return 1;
   const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
@@ -145,59 +141,32 @@ herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
   return 1;
 }
 
-// The distance of evenly spaced values; nullopt when they are not.
-std::optional<double> even_step(const std::vector<double>& values) {
-  if (values.size() < 2) return std::nullopt;
-  const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
-  if (!std::isfinite(step) || step == 0) return std::nullopt;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const double expected = values.front() + step * static_cast<double>(i);
-    if (!(std::abs(values[i] - expected) <= 1e-3 * std::abs(step))) return std::nullopt;
-  }
-  return step;
-}
-
 void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHeader& header,
                   std::vector<std::string>& notices) {
-  Vec3 origin{};
-  Vec3 spacing = {1, 1, 1};
-  std::array<std::string, 3> units;
+  const std::size_t axes = std::min<std::size_t>(rank, 3);
+  std::array<AxisCoordinates, 3> coordinates;
   const std::vector<double> element = hdf5_numbers(dataset, "element_size_um", 3);
-  for (std::size_t axis = 0; axis < std::min<std::size_t>(rank, 3); ++axis) {
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    AxisCoordinates& scale = coordinates[axis];
     if (element.size() == 3 && element[2 - axis] > 0) {
-      spacing[axis] = element[2 - axis];
-      units[axis] = "µm";
+      scale.step = element[2 - axis];
+      scale.unit = "um";
       continue;
     }
-    DimensionScale scale;
     const auto dimension = static_cast<unsigned>(rank - 1 - axis);
     if (H5DSget_num_scales(dataset, dimension) <= 0) continue;
     H5DSiterate_scales(dataset, dimension, nullptr, &read_scale, &scale);
-    if (scale.values.size() != static_cast<std::size_t>(header.dims[axis]) ||
-        scale.values.size() < 2)
-      continue;
-    if (const auto step = even_step(scale.values)) {
-      spacing[axis] = *step;
-      origin[axis] = scale.values.front();
-      units[axis] = unit_from(scale.unit);
-    } else {
-      notices.push_back("'" + path.string() + "': the coordinates along " +
-                        std::string(1, "xyz"[axis]) +
-                        " are not evenly spaced; samples are taken to be 1 apart there.");
-    }
+    const bool is_whole = scale.values.size() == static_cast<std::size_t>(header.dims[axis]);
+    if (!is_whole || scale.values.size() < 2) scale = {};
   }
-  const bool same = std::all_of(
-      units.begin(), units.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(rank, 3)),
-      [&](const std::string& unit) { return unit == units[0]; });
-  if (same) header.meaning.length_unit = units[0];
-  set_box_axes(header, origin, spacing);
+  place_by_coordinates(path, coordinates, axes, header, notices);
 }
 
 // As the scale of the first dimension tells them.
 SourceTimes times_along(hid_t dataset, hsize_t count) {
   SourceTimes times{.count = static_cast<std::int64_t>(std::min<hsize_t>(count, hsize_t{1} << 62))};
   if (count < 2 || H5DSget_num_scales(dataset, 0) <= 0) return times;
-  DimensionScale scale;
+  AxisCoordinates scale;
   H5DSiterate_scales(dataset, 0, nullptr, &read_scale, &scale);
   const bool are_times =
       scale.values.size() == count && std::all_of(scale.values.begin(), scale.values.end(),
