@@ -33,13 +33,14 @@ std::vector<std::byte> frame_of(std::span<const std::byte> brick, std::size_t it
   return packed;
 }
 
-PackedBrick pack_frame(std::span<const std::byte> brick, std::size_t item_bytes) {
+// Tries a slower compressor where the fast one leaves fewer bytes than `slower_below`.
+PackedBrick pack_frame(std::span<const std::byte> brick, std::size_t item_bytes,
+                       std::size_t slower_below) {
   // No larger than this, else it does not pay.
   std::vector<std::byte> packed =
       frame_of(brick, item_bytes, "lz4", kEffort, brick.size() - brick.size() / 16);
   if (packed.empty()) return {BrickCodec::kRaw, {brick.begin(), brick.end()}};
-  // Smooth fields of floats, such as those of labels, take much less with a slower compressor.
-  if (item_bytes == sizeof(float) && packed.size() < brick.size() / 2) {
+  if (packed.size() < slower_below) {
     std::vector<std::byte> smaller =
         frame_of(brick, item_bytes, "zstd", kLittleEffort, packed.size() - packed.size() / 4);
     if (!smaller.empty()) packed = std::move(smaller);
@@ -51,12 +52,19 @@ PackedBrick pack_frame(std::span<const std::byte> brick, std::size_t item_bytes)
 }  // namespace
 
 PackedBrick pack_brick(std::span<const std::byte> brick, std::size_t item_bytes) {
-  if (!is_constant(brick, item_bytes)) return pack_frame(brick, item_bytes);
+  if (!is_constant(brick, item_bytes)) {
+    // Smooth fields of floats, such as those of labels, take much less with a slower compressor.
+    const bool are_floats = item_bytes == sizeof(float);
+    return pack_frame(brick, item_bytes, are_floats ? brick.size() / 2 : 0);
+  }
   return {BrickCodec::kConstant,
           {brick.begin(), brick.begin() + static_cast<std::ptrdiff_t>(item_bytes)}};
 }
 
-PackedBrick pack_sized(std::span<const std::byte> bytes) { return pack_frame(bytes, 1); }
+// Error curves take much less with a slower compressor, too.
+PackedBrick pack_sized(std::span<const std::byte> bytes) {
+  return pack_frame(bytes, 1, bytes.size());
+}
 
 std::optional<std::size_t> unpacked_size(BrickCodec codec, std::span<const std::byte> packed) {
   if (codec == BrickCodec::kRaw) return packed.size();
