@@ -181,6 +181,10 @@ std::string metadata_text(const DatasetMetadata& metadata) {
   tell("length_unit", info.meaning.length_unit);
   tell("value_unit", info.meaning.value_unit);
   if (info.member) json["member"] = to_json(*info.member);
+  if (metadata.label_volume) {
+    json["label_volume"] = {{"samples", metadata.label_volume->samples},
+                            {"surface_samples", metadata.label_volume->surface_samples}};
+  }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -226,6 +230,11 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.histogram.counts = histogram.counts("counts");
   info.suggested_isovalues = fields.numbers("suggested_isovalues");
   if (fields.has("member")) info.member = member_from(fields.at("member"), trouble);
+  if (fields.has("label_volume")) {
+    Fields volume(fields.at("label_volume"), trouble);
+    metadata.label_volume = {.samples = volume.count("samples"),
+                             .surface_samples = volume.number("surface_samples")};
+  }
   metadata.source = {.file = source.text("file"),
                      .digest = source.text("digest"),
                      .options = source.later_text("options")};

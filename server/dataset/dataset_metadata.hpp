@@ -1,6 +1,8 @@
 // The section "metadata" of a prepared dataset: what is known of it, as JSON text.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -10,8 +12,18 @@
 
 namespace multitetra {
 
+// What the surface of a label holds at error 0, beside its samples, in volumes of a sample. Of
+// samples where the data end, the half beyond counts as held.
+struct LabelVolume {
+  std::uint64_t samples = 0;
+  double surface_samples = 0;
+
+  friend bool operator==(const LabelVolume&, const LabelVolume&) = default;
+};
+
 struct DatasetMetadata {
   DatasetInfo info;
+  std::optional<LabelVolume> label_volume = std::nullopt;  // None: not a label's, or not known.
   SourceNote source;
   std::string program_version;  // Of the program that wrote the file.
 

@@ -191,7 +191,10 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
   SmallParts parts(geometry, sink);
   first_pass(source, options, sink, parts);
   second_pass(options, sink, parts);
-  sink.writer().finish({.info = parts.info, .source = note, .program_version = MULTITETRA_VERSION},
+  sink.writer().finish({.info = parts.info,
+                        .label_volume = options.label_volume,
+                        .source = note,
+                        .program_version = MULTITETRA_VERSION},
                        {.coarse = SectionBytes(parts.coarse.bytes(), *parts.coarse_scratch),
                         .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
                         .bins = std::as_bytes(std::span(parts.bins->edges()))});

@@ -29,6 +29,7 @@ struct PrepareOptions {
   std::int32_t margin = 0;                       // Grid steps around the data.
   int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
   std::optional<SeriesMember> member = std::nullopt;
+  std::optional<LabelVolume> label_volume = std::nullopt;
   // Where these are given: instead of those that the histogram suggests, and of even bins. Edges
   // increase strictly; those beyond the values are left out.
   std::vector<double> suggested_isovalues = {};

@@ -73,6 +73,9 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                       std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
   if (info.member) line("member of series", human_member(*info.member));
+  if (file.metadata().label_volume) {
+    line("volume", human_label_volume(*file.metadata().label_volume, info));
+  }
   line("spacing", with_unit(vector_text(info.spacing), info.meaning.length_unit));
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
                          ? "the file's own"

@@ -36,16 +36,22 @@ namespace {
       (there.empty() ? "All of its samples are 0" : "Its labels are " + there) + ".");
 }
 
-std::unique_ptr<VolumeSource> open_job(const PrepareJob& job, const VolumeFileOptions& options,
-                                       LatestLabelMap& maps) {
-  if (!job.member || !job.member->label) return open_volume(job.input, options);
+struct OpenedJob {
+  std::unique_ptr<VolumeSource> source;
+  std::optional<LabelVolume> label_volume = std::nullopt;
+};
+
+OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, LatestLabelMap& maps) {
+  if (!job.member || !job.member->label) return {open_volume(job.input, options)};
   const double value = job.stored_label;
   const LabelMap map = maps.of(job.input, options);
-  const bool is_there =
-      value == 0 || std::any_of(map.labels().begin(), map.labels().end(),
-                                [&](const FoundLabel& label) { return label.value == value; });
-  if (!is_there) fail_without_label(job, map);
-  return map.field(value);
+  if (value == 0) return {map.field(value)};
+  const auto found =
+      std::find_if(map.labels().begin(), map.labels().end(),
+                   [&](const FoundLabel& label) { return label.value == value; });
+  if (found == map.labels().end()) fail_without_label(job, map);
+  return {map.field(value),
+          LabelVolume{.samples = found->samples, .surface_samples = found->surface_samples}};
 }
 
 }  // namespace
@@ -117,15 +123,16 @@ Prepared Preparation::prepare_one(const PrepareJob& job, const SourceNote& note,
   VolumeFileOptions options = arguments_.volume.parsed();
   options.choice = job.choice;
   options.notice = [&](const std::string& text) { progress.note(text); };
-  const auto source = open_job(job, options, maps_);
-  const VolumeHeader& header = source->header();
+  const OpenedJob opened = open_job(job, options, maps_);
+  const VolumeHeader& header = opened.source->header();
   see(job, {header.dims, header.index_to_world, header.meaning});
   std::string pass;
   PrepareOptions how{.name = job.name,
                      .outside = outside,
                      .margin = arguments_.margin_steps(),
                      .bins = arguments_.bins,
-                     .member = job.member};
+                     .member = job.member,
+                     .label_volume = opened.label_volume};
   if (job.member && job.member->label) {
     how.suggested_isovalues = {kLabelBoundary};
     how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
@@ -136,7 +143,8 @@ Prepared Preparation::prepare_one(const PrepareJob& job, const SourceNote& note,
     progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
   };
   Prepared prepared;
-  prepared.info = prepare(*source, how, output.file(), note);
+  prepared.info = prepare(*opened.source, how, output.file(), note);
+  prepared.label_volume = opened.label_volume;
   output.finish([&](double fraction) {
     if (pass != "upload") progress.begin(pass = "upload");
     progress.update(100 * fraction, 100, "%");

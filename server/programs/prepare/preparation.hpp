@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "server/dataset/dataset_metadata.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
 #include "server/programs/prepare/prepare_arguments.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
@@ -57,6 +58,7 @@ void require_free_output(const PrepareJob& job);
 
 struct Prepared {
   DatasetInfo info;
+  std::optional<LabelVolume> label_volume = std::nullopt;
   std::uint64_t file_bytes = 0;
   Json seconds;
 };

@@ -10,6 +10,7 @@
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "server/programs/label_volume_text.hpp"
 #include "server/programs/prepare/stale_members.hpp"
 
 namespace multitetra {
@@ -21,11 +22,13 @@ std::string shown_name(const PrepareJob& job) {
 }
 
 Json json_of(const PrepareJob& job, const Prepared& prepared) {
-  return {{"dataset", json_of(prepared.info)},
-          {"input", without_password(job.input)},
-          {"file", job.output.string()},
-          {"file_bytes", prepared.file_bytes},
-          {"seconds", prepared.seconds}};
+  Json json = {{"dataset", json_of(prepared.info)},
+               {"input", without_password(job.input)},
+               {"file", job.output.string()},
+               {"file_bytes", prepared.file_bytes},
+               {"seconds", prepared.seconds}};
+  if (prepared.label_volume) json["label_volume"] = json_of(*prepared.label_volume);
+  return json;
 }
 
 std::string facts_of(const Prepared& prepared) {
@@ -35,7 +38,8 @@ std::string facts_of(const Prepared& prepared) {
          std::to_string(info.dims[1]) + " x " + std::to_string(info.dims[2]) + " " +
          std::string(name(info.type)) + ", values " + human_number(info.min) + " to " +
          human_number(info.max) + (unit.empty() ? "" : " " + unit) + ", " +
-         human_bytes(prepared.file_bytes);
+         human_bytes(prepared.file_bytes) +
+         (prepared.label_volume ? ", " + human_label_volume(*prepared.label_volume, info) : "");
 }
 
 void hint_at_labels(const PrepareArguments& arguments, const PrepareJob& job,

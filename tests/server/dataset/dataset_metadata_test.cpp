@@ -72,6 +72,20 @@ TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
   }
 }
 
+TEST(DatasetMetadata, KeepsTheVolumeOfALabel) {
+  DatasetMetadata metadata = small_prepared().metadata;
+  metadata.label_volume = {.samples = 39, .surface_samples = 38.61};
+  const std::string text = metadata_text(metadata);
+  const auto result = parse_metadata(text);
+  ASSERT_TRUE(result) << result.error().text;
+  EXPECT_EQ(*result, metadata);
+  std::string spoilt = text;
+  spoilt.replace(spoilt.find("38.61"), 5, "\"all\"");
+  const auto refused = parse_metadata(spoilt);
+  ASSERT_FALSE(refused);
+  expect_contains(refused.error().text, "surface_samples");
+}
+
 TEST(DatasetMetadata, EveryFieldThatIsMissingOrOfAnotherTypeIsNamed) {
   const std::string whole = metadata_text(small_prepared().metadata);
   ASSERT_TRUE(parse_metadata(whole));
