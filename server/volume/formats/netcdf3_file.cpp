@@ -314,7 +314,8 @@ AxisCoordinates coordinates_of(const InputFile& file, const NetcdfHeader& header
         length > static_cast<std::uint64_t>(kMaxSide))
       continue;
     const std::size_t width = bytes_of(*type);
-    AxisCoordinates coordinates{.unit = units_of(variable)};
+    AxisCoordinates coordinates;
+    coordinates.unit = units_of(variable);
     std::vector<std::byte> one(width);
     for (std::uint64_t i = 0; i < length; ++i) {
       const std::uint64_t step = variable.has_records ? header.record_bytes : width;
