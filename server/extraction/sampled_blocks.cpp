@@ -66,10 +66,10 @@ class BlockSampler {
   [[nodiscard]] Halves halves(const OctreeCube& cube) const {
     Halves counts;
     std::vector<SimplifiedCube> children;
+    const SimplificationOptions how = spec_.simplification();
     for (int i = 0; i < 8; ++i) {
       const OctreeCube child = cube.child(i);
       if (!is_refined(model_, child)) continue;
-      const SimplificationOptions how = spec_.simplification();
       SimplifiedCube left{child, {}, {surface(child), how.lattice_step}};
       const auto before = static_cast<double>(left.rest.triangles());
       if (before == 0) continue;
@@ -81,8 +81,10 @@ class BlockSampler {
     const double before = counts.apart.before + static_cast<double>(own.triangles.size());
     const SimplifiedCube joined =
         join_simplified(cube, std::move(children),
-                        own.triangles.empty() ? std::nullopt : std::optional(std::move(own)),
-                        spec_.simplification(), kNoLimits, checkpoint());
+                        own.triangles.empty() ? std::nullopt
+                                              : std::optional(SimplifiedPiece(
+                                                    std::move(own), how.lattice_step)),
+                        how, kNoLimits, checkpoint());
     counts.joined = counted(before, joined.rest.result().mesh);
     return counts;
   }

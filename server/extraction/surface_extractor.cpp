@@ -46,6 +46,12 @@ int cube_exponent(int grid_exponent) {
   return std::clamp(grid_exponent - 2, kSpectrumExponent + 1, kCubeExponent);
 }
 
+// All that is extracted lies in it.
+OctreeCube root_of(const ResolvedStep& spec, const DatasetInfo& info) {
+  const std::optional<SurfaceCell>& cell = spec.request().cell;
+  return cell && info.grid_exponent > kSpectrumExponent ? cell->cube : root_cube(Grid(info.grid_exponent));
+}
+
 }  // namespace
 
 CubeMemoryPool::Lease::Lease(CubeMemoryPool& pool) : pool_(pool) {
@@ -85,21 +91,25 @@ TiledSurface SurfaceExtractor::extract(const StepRequest& step, std::stop_token 
 }
 
 TiledSurface SurfaceExtractor::extract(const ResolvedStep& spec, std::stop_token stop) const {
-  const DatasetInfo& info = dataset_->info;
-  if (info.grid_exponent <= kSpectrumExponent) {
-    // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
-    return ReferenceExtractor(*dataset_).extract(spec, stop);
-  }
-  const PreparedModel model = prepared_model(*dataset_, spec);
-  const SurfaceOptions options{.isovalue = spec.request().isovalue,
-                               .lattice_resolution = spec.request().lattice_resolution};
-  const std::optional<SurfaceCell>& cell = spec.request().cell;
-  const OctreeCube root = cell ? cell->cube : root_cube(Grid(info.grid_exponent));
-  TiledSurface surface = extract_in_parallel(PreparedCubes(model, options, *pool_), root,
-                                             cube_exponent(info.grid_exponent), stop);
-  simplify(surface, spec, root.exponent, stop);
+  TiledSurface surface = extract_model(spec, stop);
+  simplify(surface, spec, root_of(spec, dataset_->info).exponent, stop);
   if (dataset_->check) dataset_->check();
   return surface;
+}
+
+TiledSurface SurfaceExtractor::extract_model(const ResolvedStep& spec,
+                                             std::stop_token stop) const {
+  const DatasetInfo& info = dataset_->info;
+  const SurfaceOptions options{.isovalue = spec.request().isovalue,
+                               .lattice_resolution = spec.request().lattice_resolution};
+  if (info.grid_exponent <= kSpectrumExponent) {
+    // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
+    const ReferenceExtractor reference(*dataset_);
+    return reference.surface(*reference.exact_model(spec, stop), options, stop);
+  }
+  const PreparedModel model = prepared_model(*dataset_, spec);
+  return extract_in_parallel(PreparedCubes(model, options, *pool_), root_of(spec, info),
+                             cube_exponent(info.grid_exponent), stop);
 }
 
 }  // namespace multitetra

@@ -60,6 +60,9 @@ class SurfaceExtractor {
   // DatasetFileError when the dataset turns out to be damaged.
   [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
+  // The same before it is simplified.
+  [[nodiscard]] TiledSurface extract_model(const ResolvedStep& spec,
+                                           std::stop_token stop = {}) const;
 
  private:
   DatasetPtr dataset_;

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "common/base/in_parallel.hpp"
+#include "server/core/planning/budget.hpp"
 #include "server/core/planning/resolved_step.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
+#include "server/extraction/budgeted_surface.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/shading.hpp"
 #include "server/extraction/shell_extractor.hpp"
@@ -123,15 +125,27 @@ TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,
                                      const std::stop_token& stop) const {
   const Clock::time_point start = Clock::now();
   const ResolvedStep spec = resolved_step(step, info(), stop);
-  TiledSurface surface = extractor_->extract(spec, stop);
   const Shading shading(extractor_->dataset(), step);
-  TiledStep made{.tetrahedra = surface.tetrahedra,
-                 .active_tetrahedra = surface.active_tetrahedra,
-                 .tiles = {},
-                 .appearance = shading.appearance(),
-                 .dataset = info().name};
+  TiledStep made{.tiles = {}, .appearance = shading.appearance(), .dataset = info().name};
+  const auto encoded = [&](const TiledSurface& surface) {
+    return encode(surface, shading, info().name, cache_->tiles(), stop);
+  };
+  TiledSurface surface;
+  if (has_own_budget(step)) {
+    const auto bytes_of = [&](const TiledSurface& candidate) {
+      made.tiles = encoded(candidate);
+      return size_of(made).bytes;
+    };
+    BudgetedSurface within = surface_within_budget(*extractor_, step.request, bytes_of, stop);
+    surface = std::move(within.surface);
+    made.at_least = within.at_least;
+  } else {
+    surface = extractor_->extract(spec, stop);
+  }
+  made.tetrahedra = surface.tetrahedra;
+  made.active_tetrahedra = surface.active_tetrahedra;
   if (form == TileForm::kEncoded) {
-    made.tiles = encode(surface, shading, info().name, cache_->tiles(), stop);
+    if (made.tiles.empty()) made.tiles = encoded(surface);
     sort_by_importance(made.tiles, spec);
   } else {
     add_meshes(made, std::move(surface), shading, stop);

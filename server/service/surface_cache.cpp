@@ -33,7 +33,8 @@ std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
                  .appearance = outline.appearance,
                  .dataset = outline.dataset,
                  .crossed_octants = outline.crossed_octants,
-                 .is_in_shells = outline.is_in_shells};
+                 .is_in_shells = outline.is_in_shells,
+                 .at_least = outline.at_least};
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -50,6 +51,7 @@ void SurfaceCache::remember(const std::string& key, const TiledStep& step) {
                   .dataset = step.dataset,
                   .crossed_octants = step.crossed_octants,
                   .is_in_shells = step.is_in_shells,
+                  .at_least = step.at_least,
                   .tiles = {}};
   for (const EncodedTile& tile : step.tiles) {
     const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,

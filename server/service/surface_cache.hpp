@@ -46,6 +46,7 @@ class SurfaceCache {
     std::string dataset;
     std::uint32_t crossed_octants = 0;
     bool is_in_shells = false;
+    double at_least = 0;
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<TiledStep> remembered(const std::string& key);

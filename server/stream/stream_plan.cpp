@@ -54,9 +54,9 @@ std::string budget_of(const IsosurfaceRequest& request) {
   return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
 }
 
-// What a final step is, and where on its budget's schedule.
+// What a final step is, with the thresholds that its budget needed.
 struct FinalStep {
-  int level = 0;
+  IsosurfaceRequest request;
   TiledStep tiled;
 };
 
@@ -128,7 +128,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     const SurfaceSize size = size_of(tiled);
     const double part = part_of_budget(size, request);
     if (part <= 1) {
-      best = FinalStep{.level = level, .tiled = std::move(tiled)};
+      best = FinalStep{.request = request, .tiled = std::move(tiled)};
       fitting = {level, part};
     } else {
       too_large = {level, part};
@@ -148,6 +148,20 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     // Where that was wrong again and again: halfway.
     if (!best && surfaces >= kFewSurfaces) level = std::max(level, (from + schedule.last()) / 2);
   }
+}
+
+// Simplification keeps to a budget by itself. kLimitExceeded as above.
+Result<FinalStep> make_simplified(const SurfaceProvider& source, const IsosurfaceRequest& request,
+                                  bool as_meshes, const std::stop_token& stop) {
+  FinalStep last{.request = request,
+                 .tiled = made(source, {.request = request}, as_meshes, stop)};
+  double& at_least = last.request.thresholds.at_least;
+  at_least = std::max(at_least, last.tiled.at_least);
+  if (const SurfaceSize size = size_of(last.tiled); !fits(size, request)) {
+    return budget_too_small(size, last.request, source.sizes(stop, SizeAccuracy::kCareful).of,
+                            source.info());
+  }
+  return last;
 }
 
 // The most triangles that a server gives in a final step.
@@ -254,16 +268,19 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
   MadeStep made;
   made.after = state;
   const ErrorSchedule schedule(state.request, info);
-  // Finding the threshold of a budget reads samples; a first preview must not wait for that.
+  // Estimating the threshold of a budget reads samples; a first preview must not wait for that.
   const bool is_repeated = state.shown.size() < state.begun.size();
   const bool has_previews = state.steps != StepPolicy::kFinalOnly;
   const bool is_first_preview = state.shown.empty() && (has_previews || is_repeated);
+  const bool has_own = has_own_budget(final_step(state.request));
   const auto affordable = [&] {
     std::optional<int>& level = made.after.level;
-    if (!level) level = schedule.lowest_fitting(source.sizes(stop, SizeAccuracy::kCareful).of);
+    const SizeAccuracy accuracy = has_own ? SizeAccuracy::kQuick : SizeAccuracy::kCareful;
+    if (!level) level = schedule.lowest_fitting(source.sizes(stop, accuracy).of);
     return *level;
   };
-  const IsosurfaceRequest request = is_first_preview ? state.request : schedule.at(affordable());
+  const bool is_as_asked = is_first_preview || (has_own && !has_previews);
+  const IsosurfaceRequest request = is_as_asked ? state.request : schedule.at(affordable());
   CostEstimates costs = source.costs();
   costs.bytes_per_second = limits.bytes_per_second;
   costs.client_triangles_per_second = state.triangles_per_second;
@@ -290,10 +307,11 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
     made.step = final_step(request);  // Which may have fewer triangles.
   }
   Result<FinalStep> last =
-      make_within_budget(source, schedule, affordable(), limits.as_meshes, stop);
+      state.request.simplify
+          ? make_simplified(source, state.request, limits.as_meshes, stop)
+          : make_within_budget(source, schedule, affordable(), limits.as_meshes, stop);
   if (!last) return tl::unexpected(last.error());
-  made.after.level = last->level;
-  made.step.request = schedule.at(last->level);
+  made.step.request = std::move(last->request);
   made.encoded = std::move(last->tiled);
   const auto allowed = limit.check_made(made.step.request, made.encoded);
   if (!allowed) return tl::unexpected(allowed.error());

@@ -26,6 +26,8 @@ struct TiledStep {
   std::string dataset = {};             // and this as well.
   std::uint32_t crossed_octants = 0;    // As in StepBegin.
   bool is_in_shells = false;
+  // With a budget and simplification: the least threshold that the budget needed.
+  double at_least = 0;
   // Either none, or one a tile, whose payload is null then. Its normals are what decoding gives.
   std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
 };
@@ -41,7 +43,8 @@ class SurfaceProvider {
 
   [[nodiscard]] virtual const DatasetInfo& info() const = 0;
 
-  // Requires a validated request. The same step gives the same tiles, on any thread.
+  // Requires a validated request. The same step gives the same tiles, on any thread. A simplified
+  // final step keeps to its request's budget, or is the coarsest that there is.
   [[nodiscard]] virtual TiledStep make(const StepRequest& step, std::stop_token stop) const = 0;
   // The same, with meshes where that is less work than encoded tiles.
   [[nodiscard]] virtual TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const {

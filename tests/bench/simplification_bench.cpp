@@ -155,8 +155,10 @@ int main(int argc, char** argv) {
       input.triangles += static_cast<double>(t.mesh.triangles.size());
     }
     const double begin = cpu();
+    SurfaceSimplifier simplifier(std::move(model.tiles), step, info.grid_exponent);
     const SimplificationWork work =
-        simplify(model, info.grid_exponent, {.lattice_step = step, .max_distance = budget}, {});
+        simplifier.simplify({.lattice_step = step, .max_distance = budget}, {});
+    model.tiles = simplifier.tiles();
     small.seconds = cpu() - begin;
     std::printf("simplification: %.3f s of work, longest chain %.3f s (1/%.1f)\n", work.seconds,
                 work.longest_chain, work.seconds / work.longest_chain);

@@ -117,6 +117,23 @@ int next_level(const std::optional<MadeLevel>& too_large, const std::optional<Ma
   return std::clamp(level, lowest, highest);
 }
 
+int coarser_level(const std::optional<MadeLevel>& before, const MadeLevel& made, int last) {
+  constexpr double kOctavesALevel = 0.2;
+  const double above = rough_log2(made.part);
+  double a_level = kOctavesALevel;
+  if (before) {
+    const double fell = rough_log2(before->part) - above;
+    a_level = std::clamp(fell / (made.level - before->level), 0.02, 0.5);
+  }
+  const double levels = std::clamp(std::ceil(above / a_level), 1.0, 4.0 * kRungsAnOctave);
+  return std::min(made.level + static_cast<int>(levels), last);
+}
+
+int finer_level(const MadeLevel& made) {
+  const double below = -rough_log2(std::max(made.part, 1e-9));
+  return std::max(made.level - static_cast<int>(kRungsAnOctave * (1 + std::ceil(below))), 0);
+}
+
 IsosurfaceRequest within_budget(const IsosurfaceRequest& request, const DatasetInfo& info,
                                 const ErrorSchedule::SizeOf& estimate) {
   const ErrorSchedule schedule(request, info);

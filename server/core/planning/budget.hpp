@@ -21,6 +21,11 @@ namespace multitetra {
   return request.max_triangles > 0 || request.max_bytes > 0;
 }
 
+// Whether the step keeps to the request's budget while it is made: a final one that is simplified.
+[[nodiscard]] inline bool has_own_budget(const StepRequest& step) {
+  return step.request.simplify && step.finest_spacing == 1 && has_budget(step.request);
+}
+
 // The part of the request's budget that a size takes: more than 1 when it does not fit; 0 without a
 // budget.
 [[nodiscard]] double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request);
@@ -68,6 +73,13 @@ struct MadeLevel {
 // that one of them is there, and a level between them.
 [[nodiscard]] int next_level(const std::optional<MadeLevel>& too_large,
                              const std::optional<MadeLevel>& fitting, int estimated, int last);
+
+// Where a simplification goes on that has left too much: sizes fall on as they fell since `before`.
+// Requires made.part > 1, and a level beyond it; at most four octaves are left out.
+[[nodiscard]] int coarser_level(const std::optional<MadeLevel>& before, const MadeLevel& made,
+                                int last);
+// Where it should have begun, when what it began with fits. Requires a level before that one.
+[[nodiscard]] int finer_level(const MadeLevel& made);
 
 // The request as its budget allows it; the request itself when it has none or fits already.
 [[nodiscard]] IsosurfaceRequest within_budget(const IsosurfaceRequest& request,

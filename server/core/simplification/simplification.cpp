@@ -41,9 +41,11 @@ class SimplifiedPiece::Run {
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
         carried_(mesh_, positions_, piece.errors_, piece.map_, piece.parts_, limit_),
         quadrics_(std::move(piece.quadrics_)),
-        states_(positions_.size()) {
+        states_(positions_.size()),
+        vertices_(piece.mesh_.vertices),
+        history_(piece.history_ ? &*piece.history_ : nullptr) {
     piece.map_ = {};
-    if (embedded) embedding_.emplace(mesh_, piece.mesh_.vertices, *embedded);
+    if (embedded) embedding_.emplace(mesh_, vertices_, *embedded);
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
@@ -187,6 +189,7 @@ class SimplifiedPiece::Run {
     carried_.keep(turned_);
     if (embedding_) embedding_->keep(turned_);
     const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
+    if (history_) history_->add(vertices_[u], vertices_[v], carried_.largest_of_last());
     mesh_.collapse(turned_);
     quadrics_[v].add(quadrics_[u].seen_from(difference(positions_[v], positions_[u])));
     states_[v].is_stale = true;
@@ -222,7 +225,9 @@ class SimplifiedPiece::Run {
   std::vector<Quadric> quadrics_;  // Of vertices, seen from there.
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // Vertices that may move some time.
-  float dearest_ = 0;                // Of a pass: the largest cost.
+  std::span<const LatticePoint> vertices_;
+  CollapseHistory* history_;  // Null: none is kept.
+  float dearest_ = 0;         // Of a pass: the largest cost.
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
@@ -305,6 +310,10 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
     parts_.push_back(first_part + (piece.parts_.empty() ? t : piece.parts_[t]));
   }
   map_.append(piece.map_, number, first_triangle);
+  if (piece.history_) {
+    if (!history_) history_.emplace();
+    history_->append(*std::move(piece.history_));
+  }
   if (!piece.parts_.empty()) least_tried_ = std::min(least_tried_, piece.least_tried_);
 }
 
@@ -340,20 +349,42 @@ void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<O
 
 void SimplifiedPiece::simplify(const AllowedDistance& max_distance,
                                const std::function<void()>& checkpoint,
-                               std::optional<Obstacles> embedded) {
+                               std::optional<Obstacles> embedded, int stage) {
   if (max_distance.largest() == 0 || mesh_.triangles.empty()) return;
   begin(max_distance, embedded, checkpoint);
   SimplifiedPiece taken = std::exchange(*this, {});
   std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
   const PieceLimit limit(max_distance, taken.frame(), positions);
+  if (taken.history_) taken.history_->begin(stage);
   Run(taken, limit, std::move(positions), embedded).simplify(taken, checkpoint);
+  if (taken.history_) taken.history_->end();
   *this = std::move(taken);
+}
+
+void SimplifiedPiece::finish() {
+  mesh_ = result().mesh;
+  parts_ = {};
+  errors_ = {};
+  quadrics_ = {};
+  map_ = {.carriers = {}, .edges = {}, .crossings = {}, .largest = map_.largest};
+}
+
+void SimplifiedPiece::keep_history() {
+  std::vector<LatticeTriangle> triangles;
+  append_triangles(triangles);
+  history_.emplace(std::move(triangles), map_.largest);
 }
 
 void SimplifiedPiece::append_triangles(std::vector<LatticeTriangle>& triangles) const {
   for (const auto& [p, q, r] : mesh_.triangles) {
     triangles.push_back({mesh_.vertices[p], mesh_.vertices[q], mesh_.vertices[r]});
   }
+}
+
+Simplified SimplifiedPiece::result(double until) const {
+  const StoredMapping map{
+      .carriers = {}, .edges = {}, .crossings = {}, .largest = history_->bound(until)};
+  return {.mesh = history_->mesh(until, mesh_.resolution), .bound = unit_ * map.bound()};
 }
 
 Simplified SimplifiedPiece::result() const {

@@ -42,6 +42,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/vertex_numbers.hpp"
 #include "server/core/simplification/detail/allowed_distance.hpp"
+#include "server/core/simplification/detail/collapse_history.hpp"
 #include "server/core/simplification/detail/embedding.hpp"
 #include "server/core/simplification/detail/first_stage.hpp"
 #include "server/core/simplification/detail/quadric.hpp"
@@ -55,6 +56,9 @@ struct SimplificationOptions {
   // Whether a surface that does not cut itself stays so. It takes two to four times as long, and
   // leaves a few percent more triangles.
   bool is_embedded = false;
+  // Whether tiles may be simplified on later, or back to what they were after the first stage: they
+  // keep what that needs.
+  bool goes_on = false;
 
   [[nodiscard]] std::optional<Obstacles> embedded() const {
     return is_embedded ? std::optional(Obstacles()) : std::nullopt;
@@ -87,18 +91,32 @@ class SimplifiedPiece {
   // `max_distance` as in SimplificationOptions. Pieces that were simplified with another one keep
   // the bound that they have, where it is the larger. When `checkpoint` throws, which is called now
   // and then, nothing is left of the piece. With `embedded` it stays a surface that does not cut
-  // itself, nor those obstacles.
+  // itself, nor those obstacles. `stage` is that of the history, if one is kept.
   void simplify(
       const AllowedDistance& max_distance, const std::function<void()>& checkpoint = [] {},
-      std::optional<Obstacles> embedded = std::nullopt);
+      std::optional<Obstacles> embedded = std::nullopt, int stage = 0);
   // The first stage alone, which is quick. For a piece that is to be joined with others.
   void begin(const AllowedDistance& max_distance, std::optional<Obstacles> embedded,
              const std::function<void()>& checkpoint);
 
+  // Lets go of what simplifying on, or joining, would need.
+  void finish();
+  // From now on collapses can be left out again, but for those of the first stage. Of pieces that
+  // are joined either all have a history, or none.
+  void keep_history();
+  [[nodiscard]] std::span<const Collapse> history() const {
+    return history_ ? history_->collapses() : std::span<const Collapse>();
+  }
+
+  // Neither simplified nor joined: the first stage comes first.
+  [[nodiscard]] bool is_new() const { return is_new_; }
+  [[nodiscard]] int resolution() const { return mesh_.resolution; }
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
   // That it had when it was new, or when the first stage was through with it.
   [[nodiscard]] std::size_t vertices_before() const { return mesh_.vertices.size(); }
   [[nodiscard]] Simplified result() const;
+  // After those collapses of its history that happened no later than `until`.
+  [[nodiscard]] Simplified result(double until) const;
   // What is left.
   void append_triangles(std::vector<LatticeTriangle>& triangles) const;
 
@@ -119,10 +137,11 @@ class SimplifiedPiece {
   // Of every triangle, as SuccessiveMapping takes them: in which of the pieces that were joined it
   // is.
   std::vector<std::uint32_t> parts_;
-  bool is_new_ = false;            // Neither simplified nor joined: the first stage comes first.
+  bool is_new_ = false;
   std::vector<float> errors_;      // Of the vertices, after the first stage; in units.
   std::vector<Quadric> quadrics_;  // Of the vertices, seen from there; in units.
   StoredMapping map_;              // In units.
+  std::optional<CollapseHistory> history_;
   // Limit, in units: no collapse within it is left inside of the parts.
   double least_tried_ = 0;
 };

@@ -7,23 +7,14 @@
 namespace multitetra {
 namespace {
 
-void cut_off(const SimplifiedCube& child, std::vector<TileMesh>& tiles) {
-  if (child.rest.triangles() == 0) return;
-  Simplified tile = child.rest.result();
-  tiles.push_back(
-      {.cube = child.cube, .mesh = std::move(tile.mesh), .simplification_bound = tile.bound});
-}
-
-void append(const TileMesh& tile, std::vector<LatticeTriangle>& triangles) {
-  for (const auto& [p, q, r] : tile.mesh.triangles) {
-    triangles.push_back({tile.mesh.vertices[p], tile.mesh.vertices[q], tile.mesh.vertices[r]});
-  }
+void cut_off(SimplifiedCube& child, std::vector<SimplifiedTile>& tiles) {
+  if (child.rest.triangles() > 0) tiles.push_back({child.cube, std::move(child.rest)});
 }
 
 }  // namespace
 
 SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCube> children,
-                               std::optional<LatticeMesh> own, const SimplificationOptions& options,
+                               std::optional<SimplifiedPiece> own, const SimplificationOptions& options,
                                const SimplifiedTileLimits& limits,
                                const std::function<void()>& checkpoint, Obstacles obstacles) {
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};
@@ -34,17 +25,21 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   };
   if (options.is_embedded) {
     for (const SimplifiedCube& child : children) {
-      for (const TileMesh& tile : child.tiles) append(tile, others);
+      for (const SimplifiedTile& tile : child.tiles) tile.piece.append_triangles(others);
     }
   }
   const std::size_t without_rest = others.size();
   std::vector<SimplifiedPiece> pieces;
+  const int stage = 2 * cube.exponent;
+  const bool is_begun = own && own->is_new();
   if (own) {
     if (options.is_embedded) {
       for (const SimplifiedCube& child : children) child.rest.append_triangles(others);
     }
-    pieces.emplace_back(*std::move(own), options.lattice_step);
-    pieces.front().begin(options.max_distance, embedded(), checkpoint);
+    if (is_begun) own->begin(options.max_distance, embedded(), checkpoint);
+    if (options.goes_on) own->keep_history();
+    if (!is_begun) own->simplify(options.max_distance, checkpoint, embedded(), stage);
+    pieces.push_back(*std::move(own));
     others.resize(without_rest);
   }
   std::size_t triangles = own ? pieces.front().triangles() : 0;
@@ -63,25 +58,30 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
     if (is_too_much) {
       triangles -= child.rest.triangles();
       vertices_before -= child.rest.vertices_before();
-      cut_off(child, joined.tiles);
       if (options.is_embedded) child.rest.append_triangles(others);
+      if (!options.goes_on) child.rest.finish();
+      cut_off(child, joined.tiles);
     } else if (child.rest.triangles() > 0) {
       pieces.push_back(std::move(child.rest));
     }
   }
+  const bool is_joined = pieces.size() > 1;
   if (pieces.size() == 1) {
     joined.rest = std::move(pieces.front());
-    // A child's rest has been simplified.
-    if (own) joined.rest.simplify(options.max_distance, checkpoint, embedded());
   } else if (pieces.size() > 1) {
     joined.rest = SimplifiedPiece::joined(std::move(pieces));
-    joined.rest.simplify(options.max_distance, checkpoint, embedded());
+  } else {
+    return joined;
+  }
+  // A piece that is alone was simplified by itself, unless it has only begun.
+  if (is_joined || is_begun) {
+    joined.rest.simplify(options.max_distance, checkpoint, embedded(), stage + 1);
   }
   return joined;
 }
 
-std::vector<TileMesh> finished_tiles(SimplifiedCube root) {
-  std::vector<TileMesh> tiles = std::move(root.tiles);
+std::vector<SimplifiedTile> all_tiles(SimplifiedCube root) {
+  std::vector<SimplifiedTile> tiles = std::move(root.tiles);
   cut_off(root, tiles);
   std::sort(tiles.begin(), tiles.end(),
             [](const auto& a, const auto& b) { return a.cube < b.cube; });

@@ -17,10 +17,15 @@
 
 namespace multitetra {
 
+struct SimplifiedTile {
+  OctreeCube cube;
+  SimplifiedPiece piece;
+};
+
 struct SimplifiedCube {
   OctreeCube cube;
-  std::vector<TileMesh> tiles;  // Cut off.
-  SimplifiedPiece rest;         // Not yet in a tile.
+  std::vector<SimplifiedTile> tiles;  // Cut off.
+  SimplifiedPiece rest;               // Not yet in a tile.
 };
 
 struct SimplifiedTileLimits {
@@ -28,17 +33,17 @@ struct SimplifiedTileLimits {
   std::size_t vertices_before = 6'000'000;  // and that it had: memory and time of one thread.
 };
 
-// The surface in a cube from that in its children, and from what lies in no single one of them, if
-// anything does. Simplifies what stays together; `options` are the same for all cubes. `checkpoint`
+// The surface in a cube from that in its children, and from what lies in no single one of them
+// (`own`), if anything does. Simplifies what stays together; `options` are the same for all cubes. `checkpoint`
 // is called now and then: what it throws ends the work. `obstacles` are triangles that lie in no
 // single cube of this size, but reach into this one; they count where surfaces are to stay
 // embedded.
 [[nodiscard]] SimplifiedCube join_simplified(
-    const OctreeCube& cube, std::vector<SimplifiedCube> children, std::optional<LatticeMesh> own,
+    const OctreeCube& cube, std::vector<SimplifiedCube> children, std::optional<SimplifiedPiece> own,
     const SimplificationOptions& options, const SimplifiedTileLimits& limits = {},
     const std::function<void()>& checkpoint = [] {}, Obstacles obstacles = {});
 
 // The whole as tiles, sorted by cube: what is left at the root becomes one.
-[[nodiscard]] std::vector<TileMesh> finished_tiles(SimplifiedCube root);
+[[nodiscard]] std::vector<SimplifiedTile> all_tiles(SimplifiedCube root);
 
 }  // namespace multitetra

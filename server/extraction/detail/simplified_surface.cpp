@@ -14,16 +14,16 @@ namespace multitetra {
 namespace {
 
 // What lies in a cube, and in none of its children.
-using CubesOfOneSize = std::map<OctreeCube, std::optional<LatticeMesh>>;
+using CubesOfOneSize = std::map<OctreeCube, std::optional<SimplifiedPiece>>;
 
 // By exponent: the cubes of the tiles, and all cubes around them.
-std::vector<CubesOfOneSize> cubes_around(std::vector<TileMesh> tiles, int root_exponent) {
+std::vector<CubesOfOneSize> cubes_around(std::vector<SimplifiedTile> tiles, int root_exponent) {
   std::vector<CubesOfOneSize> cubes(static_cast<std::size_t>(root_exponent) + 1);
   const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfOneSize& {
     return cubes[static_cast<std::size_t>(cube.exponent)];
   };
-  for (TileMesh& tile : tiles) {
-    cubes_like(tile.cube)[tile.cube] = std::move(tile.mesh);
+  for (SimplifiedTile& tile : tiles) {
+    cubes_like(tile.cube)[tile.cube] = std::move(tile.piece);
     for (OctreeCube cube = tile.cube; cube.exponent < root_exponent;) {
       cube = cube.parent();
       if (!cubes_like(cube).try_emplace(cube).second) break;
@@ -56,12 +56,10 @@ std::vector<ObstaclesOfOneSize> obstacles_in(const std::vector<CubesOfOneSize>& 
       const auto look_at = [&](const LatticeTriangle& triangle) {
         if (reaches_into(triangle, cube, resolution)) found.push_back(triangle);
       };
-      const auto& above = cubes[size + 1].at(cube.parent());
-      if (above) {
-        const auto& vertices = above->vertices;
-        for (const auto& [p, q, r] : above->triangles) {
-          look_at({vertices[p], vertices[q], vertices[r]});
-        }
+      if (const auto& above = cubes[size + 1].at(cube.parent())) {
+        std::vector<LatticeTriangle> triangles;
+        above->append_triangles(triangles);
+        for (const LatticeTriangle& triangle : triangles) look_at(triangle);
       }
       for (const LatticeTriangle& triangle : obstacles[size + 1][cube.parent()]) look_at(triangle);
     }
@@ -88,7 +86,7 @@ std::vector<JoinedCube> join_all(CubesOfOneSize cubes, const ObstaclesOfOneSize&
                                  const SimplifiedTileLimits& limits, const std::stop_token& stop) {
   struct Joining {
     OctreeCube cube;
-    std::optional<LatticeMesh> own;
+    std::optional<SimplifiedPiece> own;
     std::vector<SimplifiedCube> children;
     SimplificationWork before;
   };
@@ -123,14 +121,32 @@ std::vector<JoinedCube> join_all(CubesOfOneSize cubes, const ObstaclesOfOneSize&
   return joined;
 }
 
+// When the last of the first `done` collapses happened.
+double last_before(std::vector<double> times, std::size_t done) {
+  if (done == 0) return -1;
+  const auto last = times.begin() + static_cast<std::ptrdiff_t>(done - 1);
+  std::nth_element(times.begin(), last, times.end());
+  return *last;
+}
+
 }  // namespace
 
-SimplificationWork simplify(TiledSurface& surface, int root_exponent,
-                            const SimplificationOptions& options, const std::stop_token& stop,
-                            const SimplifiedTileLimits& limits) {
-  if (surface.tiles.empty()) return {};
-  const int resolution = surface.tiles.front().mesh.resolution;
-  std::vector<CubesOfOneSize> cubes = cubes_around(std::move(surface.tiles), root_exponent);
+SurfaceSimplifier::SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& lattice_step,
+                                     int root_exponent)
+    : root_exponent_(root_exponent) {
+  tiles_.reserve(tiles.size());
+  for (TileMesh& tile : tiles) {
+    tiles_.push_back({tile.cube, SimplifiedPiece(std::move(tile.mesh), lattice_step)});
+  }
+}
+
+SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& options,
+                                               const std::stop_token& stop,
+                                               const SimplifiedTileLimits& limits) {
+  // Pieces that nothing may happen to are left apart: a first stage can still begin with them.
+  if (tiles_.empty() || (options.goes_on && options.max_distance.largest() == 0)) return {};
+  const int resolution = tiles_.front().piece.resolution();
+  std::vector<CubesOfOneSize> cubes = cubes_around(std::move(tiles_), root_exponent_);
   std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
   if (options.is_embedded) obstacles = obstacles_in(cubes, resolution);
   std::vector<JoinedCube> joined;
@@ -138,14 +154,43 @@ SimplificationWork simplify(TiledSurface& surface, int root_exponent,
     joined =
         join_all(std::move(cubes[size]), obstacles[size], std::move(joined), options, limits, stop);
   }
-  surface.tiles = finished_tiles(std::move(joined.front().surface));
+  tiles_ = all_tiles(std::move(joined.front().surface));
   return joined.front().work;
+}
+
+std::size_t SurfaceSimplifier::triangles() const {
+  std::size_t sum = 0;
+  for (const SimplifiedTile& tile : tiles_) sum += tile.piece.triangles();
+  return sum;
+}
+
+std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t most) const {
+  const std::size_t least = triangles();
+  std::vector<double> times;
+  for (const SimplifiedTile& tile : tiles_) {
+    for (const Collapse& collapse : tile.piece.history()) times.push_back(collapse.when);
+  }
+  // A collapse leaves two triangles less.
+  const std::size_t undone = most > least ? std::min((most - least) / 2, times.size()) : 0;
+  const double until = last_before(times, times.size() - undone);
+  std::vector<TileMesh> tiles(tiles_.size());
+  in_parallel(tiles.size(), [&](std::size_t i) {
+    const SimplifiedPiece& piece = tiles_[i].piece;
+    Simplified left = undone == 0 ? piece.result() : piece.result(until);
+    tiles[i] = {.cube = tiles_[i].cube,
+                .mesh = std::move(left.mesh),
+                .simplification_bound = left.bound};
+  });
+  return tiles;
 }
 
 void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
               const std::stop_token& stop) {
   if (!spec.request().simplify) return;
-  simplify(surface, root_exponent, spec.simplification(), stop);
+  const SimplificationOptions options = spec.simplification();
+  SurfaceSimplifier simplifier(std::move(surface.tiles), options.lattice_step, root_exponent);
+  simplifier.simplify(options, stop);
+  surface.tiles = simplifier.tiles();
 }
 
 }  // namespace multitetra

@@ -1,7 +1,9 @@
 // A surface that is simplified, as far as its step allows: on all threads.
 #pragma once
 
+#include <cstddef>
 #include <stop_token>
+#include <vector>
 
 #include "server/core/planning/resolved_step.hpp"
 #include "server/core/simplification/simplified_cube.hpp"
@@ -16,14 +18,29 @@ struct SimplificationWork {
   double longest_chain = 0;
 };
 
-// Simplifies the surface in one cube of 2^exponent steps a side, such as the whole grid, and cuts
-// it into tiles anew. The same for any number of threads. Throws Cancelled soon after `stop` is
-// triggered.
-SimplificationWork simplify(TiledSurface& surface, int root_exponent,
-                            const SimplificationOptions& options, const std::stop_token& stop,
-                            const SimplifiedTileLimits& limits = {});
+// The surface in one cube of 2^exponent steps a side, such as the whole grid, while it is
+// simplified. All is the same for any number of threads.
+class SurfaceSimplifier {
+ public:
+  SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& lattice_step, int root_exponent);
 
-// The same as far as the step says so.
+  // Simplifies the tiles and cuts the surface into tiles anew. May be called again with larger
+  // distances if all calls before had `goes_on`: the bound stays one to the surface before anything
+  // was simplified. Throws Cancelled soon after `stop` is triggered.
+  SimplificationWork simplify(const SimplificationOptions& options, const std::stop_token& stop,
+                              const SimplifiedTileLimits& limits = {});
+
+  [[nodiscard]] std::size_t triangles() const;
+  // With `goes_on` the last collapses of the last call may be undone, until the tiles have as many
+  // triangles as `most` allows.
+  [[nodiscard]] std::vector<TileMesh> tiles(std::size_t most = 0) const;
+
+ private:
+  int root_exponent_;
+  std::vector<SimplifiedTile> tiles_;
+};
+
+// Simplifies a surface as far as the step says so.
 void simplify(TiledSurface& surface, const ResolvedStep& spec, int root_exponent,
               const std::stop_token& stop);
 

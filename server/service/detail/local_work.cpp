@@ -97,8 +97,9 @@ SurfaceTiles tiles_of(MadeStep step, const DatasetInfo& info, std::optional<Scal
 WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   const std::string& dataset = source.info().name;
   const IsosurfaceRequest& request = state.request;
-  // What a budget gives is only known when it was made.
-  if (!has_budget(request) && source.remembers(final_step(request))) {
+  // What another budget gives is only known when it was made.
+  const bool is_known = !has_budget(request) || has_own_budget(final_step(request));
+  if (is_known && source.remembers(final_step(request))) {
     return {.kind = dataset + " remembered", .is_long = false};
   }
   if (request.cell) {

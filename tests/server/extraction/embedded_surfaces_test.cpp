@@ -47,14 +47,14 @@ TEST_P(EmbeddedSurfaces, CutThemselvesNowhere) {
       for (const std::size_t triangles : {std::size_t{64'000}, std::size_t{500}}) {
         SCOPED_TRACE(::testing::Message() << model_error << " " << error << " " << triangles);
         const auto simplified = [&](bool is_embedded) {
-          TiledSurface surface = model;
           SimplificationOptions options{.max_distance = error * voxel_length(info),
                                         .is_embedded = is_embedded};
           for (std::size_t axis = 0; axis < 3; ++axis) {
             options.lattice_step[axis] = info.spacing[axis] / (1 << kDefaultLatticeResolution);
           }
-          simplify(surface, info.grid_exponent, options, {}, {.triangles = triangles});
-          return welded(surface);
+          SurfaceSimplifier surface(model.tiles, options.lattice_step, info.grid_exponent);
+          surface.simplify(options, {}, {.triangles = triangles});
+          return welded({.tiles = surface.tiles()});
         };
         const LatticeMesh embedded = simplified(true);
         EXPECT_EQ(lattice_intersections(embedded).pairs, 0U);

@@ -44,11 +44,11 @@ TEST(SimplificationWork, IsAtLeastItsLongestChain) {
   const SimplificationOptions how{.lattice_step = {0.03125, 0.03125, 0.03125},
                                   .max_distance = 0.5};
   const int root = dataset->info.grid_exponent;
-  const SimplificationWork work = simplify(surface, root, how, {});
+  const SimplificationWork work =
+      SurfaceSimplifier(std::move(surface.tiles), how.lattice_step, root).simplify(how, {});
   EXPECT_GT(work.longest_chain, 0);
   EXPECT_GE(work.seconds, work.longest_chain);
-  TiledSurface nothing;
-  EXPECT_EQ(simplify(nothing, root, how, {}).seconds, 0);
+  EXPECT_EQ(SurfaceSimplifier({}, how.lattice_step, root).simplify(how, {}).seconds, 0);
 }
 
 TEST(SurfaceSizes, AreNearTheRealOnes) {

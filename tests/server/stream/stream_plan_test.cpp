@@ -177,6 +177,30 @@ TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
   EXPECT_FALSE(estimate(source, state.request, {}));
 }
 
+// Simplification keeps to a budget while it is at work.
+TEST(StreamPlan, ASimplifiedSurfaceIsMadeOnceAndNamesTheThresholdOfItsBudget) {
+  int made = 0;
+  const FakeSteps source("simplified", [&made](const StepRequest& step, const std::stop_token&) {
+    ++made;
+    EXPECT_EQ(step.request.thresholds.at_least, 0);
+    TiledStep tiled;
+    tiled.tiles.push_back({.summary = {.triangles = 95}, .payload = nullptr});
+    tiled.at_least = 2.5;
+    return tiled;
+  });
+  StreamState state = {.request = {.error = 0.25, .max_triangles = 100, .simplify = true},
+                       .steps = StepPolicy::kFinalOnly};
+  const MadeStep step = make_next_step(source, state, {}).value();
+  EXPECT_TRUE(step.is_final);
+  EXPECT_EQ(made, 1);
+  EXPECT_EQ(step.step.request.thresholds.at_least, 2.5);
+  state.request.max_triangles = 94;
+  const auto refused = make_next_step(source, state, {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
+  EXPECT_NE(refused.error().text.find("at least 95 triangles"), std::string::npos);
+}
+
 TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   int made = 0;
   const Misjudged source(1e6, 1e-4, made);

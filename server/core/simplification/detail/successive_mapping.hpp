@@ -105,6 +105,9 @@ class SuccessiveMapping {
   // Makes all as it is after that collapse, which was the last that was found to fit.
   void keep(std::span<const std::uint32_t> ring);
 
+  // The largest distance that was certified for it.
+  [[nodiscard]] double largest_of_last() const { return fan_.largest(); }
+
   [[nodiscard]] bool is_carried(std::uint32_t vertex) const { return is_carried_[vertex] != 0; }
   // The map as it is; `numbers` are those of N's triangles there. Every edge of N has become one
   // that the map has.

@@ -136,5 +136,18 @@ TEST(ErrorSchedule, ExtrapolatesSizesAsPowersOfTheThreshold) {
   EXPECT_EQ(next_level(MadeLevel{29, 50}, std::nullopt, 30, 30), 30);
 }
 
+TEST(ErrorSchedule, GoesOnAsFarAsSizesFellBefore) {
+  EXPECT_EQ(coarser_level(std::nullopt, {8, 2}, 40), 13);
+  EXPECT_EQ(coarser_level(MadeLevel{4, 4}, {8, 2}, 40), 12) << "an octave of size in four levels";
+  EXPECT_EQ(coarser_level(MadeLevel{4, 2.001}, {8, 2}, 40), 24) << "at most four octaves";
+  EXPECT_EQ(coarser_level(MadeLevel{4, 4}, {8, 1.01}, 40), 9) << "and at least a level";
+  EXPECT_EQ(coarser_level(MadeLevel{4, 4}, {8, 2}, 10), 10);
+}
+
+TEST(ErrorSchedule, BeginsAnewWhereLessWasGivenUp) {
+  EXPECT_EQ(finer_level({20, 0.25}), 8);
+  EXPECT_EQ(finer_level({6, 0}), 0);
+}
+
 }  // namespace
 }  // namespace multitetra

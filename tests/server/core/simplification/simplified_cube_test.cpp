@@ -34,10 +34,17 @@ class SimplifiedCubes : public Simplifying {
       for (int i = 0; cube.exponent > 0 && i < 8; ++i) children.push_back(in_cube(cube.child(i)));
       const auto mesh = own.find(cube);
       return join_simplified(cube, std::move(children),
-                             mesh == own.end() ? std::nullopt : std::optional(mesh->second),
+                             mesh == own.end()
+                                 ? std::nullopt
+                                 : std::optional(SimplifiedPiece(mesh->second, step_)),
                              {.lattice_step = step_, .max_distance = max_distance}, limits);
     };
-    return multitetra::finished_tiles(in_cube(root_));
+    std::vector<TileMesh> tiles;
+    for (const SimplifiedTile& tile : all_tiles(in_cube(root_))) {
+      Simplified left = tile.piece.result();
+      tiles.push_back({tile.cube, std::move(left.mesh), left.bound});
+    }
+    return tiles;
   }
   [[nodiscard]] static LatticeMesh welded(const std::vector<TileMesh>& tiles) {
     std::vector<const LatticeMesh*> parts;

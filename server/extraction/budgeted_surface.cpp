@@ -1,0 +1,160 @@
+#include "server/extraction/budgeted_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "server/core/planning/budget.hpp"
+#include "server/core/planning/simplified_size.hpp"
+#include "server/core/simplification/threshold_shares.hpp"
+#include "server/extraction/detail/simplified_surface.hpp"
+#include "server/extraction/reference_extractor.hpp"
+#include "server/extraction/surface_sizes.hpp"
+
+namespace multitetra {
+namespace {
+
+// The first surface is to be larger than the budget by this factor, as far as a quick estimate
+// tells, and may be smaller by the other one: then its last collapses are undone.
+constexpr double kFirstPart = 1.5;
+constexpr double kLeastFirstPart = 0.5;
+constexpr double kLittleLess = 0.985;  // A smaller surface has a few more bytes a triangle.
+constexpr double kEnoughBytes = 0.93;  // Of the budget.
+constexpr int kMostCorrections = 8;
+
+double triangles_of(const TiledSurface& surface) {
+  double sum = 0;
+  for (const TileMesh& tile : surface.tiles) sum += static_cast<double>(tile.mesh.triangles.size());
+  return sum;
+}
+
+class BudgetedSimplification {
+ public:
+  BudgetedSimplification(const SurfaceExtractor& extractor, const IsosurfaceRequest& request,
+                         const std::stop_token& stop)
+      : extractor_(extractor),
+        request_(request),
+        info_(extractor.dataset().info),
+        stop_(stop),
+        schedule_(request, info_) {
+    level_ = schedule_.lowest_fitting(surface_sizes(extractor, stop, SizeAccuracy::kQuick).of, 0,
+                                      schedule_.last(), kFirstPart);
+    while (begin(), part() < kLeastFirstPart && level_ > 0) {
+      level_ = finer_level({level_, part()});
+    }
+    first_level_ = level_;
+  }
+
+  [[nodiscard]] double most() const { return most_; }
+  void set_most(double triangles) { most_ = triangles; }
+  // Whether a surface of fewer triangles than this can be made.
+  [[nodiscard]] bool can_have_less_than(double triangles) const {
+    return left() < triangles || level_ < schedule_.last();
+  }
+
+  // Until `most` triangles are left at most, if possible.
+  void go_on() {
+    std::optional<MadeLevel> before;
+    while (left() > most_ && level_ < schedule_.last()) {
+      const MadeLevel now = {level_, left() / most_};
+      level_ = coarser_level(std::exchange(before, now), now, schedule_.last());
+      simplifier_->simplify(options(), stop_);
+    }
+  }
+  // With `most` triangles, or as few as are left; the request's own surface where that fits.
+  [[nodiscard]] const TiledSurface& surface() {
+    surface_.tiles = simplifier_->tiles(level_ == 0 ? 0 : static_cast<std::size_t>(most_));
+    return surface_;
+  }
+
+  [[nodiscard]] BudgetedSurface take() {
+    const double at_least = reached();
+    return {.surface = std::move(surface_), .at_least = at_least};
+  }
+
+ private:
+  [[nodiscard]] double left() const { return static_cast<double>(simplifier_->triangles()); }
+  [[nodiscard]] double part() const { return left() / most_; }
+  [[nodiscard]] ResolvedStep spec() const {
+    return resolved_step({.request = schedule_.at(level_)}, info_, stop_);
+  }
+  [[nodiscard]] SimplificationOptions options() const {
+    SimplificationOptions options = spec().simplification();
+    options.goes_on = true;
+    return options;
+  }
+
+  // Makes the surface of the level.
+  void begin() {
+    surface_ = extractor_.extract_model(spec(), stop_);
+    const SimplificationOptions how = options();
+    simplifier_.emplace(std::move(surface_.tiles), how.lattice_step, info_.grid_exponent);
+    simplifier_->simplify(how, stop_);
+    // Until some are encoded.
+    most_ = std::numeric_limits<std::uint32_t>::max();
+    if (request_.max_bytes > 0) {
+      const double triangles = std::max(left(), 1.0);
+      const double bytes =
+          kBytesOfSimplifiedTriangles * estimated_bytes(triangles, {.request = request_});
+      most_ = std::max(triangles * static_cast<double>(request_.max_bytes) / bytes, 1.0);
+    }
+    if (request_.max_triangles > 0) {
+      most_ = std::min(most_, static_cast<double>(request_.max_triangles));
+    }
+  }
+
+  // Where no more is allowed than at the first level, the model moved the surface by its share of
+  // that and simplification by the bound; elsewhere both keep to their shares.
+  [[nodiscard]] double reached() const {
+    const double own = request_.thresholds.at_least;
+    if (level_ == 0) return own;
+    double bound = 0;
+    for (const TileMesh& tile : surface_.tiles) bound = std::max(bound, tile.simplification_bound);
+    bound *= (1 + 1e-12) / (request_.unit == LengthUnit::kVoxel ? voxel_length(info_) : 1);
+    const double of_model = kModelShare * schedule_.at(first_level_).thresholds.at_least;
+    const double of_both = std::max(bound / (1 - kModelShare), bound + of_model);
+    return std::clamp(of_both, own, schedule_.at(level_).thresholds.at_least);
+  }
+
+  const SurfaceExtractor& extractor_;
+  const IsosurfaceRequest& request_;
+  const DatasetInfo& info_;
+  const std::stop_token& stop_;
+  ErrorSchedule schedule_;
+  int level_ = 0;
+  int first_level_ = 0;
+  double most_ = 0;
+  TiledSurface surface_;
+  std::optional<SurfaceSimplifier> simplifier_;
+};
+
+}  // namespace
+
+BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
+                                      const IsosurfaceRequest& request, const BytesOf& bytes_of,
+                                      const std::stop_token& stop) {
+  BudgetedSimplification simplification(extractor, request, stop);
+  for (int corrections = 0;; ++corrections) {
+    simplification.go_on();
+    const TiledSurface& surface = simplification.surface();
+    if (request.max_bytes == 0) break;
+    const double triangles = triangles_of(surface);
+    const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);
+    const bool is_enough = part >= kEnoughBytes || triangles < simplification.most() - 2;
+    if (part <= 1 && (is_enough || corrections > 0)) break;
+    if (corrections == kMostCorrections || !simplification.can_have_less_than(triangles)) break;
+    double most = std::floor(kLittleLess * triangles / part);
+    if (request.max_triangles > 0) {
+      most = std::min(most, static_cast<double>(request.max_triangles));
+    }
+    if (part <= 1 && most <= triangles) break;
+    simplification.set_most(std::max(most, 1.0));
+  }
+  BudgetedSurface made = simplification.take();
+  if (extractor.dataset().check) extractor.dataset().check();
+  return made;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,202 @@
+// Simplification that stops at a budget: within it and most of it used, with the topology of the
+// full surface, and as near to it as the returned floor of the thresholds says.
+#include "server/extraction/budgeted_surface.hpp"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/mesh/lattice_intersections.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/mesh/surface_distance.hpp"
+#include "tests/support/prepared_fields.hpp"
+#include "tests/support/threshold_maps.hpp"
+
+namespace multitetra::testing {
+namespace {
+
+LatticeMesh mesh_of(const TiledSurface& surface) {
+  std::vector<const LatticeMesh*> tiles;
+  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
+  return weld(tiles, kDefaultLatticeResolution);
+}
+
+double bytes_of(const TiledSurface& surface) {
+  double sum = 0;
+  for (const EncodedTile& tile : encode_tiles(surface)) sum += tile.summary.bytes;
+  return sum;
+}
+
+// In world units along the grid's axes.
+std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const DatasetInfo& info) {
+  std::vector<SurfaceTriangle> surface;
+  for (const TriangleIndices& t : mesh.triangles) {
+    SurfaceTriangle& triangle = surface.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 p = grid_coordinates(mesh.vertices[t[i]], mesh.resolution);
+      triangle[i] = {info.spacing[0] * p[0], info.spacing[1] * p[1], info.spacing[2] * p[2]};
+    }
+  }
+  return surface;
+}
+
+class BudgetedSurfaces : public ::testing::TestWithParam<PreparedSetting> {
+ protected:
+  static constexpr double kIsovalue = 0.1;
+
+  [[nodiscard]] BudgetedSurface within(const IsosurfaceRequest& request) const {
+    return surface_within_budget(extractor_, request, bytes_of, {});
+  }
+  [[nodiscard]] LatticeMesh whole(IsosurfaceRequest request) const {
+    request.max_triangles = request.max_bytes = 0;
+    return mesh_of(extractor_.extract({.request = request}));
+  }
+  // Everything that is promised of a surface, besides its size.
+  void expect_good(const BudgetedSurface& made, IsosurfaceRequest request) const {
+    request.thresholds.at_least = made.at_least;
+    const LatticeMesh full = whole({.isovalue = kIsovalue, .error = 0});
+    const DataBorder border = data_border(info_, kDefaultLatticeResolution, 0);
+    const MeshTopology expected = topology(full, border);
+    const LatticeMesh small = mesh_of(made.surface);
+    const MeshTopology found = topology(small, border);
+    EXPECT_TRUE(found.is_sound());
+    EXPECT_EQ(found.euler_characteristic, expected.euler_characteristic);
+    EXPECT_EQ(found.components, expected.components);
+    const double rounding = 2 * std::hypot(info_.spacing[0], info_.spacing[1], info_.spacing[2]) /
+                            (1 << kDefaultLatticeResolution);
+    const auto allowed = [&](const Vec3& place) {
+      const Vec3 grid = {place[0] / info_.spacing[0], place[1] / info_.spacing[1],
+                         place[2] / info_.spacing[2]};
+      return threshold_at(request, info_, grid) + rounding;
+    };
+    const auto surface = placed(small, info_);
+    const auto full_surface = placed(full, info_);
+    const DistanceStatistics away =
+        distances(sampled_points(surface, 6000), NearestTriangle(full_surface), allowed);
+    const DistanceStatistics back =
+        distances(sampled_points(full_surface, 6000), NearestTriangle(surface), allowed);
+    EXPECT_EQ(away.above_limit, 0U) << away.worst_distance << " of " << away.worst_limit;
+    EXPECT_EQ(back.above_limit, 0U) << back.worst_distance << " of " << back.worst_limit;
+  }
+
+  DatasetPtr dataset_ = prepared(GetParam());
+  const DatasetInfo& info_ = dataset_->info;
+  SurfaceExtractor extractor_{dataset_};
+};
+
+std::vector<PreparedSetting> some_fields() {
+  return {{"noisy_gyroid", fields::gyroid(33, 0.3, 45)},
+          {"stretched_gyroid", fields::gyroid(30, 0.1, 46, {1, 1, 2})},
+          {"closed_noise", fields::noise({18, 16, 17}, 42), 0.0, 1},
+          {"ball", fields::ball({40, 38, 44}, 15)}};
+}
+INSTANTIATE_TEST_SUITE_P(Fields, BudgetedSurfaces, ::testing::ValuesIn(some_fields()),
+                         [](const auto& parameter) { return std::string(parameter.param.name); });
+
+TEST_P(BudgetedSurfaces, HaveNearlyAllTrianglesThatTheyMayHave) {
+  for (const double error : {0.0, 0.2}) {
+    const IsosurfaceRequest request{.isovalue = kIsovalue, .error = error, .simplify = true};
+    const auto all = static_cast<double>(whole(request).triangles.size());
+    IsosurfaceRequest coarse = request;
+    coarse.error = 1e3;
+    const auto least = static_cast<double>(whole(coarse).triangles.size());
+    for (const double part : {0.6, 0.1}) {
+      SCOPED_TRACE(::testing::Message() << error << " " << part);
+      IsosurfaceRequest budgeted = request;
+      budgeted.max_triangles = static_cast<std::uint64_t>(1.1 * least + part * (all - least));
+      const BudgetedSurface made = within(budgeted);
+      const auto triangles = static_cast<double>(mesh_of(made.surface).triangles.size());
+      const auto most = static_cast<double>(budgeted.max_triangles);
+      EXPECT_LE(triangles, most);
+      EXPECT_GE(triangles, std::min(0.97 * most - 4, all));
+      EXPECT_EQ(made.at_least > error, most < all);
+      expect_good(made, budgeted);
+    }
+  }
+}
+
+TEST_P(BudgetedSurfaces, HaveNearlyAllBytesThatTheyMayHave) {
+  const IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.1, .simplify = true};
+  const double all = bytes_of(extractor_.extract({.request = request}));
+  IsosurfaceRequest coarse = request;
+  coarse.error = 1e3;
+  const double least = bytes_of(extractor_.extract({.request = coarse}));
+  IsosurfaceRequest budgeted = request;
+  budgeted.max_bytes = static_cast<std::uint64_t>(1.1 * least + 0.4 * (all - least));
+  const BudgetedSurface made = within(budgeted);
+  EXPECT_LE(bytes_of(made.surface), static_cast<double>(budgeted.max_bytes));
+  EXPECT_GE(bytes_of(made.surface), 0.9 * static_cast<double>(budgeted.max_bytes));
+  expect_good(made, budgeted);
+}
+
+TEST_P(BudgetedSurfaces, WithEnoughForAllAreTheRequestsOwn) {
+  IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.5, .simplify = true};
+  const TiledSurface own = extractor_.extract({.request = request});
+  request.max_triangles = mesh_of(own).triangles.size();
+  const BudgetedSurface made = within(request);
+  EXPECT_EQ(made.at_least, 0);
+  ASSERT_EQ(made.surface.tiles.size(), own.tiles.size());
+  for (std::size_t t = 0; t < own.tiles.size(); ++t) {
+    EXPECT_EQ(made.surface.tiles[t].mesh.triangles, own.tiles[t].mesh.triangles);
+  }
+}
+
+TEST_P(BudgetedSurfaces, AreTheCoarsestWhereNothingFits) {
+  const IsosurfaceRequest request{
+      .isovalue = kIsovalue, .error = 0.5, .max_triangles = 1, .simplify = true};
+  const BudgetedSurface made = within(request);
+  EXPECT_GT(mesh_of(made.surface).triangles.size(), 1U);
+  IsosurfaceRequest coarsest = request;
+  coarsest.error = 1e3;
+  EXPECT_LE(static_cast<double>(mesh_of(made.surface).triangles.size()),
+            1.1 * static_cast<double>(whole(coarsest).triangles.size()) + 16);
+  expect_good(made, request);
+}
+
+// And where it is asked for, none cuts itself, whatever was undone.
+TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
+  std::mt19937_64 random(17);
+  for (int i = 0; i < 2; ++i) {
+    SCOPED_TRACE(i);
+    IsosurfaceRequest request{.isovalue = kIsovalue,
+                              .error = between(0, 1, random),
+                              .unit = LengthUnit::kWorld,
+                              .thresholds = random_thresholds(info_, random),
+                              .simplify = true,
+                              .embedded = i % 2 == 1};
+    const double all = static_cast<double>(whole(request).triangles.size());
+    request.max_triangles = static_cast<std::uint64_t>(0.7 * all);
+    const BudgetedSurface made = within(request);
+    expect_good(made, request);
+    if (request.embedded) {
+      EXPECT_EQ(lattice_intersections(mesh_of(made.surface)).pairs, 0U);
+    }
+  }
+}
+
+TEST_P(BudgetedSurfaces, AreTheSameForAnyNumberOfThreads) {
+  IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.1, .simplify = true};
+  request.max_triangles = whole(request).triangles.size() / 2;
+  const BudgetedSurface of_all = within(request);
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const BudgetedSurface of_one = within(request);
+  EXPECT_EQ(of_one.at_least, of_all.at_least);
+  ASSERT_EQ(of_one.surface.tiles.size(), of_all.surface.tiles.size());
+  for (std::size_t t = 0; t < of_one.surface.tiles.size(); ++t) {
+    const TileMesh& one = of_one.surface.tiles[t];
+    const TileMesh& all = of_all.surface.tiles[t];
+    EXPECT_EQ(one.cube, all.cube);
+    EXPECT_EQ(one.mesh.vertices, all.mesh.vertices);
+    EXPECT_EQ(one.mesh.triangles, all.mesh.triangles);
+    EXPECT_EQ(one.simplification_bound, all.simplification_bound);
+  }
+}
+
+}  // namespace
+}  // namespace multitetra::testing
