@@ -41,6 +41,7 @@ class BudgetedSimplification {
         schedule_(request, info_) {
     level_ = schedule_.lowest_fitting(surface_sizes(extractor, stop, SizeAccuracy::kQuick).of, 0,
                                       schedule_.last(), kFirstPart);
+    most_ = first_most();
     while (begin(), part() < kLeastFirstPart && level_ > 0) {
       level_ = finer_level({level_, part()});
     }
@@ -61,6 +62,11 @@ class BudgetedSimplification {
       const MadeLevel now = {level_, left() / most_};
       level_ = coarser_level(std::exchange(before, now), now, schedule_.last());
       simplifier_->simplify(options(), stop_);
+    }
+    // What is left of a coarser model is less, where only the topology keeps it.
+    if (left() > most_ && first_level_ < level_) {
+      first_level_ = level_;
+      begin();
     }
   }
   // With `most` triangles, or as few as are left; the request's own surface where that fits.
@@ -92,17 +98,20 @@ class BudgetedSimplification {
     const SimplificationOptions how = options();
     simplifier_.emplace(std::move(surface_.tiles), how.lattice_step, info_.grid_exponent);
     simplifier_->simplify(how, stop_);
-    // Until some are encoded.
-    most_ = std::numeric_limits<std::uint32_t>::max();
-    if (request_.max_bytes > 0) {
-      const double triangles = std::max(left(), 1.0);
-      const double bytes =
-          kBytesOfSimplifiedTriangles * estimated_bytes(triangles, {.request = request_});
-      most_ = std::max(triangles * static_cast<double>(request_.max_bytes) / bytes, 1.0);
-    }
+  }
+  // A budget of bytes in triangles, until some are encoded.
+  [[nodiscard]] double first_most() const {
+    double most = std::numeric_limits<std::uint32_t>::max();
     if (request_.max_triangles > 0) {
-      most_ = std::min(most_, static_cast<double>(request_.max_triangles));
+      most = std::min(most, static_cast<double>(request_.max_triangles));
     }
+    if (request_.max_bytes > 0) {
+      constexpr double kMany = 1e6;
+      const double bytes =
+          kBytesOfSimplifiedTriangles * estimated_bytes(kMany, {.request = request_});
+      most = std::min(most, kMany * static_cast<double>(request_.max_bytes) / bytes);
+    }
+    return std::max(most, 1.0);
   }
 
   // Where no more is allowed than at the first level, the model moved the surface by its share of

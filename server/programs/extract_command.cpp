@@ -5,6 +5,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -22,6 +23,7 @@
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
 #include "common/wire/mesh_files.hpp"
+#include "common/wire/tile.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
 #include "server/dataset/dataset.hpp"
@@ -183,14 +185,35 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
           .points = cells.points.size()};
 }
 
-// The request as its budget allows it: that of the final step that a server would send.
-IsosurfaceRequest affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
-                             const IsosurfaceRequest& asked) {
-  if (!has_budget(asked)) return asked;
-  const auto made = make_next_step(ExtractedSurfaces(extractor),
-                                   {.request = asked, .steps = StepPolicy::kFinalOnly}, {});
+// The final step that a server would send for a request with a budget.
+MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
+                    const IsosurfaceRequest& asked) {
+  auto made =
+      make_next_step(ExtractedSurfaces(extractor),
+                     {.request = asked, .steps = StepPolicy::kFinalOnly}, {}, {.as_meshes = true});
   if (!made) throw std::runtime_error(made.error().text);
-  return made->step.request;
+  return *std::move(made);
+}
+
+// Its tiles as they were made, or as they are decoded.
+TiledSurface surface_of(const MadeStep& made) {
+  const TiledStep& step = made.encoded;
+  TiledSurface surface{.tetrahedra = step.tetrahedra,
+                       .active_tetrahedra = step.active_tetrahedra,
+                       .tiles = {}};
+  for (std::size_t i = 0; i < step.tiles.size(); ++i) {
+    const TileSummary& summary = step.tiles[i].summary;
+    LatticeMesh mesh =
+        step.meshes.empty()
+            ? decode_tile(*step.tiles[i].payload, summary, made.step.request.lattice_resolution,
+                          made.step.request.normal_bits)
+                  .value()
+            : *step.meshes[i];
+    surface.tiles.push_back({.cube = summary.cube,
+                             .mesh = std::move(mesh),
+                             .simplification_bound = summary.simplification_bound});
+  }
+  return surface;
 }
 
 int extract(const ExtractArguments& arguments) {
@@ -214,7 +237,9 @@ int extract(const ExtractArguments& arguments) {
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
 
   progress.begin("surface");
-  IsosurfaceRequest request = affordable(extractor, *asked);
+  std::optional<MadeStep> within_budget;
+  if (has_budget(*asked)) within_budget = affordable(extractor, *asked);
+  IsosurfaceRequest request = within_budget ? within_budget->step.request : *asked;
   // A level has no error that simplification could keep to.
   if (arguments.level) request.simplify = false;
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
@@ -222,6 +247,8 @@ int extract(const ExtractArguments& arguments) {
       reference.model && !reference.is_for_file_only
           ? reference.extractor->extract(resolved_step({.request = request}, info),
                                          *reference.model)
+      : within_budget
+          ? surface_of(*within_budget)
           : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;

@@ -143,12 +143,14 @@ done
 for name in head "$portrait"; do
   for error in 0 4; do counted "${name}_$error" "$name" "${paper_rule[@]}" --error "$error"; done
   counted "${name}_halves" "$name" "${paper_rule[@]}" "${halves[@]}"
+  counted "${name}_halves_simplified" "$name" "${halves[@]}"
   counted "${name}_simplified_4" "$name" --error 4
 done
 for error in 0 4; do
   picture "portrait_$error" "$portrait" 480 "${paper_rule[@]}" --error "$error" "${looking_at_head[@]}"
 done
 picture portrait_halves "$portrait" 480 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0
+picture portrait_halves_simplified "$portrait" 480 "${halves[@]}" --azimuth 0 --elevation 0
 picture portrait_border "$portrait" 2880 "${paper_rule[@]}" "${halves[@]}" --azimuth 0 --elevation 0 --shading flat
 
 echo "== Volume rendering"

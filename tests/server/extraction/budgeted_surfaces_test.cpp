@@ -151,11 +151,9 @@ TEST_P(BudgetedSurfaces, AreTheCoarsestWhereNothingFits) {
   const IsosurfaceRequest request{
       .isovalue = kIsovalue, .error = 0.5, .max_triangles = 1, .simplify = true};
   const BudgetedSurface made = within(request);
-  EXPECT_GT(mesh_of(made.surface).triangles.size(), 1U);
   IsosurfaceRequest coarsest = request;
-  coarsest.error = 1e3;
-  EXPECT_LE(static_cast<double>(mesh_of(made.surface).triangles.size()),
-            1.1 * static_cast<double>(whole(coarsest).triangles.size()) + 16);
+  coarsest.error = 1 << info_.grid_exponent;
+  EXPECT_EQ(mesh_of(made.surface).triangles.size(), whole(coarsest).triangles.size());
   expect_good(made, request);
 }
 
