@@ -1,9 +1,9 @@
 // A simplified surface within its request's budget of triangles and bytes.
 //
-// The thresholds are raised to a common floor until the budget is met, as ErrorSchedule does, but in
-// one simplification: it begins where an estimate says that the surface is still too large, goes on
-// from level to level, and its last collapses are undone as far as the budget allows. The floor that
-// is returned is the least that the surface keeps to.
+// The thresholds are raised to a common floor until the budget is met, as ErrorSchedule does, but
+// in one simplification: it begins where an estimate says that the surface is still too large, goes
+// on from level to level, and its last collapses are undone as far as the budget allows. The floor
+// that is returned is the least that the surface keeps to.
 //
 //   BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, stop);
 //   request.thresholds.at_least = made.at_least;

@@ -79,12 +79,11 @@ class BlockSampler {
     }
     LatticeMesh own = join_children(model_, cube, std::vector<CubeSurface>(8), options_).rest;
     const double before = counts.apart.before + static_cast<double>(own.triangles.size());
-    const SimplifiedCube joined =
-        join_simplified(cube, std::move(children),
-                        own.triangles.empty() ? std::nullopt
-                                              : std::optional(SimplifiedPiece(
-                                                    std::move(own), how.lattice_step)),
-                        how, kNoLimits, checkpoint());
+    const SimplifiedCube joined = join_simplified(
+        cube, std::move(children),
+        own.triangles.empty() ? std::nullopt
+                              : std::optional(SimplifiedPiece(std::move(own), how.lattice_step)),
+        how, kNoLimits, checkpoint());
     counts.joined = counted(before, joined.rest.result().mesh);
     return counts;
   }

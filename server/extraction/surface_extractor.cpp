@@ -7,8 +7,8 @@
 #include "server/core/fine_errors/prepared_model.hpp"
 #include "server/extraction/detail/parallel_surface.hpp"
 #include "server/extraction/detail/read_ahead.hpp"
-#include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/detail/simplified_surface.hpp"
+#include "server/extraction/reference_extractor.hpp"
 
 namespace multitetra {
 namespace {
@@ -49,7 +49,8 @@ int cube_exponent(int grid_exponent) {
 // All that is extracted lies in it.
 OctreeCube root_of(const ResolvedStep& spec, const DatasetInfo& info) {
   const std::optional<SurfaceCell>& cell = spec.request().cell;
-  return cell && info.grid_exponent > kSpectrumExponent ? cell->cube : root_cube(Grid(info.grid_exponent));
+  return cell && info.grid_exponent > kSpectrumExponent ? cell->cube
+                                                        : root_cube(Grid(info.grid_exponent));
 }
 
 }  // namespace
@@ -97,8 +98,7 @@ TiledSurface SurfaceExtractor::extract(const ResolvedStep& spec, std::stop_token
   return surface;
 }
 
-TiledSurface SurfaceExtractor::extract_model(const ResolvedStep& spec,
-                                             std::stop_token stop) const {
+TiledSurface SurfaceExtractor::extract_model(const ResolvedStep& spec, std::stop_token stop) const {
   const DatasetInfo& info = dataset_->info;
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};

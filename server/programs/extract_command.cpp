@@ -198,17 +198,15 @@ MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
 // Its tiles as they were made, or as they are decoded.
 TiledSurface surface_of(const MadeStep& made) {
   const TiledStep& step = made.encoded;
-  TiledSurface surface{.tetrahedra = step.tetrahedra,
-                       .active_tetrahedra = step.active_tetrahedra,
-                       .tiles = {}};
+  TiledSurface surface{
+      .tetrahedra = step.tetrahedra, .active_tetrahedra = step.active_tetrahedra, .tiles = {}};
   for (std::size_t i = 0; i < step.tiles.size(); ++i) {
     const TileSummary& summary = step.tiles[i].summary;
-    LatticeMesh mesh =
-        step.meshes.empty()
-            ? decode_tile(*step.tiles[i].payload, summary, made.step.request.lattice_resolution,
-                          made.step.request.normal_bits)
-                  .value()
-            : *step.meshes[i];
+    LatticeMesh mesh = step.meshes.empty() ? decode_tile(*step.tiles[i].payload, summary,
+                                                         made.step.request.lattice_resolution,
+                                                         made.step.request.normal_bits)
+                                                 .value()
+                                           : *step.meshes[i];
     surface.tiles.push_back({.cube = summary.cube,
                              .mesh = std::move(mesh),
                              .simplification_bound = summary.simplification_bound});
@@ -247,9 +245,8 @@ int extract(const ExtractArguments& arguments) {
       reference.model && !reference.is_for_file_only
           ? reference.extractor->extract(resolved_step({.request = request}, info),
                                          *reference.model)
-      : within_budget
-          ? surface_of(*within_budget)
-          : extractor->extract(StepRequest{.request = request});
+      : within_budget ? surface_of(*within_budget)
+                      : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
   std::vector<const LatticeMesh*> tiles;
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);

@@ -153,8 +153,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
 // Simplification keeps to a budget by itself. kLimitExceeded as above.
 Result<FinalStep> make_simplified(const SurfaceProvider& source, const IsosurfaceRequest& request,
                                   bool as_meshes, const std::stop_token& stop) {
-  FinalStep last{.request = request,
-                 .tiled = made(source, {.request = request}, as_meshes, stop)};
+  FinalStep last{.request = request, .tiled = made(source, {.request = request}, as_meshes, stop)};
   double& at_least = last.request.thresholds.at_least;
   at_least = std::max(at_least, last.tiled.at_least);
   if (const SurfaceSize size = size_of(last.tiled); !fits(size, request)) {

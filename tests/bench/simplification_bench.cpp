@@ -20,8 +20,8 @@
 #include "common/wire/tile.hpp"
 #include "server/core/simplification/simplification.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/detail/simplified_surface.hpp"
+#include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 #ifdef MULTITETRA_HAS_MESHOPTIMIZER

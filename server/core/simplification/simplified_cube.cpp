@@ -14,7 +14,8 @@ void cut_off(SimplifiedCube& child, std::vector<SimplifiedTile>& tiles) {
 }  // namespace
 
 SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCube> children,
-                               std::optional<SimplifiedPiece> own, const SimplificationOptions& options,
+                               std::optional<SimplifiedPiece> own,
+                               const SimplificationOptions& options,
                                const SimplifiedTileLimits& limits,
                                const std::function<void()>& checkpoint, Obstacles obstacles) {
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};

@@ -34,14 +34,15 @@ struct SimplifiedTileLimits {
 };
 
 // The surface in a cube from that in its children, and from what lies in no single one of them
-// (`own`), if anything does. Simplifies what stays together; `options` are the same for all cubes. `checkpoint`
-// is called now and then: what it throws ends the work. `obstacles` are triangles that lie in no
-// single cube of this size, but reach into this one; they count where surfaces are to stay
-// embedded.
+// (`own`), if anything does. Simplifies what stays together; `options` are the same for all cubes.
+// `checkpoint` is called now and then: what it throws ends the work. `obstacles` are triangles that
+// lie in no single cube of this size, but reach into this one; they count where surfaces are to
+// stay embedded.
 [[nodiscard]] SimplifiedCube join_simplified(
-    const OctreeCube& cube, std::vector<SimplifiedCube> children, std::optional<SimplifiedPiece> own,
-    const SimplificationOptions& options, const SimplifiedTileLimits& limits = {},
-    const std::function<void()>& checkpoint = [] {}, Obstacles obstacles = {});
+    const OctreeCube& cube, std::vector<SimplifiedCube> children,
+    std::optional<SimplifiedPiece> own, const SimplificationOptions& options,
+    const SimplifiedTileLimits& limits = {}, const std::function<void()>& checkpoint = [] {},
+    Obstacles obstacles = {});
 
 // The whole as tiles, sorted by cube: what is left at the root becomes one.
 [[nodiscard]] std::vector<SimplifiedTile> all_tiles(SimplifiedCube root);

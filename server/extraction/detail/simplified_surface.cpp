@@ -177,9 +177,8 @@ std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t most) const {
   in_parallel(tiles.size(), [&](std::size_t i) {
     const SimplifiedPiece& piece = tiles_[i].piece;
     Simplified left = undone == 0 ? piece.result() : piece.result(until);
-    tiles[i] = {.cube = tiles_[i].cube,
-                .mesh = std::move(left.mesh),
-                .simplification_bound = left.bound};
+    tiles[i] = {
+        .cube = tiles_[i].cube, .mesh = std::move(left.mesh), .simplification_bound = left.bound};
   });
   return tiles;
 }

@@ -41,8 +41,7 @@ TEST(SimplificationWork, IsAtLeastItsLongestChain) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   TiledSurface surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
-  const SimplificationOptions how{.lattice_step = {0.03125, 0.03125, 0.03125},
-                                  .max_distance = 0.5};
+  const SimplificationOptions how{.lattice_step = {0.03125, 0.03125, 0.03125}, .max_distance = 0.5};
   const int root = dataset->info.grid_exponent;
   const SimplificationWork work =
       SurfaceSimplifier(std::move(surface.tiles), how.lattice_step, root).simplify(how, {});

@@ -1,8 +1,8 @@
 // What was collapsed of a surface since some moment, so that the last of it can be left out.
 //
 // A collapse changes nothing but its fan, so the collapses of pieces that were simplified apart may
-// be cut off anywhere, each piece's by itself. `when` orders them all: in a piece, and from what was
-// joined to what it became.
+// be cut off anywhere, each piece's by itself. `when` orders them all: in a piece, and from what
+// was joined to what it became.
 #pragma once
 
 #include <limits>

@@ -33,11 +33,10 @@ class SimplifiedCubes : public Simplifying {
       std::vector<SimplifiedCube> children;
       for (int i = 0; cube.exponent > 0 && i < 8; ++i) children.push_back(in_cube(cube.child(i)));
       const auto mesh = own.find(cube);
-      return join_simplified(cube, std::move(children),
-                             mesh == own.end()
-                                 ? std::nullopt
-                                 : std::optional(SimplifiedPiece(mesh->second, step_)),
-                             {.lattice_step = step_, .max_distance = max_distance}, limits);
+      return join_simplified(
+          cube, std::move(children),
+          mesh == own.end() ? std::nullopt : std::optional(SimplifiedPiece(mesh->second, step_)),
+          {.lattice_step = step_, .max_distance = max_distance}, limits);
     };
     std::vector<TileMesh> tiles;
     for (const SimplifiedTile& tile : all_tiles(in_cube(root_))) {
