@@ -18,6 +18,7 @@
 #include "server/core/spectrum/isovalue_bins.hpp"
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/dataset/dataset_metadata.hpp"
 #include "server/dataset/source_note.hpp"
 #include "server/volume/volume_source.hpp"
 

@@ -14,6 +14,7 @@
 #include "server/dataset/prepared_format.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/dataset_folder.hpp"
+#include "server/programs/label_volume_text.hpp"
 
 namespace multitetra {
 namespace {

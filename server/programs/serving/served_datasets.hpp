@@ -15,6 +15,7 @@
 
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/dataset_catalogue.hpp"
+#include "server/service/surface_cache.hpp"
 #include "server/store/remote_files.hpp"
 
 namespace multitetra {

@@ -120,7 +120,7 @@ Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop
       if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
         return fail(ErrorCode::kUnavailable, "The spectrum is not here yet.");
       }
-      return source->costs().server_seconds(sizes.rough(request), request.simplify);
+      return source->costs().server_seconds(sizes.rough(request), form_of({.request = request}));
     });
     return seconds ? std::optional(*seconds) : std::nullopt;
   };

@@ -111,7 +111,7 @@ export class Thumbnails {
           promised: effect.tile,
           resolution,
           shell: shellModeOf(effect.begin),
-          hasNormals: order.request.normalBits > 0,
+          hasNormals: order.request.normals > 0,
           linear: latticeToWorld(order.info, resolution).slice(0, 9),
         }, this);
         this.pool.drop([id]);
