@@ -67,14 +67,17 @@ void VolumeOptions::add_to(Command& command) {
       ->expected(3)
       ->type_name("X,Y,Z");
   command
+      .add_option("--length-unit", length_unit,
+                  "Unit of spacing and coordinates, such as mm or um, whatever the file says")
+      ->type_name("UNIT");
+}
+
+void VolumeOptions::add_space_to(Command& command) {
+  command
       .add_option("--space", space,
                   "Directions of the world axes of the coordinates that `info` prints without this "
                   "option, whatever the file says; RAS is turned to LPS")
       ->one_of({"LPS", "RAS", "none"});
-  command
-      .add_option("--length-unit", length_unit,
-                  "Unit of spacing and coordinates, such as mm or um, whatever the file says")
-      ->type_name("UNIT");
 }
 
 std::string VolumeOptions::told() const {

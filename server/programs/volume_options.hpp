@@ -39,6 +39,8 @@ struct VolumeOptions {
   // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, the
   // layout of raw samples, and the places of samples.
   void add_to(Command& command);
+  // Adds --space, for commands whose own coordinates have no option of that name.
+  void add_space_to(Command& command);
   // What they say. Throws ExitError (kUsage) when a component is none, a spacing is not positive,
   // or the length unit is no unit.
   [[nodiscard]] VolumeFileOptions parsed() const;

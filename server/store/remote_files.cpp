@@ -123,7 +123,9 @@ std::shared_ptr<const RemoteFile> RemoteFiles::open(const std::string& address) 
   std::uint64_t block = 0;
   for (auto begin = bytes.begin(); begin != bytes.end(); ++block) {
     const auto end = begin + static_cast<std::ptrdiff_t>(file->bytes_of(block));
-    memory_.put({file->owner, block}, std::make_shared<const std::vector<std::byte>>(begin, end));
+    auto kept = std::make_shared<const std::vector<std::byte>>(begin, end);
+    if (disk_) disk_->put(file->cache_name, block, *kept);
+    memory_.put({file->owner, block}, std::move(kept));
     begin = end;
   }
   {

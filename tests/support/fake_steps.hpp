@@ -18,8 +18,10 @@ using MakeStep = std::function<TiledStep(const StepRequest&, std::stop_token)>;
 
 inline TiledStep octahedron_step(const StepRequest& step) {
   const bool is_fine = step.request.topology_tolerance == 0;
-  return {
-      .tetrahedra = 100, .active_tetrahedra = 10, .tiles = is_fine ? fine_tiles() : coarse_tiles()};
+  const int resolution = step.request.lattice_resolution;
+  return {.tetrahedra = 100,
+          .active_tetrahedra = 10,
+          .tiles = is_fine ? fine_tiles(resolution) : coarse_tiles(resolution)};
 }
 
 // A step with a coarser finest spacing is much smaller; the whole has a megabyte.

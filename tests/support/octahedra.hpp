@@ -23,17 +23,18 @@ inline DatasetInfo octahedra_info(std::string name = "octahedra") {
 
 // The half of an octahedron that lies on one side (-1 or 1) of the plane x = 16, which is the
 // border of two cubes of side 16. Faces look outwards; both halves weld to a closed surface.
-inline std::vector<LatticeTriangle> half_octahedron(std::int32_t side) {
-  constexpr std::int32_t kStep = 1 << kResolution;
-  constexpr LatticePoint kCenter = {16 * kStep, 8 * kStep, 8 * kStep};
-  constexpr std::int32_t kRadius = 4 * kStep;
+inline std::vector<LatticeTriangle> half_octahedron(std::int32_t side,
+                                                    int resolution = kResolution) {
+  const std::int32_t step = 1 << resolution;
+  const LatticePoint center = {16 * step, 8 * step, 8 * step};
+  const std::int32_t radius = 4 * step;
   std::vector<LatticeTriangle> triangles;
   for (const std::int32_t y : {-1, 1}) {
     for (const std::int32_t z : {-1, 1}) {
-      LatticeTriangle t = {kCenter, kCenter, kCenter};
-      t[0].x += side * kRadius;
-      t[1].y += y * kRadius;
-      t[2].z += z * kRadius;
+      LatticeTriangle t = {center, center, center};
+      t[0].x += side * radius;
+      t[1].y += y * radius;
+      t[2].z += z * radius;
       if (side * y * z < 0) std::swap(t[1], t[2]);
       triangles.push_back(t);
     }
@@ -57,18 +58,19 @@ inline OctreeCube cube_of_half(std::int32_t side) {
   return {.exponent = 4, .x = side < 0 ? 0 : 1, .y = 0, .z = 0};
 }
 
-inline EncodedTile tile_of(const std::vector<LatticeTriangle>& triangles, const OctreeCube& cube) {
-  return encode_tile(index_triangles(triangles, kResolution), cube);
+inline EncodedTile tile_of(const std::vector<LatticeTriangle>& triangles, const OctreeCube& cube,
+                           int resolution = kResolution) {
+  return encode_tile(index_triangles(triangles, resolution), cube);
 }
 
 // An octahedron in two tiles, and the same with the right one refined.
-inline std::vector<EncodedTile> coarse_tiles() {
-  return {tile_of(half_octahedron(-1), cube_of_half(-1)),
-          tile_of(half_octahedron(1), cube_of_half(1))};
+inline std::vector<EncodedTile> coarse_tiles(int resolution = kResolution) {
+  return {tile_of(half_octahedron(-1, resolution), cube_of_half(-1), resolution),
+          tile_of(half_octahedron(1, resolution), cube_of_half(1), resolution)};
 }
-inline std::vector<EncodedTile> fine_tiles() {
-  return {tile_of(half_octahedron(-1), cube_of_half(-1)),
-          tile_of(refined(half_octahedron(1)), cube_of_half(1))};
+inline std::vector<EncodedTile> fine_tiles(int resolution = kResolution) {
+  return {tile_of(half_octahedron(-1, resolution), cube_of_half(-1), resolution),
+          tile_of(refined(half_octahedron(1, resolution)), cube_of_half(1), resolution)};
 }
 
 }  // namespace multitetra::testing

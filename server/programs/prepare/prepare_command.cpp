@@ -217,6 +217,7 @@ void add_prepare_command(Command& program, Run& run) {
       ->within(0, 4096);
   command->begin_group("Reading the volume");
   a->volume.add_to(*command);
+  a->volume.add_space_to(*command);
   command->begin_group("Grid and errors");
   command
       ->add_option("--bins", a->bins,

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "server/programs/prepare/preparation.hpp"
+#include "server/programs/prepare/detail/preparation.hpp"
 
 namespace multitetra {
 

@@ -20,7 +20,7 @@
 #include "common/cli/terminal.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/programs/commands.hpp"
-#include "server/programs/prepare/preparation.hpp"
+#include "server/programs/prepare/detail/preparation.hpp"
 #include "server/programs/prepare/series_jobs.hpp"
 #include "server/programs/serving/dataset_server.hpp"
 #include "server/programs/thread_options.hpp"
@@ -300,6 +300,7 @@ void add_view_command(Command& program, Run& run) {
       ->capture_default_str();
   command->begin_group("Reading the volume");
   a->volume.add_to(*command);
+  a->volume.add_space_to(*command);
   command->footer(
       "Examples:\n"
       "  multitetra view\n"

@@ -236,7 +236,7 @@ TEST(OpenStream, OutOfRangeIsRefused) {
   refuse([](OpenStream& o) { o.request.lattice_resolution = 9; }, "lattice resolution");
   refuse([](OpenStream& o) { o.request.lattice_resolution = -1; }, "lattice resolution");
   refuse([](OpenStream& o) { o.request.unit = static_cast<LengthUnit>(2); }, "threshold.unit");
-  refuse([](OpenStream& o) { o.request.measure = static_cast<ErrorMeasure>(2); }, "measure");
+  refuse([](OpenStream& o) { o.request.measure = static_cast<ErrorMeasure>(2); }, "bound");
   refuse([](OpenStream& o) { o.request.topology_rule = static_cast<TopologyRule>(-3); },
          "topology_rule");
   refuse([](OpenStream& o) { o.request.normal_bits = 7; }, "normals have 7 bits");
@@ -333,9 +333,9 @@ TEST(ThresholdMaps, WithARegionOutOfRangeAreRefusedByItsIndexAndField) {
   expect_map_refused([](Map& m) { std::get<HalfSpaceShape>(m.regions[2].shape).normal = {}; },
                      "regions[2].half_space.normal");
   expect_map_refused([](Map& m) { m.coordinates = static_cast<CoordinateSystem>(2); },
-                     "threshold.coordinates");
+                     "threshold.region_unit");
   expect_map_refused([](Map& m) { m.combination = static_cast<Combination>(-2); },
-                     "threshold.combination");
+                     "threshold.combine");
 }
 
 TEST(ThresholdMaps, WithAGridOutOfRangeAreRefused) {

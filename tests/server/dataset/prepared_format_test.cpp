@@ -344,7 +344,7 @@ TEST(PreparedFormat, MetadataThatContradictsTheSamplesIsReportedByTheVerificatio
       --other.metadata.info.histogram.counts[0];
     }
     EXPECT_EQ(error_in_structure(encoded(other)), "whole");
-    expect_contains(error_in_bytes(encoded(other)), "\"metadata\": it says");
+    expect_contains(error_in_bytes(encoded(other)), "\"metadata\": the metadata declare");
   }
 }
 

@@ -329,6 +329,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
                                            "/v1/datasets/{name} 503",
                                            surface + " 422",
                                            surface + " 503",
+                                           surface + " 507",
                                            slice + " 429",
                                            slice + " 503",
                                            value + " 429",

@@ -23,7 +23,7 @@ using testing::HttpClient;
 using testing::RunningHttpServer;
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
-constexpr std::size_t kQueueBytes = 8 * kMiB;
+constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may have a quarter.
 constexpr std::size_t kClients = 60;
 // Of one connection: coroutines, a header, a piece of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;

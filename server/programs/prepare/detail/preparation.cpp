@@ -1,4 +1,4 @@
-#include "server/programs/prepare/preparation.hpp"
+#include "server/programs/prepare/detail/preparation.hpp"
 
 #include <algorithm>
 #include <exception>
