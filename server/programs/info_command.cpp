@@ -113,6 +113,9 @@ Json json_of(const PreparedFile& file) {
   report["packed_sample_bytes"] = packed_sample_bytes(file);
   report["spectrum_bins"] = bins_of(file);
   report["format_version"] = kPreparedFormatVersion;
+  if (const auto& volume = file.metadata().label_volume) {
+    report["label_volume"] = multitetra::json_of(*volume);
+  }
   report["source"] = {
       {"file", source.file}, {"digest", source.digest}, {"options", source.options}};
   return report;

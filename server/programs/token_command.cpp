@@ -199,13 +199,15 @@ void add_token_command(Command& program, Run& run) {
   command->add_flag("--replace", a->replace, "Make the token that NAME has by now invalid");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(
-      "The token is shown this once: the file holds its SHA-256 only. Servers read the file again\n"
-      "on SIGHUP; tokens expire without it. Examples:\n"
+      "Examples:\n"
       "  multitetra-server token alice\n"
       "  token=$(multitetra-server token lab --datasets 'head-*' --file /etc/multitetra/tokens)\n"
       "  multitetra-server token guest --expires 30d --file tokens\n"
       "  multitetra-server token list --file tokens\n"
-      "  multitetra-server token revoke alice --file tokens");
+      "  multitetra-server token revoke alice --file tokens\n"
+      "\n"
+      "The token is printed once: the file holds only its SHA-256. Servers read the file again on\n"
+      "SIGHUP; tokens expire without it.");
   command->callback([a, &run] { run = run_of(a); });
 }
 

@@ -30,7 +30,8 @@ for program in multitetra-server multitetra-client; do
 done
 check multitetra-gateway
 check multitetra-load
-"$bin/multitetra-client" fetch --help-all | grep -qx 'Errors that differ from place to place:' || fail "--help-all has no groups"
+all=$("$bin/multitetra-client" fetch --help-all)
+grep -qx 'Errors that differ from place to place:' <<<"$all" || fail "--help-all has no groups"
 
 # Limits of serve are keys of its configuration, with a comment for each.
 "$bin/multitetra-server" serve --print-config >config

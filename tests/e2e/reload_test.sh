@@ -61,7 +61,7 @@ header, samples = open("volume.nrrd", "rb").read().split(b"\n\n", 1)
 lines = [line for line in header.split(b"\n") if not line.startswith(b"space origin")]
 open("moved.nrrd", "wb").write(b"\n".join(lines + [b"space origin: (70,0,0)"]) + b"\n\n" + samples)
 PY
-"$server" prepare moved.nrrd -o served/a.mtd --name volume --quiet
+"$server" prepare moved.nrrd -o served/a.mtd --name volume --force --quiet
 reload
 [ "$(fetched volume)" = "$torus" ] || fail "the same samples elsewhere have another surface on the lattice"
 [ "$(tag volume)" != "$torus_tag" ] || fail "a file of other coordinates has the old tag"

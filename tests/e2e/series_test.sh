@@ -38,7 +38,7 @@ ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
-says organs/organs.label3.mtd ', of which the surface holds 9'
+says organs/organs.label3.mtd ", of which the surface holds 100"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
@@ -265,12 +265,12 @@ fi
 # --- a series that is prepared again leaves no stale members, and none of another kind is touched
 mkdir again
 for i in 1 2 3; do "$server" generate torus --size 9 --noise 0.01 --seed "$i" -o "again/v$i.nrrd" --quiet; done
-ends 0 "3 members, 0 failed" "$server" prepare again/v1.nrrd again/v2.nrrd again/v3.nrrd --time-series v -o out
-"$server" prepare in/organs.seg.nrrd --label all --name organs -o out --quiet
-ends 0 "v.t0002.mtd: removed" "$server" prepare again/v1.nrrd again/v2.nrrd --time-series v -o out
-[ "$(ls out | tr '\n' ' ')" = "organs.label3.mtd organs.label7.mtd v.t0000.mtd v.t0001.mtd " ] || fail "other members: $(ls out)"
-ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --name organs -o out
-[ -e out/organs.label7.mtd ] || fail "a label that was not asked for is removed"
+ends 0 "3 members, 0 failed" "$server" prepare again/v1.nrrd again/v2.nrrd again/v3.nrrd --time-series v -o latest
+"$server" prepare in/organs.seg.nrrd --label all --name organs -o latest --quiet
+ends 0 "v.t0002.mtd: removed" "$server" prepare again/v1.nrrd again/v2.nrrd --time-series v -o latest
+[ "$(ls latest | tr '\n' ' ')" = "organs.label3.mtd organs.label7.mtd v.t0000.mtd v.t0001.mtd " ] || fail "other members: $(ls latest)"
+ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --name organs -o latest
+[ -e latest/organs.label7.mtd ] || fail "a label that was not asked for is removed"
 
 # --- a dataset of another source is replaced on request alone
 "$server" prepare again/v1.nrrd -o kept.mtd --quiet

@@ -68,23 +68,24 @@ curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"
 ends_by_interrupt
 
 # --- what was prepared is found again by content, also in another folder
-volume bar.nrrd '20 * x + y'
-starts first --no-browser bar.nrrd
+mkdir volumes  # A newer file beside a volume may be a part of it: it is prepared again then.
+volume volumes/bar.nrrd '20 * x + y'
+starts first --no-browser volumes/bar.nrrd
 lists "bar"
 ends_by_interrupt
 made=$(ls cache/multitetra/bar-*/bar.mtd)
 before=$(stat -c %Y.%i "$made")
-starts again --no-browser bar.nrrd
+starts again --no-browser volumes/bar.nrrd
 ends_by_interrupt
 [ "$(stat -c %Y.%i "$made")" = "$before" ] || fail "the same volume was prepared twice"
-volume bar.nrrd '255 - 20 * x - y'
-starts changed --no-browser bar.nrrd
+volume volumes/bar.nrrd '255 - 20 * x - y'
+starts changed --no-browser volumes/bar.nrrd
 ends_by_interrupt
 [ "$(ls cache/multitetra | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
 [ "$(wc -l <opened)" = 1 ] || fail "--no-browser opened one"
 
 # --- the cache is bounded: what was not used for longest goes, what is shown stays
-starts bounded --no-browser --cache-bytes 1 bar.nrrd
+starts bounded --no-browser --cache-bytes 1 volumes/bar.nrrd
 for _ in $(seq 200); do [ "$(ls cache/multitetra | wc -l)" = 1 ] && break; sleep 0.05; done
 [ "$(ls cache/multitetra | wc -l)" = 1 ] || fail "the cache keeps $(ls cache/multitetra)"
 lists "bar"
@@ -93,7 +94,7 @@ rm -rf cache
 TMPDIR=$work/tmp
 mkdir "$TMPDIR"
 export TMPDIR
-starts uncached --no-browser --no-cache bar.nrrd
+starts uncached --no-browser --no-cache volumes/bar.nrrd
 lists "bar"
 ends_by_interrupt
 [ ! -e cache ] || fail "--no-cache keeps $(find cache)"
@@ -136,13 +137,13 @@ lists "ct ct_seg.label1 ct_seg.label2"
 ends_by_interrupt
 
 # --- what the file does not say
-starts placed --no-browser --spacing 2,2,3 --length-unit um bar.nrrd
+starts placed --no-browser --spacing 2,2,3 --length-unit um volumes/bar.nrrd
 curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' || fail "--spacing changes nothing: $(curl -s "$url/v1/datasets")"
 curl -s "$url/v1/datasets" | grep -q 'µm' || fail "--length-unit changes nothing"
 ends_by_interrupt
 
 # --- errors
-head -c 100 bar.nrrd >damaged.nrrd
+head -c 100 volumes/bar.nrrd >damaged.nrrd
 ends 2 "damaged.nrrd" "$view" view --no-browser damaged.nrrd
 ends 2 "nowhere.nrrd" "$view" view --no-browser nowhere.nrrd
-ends 2 "--spacing" "$view" view --no-browser bar.nrrd --spacing 0,1,1
+ends 2 "--spacing" "$view" view --no-browser volumes/bar.nrrd --spacing 0,1,1

@@ -42,7 +42,7 @@ export class StatusBar {
     "From the request until its final surface was checked and on the screen.");
   private readonly certificateButton: HTMLButtonElement;
   private readonly certificates = h("div");
-  private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true });
+  private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
   private certified: DrawnSurface[] = [];
   // What is said aloud: steps, not every tile.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
