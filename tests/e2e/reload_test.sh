@@ -13,7 +13,7 @@ dataset() {
   local kind=$1 file=$2
   shift 2
   "$server" generate "$kind" --size 33 -o volume.nrrd --quiet
-  "$server" prepare volume.nrrd -o "$file" --quiet "$@"
+  "$server" prepare volume.nrrd -o "$file" --force --quiet "$@"
 }
 # reloaded: after SIGHUP, when the server has looked.
 looks=0
