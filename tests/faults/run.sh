@@ -255,7 +255,7 @@ trial_changed_file() {
     ends 1 'damaged' fetch_one $name 700
   done
   fetch_one whole 600 || fail "changed-file: the good one cannot be fetched after"
-  grep -q 'overwritten.mtd.*wrote into it' changed.log || fail "changed-file: the log does not say what happened"
+  grep -q 'overwritten.mtd.*was overwritten while it was open' changed.log || fail "changed-file: the log does not say what happened"
   ends_well changed "$pid"
   row "a served file overwritten, another one cut" "errors of these datasets, which the log explains" "a third one is served on"
 }

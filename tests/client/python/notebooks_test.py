@@ -63,7 +63,7 @@ class ViewerOfNotebooks(unittest.TestCase):
         for mistake in ({"isovlaue": 3}, {"isovalue": float("nan")}):
             with self.assertRaises(ValueError):
                 viewer.set(**mistake)
-        for address in ("ws://127.0.0.1:1", "nonsense", "javascript:alert(1)"):
+        for address in ("tcp://127.0.0.1:1", "nonsense", "javascript:alert(1)"):
             with self.assertRaisesRegex(ValueError, "not the address of a server's page"):
                 multitetra.Viewer(address)
 
