@@ -1,7 +1,6 @@
 #include "common/cli/command.hpp"
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -27,13 +26,6 @@ template Option* Option::within(std::size_t, std::size_t);
 
 Option* Option::as_bytes() {
   option_->transform(CLI::AsSizeValue(/*kb_is_1000=*/false));
-  return this;
-}
-
-Option* Option::as_count() {
-  option_->transform(
-      CLI::AsNumberWithUnit(std::map<std::string, std::uint64_t>{{"k", 1'000}, {"M", 1'000'000}},
-                            CLI::AsNumberWithUnit::CASE_INSENSITIVE, "COUNT"));
   return this;
 }
 

@@ -46,7 +46,6 @@ class Option {
   template <typename Number>
   Option* within(Number least, Number most);
   Option* as_bytes();  // 500KiB, 2MiB
-  Option* as_count();  // 300k, 2M
   Option* required();
   Option* expected(int count);
   Option* delimiter(char between);

@@ -18,10 +18,6 @@ bool is_place(const Vec3& vector) {
 
 }  // namespace
 
-std::string_view name(Interpolation interpolation) {
-  return interpolation == Interpolation::kNearest ? kNearest : kLinear;
-}
-
 std::string_view name(SliceDetail detail) {
   switch (detail) {
     case SliceDetail::kFull:

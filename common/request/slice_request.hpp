@@ -27,7 +27,6 @@ enum class SliceDetail {
   kCoarse,  // Every eighth along each axis, where there are some.
 };
 
-[[nodiscard]] std::string_view name(Interpolation interpolation);  // "nearest", "linear"
 [[nodiscard]] std::string_view name(SliceDetail detail);           // "auto", "full", "coarse"
 [[nodiscard]] std::optional<Interpolation> interpolation_from(std::string_view name);
 [[nodiscard]] std::optional<SliceDetail> slice_detail_from(std::string_view name);

@@ -13,14 +13,6 @@ constexpr int kAttempts = 3;
 
 asio::awaitable<Result<ServerMessage>> UpstreamQuestions::ask(
     std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question) {
-  ++running_;
-  auto answer = co_await ask_some(std::move(dataset), std::move(client), std::move(question));
-  --running_;
-  co_return answer;
-}
-
-asio::awaitable<Result<ServerMessage>> UpstreamQuestions::ask_some(
-    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question) {
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has gone.");
   for (int attempt = 0; attempt < kAttempts && !is_closed_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_closed_; };

@@ -22,16 +22,11 @@ class UpstreamQuestions {
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question);
   void close();
 
-  [[nodiscard]] bool are_running() const { return running_ > 0; }
-
  private:
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, Question question);
-  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_some(
-      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, Question question);
 
   std::shared_ptr<UpstreamPool> upstreams_;
   std::set<LinkPtr> links_;  // An answer is waited for on each.
-  std::size_t running_ = 0;
   bool is_closed_ = false;
 };
 
