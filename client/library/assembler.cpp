@@ -76,6 +76,7 @@ Result<Progress> Assembler::receive(const ServerMessage& message) {
   if (!progress) {
     failed_ = progress.error();
     tiles_.clear();
+    marched_.clear();
     waiting_.clear();
   }
   return progress;
@@ -83,6 +84,7 @@ Result<Progress> Assembler::receive(const ServerMessage& message) {
 
 Result<Progress> Assembler::take(const StepBegin& begin) {
   tiles_.clear();
+  marched_.assign(begin.tiles.size(), std::nullopt);
   waiting_.clear();
   waiting_triangles_ = 0;
   for (std::size_t i = 0; i < begin.tiles.size(); ++i) {
@@ -141,6 +143,7 @@ Result<void> Assembler::decode_waiting() {
                         tile_name(begin, index) + " is damaged: " + decoded[i].error().text);
     }
     tiles_[index] = std::make_shared<const LatticeMesh>(*std::move(decoded[i]));
+    marched_[index] = marched_box(*waiting[i].payload);
     held_.emplace(begin.tiles[index].digest, tiles_[index]);
   }
   return {};
@@ -180,7 +183,7 @@ JoinedTiles Assembler::joined_step(const DataBorder& border) const {
   const StepBegin& begin = ledger_.step();
   std::vector<TileInCube> tiles;
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
-    tiles.push_back({.mesh = tiles_[i].get(), .cube = begin.tiles[i].cube});
+    tiles.push_back({.mesh = tiles_[i].get(), .cube = begin.tiles[i].cube, .marched = marched_[i]});
   }
   const ForEachTile for_each = [](std::size_t count, const std::function<void(std::size_t)>& body) {
     in_parallel(count, body);

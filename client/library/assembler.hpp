@@ -116,7 +116,9 @@ class Assembler {
   DatasetInfo info_;
   HeldTiles held_;
   StreamLedger ledger_;
-  std::vector<TilePtr> tiles_;        // Of the step; null: not there yet.
+  std::vector<TilePtr> tiles_;  // Of the step; null: not there yet.
+  // Where a tile was marched by this assembler; none of those that were held before.
+  std::vector<std::optional<MarchedBox>> marched_;
   std::vector<WaitingTile> waiting_;  // Of the step.
   std::uint64_t waiting_triangles_ = 0;
   std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.

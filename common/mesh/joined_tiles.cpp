@@ -34,6 +34,100 @@ bool is_on_face(const LatticePoint& p, const OctreeCube& cube, int resolution) {
 
 bool is_proper(const TriangleIndices& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
 
+// In which faces of a marched box a point lies: bit 2 axis + (0 low, 1 high).
+std::uint8_t faces_of_box(const LatticePoint& p, const MarchedBox& box) {
+  unsigned faces = 0;
+  faces |= (p.x == box.low.x ? 1U : 0U) | (p.x == box.high.x ? 2U : 0U);
+  faces |= (p.y == box.low.y ? 4U : 0U) | (p.y == box.high.y ? 8U : 0U);
+  faces |= (p.z == box.low.z ? 16U : 0U) | (p.z == box.high.z ? 32U : 0U);
+  return static_cast<std::uint8_t>(faces);
+}
+
+// Finds the seam's edges and counts all others by comparing every edge with its uses.
+class ComparedEdges {
+ public:
+  ComparedEdges(const LatticeMesh& mesh, const std::vector<bool>& is_shared,
+                const DataBorder& border)
+      : mesh_(mesh), is_shared_(is_shared), border_(border) {}
+
+  void add_to(TileSeam& seam) const {
+    const auto each_use = [this](const auto& use) {
+      for (const TriangleIndices& t : mesh_.triangles) {
+        if (!is_proper(t)) continue;
+        for (std::size_t i = 0; i < 3; ++i) use(t[i], t[(i + 1) % 3]);
+      }
+    };
+    for (const TriangleIndices& t : mesh_.triangles) {
+      if (!is_proper(t)) ++seam.alone.degenerate_triangles;
+    }
+    visit_edges(
+        mesh_.vertices.size(), each_use,
+        [&](std::uint32_t lower, std::span<const EdgeUse> uses) { add_edge(lower, uses, seam); });
+  }
+
+ private:
+  void add_edge(std::uint32_t lower, std::span<const EdgeUse> uses, TileSeam& seam) const {
+    const std::uint32_t upper = uses.front().upper;
+    if (is_shared_[lower] && is_shared_[upper]) {
+      for (const EdgeUse& use : uses) {
+        seam.edges.push_back(use.upwards ? std::array{lower, upper} : std::array{upper, lower});
+      }
+      return;
+    }
+    const auto is_on_border = [&] {
+      return border_.contains_edge(mesh_.vertices[lower], mesh_.vertices[upper]);
+    };
+    count_edge(uses, is_on_border, seam.alone);
+  }
+
+  const LatticeMesh& mesh_;
+  const std::vector<bool>& is_shared_;
+  const DataBorder& border_;
+};
+
+// The same of a mesh that was marched in a box: only edges in its faces are looked at.
+void add_marched_edges(const LatticeMesh& mesh, const MarchedBox& box,
+                       const std::vector<bool>& is_shared, const DataBorder& border,
+                       TileSeam& seam) {
+  std::vector<std::uint8_t> faces;
+  faces.reserve(mesh.vertices.size());
+  for (const LatticePoint& p : mesh.vertices) faces.push_back(faces_of_box(p, box));
+  std::int64_t used_once = 0;
+  for (const TriangleIndices& t : mesh.triangles) {
+    if ((faces[t[0]] | faces[t[1]] | faces[t[2]]) == 0) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t from = t[i];
+      const std::uint32_t to = t[(i + 1) % 3];
+      if ((faces[from] & faces[to]) == 0) continue;
+      ++used_once;
+      if (is_shared[from] && is_shared[to]) {
+        seam.edges.push_back({from, to});
+      } else {
+        const bool is_on_border = border.contains_edge(mesh.vertices[from], mesh.vertices[to]);
+        ++(is_on_border ? seam.alone.border_edges : seam.alone.open_edges);
+      }
+    }
+  }
+  const auto uses = 3 * static_cast<std::int64_t>(mesh.triangles.size());
+  seam.alone.edges = (uses + used_once) / 2 - static_cast<std::int64_t>(seam.edges.size());
+}
+
+void find_components(const LatticeMesh& mesh, TileSeam& seam) {
+  DisjointSets connected(mesh.vertices.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    connected.join(t[0], t[1]);
+    connected.join(t[1], t[2]);
+  }
+  // By number, in the order of their first vertices, which are the roots.
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (connected.root(v) == v) number[v] = seam.components++;
+  }
+  for (const std::uint32_t v : seam.vertices) {
+    seam.component_of.push_back(number[connected.root(v)]);
+  }
+}
+
 TileSeam seam_of(const TileInCube& tile, int resolution, const DataBorder& border) {
   const LatticeMesh& mesh = *tile.mesh;
   TileSeam seam;
@@ -43,41 +137,12 @@ TileSeam seam_of(const TileInCube& tile, int resolution, const DataBorder& borde
     is_shared[v] = true;
     seam.vertices.push_back(v);
   }
-  DisjointSets connected(mesh.vertices.size());
-  for (const TriangleIndices& t : mesh.triangles) {
-    connected.join(t[0], t[1]);
-    connected.join(t[1], t[2]);
-    if (!is_proper(t)) ++seam.alone.degenerate_triangles;
+  if (tile.marched) {
+    add_marched_edges(mesh, *tile.marched, is_shared, border, seam);
+  } else {
+    ComparedEdges(mesh, is_shared, border).add_to(seam);
   }
-  const auto each_use = [&mesh](const auto& use) {
-    for (const TriangleIndices& t : mesh.triangles) {
-      if (!is_proper(t)) continue;
-      for (std::size_t i = 0; i < 3; ++i) use(t[i], t[(i + 1) % 3]);
-    }
-  };
-  visit_edges(
-      mesh.vertices.size(), each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
-        const std::uint32_t upper = uses.front().upper;
-        if (is_shared[lower] && is_shared[upper]) {
-          for (const EdgeUse& use : uses) {
-            seam.edges.push_back(use.upwards ? std::array{lower, upper} : std::array{upper, lower});
-          }
-          return;
-        }
-        const auto is_on_border = [&] {
-          return border.contains_edge(mesh.vertices[lower], mesh.vertices[upper]);
-        };
-        count_edge(uses, is_on_border, seam.alone);
-      });
-  // Components by number, in the order of their first vertices.
-  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
-  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    std::uint32_t& of_root = number[connected.root(v)];
-    if (of_root == kNone) of_root = seam.components++;
-  }
-  for (const std::uint32_t v : seam.vertices) {
-    seam.component_of.push_back(number[connected.root(v)]);
-  }
+  find_components(mesh, seam);
   seam.number_of.assign(mesh.vertices.size(), kNone);
   return seam;
 }

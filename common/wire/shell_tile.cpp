@@ -87,6 +87,21 @@ Result<void> check_shell_tile(std::string_view payload, const TileSummary& promi
   return {};
 }
 
+std::optional<MarchedBox> marched_box(std::string_view payload) {
+  ShellHeader header;
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(payload.data());
+  const ShellStatus status = read_shell_header(bytes, payload.size(), header);
+  if (status != ShellStatus::kOk || header.has_void) return std::nullopt;
+  const auto corner = [&header](std::int32_t x, std::int32_t y, std::int32_t z) {
+    const std::int32_t steps = header.steps();
+    return LatticePoint{(header.origin[0] + x) * steps, (header.origin[1] + y) * steps,
+                        (header.origin[2] + z) * steps};
+  };
+  return MarchedBox{
+      .low = corner(0, 0, 0),
+      .high = corner(header.samples[0] - 1, header.samples[1] - 1, header.samples[2] - 1)};
+}
+
 Result<LatticeMesh> decode_shell_tile(std::string_view payload, const TileSummary& promised,
                                       const ShellTileForm& form) {
   if (const auto checked = check_shell_tile(payload, promised, form); !checked) {

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "common/base/result.hpp"
+#include "common/mesh/joined_tiles.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/shell_step.hpp"
 #include "common/wire/tile.hpp"
@@ -22,6 +24,11 @@ struct ShellTileForm {
 // that were promised. kDamagedData, naming the tile and the first difference, otherwise.
 [[nodiscard]] Result<void> check_shell_tile(std::string_view payload, const TileSummary& promised,
                                             const ShellTileForm& form);
+
+// The box of cells that decode_shell_tile() marches, in lattice coordinates: what it then returns
+// is as TileInCube::marched says. None where samples are void, so that tetrahedra are left out, or
+// where the payload has no header.
+[[nodiscard]] std::optional<MarchedBox> marched_box(std::string_view payload);
 
 // Checks and decodes. Takes memory in proportion to `promised`, and time in proportion to the
 // cube's cells. Every vertex lies in the cube, is used, and is there once; every edge within the

@@ -168,6 +168,14 @@ inline std::vector<LatticeTriangle> sorted_triangles(const LatticeMesh& mesh) {
   return sorted_triangles(std::move(triangles));
 }
 
+// Levels of |v - c| as numbers: what a quantized shell stands for, with the isovalue 0.
+inline double quantized(double value, double isovalue, int levels) {
+  const double distance = std::abs(value - isovalue);
+  if (!(distance > 0)) return value - isovalue;
+  const double level = std::floor(std::log2(distance) * levels + 0.5);
+  return (value > isovalue ? 1 : -1) * std::exp2(level / levels);
+}
+
 // The surface in a box: `value(x, y, z)` at its points, NaN where void. Every cell is six
 // tetrahedra around the diagonal from its corner with even coordinates.
 template <typename Value>

@@ -15,6 +15,7 @@ class DisjointSets {
     std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
   }
   void join(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a] == parent_[b]) return;  // As for most neighbours in a mesh.
     a = root(a);
     b = root(b);
     parent_[std::max(a, b)] = std::min(a, b);

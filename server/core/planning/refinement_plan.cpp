@@ -104,10 +104,11 @@ class Candidates {
             : preview_step(request_, {.finest_spacing = 1, .is_unsimplified = true}, info_);
     const double triangles =
         shown ? growth(*shown, 1) * shown->size.extracted : sizes_.of(step).extracted;
-    return candidate(
-        step,
-        {.triangles = triangles, .bytes = estimated_bytes(triangles, step), .extracted = triangles},
-        costs_);
+    return candidate(step,
+                     {.triangles = triangles,
+                      .bytes = estimated_bytes(triangles, step, info_.type),
+                      .extracted = triangles},
+                     costs_);
   }
   // By what a coarser one had.
   [[nodiscard]] Candidate refined(const ShownStep& shown, std::int32_t finest) const {
@@ -194,7 +195,9 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
                                            std::span<const ShownStep> shown,
                                            const CostEstimates& costs) {
   const double before = std::max(seconds_of(shown, costs), kFirstServerSeconds);
-  const double allowed = kPreviewShare * candidates.final_step(&shown.back()).seconds();
+  const double final_seconds = candidates.final_step(&shown.back()).seconds();
+  if (final_seconds <= kSoonSeconds) return std::nullopt;
+  const double allowed = kPreviewShare * final_seconds;
   std::optional<StepRequest> best;
   for (std::int32_t finest = shown.back().step.finest_spacing / 2; finest >= 2; finest /= 2) {
     const Candidate preview = candidates.refined(shown.back(), finest);
@@ -260,22 +263,27 @@ PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits
   return {.step = final_step(request), .is_final = true};
 }
 
-namespace {
-
-// Of a triangle in shells, as measured on public volumes: 1.3 to 4.6 bits a vertex, of which there
-// is half a one a triangle; coarse levels are less smooth.
-double shell_bytes_a_triangle(const StepRequest& step) {
-  const ShellStep& shell = *step.shell;
-  const double bits = shell.values == shell::ShellValues::kQuantized
-                          ? 1.3 + 0.43 * std::log2(shell.levels_per_octave)
-                          : 4;
-  return bits / 16 * (step.finest_spacing > 1 ? 1.4 : 1);
+double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution) {
+  const auto of_levels = [](int levels) { return 1.3 + 0.43 * std::log2(levels); };
+  switch (shell.values) {
+    case shell::ShellValues::kExact:
+      return bytes_per_sample(type) == 1 ? 2.9 : 4.6;
+    case shell::ShellValues::kLatticeExact:
+      return of_levels(shell::kLatticeExactLevels) + 0.4 +
+             std::max(lattice_resolution - kDefaultLatticeResolution, 0);
+    case shell::ShellValues::kQuantized:
+      break;
+  }
+  return of_levels(shell.levels_per_octave);
 }
 
-}  // namespace
-
-double estimated_bytes(double triangles, const StepRequest& step) {
-  if (step.shell) return triangles * shell_bytes_a_triangle(step) + kBytesATile;
+double estimated_bytes(double triangles, const StepRequest& step, SampleType type) {
+  if (step.shell) {
+    // There is half a vertex a triangle; coarse levels are less smooth.
+    const double coarse = step.finest_spacing > 1 ? 1.4 : 1;
+    const double bits = bits_a_vertex(*step.shell, type, step.request.lattice_resolution);
+    return triangles * coarse * bits / 16 + kBytesATile;
+  }
   const int normal_bits = step.request.normal_bits;
   const double normals = normal_bits == 0 ? 0 : 0.6 + 0.15 * (normal_bits - kMinNormalBits);
   const double a_triangle =

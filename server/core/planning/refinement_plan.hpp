@@ -13,7 +13,8 @@
 //                                      kFirstFetchedBytes of what the server must fetch from a
 //                                      store itself
 //     next       at most half of f     the finest that takes no longer than all before, else the
-//                                      next one if it takes at most kPatience times as long
+//                                      next one if it takes at most kPatience times as long; none
+//                                      where the final step is there within kSoonSeconds anyway
 //     certified  f = 1                 the request's own model, where it is only simplification
 //                                      that takes so long, or the full resolution in shells: it
 //                                      keeps the same bound, in more triangles
@@ -93,13 +94,15 @@ inline constexpr double kFirstClientSeconds = 0.1;
 inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{128} << 10;
 inline constexpr double kPatience = 5;
 inline constexpr double kPreviewShare = 0.2;
+inline constexpr double kSoonSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
 // More are not worth decoding and drawing for a moment.
 inline constexpr double kMostCertifiedTriangles = 2.5e6;
 // Of a certified step of shells, which is quickly made and decoded.
 inline constexpr double kMostShellTriangles = 12e6;
-// The levels an octave of previews: what they move is small beside what their spacing leaves out.
-inline constexpr int kPreviewLevels = 2;
+// The levels an octave of previews, the fewest bytes: what they move, 0.29 of the spacing, is small
+// beside what the spacing leaves out.
+inline constexpr int kPreviewLevels = 1;
 
 // What else a plan depends on.
 struct PlanLimits {
@@ -126,9 +129,14 @@ struct PlanLimits {
 inline constexpr double kBytesATile = 250;
 inline constexpr double kTrianglesATile = 10'000;
 
+// What a vertex takes in sample shells of spacing 1, as measured on public volumes. `type` is that
+// of the dataset's samples: the more bits exact ones have, the more of these are noise.
+[[nodiscard]] double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution);
+
 // What a mesh of so many triangles takes when it is encoded, as measured on public volumes: about
 // 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with normals of
-// 8 bits 0.6 more, and 0.15 for every bit beyond. In sample shells 0.08 to 0.25, by their values.
-[[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step);
+// 8 bits 0.6 more, and 0.15 for every bit beyond. In sample shells bits_a_vertex().
+[[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step,
+                                     SampleType type = SampleType::kU16);
 
 }  // namespace multitetra

@@ -28,19 +28,25 @@ bool has_shells(const DatasetInfo& info, const ShellLevel& level) {
 std::optional<StepRequest> certified_shells(const IsosurfaceRequest& request,
                                             const DatasetInfo& info) {
   using shell::ShellValues;
-  constexpr std::array<ShellStep, 6> kByBytes = {quantized_shells(1),
-                                                 quantized_shells(2),
-                                                 quantized_shells(4),
-                                                 quantized_shells(8),
-                                                 ShellStep{.values = ShellValues::kExact},
-                                                 ShellStep{.values = ShellValues::kLatticeExact}};
+  constexpr std::array<ShellStep, 6> kModes = {quantized_shells(1),
+                                               quantized_shells(2),
+                                               quantized_shells(4),
+                                               quantized_shells(8),
+                                               ShellStep{.values = ShellValues::kExact},
+                                               ShellStep{.values = ShellValues::kLatticeExact}};
   const double least = ThresholdMap(request, info).least();
-  for (const ShellStep& shell : kByBytes) {
+  std::optional<StepRequest> cheapest;
+  double bits = 0;
+  for (const ShellStep& shell : kModes) {
     if (error_bound(shell, info.spacing, 1) > least) continue;
     const StepRequest step = preview_step(request, {.finest_spacing = 1, .shell = shell}, info);
-    if (has_shells(info, level_of(step))) return step;
+    if (!has_shells(info, level_of(step))) continue;
+    const double bits_of_step = bits_a_vertex(shell, info.type, request.lattice_resolution);
+    if (cheapest && bits_of_step >= bits) continue;
+    cheapest = step;
+    bits = bits_of_step;
   }
-  return std::nullopt;
+  return cheapest;
 }
 
 bool is_enough_to_display(const StepRequest& step, const IsosurfaceRequest& request,

@@ -57,8 +57,9 @@ SurfaceSize shell_size(const PreparedVolume& volume, const StepRequest& step) {
   const double halvings = std::log2(coarse / static_cast<double>(step.finest_spacing));
   const double triangles =
       2 * kVerticesAnAxisCrossing * crossings * std::pow(kTrianglesAHalvedLevel, halvings);
-  return {
-      .triangles = triangles, .bytes = estimated_bytes(triangles, step), .extracted = triangles};
+  return {.triangles = triangles,
+          .bytes = estimated_bytes(triangles, step, volume.info.type),
+          .extracted = triangles};
 }
 
 }  // namespace multitetra

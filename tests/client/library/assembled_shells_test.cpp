@@ -32,7 +32,8 @@ const std::vector<std::uint8_t>& ball() {
   return samples;
 }
 
-EncodedTile shell_in(const OctreeCube& cube, const ShellStep& shell = kShell) {
+EncodedTile shell_in(const OctreeCube& cube, const ShellStep& shell = kShell,
+                     double isovalue = 230.5) {
   const std::ptrdiff_t low = 16 * (cube.x + 33 * (cube.y + 33 * std::ptrdiff_t{cube.z}));
   const auto bytes = shell::encode_shell(
       {.samples =
@@ -40,7 +41,7 @@ EncodedTile shell_in(const OctreeCube& cube, const ShellStep& shell = kShell) {
                .first = ball().data() + low, .row = 33, .slice = 33 * 33},
        .data_samples = {17, 17, 17},
        .origin = {16 * cube.x, 16 * cube.y, 16 * cube.z}},
-      {.isovalue = 230.5, .values = shell.values, .levels_per_octave = shell.levels_per_octave});
+      {.isovalue = isovalue, .values = shell.values, .levels_per_octave = shell.levels_per_octave});
   shell::ShellHeader header;
   EXPECT_EQ(read_shell_header(bytes->data(), bytes->size(), header), shell::ShellStatus::kOk);
   const auto payload = std::make_shared<const std::string>(bytes->begin(), bytes->end());
@@ -183,6 +184,17 @@ TEST(AssembledShells, ThatAreNotWhatTheManifestSaysAreRefused) {
 
 TEST(AssembledShells, ThatLeaveAHoleAreRefused) {
   expect_refused_shells([](ShellStream& stream) { stream.tiles.pop_back(); }, "open edges");
+}
+
+// Each is a sound tile; where they meet, one has vertices that the other has not.
+TEST(AssembledShells, ThatDoNotMeetTheirNeighboursAreRefused) {
+  for (const double isovalue : {229.5, 240.5}) {
+    expect_refused_shells(
+        [isovalue](ShellStream& stream) {
+          stream.tiles[2] = shell_in(stream.tiles[2].summary.cube, kShell, isovalue);
+        },
+        "open edges");
+  }
 }
 
 TEST(AssembledShells, ThatOverlapAreRefused) {

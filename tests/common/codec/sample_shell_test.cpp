@@ -30,6 +30,7 @@ using testing::decode_shell;
 using testing::DecodedShell;
 using testing::marched;
 using testing::OwnedBox;
+using testing::quantized;
 using testing::sorted_triangles;
 namespace fields = testing::fields;
 
@@ -170,14 +171,6 @@ TEST(SampleShell, FloatsThatAreIntegersAreExact) {
   for (const double isovalue : {0.0, 1234.75, -9999999.5}) {
     expect_uniform_surface(volume, std::nullopt, 0, 32, {.isovalue = isovalue});
   }
-}
-
-// Levels of |v - c| as numbers: what a quantized shell stands for.
-double quantized(double value, double isovalue, int levels) {
-  const double distance = std::abs(value - isovalue);
-  if (!(distance > 0)) return value - isovalue;
-  const double level = std::floor(std::log2(distance) * levels + 0.5);
-  return (value > isovalue ? 1 : -1) * std::exp2(level / levels);
 }
 
 TEST(SampleShell, QuantizedTilesAreTheSurfaceOfTheQuantizedField) {

@@ -13,6 +13,7 @@
 #include "common/base/in_parallel.hpp"
 #include "common/mesh/joined_tiles.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/wire/shell_tile.hpp"
 #include "server/core/errors/leaves.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
@@ -161,9 +162,12 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
     const auto shells = extract_shells(*dataset, level, {}, 8);
     const auto meshes = decoded(shells);
     std::vector<TileInCube> tiles;
+    std::vector<TileInCube> marched;  // Whose inner edges are not compared, where that may be.
     std::vector<OctreeCube> cubes;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       tiles.push_back({.mesh = &meshes[i], .cube = shells[i].summary.cube});
+      marched.push_back(tiles.back());
+      marched.back().marched = marched_box(*shells[i].payload);
       cubes.push_back(shells[i].summary.cube);
     }
     EXPECT_TRUE(are_apart(cubes));
@@ -173,19 +177,23 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
     nowhere.high = {1 << 20, 1 << 20, 1 << 20};
     for (const DataBorder& border :
          {nowhere, data_border(dataset->info, level.lattice_resolution, 0, spacing)}) {
-      const JoinedTiles joined = joined_tiles(tiles, level.lattice_resolution, border, for_each);
       const LatticeMesh expected = welded(meshes, level.lattice_resolution);
-      EXPECT_EQ(joined.topology, topology(expected, border));
-      EXPECT_EQ(joined.mesh.vertices.size(), expected.vertices.size());
-      EXPECT_EQ(sorted_triangles(joined.mesh), sorted_triangles(expected));
+      for (const auto& all : {tiles, marched}) {
+        const JoinedTiles joined = joined_tiles(all, level.lattice_resolution, border, for_each);
+        EXPECT_EQ(joined.topology, topology(expected, border));
+        EXPECT_EQ(joined.mesh.vertices.size(), expected.vertices.size());
+        EXPECT_EQ(sorted_triangles(joined.mesh), sorted_triangles(expected));
+      }
     }
     if (meshes.size() < 2) continue;
-    // A tile twice, and one that is missing.
-    std::vector<TileInCube> without(tiles.begin() + 1, tiles.end());
-    std::vector<const LatticeMesh*> left;
-    for (const TileInCube& tile : without) left.push_back(tile.mesh);
-    EXPECT_EQ(joined_tiles(without, level.lattice_resolution, nowhere, for_each).topology,
-              topology(weld(left, level.lattice_resolution), nowhere));
+    // One that is missing.
+    for (const auto& all : {tiles, marched}) {
+      const std::vector<TileInCube> without(all.begin() + 1, all.end());
+      std::vector<const LatticeMesh*> left;
+      for (const TileInCube& tile : without) left.push_back(tile.mesh);
+      EXPECT_EQ(joined_tiles(without, level.lattice_resolution, nowhere, for_each).topology,
+                topology(weld(left, level.lattice_resolution), nowhere));
+    }
   }
 }
 

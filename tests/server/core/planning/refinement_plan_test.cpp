@@ -326,6 +326,40 @@ TEST(RefinementPlan, PreviewsHaveShellsWhereTheClientDecodesThem) {
   EXPECT_EQ(steps.back().step, final_step(kHalf)) << "who keeps the mesh gets what it asked for";
 }
 
+TEST(RefinementPlan, ShellsOfPreviewsHaveTheFewestLevels) {
+  const auto steps = stream(kHalf, dataset(513), {.triangles = 1e7}, kSlow, kShellsToDisplay);
+  ASSERT_GE(steps.size(), 3U);
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
+    EXPECT_EQ(steps[i].step.shell, quantized_shells(1));
+  }
+}
+
+// What is shown sooner must be so by a time that one notices; its bytes are not free.
+TEST(RefinementPlan, OnePreviewIsEnoughWhereTheFinalStepIsSoon) {
+  const Surface surface = {.triangles = 3e6};
+  const double seconds = CostEstimates{}.shells * surface.triangles;
+  EXPECT_GT(seconds, kFirstServerSeconds);
+  EXPECT_LT(seconds, kSoonSeconds);
+  EXPECT_EQ(stream(kHalf, dataset(257), surface, kFast, kShellsToDisplay).size(), 2U);
+  EXPECT_GT(stream(kHalf, dataset(257), surface, kSlow, kShellsToDisplay).size(), 2U);
+  EXPECT_GT(stream(kHalf, dataset(257), surface, kFast, kShellsToKeep).size(), 2U)
+      << "who keeps the mesh waits for simplification";
+}
+
+TEST(RefinementPlan, NoPreviewOfShellsDelaysTheFinalOneByMoreThanAFifth) {
+  for (const double triangles : {5e5, 2e6, 8e6}) {
+    for (const double link : {1.25e5, 1.25e6, 1e9}) {
+      SCOPED_TRACE(std::to_string(triangles) + ", " + std::to_string(link));
+      const auto steps = stream(kHalf, dataset(513), {.triangles = triangles},
+                                {.bytes_per_second = link}, kShellsToDisplay);
+      const double whole = steps.back().server + steps.back().link;
+      for (std::size_t i = 1; i + 1 < steps.size(); ++i) {
+        EXPECT_LE(steps[i].server + steps[i].link, 1.3 * kPreviewShare * whole);
+      }
+    }
+  }
+}
+
 TEST(RefinementPlan, EndsWithShellsWhereNoMeshIsKeptAndTheyAreSooner) {
   const auto steps = stream(kHalf, dataset(257), {}, kFast, kShellsToDisplay);
   const StepRequest& last = steps.back().step;
@@ -380,7 +414,19 @@ TEST(CertifiedShells, AreTheCheapestWithinAllThresholds) {
   EXPECT_EQ(shell_for(0.2), quantized_shells(2));
   EXPECT_EQ(shell_for(0.08), quantized_shells(4));
   EXPECT_EQ(shell_for(0.04), quantized_shells(8));
-  EXPECT_EQ(shell_for(0), ShellStep{.values = shell::ShellValues::kExact});
+  // Without an error: by the bits of the samples and the fineness of the lattice.
+  constexpr ShellStep kExact = {.values = shell::ShellValues::kExact};
+  constexpr ShellStep kLatticeExact = {.values = shell::ShellValues::kLatticeExact};
+  EXPECT_EQ(shell_for(0), kLatticeExact);
+  const auto on_fine_lattice =
+      certified_shells({.isovalue = 3.5, .error = 0, .lattice_resolution = 8}, info);
+  EXPECT_EQ(on_fine_lattice->shell, kExact);
+  for (const SampleType type : {SampleType::kU8, SampleType::kI8}) {
+    info.type = type;
+    EXPECT_EQ(shell_for(0), kExact);
+  }
+  info.type = SampleType::kI16;
+  EXPECT_EQ(shell_for(0), kLatticeExact);
   info.type = SampleType::kF32;
   EXPECT_EQ(shell_for(0), ShellStep{.values = shell::ShellValues::kLatticeExact});
   // In slices that are far from each other a vertex moves farther.
@@ -393,6 +439,20 @@ TEST(CertifiedShells, AreTheCheapestWithinAllThresholds) {
   const auto step = certified_shells(request, info);
   ASSERT_TRUE(step);
   EXPECT_EQ(step->shell->values, shell::ShellValues::kLatticeExact);
+}
+
+TEST(EstimatedBytes, OfShellsFollowTheirValues) {
+  const auto bits = [](const ShellStep& shell, SampleType type = SampleType::kU16) {
+    const StepRequest step = {.request = {}, .shell = shell};
+    EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_a_vertex(shell, type, 5) + 250, 1);
+    return bits_a_vertex(shell, type, 5);
+  };
+  // As measured on public volumes: the Visible Female and the embryo.
+  EXPECT_NEAR(bits(quantized_shells(1)), 1.3, 0.2);
+  EXPECT_NEAR(bits(quantized_shells(8)), 2.6, 0.3);
+  EXPECT_NEAR(bits({.values = shell::ShellValues::kLatticeExact}), 2.94, 0.2);
+  EXPECT_NEAR(bits({.values = shell::ShellValues::kExact}), 4.64, 0.2);
+  EXPECT_NEAR(bits({.values = shell::ShellValues::kExact}, SampleType::kU8), 2.89, 0.2);
 }
 
 TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
