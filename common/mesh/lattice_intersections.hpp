@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
 
 #include "common/mesh/mesh.hpp"
 
@@ -17,5 +20,9 @@ struct LatticeIntersections {
 
 // Exact. Takes time like the number of triangles when these are of similar size.
 [[nodiscard]] LatticeIntersections lattice_intersections(const LatticeMesh& mesh);
+
+// For each triangle 1 if it intersects another one, else 0. Requires triangles with an area.
+[[nodiscard]] std::vector<std::uint8_t> triangles_in_pairs(
+    std::span<const LatticeTriangle> triangles);
 
 }  // namespace multitetra

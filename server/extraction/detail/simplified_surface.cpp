@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/base/in_parallel.hpp"
-#include "common/mesh/triangle_grid.hpp"
+#include "common/mesh/triangle_tree.hpp"
 
 namespace multitetra {
 namespace {

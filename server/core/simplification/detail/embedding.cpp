@@ -1,26 +1,26 @@
 #include "server/core/simplification/detail/embedding.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <cstddef>
+
+#include "server/core/simplification/detail/star_projection.hpp"
 
 namespace multitetra {
 namespace {
 
-// The exponent of cells somewhat larger than the triangles are on average, which hold most
-// triangles.
-int cell_exponent(const CollapsingMesh& mesh, std::span<const LatticePoint> vertices) {
-  constexpr std::uint32_t kSamples = 512;
-  const std::uint32_t step = mesh.triangle_count() / kSamples + 1;
-  std::uint64_t sides = 0;
-  std::uint64_t count = 0;
-  for (std::uint32_t t = 0; t < mesh.triangle_count(); t += step) {
+// So many triangles of a fan have bits.
+constexpr std::size_t kMostBits = 64;
+
+std::vector<TriangleBox> boxes_of(const CollapsingMesh& mesh,
+                                  std::span<const LatticePoint> vertices, Obstacles obstacles) {
+  std::vector<TriangleBox> boxes;
+  boxes.reserve(mesh.triangle_count() + obstacles.size());
+  for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
     const auto& [p, q, r] = mesh.triangle(t);
-    const TriangleBox box = box_of({vertices[p], vertices[q], vertices[r]});
-    sides += static_cast<std::uint64_t>(
-        std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z}));
-    ++count;
+    boxes.push_back(box_of({vertices[p], vertices[q], vertices[r]}));
   }
-  return 1 + static_cast<int>(std::bit_width(sides / std::max(count, std::uint64_t{1})));
+  for (const LatticeTriangle& triangle : obstacles) boxes.push_back(box_of(triangle));
+  return boxes;
 }
 
 }  // namespace
@@ -30,11 +30,9 @@ Embedding::Embedding(const CollapsingMesh& mesh, std::span<const LatticePoint> v
     : mesh_(mesh),
       vertices_(vertices),
       obstacles_(obstacles),
-      grid_(mesh.triangle_count() + obstacles.size(), cell_exponent(mesh, vertices)) {
-  for (std::uint32_t t = 0; t < mesh.triangle_count() + obstacles.size(); ++t) {
-    grid_.insert(t, box_of(triangle(t)));
-  }
-}
+      tree_(boxes_of(mesh, vertices, obstacles)),
+      ring_vertices_(vertices.size()),
+      going_(mesh.triangle_count() + obstacles.size(), 0) {}
 
 LatticeTriangle Embedding::triangle(std::uint32_t index) const {
   if (index >= mesh_.triangle_count()) return obstacles_[index - mesh_.triangle_count()];
@@ -43,39 +41,107 @@ LatticeTriangle Embedding::triangle(std::uint32_t index) const {
 }
 
 bool Embedding::allows(std::span<const std::uint32_t> ring) {
-  const LatticePoint& v = vertex(CollapsingMesh::next(ring.front()));
+  set_up_fan(ring);
+  find_clear_stars(ring);
+  if (fan_meets_itself()) return false;
+  TriangleBox all = fan_.front().box;
+  for (const FanTriangle& one : fan_) all = box_around(all, one.box);
+  return !tree_.visit_near(all, [this](std::uint32_t t) { return fan_meets(t); });
+}
+
+void Embedding::set_up_fan(std::span<const std::uint32_t> ring) {
+  ++now_;
   fan_.clear();
-  boxes_.clear();
-  TriangleBox all{v, v};
-  for (std::size_t k = 0; k < ring.size(); ++k) {
-    const LatticePoint& first = vertex(CollapsingMesh::next(ring[k]));
-    const LatticePoint& second = vertex(CollapsingMesh::previous(ring[k]));
-    all = box_around(all, {first, first});
-    if (k == 0 || k + 1 == ring.size()) continue;
-    fan_.emplace_back(LatticeTriangle{v, first, second});
-    boxes_.push_back(box_of(fan_.back().triangle()));
-    for (std::size_t j = 0; j + 1 < fan_.size(); ++j) {
-      if (intersect(fan_[j], fan_.back())) return false;
+  const auto vertex = [&](std::size_t place) {
+    return mesh_.vertex(CollapsingMesh::next(ring[place]));
+  };
+  for (std::uint32_t place = 0; place < ring.size(); ++place) {
+    ring_vertices_[vertex(place)] = {.seen = now_, .place = place};
+    going_[CollapsingMesh::triangle_of(ring[place])] = now_;
+    if (place == 0 || place + 1 == ring.size()) continue;
+    const LatticeTriangle one = {vertices_[vertex(0)], vertices_[vertex(place)],
+                                 vertices_[vertex(place + 1)]};
+    fan_.push_back({LatticePlane(one), box_of(one)});
+  }
+}
+
+// At w_0 there are all of the fan's triangles, at w_k those before and after it.
+void Embedding::find_clear_stars(std::span<const std::uint32_t> ring) {
+  clear_stars_.assign(ring.size(), 0);
+  if (fan_.size() > kMostBits) return;
+  for (std::uint32_t place = 0; place < ring.size(); ++place) {
+    if (!is_star_clear(ring, place)) continue;
+    if (place == 0) {
+      clear_stars_[place] = ~std::uint64_t{0};
+      continue;
+    }
+    if (place > 1) clear_stars_[place] |= std::uint64_t{1} << (place - 2);
+    if (place <= fan_.size()) clear_stars_[place] |= std::uint64_t{1} << (place - 1);
+  }
+}
+
+// The star is what will be around the vertex. For w_0 that is the rest of u's ring instead of u;
+// for the others it is w_0.
+bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t place) {
+  const std::uint32_t centre = mesh_.vertex(CollapsingMesh::next(ring[place]));
+  if (mesh_.kind(centre) != CollapsingMesh::VertexKind::kInner) return false;
+  const std::uint32_t u = mesh_.vertex(ring[0]);
+  const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(ring[0]));
+  const bool is_beside_goal = place == 1 || place + 1 == ring.size();
+  mesh_.ring(centre, corners_);
+  around_.clear();
+  for (const std::uint32_t corner : corners_) {
+    const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(corner));
+    if (w != u) {
+      around_.push_back(vertices_[w]);
+    } else if (place == 0) {
+      for (std::size_t k = 2; k + 1 < ring.size(); ++k) {
+        around_.push_back(vertices_[mesh_.vertex(CollapsingMesh::next(ring[k]))]);
+      }
+    } else if (!is_beside_goal) {
+      around_.push_back(vertices_[v]);
     }
   }
-  return !grid_.visit_near(all, [&](std::uint32_t t) {
-    const bool goes = std::any_of(ring.begin(), ring.end(), [t](std::uint32_t corner) {
-      return CollapsingMesh::triangle_of(corner) == t;
-    });
-    if (goes) return false;
-    const LatticePlane other(triangle(t));
-    const TriangleBox box = box_of(other.triangle());
-    for (std::size_t k = 0; k < fan_.size(); ++k) {
-      if (boxes_[k].touches(box) && intersect(fan_[k], other)) return true;
+  return lie_side_by_side(vertices_[centre], around_);
+}
+
+bool Embedding::fan_meets_itself() const {
+  if (clear_stars_[0] != 0) return false;
+  for (std::size_t k = 1; k < fan_.size(); ++k) {
+    for (std::size_t j = 0; j < k; ++j) {
+      if (intersect(fan_[j].plane, fan_[k].plane)) return true;
     }
-    return false;
-  });
+  }
+  return false;
+}
+
+std::uint64_t Embedding::cleared(std::uint32_t triangle) const {
+  if (triangle >= mesh_.triangle_count()) return 0;
+  std::uint64_t bits = 0;
+  for (const std::uint32_t w : mesh_.triangle(triangle)) {
+    if (ring_vertices_[w].seen == now_) bits |= clear_stars_[ring_vertices_[w].place];
+  }
+  return bits;
+}
+
+bool Embedding::fan_meets(std::uint32_t t) const {
+  if (going_[t] == now_) return false;
+  const std::uint64_t bits = cleared(t);
+  if (bits == ~std::uint64_t{0}) return false;
+  const LatticePlane other(triangle(t));
+  const TriangleBox box = box_of(other.triangle());
+  for (std::size_t k = 0; k < fan_.size(); ++k) {
+    if (k < kMostBits && (bits >> k & 1) != 0) continue;
+    if (fan_[k].box.touches(box) && intersect(fan_[k].plane, other)) return true;
+  }
+  return false;
 }
 
 void Embedding::keep(std::span<const std::uint32_t> ring) {
-  for (const std::uint32_t corner : ring) grid_.remove(CollapsingMesh::triangle_of(corner));
+  tree_.remove(CollapsingMesh::triangle_of(ring.front()));
+  tree_.remove(CollapsingMesh::triangle_of(ring.back()));
   for (std::size_t k = 0; k < fan_.size(); ++k) {
-    grid_.insert(CollapsingMesh::triangle_of(ring[k + 1]), boxes_[k]);
+    tree_.set(CollapsingMesh::triangle_of(ring[k + 1]), fan_[k].box);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "common/mesh/lattice_intersections.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
 #include "server/core/simplification/detail/vertex_errors.hpp"
@@ -16,6 +17,10 @@ constexpr int kPasses = 4;
 // A part of the vertices: a pass that removes less is the last.
 constexpr double kLeastProgress = 0.01;
 constexpr std::size_t kBetweenCheckpoints = 8192;
+// The few collapses here that would make triangles intersect are found afterwards, which is quicker
+// than to check each: then those vertices stay and the rest is done again, so many times at most
+// before all collapses are checked.
+constexpr int kUncheckedRounds = 4;
 constexpr std::size_t kMostNeighbours = 32;  // Work grows with their square.
 // What a squared length counts beside a squared height above the surface. With less of it more
 // triangles are long and thin in the end.
@@ -32,20 +37,22 @@ double own_part(double limit_in_voxels) {
 class Sweeps {
  public:
   Sweeps(const LatticeMesh& mesh, std::span<const Vec3> positions, const PieceLimit& limit,
-         std::optional<Obstacles> embedded)
+         std::optional<Obstacles> checked_against)
       : positions_(positions),
         limit_(limit),
         largest_(own_limit(limit.largest())),
         mesh_(mesh.triangles, static_cast<std::uint32_t>(positions.size())),
         errors_(positions),
-        states_(positions.size()) {
-    if (embedded) embedding_.emplace(mesh_, mesh.vertices, *embedded);
+        states_(positions.size()),
+        goals_(positions.size(), CollapsingMesh::kNone) {
+    if (checked_against) embedding_.emplace(mesh_, mesh.vertices, *checked_against);
   }
 
-  void run(const std::function<void()>& checkpoint) {
+  // Vertices with a mark in `stays` do not move.
+  void run(std::span<const std::uint8_t> stays, const std::function<void()>& checkpoint) {
     std::vector<std::uint32_t> open;
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
-      if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open.push_back(v);
+      if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner && stays[v] == 0) open.push_back(v);
     }
     for (int pass = 1; pass <= kPasses; ++pass) {
       std::size_t kept = 0;
@@ -66,6 +73,34 @@ class Sweeps {
       open.resize(kept);
       if (static_cast<double>(gone) < kLeastProgress * static_cast<double>(kept)) break;
     }
+  }
+
+  // Adds to `stays` what has become a corner of a triangle of the result that intersects another
+  // one, or obstacles. Whether there was such a triangle.
+  [[nodiscard]] bool mark_intersections(const LatticeMesh& before, Obstacles obstacles,
+                                        std::vector<std::uint8_t>& stays) const {
+    std::vector<TriangleIndices> left;
+    std::vector<LatticeTriangle> triangles;
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      if (mesh_.is_removed(t)) continue;
+      const auto& [p, q, r] = left.emplace_back(mesh_.triangle(t));
+      triangles.push_back({before.vertices[p], before.vertices[q], before.vertices[r]});
+    }
+    triangles.insert(triangles.end(), obstacles.begin(), obstacles.end());
+    const std::vector<std::uint8_t> is_in_pair = triangles_in_pairs(triangles);
+    std::vector<std::uint8_t> is_corner(positions_.size(), 0);
+    bool is_any = false;
+    for (std::size_t t = 0; t < left.size(); ++t) {
+      if (is_in_pair[t] == 0) continue;
+      is_any = true;
+      for (const std::uint32_t v : left[t]) is_corner[v] = 1;
+    }
+    for (std::uint32_t v = 0; is_any && v < positions_.size(); ++v) {
+      std::uint32_t goal = v;
+      while (goals_[goal] != CollapsingMesh::kNone) goal = goals_[goal];
+      if (is_corner[goal] != 0) stays[v] = 1;
+    }
+    return is_any;
   }
 
   [[nodiscard]] FirstStage result(const LatticeMesh& before) const {
@@ -125,6 +160,7 @@ class Sweeps {
     errors_.keep();
     if (embedding_) embedding_->keep(ring_);
     mesh_.collapse(ring_);
+    goals_[u] = neighbours_.front();
     states_[neighbours_.front()].pass_as_goal = static_cast<std::uint8_t>(pass);
     for (const std::uint32_t w : neighbours_) states_[w].is_closed = false;
     return true;
@@ -170,6 +206,7 @@ class Sweeps {
   VertexErrors errors_;
   std::optional<Embedding> embedding_;
   std::vector<State> states_;
+  std::vector<std::uint32_t> goals_;  // Of vertices that are gone: where they moved.
   std::vector<std::uint32_t> ring_, neighbours_;
   std::vector<Vec3> places_;
 };
@@ -179,8 +216,15 @@ class Sweeps {
 FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
                        const PieceLimit& limit, std::optional<Obstacles> embedded,
                        const std::function<void()>& checkpoint) {
+  std::vector<std::uint8_t> stays(positions.size(), 0);
+  for (int round = 0; round < (embedded ? kUncheckedRounds : 1); ++round) {
+    Sweeps sweeps(mesh, positions, limit, std::nullopt);
+    sweeps.run(stays, checkpoint);
+    if (!embedded || !sweeps.mark_intersections(mesh, *embedded, stays)) return sweeps.result(mesh);
+  }
+  std::fill(stays.begin(), stays.end(), std::uint8_t{0});
   Sweeps sweeps(mesh, positions, limit, embedded);
-  sweeps.run(checkpoint);
+  sweeps.run(stays, checkpoint);
   return sweeps.result(mesh);
 }
 

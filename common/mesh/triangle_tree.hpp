@@ -1,0 +1,156 @@
+// Which triangles of a mesh on the lattice are near to a box: a tree of boxes, eight to a node,
+// whose triangles may change.
+//
+//   TriangleTree tree(boxes);                             // Numbered as they come.
+//   tree.visit_near(box, [](std::uint32_t t) { ...; return false; });
+//   tree.set(t, box_of(moved));
+//
+// Triangles keep their places in the tree, which are near to each other where the triangles were at
+// first. The boxes of nodes are always those around what is in them, so the tree stays good while
+// triangles vanish and their neighbours grow to fill the gaps.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "common/mesh/mesh.hpp"
+
+namespace multitetra {
+
+// Closed, in lattice steps.
+struct TriangleBox {
+  LatticePoint low;
+  LatticePoint high;
+
+  [[nodiscard]] bool touches(const TriangleBox& o) const {
+    return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y &&
+           low.z <= o.high.z && o.low.z <= high.z;
+  }
+};
+[[nodiscard]] TriangleBox box_of(const LatticeTriangle& triangle);
+[[nodiscard]] TriangleBox box_around(const TriangleBox& a, const TriangleBox& b);
+
+class TriangleTree {
+ public:
+  explicit TriangleTree(std::span<const TriangleBox> boxes);
+
+  void set(std::uint32_t triangle, const TriangleBox& box);
+  // Requires that it is there.
+  void remove(std::uint32_t triangle);
+
+  // Calls visit(triangle) for those whose box touches `box`, until one returns true; whether one
+  // did.
+  template <typename Visit>
+  bool visit_near(const TriangleBox& box, const Visit& visit) const {
+    return visit_places(box, [&](std::uint32_t place) { return visit(order_[place]); });
+  }
+
+  // Calls visit(a, b) for all pairs whose boxes touch, each once. Those of different `parts` below
+  // part_count() are different, so threads may share the work.
+  template <typename Visit>
+  void visit_pairs(std::uint32_t part, const Visit& visit) const {
+    const Node& leaf = nodes_[part];
+    std::vector<std::uint32_t> near;
+    visit_places(leaf.box(), [&](std::uint32_t place) {
+      if (place > part * kWidth) near.push_back(place);
+      return false;
+    });
+    for (std::uint32_t i = 0; i < kWidth; ++i) {
+      const TriangleBox box = leaf.box(i);
+      for (const std::uint32_t place : near) {
+        if (place > part * kWidth + i && nodes_[place / kWidth].box(place % kWidth).touches(box)) {
+          visit(order_[part * kWidth + i], order_[place]);
+        }
+      }
+    }
+  }
+  [[nodiscard]] std::uint32_t part_count() const { return static_cast<std::uint32_t>(leaf_count_); }
+
+ private:
+  static constexpr std::uint32_t kWidth = 8;
+  static constexpr std::size_t kLevels = 11;  // 8^11 is more than 32 bits can number.
+  static constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
+  static constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
+
+  using Eight = std::array<std::int32_t, kWidth>;
+  // The boxes of eight triangles, or of eight nodes of the level below. What is not there touches
+  // nothing.
+  struct Node {
+    std::array<Eight, 3> low = {no_low(), no_low(), no_low()};
+    std::array<Eight, 3> high = {no_high(), no_high(), no_high()};
+
+    [[nodiscard]] TriangleBox box(std::uint32_t i) const {
+      return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}};
+    }
+    void set(std::uint32_t i, const TriangleBox& box);
+    // Around all of them.
+    [[nodiscard]] TriangleBox box() const;
+    // A bit for each box that touches this one.
+    [[nodiscard]] std::uint32_t touching(const TriangleBox& box) const {
+      Eight apart;  // Written so that compilers compare several at once.
+      for (std::uint32_t i = 0; i < kWidth; ++i) {
+        apart[i] = static_cast<std::int32_t>(low[0][i] > box.high.x) |
+                   static_cast<std::int32_t>(high[0][i] < box.low.x) |
+                   static_cast<std::int32_t>(low[1][i] > box.high.y) |
+                   static_cast<std::int32_t>(high[1][i] < box.low.y) |
+                   static_cast<std::int32_t>(low[2][i] > box.high.z) |
+                   static_cast<std::int32_t>(high[2][i] < box.low.z);
+      }
+      std::uint32_t bits = 0;
+      for (std::uint32_t i = 0; i < kWidth; ++i) {
+        bits |= static_cast<std::uint32_t>(1 - apart[i]) << i;
+      }
+      return bits;
+    }
+  };
+  static constexpr Eight no_low() { return filled(kHighest); }
+  static constexpr Eight no_high() { return filled(kLowest); }
+  static constexpr Eight filled(std::int32_t value) {
+    Eight eight{};
+    eight.fill(value);
+    return eight;
+  }
+
+  void add_level();
+
+  // Places count the triangles in the order of the leaves.
+  template <typename Visit>
+  bool visit_places(const TriangleBox& box, const Visit& visit) const {
+    if (nodes_.empty()) return false;
+    // By level: which boxes of the node there are still to be looked at.
+    struct Waiting {
+      std::uint32_t node = 0, bits = 0;
+    };
+    std::array<Waiting, kLevels> waiting;
+    std::size_t level = first_of_level_.size() - 1;
+    waiting[level] = {0, nodes_.back().touching(box)};
+    while (true) {
+      Waiting& here = waiting[level];
+      if (here.bits == 0) {
+        if (++level == first_of_level_.size()) return false;
+        continue;
+      }
+      const auto i = static_cast<std::uint32_t>(__builtin_ctz(here.bits));
+      here.bits &= here.bits - 1;
+      const std::uint32_t below = here.node * kWidth + i;
+      if (level > 0) {
+        --level;
+        waiting[level] = {below, nodes_[first_of_level_[level] + below].touching(box)};
+      } else if (visit(below)) {
+        return true;
+      }
+    }
+  }
+
+  std::vector<std::uint32_t> order_;   // The triangle at each place,
+  std::vector<std::uint32_t> places_;  // and the place of each triangle.
+  std::vector<Node> nodes_;            // Leaves first, the root last.
+  std::vector<std::size_t> first_of_level_;
+  std::size_t leaf_count_ = 0;
+};
+
+}  // namespace multitetra
