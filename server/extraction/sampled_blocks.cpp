@@ -4,10 +4,12 @@
 #include <functional>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "common/base/in_parallel.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/wire/tile.hpp"
+#include "server/core/planning/surface_size.hpp"
 #include "server/core/simplification/simplified_cube.hpp"
 #include "server/extraction/shading.hpp"
 
@@ -114,29 +116,31 @@ class BlockSampler {
   SurfaceOptions options_;
 };
 
-// Cubes around those of the sample, each once.
-std::vector<OctreeCube> spread(const CubeSample& sample, std::size_t count, int levels_up) {
-  std::vector<OctreeCube> cubes;
-  for (std::size_t i = 0; i < count && !sample.cubes.empty(); ++i) {
-    OctreeCube cube = sample.cubes[(2 * i + 1) * sample.cubes.size() / (2 * count)];
+// Cubes around some of these, each once.
+std::vector<OctreeCube> spread(std::span<const OctreeCube> cubes, std::size_t count,
+                               int levels_up) {
+  std::vector<OctreeCube> around;
+  for (std::size_t i = 0; i < count && !cubes.empty(); ++i) {
+    OctreeCube cube = cubes[(2 * i + 1) * cubes.size() / (2 * count)];
     for (int level = 0; level < levels_up; ++level) cube = cube.parent();
-    cubes.push_back(cube);
+    around.push_back(cube);
   }
-  cubes.erase(std::unique(cubes.begin(), cubes.end()), cubes.end());
-  return cubes;
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  return around;
 }
 
 }  // namespace
 
 std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
-                                            const PreparedModel& model, const CubeSample& sample,
+                                            const PreparedModel& model,
+                                            std::span<const OctreeCube> cubes,
                                             const ResolvedStep& spec, const BlockCounts& counts,
                                             const std::stop_token& stop) {
   const int levels = extractor.dataset().info.grid_exponent - CubeSample::kExponent;
   if (levels < 1) return std::nullopt;
-  const std::vector<OctreeCube> blocks = spread(sample, counts.blocks, 1);
+  const std::vector<OctreeCube> blocks = spread(cubes, counts.blocks, 1);
   const std::vector<OctreeCube> joined =
-      spread(sample, levels > 1 && spec.request().simplify ? counts.joined : 0, 2);
+      spread(cubes, levels > 1 && spec.request().simplify ? counts.joined : 0, 2);
   const BlockSampler sampler(extractor, model, spec, stop);
   std::vector<SampledBlocks> found(blocks.size());
   std::vector<BlockSampler::Halves> halves(joined.size());

@@ -3,11 +3,11 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <stop_token>
-#include <vector>
 
+#include "common/mesh/octree_cube.hpp"
 #include "server/core/planning/simplified_size.hpp"
-#include "server/core/planning/surface_size.hpp"
 #include "server/extraction/surface_extractor.hpp"
 
 namespace multitetra {
@@ -19,16 +19,20 @@ struct SampledBlocks {
 };
 
 struct BlockCounts {
-  std::size_t blocks = 0;  // Twice as large as the sample's cubes, spread over the sample.
+  std::size_t blocks = 0;  // Twice as large as the cubes that are given, spread over them.
   // So many of them with their neighbours, joined to ones that are twice as large once more: what
   // a border keeps is seen there.
   std::size_t joined = 0;
 };
 
-// nullopt when the blocks hold nothing, or the grid has no room for them. Throws Cancelled soon
-// after `stop` is triggered.
-[[nodiscard]] std::optional<SampledBlocks> sampled_blocks(
-    const SurfaceExtractor& extractor, const PreparedModel& model, const CubeSample& sample,
-    const ResolvedStep& spec, const BlockCounts& counts, const std::stop_token& stop);
+// Around some of the `cubes`, which are of CubeSample::kExponent and in octree order. nullopt when
+// the blocks hold nothing, or the grid has no room for them. Throws Cancelled soon after `stop` is
+// triggered.
+[[nodiscard]] std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
+                                                          const PreparedModel& model,
+                                                          std::span<const OctreeCube> cubes,
+                                                          const ResolvedStep& spec,
+                                                          const BlockCounts& counts,
+                                                          const std::stop_token& stop);
 
 }  // namespace multitetra

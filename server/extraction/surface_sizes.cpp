@@ -13,8 +13,8 @@
 #include "common/wire/tile.hpp"
 #include "server/core/planning/simplified_size.hpp"
 #include "server/core/planning/surface_size.hpp"
-#include "server/core/simplification/threshold_shares.hpp"
 #include "server/core/surface/tiling.hpp"
+#include "server/extraction/detail/cubes_by_threshold.hpp"
 #include "server/extraction/detail/read_ahead.hpp"
 #include "server/extraction/detail/shell_size.hpp"
 #include "server/extraction/reference_extractor.hpp"
@@ -37,11 +37,6 @@ constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
 constexpr double kBytesInTiles = 0.82;
 // Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
-
-// Of a full surface in a refined cube of 16 steps, by the error in voxels that is allowed there.
-// Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to 560 at
-// two.
-double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
 
 // The fewer, the more there is to simplify in each.
 BlockCounts careful_blocks(double triangles_a_cube) {
@@ -73,7 +68,7 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
   return size;
 }
 
-// Of a surface of so many triangles before simplification, if any.
+// Of a surface of so many triangles before simplification, if any, like those blocks.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
   const double left =
       step.request.simplify ? share_left(blocks.triangles, blocks.a_border_edge, triangles) : 1;
@@ -103,16 +98,12 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
 // is more.
 SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
                        const std::stop_token& stop) {
-  const double voxel = voxel_length(model.volume().info);
   double extracted = 0;
   double triangles = 0;
-  visit_refined_cubes(model, CubeSample::kExponent, [&](const OctreeCube& cube) {
-    throw_if_stopped(stop);
-    const double voxels = model.thresholds().least_in(box_of(cube)) / voxel;
-    const double in_cube = triangles_a_cube(voxels);
-    extracted += in_cube;
-    triangles += in_cube * (step.request.simplify ? rough_share_left(voxels / kModelShare) : 1);
-  });
+  for (const CubeGroup& group : cubes_by_threshold(model, step.request.simplify, stop)) {
+    extracted += group.extracted;
+    triangles += group.left;
+  }
   return size_with(triangles, extracted, step);
 }
 
@@ -137,6 +128,34 @@ class SharedSpectrum {
   IsosurfaceRequest request_;
   std::shared_ptr<const SpectrumErrors> spectrum_;
 };
+
+// Of a surface under a threshold map: blocks of each threshold stand for what is simplified with
+// it.
+SurfaceSize size_by_threshold(const SurfaceExtractor& extractor, const PreparedModel& model,
+                              const ResolvedStep& spec, const BlockCounts& counts, double triangles,
+                              const std::stop_token& stop) {
+  constexpr double kLeastBlocks = 2;
+  const std::vector<CubeGroup> groups = cubes_by_threshold(model, spec.request().simplify, stop);
+  CubeGroup all;
+  for (const CubeGroup& group : groups) {
+    all.extracted += group.extracted;
+    all.left += group.left;
+  }
+  SurfaceSize size{.extracted = triangles};
+  for (const CubeGroup& group : groups) {
+    const double blocks = static_cast<double>(counts.blocks) * group.left / all.left;
+    const auto sampled = sampled_blocks(
+        extractor, model, group.cubes, spec,
+        {.blocks = static_cast<std::size_t>(std::max(std::round(blocks), kLeastBlocks))}, stop);
+    const double before = triangles * group.extracted / all.extracted;
+    const SurfaceSize part =
+        sampled ? size_like(*sampled, before, spec.step())
+                : size_with(before * group.left / group.extracted, before, spec.step());
+    size.triangles += part.triangles;
+    size.bytes += part.bytes;
+  }
+  return size;
+}
 
 SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spectrum,
                          const StepRequest& step, SizeAccuracy accuracy,
@@ -172,7 +191,9 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
         is_careful
             ? careful_blocks(triangles / (sample.weight * static_cast<double>(sample.cubes.size())))
             : kQuickBlocks;
-    const auto sampled = sampled_blocks(extractor, model, sample, spec, blocks, stop);
+    const bool is_mapped = model.thresholds().least() < model.thresholds().largest();
+    if (is_mapped) return size_by_threshold(extractor, model, spec, blocks, triangles, stop);
+    const auto sampled = sampled_blocks(extractor, model, sample.cubes, spec, blocks, stop);
     if (sampled) size = size_like(*sampled, triangles, step);
   }
   return size;

@@ -50,7 +50,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
     triangles.push_back(kTrianglesATetrahedron * (static_cast<double>(coarse) +
                                                   sample.weight * static_cast<double>(crossed)));
     if (!options.simplify) continue;
-    const auto blocks = sampled_blocks(extractor, model, sample, spec_of(error), kBlocks, {});
+    const auto blocks = sampled_blocks(extractor, model, sample.cubes, spec_of(error), kBlocks, {});
     if (!blocks) continue;
     triangles.back() *= share_left(blocks->triangles, blocks->a_border_edge, triangles.back());
   }

@@ -178,6 +178,24 @@ TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
   }
 }
 
+// No place is allowed more than it asked for, or than the one floor that is reported.
+TEST_P(BudgetedSurfaces, TakeDetailFromTheFinestRegionsFirst) {
+  constexpr double kCoarse = 3;
+  IsosurfaceRequest request{.isovalue = kIsovalue, .error = kCoarse, .simplify = true};
+  const auto coarse = static_cast<double>(whole(request).triangles.size());
+  const double middle = info_.dims[2] / 2.0;
+  request.thresholds = {.coordinates = CoordinateSystem::kIndex,
+                        .regions = {{.shape = HalfSpaceShape{.normal = {0, 0, 1}, .offset = middle},
+                                     .threshold = 0.1}}};
+  const auto all = static_cast<double>(whole(request).triangles.size());
+  ASSERT_GT(all, 1.5 * coarse);
+  request.max_triangles = static_cast<std::uint64_t>(coarse + 0.6 * (all - coarse));
+  const BudgetedSurface made = within(request);
+  EXPECT_GT(made.at_least, 0.1);
+  EXPECT_LT(made.at_least, kCoarse) << "The coarse half is as it was asked for.";
+  expect_good(made, request);
+}
+
 TEST_P(BudgetedSurfaces, AreTheSameForAnyNumberOfThreads) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.1, .simplify = true};
   request.max_triangles = whole(request).triangles.size() / 2;

@@ -4,6 +4,8 @@
 #include <oneapi/tbb/global_control.h>
 
 #include <cmath>
+#include <optional>
+#include <ostream>
 #include <random>
 #include <string>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "common/mesh/surface_distance.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/prepared_fields.hpp"
+#include "tests/support/public_volumes.hpp"
 #include "tests/support/threshold_maps.hpp"
 
 namespace multitetra::testing {
@@ -114,13 +117,29 @@ TEST_P(LocallySimplified, AreTheSameForAnyNumberOfThreads) {
   }
 }
 
-class MapsThatPay : public ::testing::Test {
+// What a surface is of, and the error that is allowed but in a region.
+struct MappedField {
+  std::string name;
+  std::optional<Volume> volume;  // None: it is not on this machine.
+  double isovalue = 0.1;
+  double coarse = 2;
+};
+
+std::ostream& operator<<(std::ostream& out, const MappedField& field) { return out << field.name; }
+
+class MapsThatPay : public ::testing::TestWithParam<MappedField> {
  protected:
+  void SetUp() override {
+    if (!GetParam().volume) {
+      GTEST_SKIP() << "NOT TESTED: the public volumes are not at " << MULTITETRA_PUBLIC_DATA;
+    }
+    extractor_.emplace(prepared({GetParam().name, *GetParam().volume}));
+  }
   [[nodiscard]] LatticeMesh surface(double error, LocalThresholds thresholds = {}) const {
-    return mesh_of(extractor_.extract({.request = {.isovalue = 0.1,
-                                                   .error = error,
-                                                   .thresholds = std::move(thresholds),
-                                                   .simplify = true}}));
+    return mesh_of(extractor_->extract({.request = {.isovalue = GetParam().isovalue,
+                                                    .error = error,
+                                                    .thresholds = std::move(thresholds),
+                                                    .simplify = true}}));
   }
   // Triangles with a corner in a box of samples.
   [[nodiscard]] static double count_in(const LatticeMesh& mesh, const BoxShape& box) {
@@ -147,29 +166,44 @@ class MapsThatPay : public ::testing::Test {
     return static_cast<double>(mesh.triangles.size());
   }
 
-  SurfaceExtractor extractor_{prepared({"gyroid", fields::gyroid(97, 0.1, 45)})};
+  // All samples between two places along an axis.
+  [[nodiscard]] BoxShape between_planes(double low, double high) const {
+    const auto& dims = GetParam().volume->dims;
+    return {.low = {-1, -1, low}, .high = {1.0 * dims[0], 1.0 * dims[1], high}};
+  }
+
+  std::optional<SurfaceExtractor> extractor_;
 };
 
-TEST_F(MapsThatPay, ASmallBoxCostsWhatItNeedsItself) {
-  const BoxShape box{.low = {46, 46, 46}, .high = {50, 50, 50}};
-  const LatticeMesh coarse = surface(2);
+std::vector<MappedField> mapped_fields() {
+  return {{"gyroid", fields::gyroid(97, 0.1, 45)}, {"ct_head", ct_head(), 500, 4}};
+}
+INSTANTIATE_TEST_SUITE_P(Fields, MapsThatPay, ::testing::ValuesIn(mapped_fields()),
+                         [](const auto& parameter) { return std::string(parameter.param.name); });
+
+TEST_P(MapsThatPay, ASmallBoxCostsWhatItNeedsItself) {
+  const LatticeMesh coarse = surface(GetParam().coarse);
   const LatticeMesh fine = surface(0.25);
-  const LatticeMesh mixed = surface(2, fine_in(box, 0.25));
+  const Vec3 p = grid_coordinates(fine.vertices[fine.vertices.size() / 2], fine.resolution);
+  const BoxShape box{.low = {p[0] - 2, p[1] - 2, p[2] - 2}, .high = {p[0] + 2, p[1] + 2, p[2] + 2}};
+  const LatticeMesh mixed = surface(GetParam().coarse, fine_in(box, 0.25));
   EXPECT_GT(triangles(fine), 4 * triangles(coarse)) << "There is something to gain.";
   EXPECT_LE(triangles(mixed), 1.3 * triangles(coarse) + count_in(fine, box));
   EXPECT_GE(count_in(mixed, box), 0.5 * count_in(fine, box)) << "It is fine in the box.";
 }
 
-TEST_F(MapsThatPay, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
-  const BoxShape half{.low = {-1, -1, -1}, .high = {97, 97, 48}};
-  const BoxShape other{.low = {-1, -1, 48}, .high = {97, 97, 97}};
-  const LatticeMesh coarse = surface(2);
+TEST_P(MapsThatPay, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
+  const double end = GetParam().volume->dims[2];
+  const double middle = std::floor(end / 2);
+  const BoxShape half = between_planes(-1, middle);
+  const BoxShape other = between_planes(middle, end);
+  const LatticeMesh coarse = surface(GetParam().coarse);
   const LatticeMesh fine = surface(0.25);
-  const LatticeMesh mixed = surface(2, fine_in(half, 0.25));
+  const LatticeMesh mixed = surface(GetParam().coarse, fine_in(half, 0.25));
   EXPECT_LE(triangles(mixed), 1.1 * (count_in(fine, half) + count_in(coarse, other)));
 }
 
-TEST_F(MapsThatPay, AViewCostsLessThanItsLeastThresholdEverywhere) {
+TEST_P(MapsThatPay, AViewCostsLessThanItsLeastThresholdEverywhere) {
   const ThresholdView view{
       .eye = {48, 48, -20}, .field_of_view = 45, .height_pixels = 800, .tolerance_pixels = 10};
   const LatticeMesh seen = surface(1, {.coordinates = CoordinateSystem::kIndex, .view = view});

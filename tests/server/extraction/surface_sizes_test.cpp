@@ -150,6 +150,53 @@ TEST(SurfaceSizes, AreRoughlyKnownForAnyMap) {
   EXPECT_GT(sizes.rough(half).triangles, 0.4 * everywhere);
 }
 
+// A map's small regions of small thresholds have most of the triangles, or much of them.
+class SizesUnderMaps : public ::testing::Test {
+ protected:
+  [[nodiscard]] static StepRequest allowing(double error, const BoxShape& fine) {
+    StepRequest step{.request = {.isovalue = 0.1, .error = error, .simplify = true}};
+    step.request.thresholds = {.coordinates = CoordinateSystem::kIndex,
+                               .regions = {{.shape = fine, .threshold = 0.25}}};
+    return step;
+  }
+  void expect_near_the_real_ones(const StepRequest& step) const {
+    const SurfaceSize real = size_of(dataset_, step);
+    const SurfaceSize told = surface_sizes(extractor_, {}, SizeAccuracy::kCareful).of(step);
+    EXPECT_LE(told.triangles, 2 * real.triangles);
+    EXPECT_GE(told.triangles, 0.5 * real.triangles);
+    EXPECT_LE(told.bytes, 2 * real.bytes);
+    EXPECT_GE(told.bytes, 0.5 * real.bytes);
+    const SurfaceSize quick = surface_sizes(extractor_, {}, SizeAccuracy::kQuick).of(step);
+    EXPECT_LE(quick.triangles, 3 * real.triangles);
+    EXPECT_GE(quick.triangles, 0.3 * real.triangles);
+  }
+
+  DatasetPtr dataset_ = prepared({"gyroid", fields::gyroid(120, 0.1, 45)});
+  SurfaceExtractor extractor_{dataset_};
+};
+
+TEST_F(SizesUnderMaps, OfASmallFineBoxAreNearTheRealOnes) {
+  for (const double place : {4.0, 58.0, 100.0}) {
+    SCOPED_TRACE(place);
+    expect_near_the_real_ones(
+        allowing(8, {.low = {place, place, place}, .high = {place + 4, place + 4, place + 4}}));
+  }
+}
+
+TEST_F(SizesUnderMaps, OfAFineHalfAreNearTheRealOnes) {
+  expect_near_the_real_ones(allowing(4, {.low = {-1, -1, -1}, .high = {120, 120, 60}}));
+  expect_near_the_real_ones(allowing(4, {.low = {60, -1, -1}, .high = {120, 120, 120}}));
+}
+
+TEST_F(SizesUnderMaps, OfAViewAreNearTheRealOnes) {
+  StepRequest step{.request = {.isovalue = 0.1, .error = 0.25, .simplify = true}};
+  step.request.thresholds = {
+      .coordinates = CoordinateSystem::kIndex,
+      .view = ThresholdView{
+          .eye = {60, 60, -20}, .field_of_view = 45, .height_pixels = 800, .tolerance_pixels = 10}};
+  expect_near_the_real_ones(step);
+}
+
 TEST(SurfaceSizes, AreGivenUpWhenStopped) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
