@@ -48,7 +48,7 @@ LoadStatistics run_load(const LoadOptions& options) {
       // The idle ones come first, so that all the others find them there.
       sessions.push_back(std::make_unique<LoadSession>(
           io, client < options.idle ? idle : session, seed_of(client, options.seed),
-          delay_of(client, options), statistics[thread], agreement));
+          delay_of(client, options), options.from.of(client), statistics[thread], agreement));
       spawn(
           io.get_executor(), [one = sessions.back().get()] { return one->run(); },
           [](const std::exception_ptr& trouble) {
@@ -79,7 +79,7 @@ MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& option
           io.get_executor(),
           [&, client, thread] {
             return misbehave(kind, to_all, seed_of(client, options.seed), delay_of(client, options),
-                             counts[thread]);
+                             options.from.of(client), counts[thread]);
           },
           [](const std::exception_ptr& trouble) {
             if (trouble) std::rethrow_exception(trouble);

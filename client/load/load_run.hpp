@@ -5,6 +5,7 @@
 
 #include "client/load/load_session.hpp"
 #include "client/load/misbehaviour.hpp"
+#include "client/load/source_addresses.hpp"
 
 namespace multitetra {
 
@@ -14,6 +15,7 @@ struct LoadOptions {
   std::size_t clients = 10;
   std::size_t idle = 0;  // Further clients that only stay connected.
   int threads = 1;
+  SourceAddresses from = {};  // Each client connects from the next one.
   std::chrono::milliseconds duration{10'000};
   std::chrono::milliseconds ramp{1'000};    // The clients connect evenly over this time.
   std::chrono::milliseconds grace{30'000};  // For streams that run when the duration is over.

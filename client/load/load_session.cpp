@@ -1,6 +1,7 @@
 #include "client/load/load_session.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/net/coroutines.hpp"
 
@@ -55,8 +56,8 @@ struct LoadSession::RunningStream {
 };
 
 LoadSession::LoadSession(asio::io_context& io, const UserOptions& options, std::uint64_t seed,
-                         std::chrono::milliseconds delay, LoadStatistics& statistics,
-                         Agreement& agreement)
+                         std::chrono::milliseconds delay, std::string from,
+                         LoadStatistics& statistics, Agreement& agreement)
     : options_(options),
       statistics_(statistics),
       agreement_(agreement),
@@ -64,7 +65,8 @@ LoadSession::LoadSession(asio::io_context& io, const UserOptions& options, std::
       news_(io.get_executor()),
       random_(seed),
       seed_(seed),
-      delay_(delay) {}
+      delay_(delay),
+      from_(std::move(from)) {}
 LoadSession::~LoadSession() = default;
 
 asio::awaitable<void> LoadSession::run() {
@@ -114,7 +116,7 @@ asio::awaitable<bool> LoadSession::connect() {
   const auto began = LoadClock::now();
   const auto channel = std::make_shared<MessageChannel>(
       io_.get_executor(), options_.server,
-      ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 16 * 1024});
+      ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 16 * 1024, .from = from_});
   auto datasets = co_await enter(channel);
   if (!datasets) {
     channel->close();

@@ -41,7 +41,8 @@ class LoadSession {
  public:
   // All references must outlive run(), and it the executor's work.
   LoadSession(asio::io_context& io, const UserOptions& options, std::uint64_t seed,
-              std::chrono::milliseconds delay, LoadStatistics& statistics, Agreement& agreement);
+              std::chrono::milliseconds delay, std::string from, LoadStatistics& statistics,
+              Agreement& agreement);
   ~LoadSession();
   LoadSession(const LoadSession&) = delete;
   LoadSession& operator=(const LoadSession&) = delete;
@@ -78,6 +79,7 @@ class LoadSession {
   std::mt19937_64 random_;
   std::uint64_t seed_;
   std::chrono::milliseconds delay_;
+  std::string from_;  // The address it connects from; empty: the system decides.
 
   ChannelPtr channel_;  // Null when not connected.
   std::vector<DatasetInfo> datasets_;

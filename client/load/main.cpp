@@ -29,6 +29,7 @@ struct LoadArguments {
   std::uint64_t seed = 1;
   int threads = 0;
   std::string simplify = "off";
+  std::string from;
   std::string check = "light";
   bool json = false;
 };
@@ -99,6 +100,10 @@ void add_options(Command& app, LoadArguments& a) {
   app.add_option("--simplify", a.simplify, "on: simplified meshes; off: all triangles")
       ->one_of({"on", "off"})
       ->capture_default_str();
+  app.add_option("--from", a.from,
+                 "Connect from these addresses of this machine, each client from the next one "
+                 "(127.0.1.0/24)")
+      ->type_name("NETWORK");
   app.add_option("--threads", a.threads, "Of this program; 0: one for each two processors")
       ->within(0, 256)
       ->capture_default_str();
@@ -108,6 +113,9 @@ void add_options(Command& app, LoadArguments& a) {
 Result<LoadOptions> options_of(const LoadArguments& a) {
   const auto access = access_of(a.server);
   if (!access) return tl::unexpected(access.error());
+  const auto from =
+      a.from.empty() ? Result<SourceAddresses>(SourceAddresses()) : SourceAddresses::from(a.from);
+  if (!from) return tl::unexpected(from.error());
   const int processors = static_cast<int>(std::thread::hardware_concurrency());
   LoadOptions options{
       .session = {.server = access->server,
@@ -123,6 +131,7 @@ Result<LoadOptions> options_of(const LoadArguments& a) {
       .clients = a.clients,
       .idle = a.idle,
       .threads = a.threads > 0 ? a.threads : std::max(processors / 2, 1),
+      .from = *from,
       .duration = milliseconds(a.duration),
       .ramp = milliseconds(
           a.ramp >= 0 ? a.ramp

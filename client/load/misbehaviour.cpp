@@ -49,10 +49,11 @@ std::string random_bytes(std::mt19937_64& random, std::size_t count) {
 class MisbehavingClient {
  public:
   MisbehavingClient(Misbehaviour kind, const MisbehaviourOptions& options, std::uint64_t seed,
-                    MisbehaviourCounts& counts, asio::any_io_executor executor)
+                    std::string from, MisbehaviourCounts& counts, asio::any_io_executor executor)
       : kind_(kind),
         options_(options),
         random_(seed),
+        from_(std::move(from)),
         counts_(counts),
         executor_(executor),
         timer_(executor) {}
@@ -61,7 +62,8 @@ class MisbehavingClient {
     co_await sleep_until(options_.start + delay);
     while (Clock::now() < options_.stop) {
       const auto channel = std::make_shared<MessageChannel>(
-          executor_, address(), ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 4096});
+          executor_, address(),
+          ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 4096, .from = from_});
       // Ends waits for the server with the run.
       asio::steady_timer end(executor_, options_.stop);
       end.async_wait([channel](const error_code& cancelled) {
@@ -301,6 +303,7 @@ class MisbehavingClient {
   Misbehaviour kind_;
   const MisbehaviourOptions& options_;
   std::mt19937_64 random_;
+  std::string from_;
   MisbehaviourCounts& counts_;
   asio::any_io_executor executor_;
   asio::steady_timer timer_;
@@ -328,9 +331,9 @@ void MisbehaviourCounts::add(const MisbehaviourCounts& other) {
 
 asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
                                 std::uint64_t seed, std::chrono::milliseconds delay,
-                                MisbehaviourCounts& counts) {
+                                std::string from, MisbehaviourCounts& counts) {
   const auto executor = co_await asio::this_coro::executor;
-  MisbehavingClient client(kind, options, seed, counts, executor);
+  MisbehavingClient client(kind, options, seed, std::move(from), counts, executor);
   co_await client.run(delay);
 }
 

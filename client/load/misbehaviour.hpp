@@ -42,10 +42,11 @@ struct MisbehaviourCounts {
   void add(const MisbehaviourCounts& other);
 };
 
-// Until options.stop, connecting anew whenever a connection is over. All references must outlive
+// Until options.stop, connecting anew whenever a connection is over, from the address `from` unless
+// it is empty. All references must outlive
 // it.
 [[nodiscard]] asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
                                               std::uint64_t seed, std::chrono::milliseconds delay,
-                                              MisbehaviourCounts& counts);
+                                              std::string from, MisbehaviourCounts& counts);
 
 }  // namespace multitetra

@@ -23,17 +23,6 @@ namespace multitetra {
   return is_overlong || is_beyond ? 0 : length;
 }
 
-// Whether `text` is UTF-8 without control characters.
-[[nodiscard]] inline bool is_plain_text(std::string_view text) {
-  while (!text.empty()) {
-    const auto byte = static_cast<unsigned char>(text[0]);
-    const std::size_t length = utf8_sequence(text);
-    if (length == 0 || byte < 0x20 || byte == 0x7F) return false;
-    text.remove_prefix(length);
-  }
-  return true;
-}
-
 // Whether the well-formed sequence at the start of `text` could steer a terminal or the order in
 // which characters are shown: control characters of whatever encoding, the marks of writing
 // directions, and separators of lines.
@@ -45,6 +34,17 @@ namespace multitetra {
   if (byte(0) != 0xE2 || (byte(1) != 0x80 && byte(1) != 0x81)) return false;
   if (byte(1) == 0x81) return byte(2) >= 0xA6 && byte(2) <= 0xA9;  // U+2066 to U+2069
   return byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE);
+}
+
+// Whether `text` is UTF-8 in which nothing steers (see above): names and units may be printed as
+// they are.
+[[nodiscard]] inline bool is_plain_text(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_sequence(text);
+    if (length == 0 || is_steering(text)) return false;
+    text.remove_prefix(length);
+  }
+  return true;
 }
 
 // Text from elsewhere as it may be printed: what is no UTF-8 or could steer (see above) is written

@@ -18,6 +18,7 @@ struct ChannelOptions {
   // Bytes that the other machine does not acknowledge for so long mean that it is lost; 0: the
   // system decides.
   std::chrono::milliseconds unacknowledged{0};
+  std::string from = {};           // The address to connect from; empty: the system decides.
   std::string ca_option = "--ca";  // How users name an authority.
 };
 

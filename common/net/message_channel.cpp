@@ -21,13 +21,25 @@ MessageChannel::~MessageChannel() = default;
 
 asio::awaitable<Result<void>> MessageChannel::connect() {
   error_code error;
-  const auto address = asio::ip::make_address(server_.host, error);
-  if (!error) {
+  if (!options_.from.empty()) {
+    const tcp::endpoint from(asio::ip::make_address(options_.from, error), 0);
+    if (!error) socket_.open(from.protocol(), error);
+    if (!error) socket_.bind(from, error);
+    if (error) co_return unreachable(error);
+  }
+  error_code is_name;
+  const auto address = asio::ip::make_address(server_.host, is_name);
+  if (!is_name) {
     co_await socket_.async_connect({address, server_.port}, use_error(error));
   } else {
     const auto found = co_await resolver_.async_resolve(server_.host, std::to_string(server_.port),
                                                         use_error(error));
-    if (!error && is_open_) co_await asio::async_connect(socket_, found, use_error(error));
+    // Trying several addresses would open the socket anew, without the address it is bound to.
+    if (!error && is_open_ && !options_.from.empty()) {
+      co_await socket_.async_connect(found.begin()->endpoint(), use_error(error));
+    } else if (!error && is_open_) {
+      co_await asio::async_connect(socket_, found, use_error(error));
+    }
   }
   if (!error && !is_open_) error = asio::error::operation_aborted;
   if (error) co_return unreachable(error);

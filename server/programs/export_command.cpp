@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "server/core/spectrum/crossed_octants.hpp"
@@ -261,8 +262,8 @@ int export_trees(ExportArguments arguments) {
                               {"triangles", exported.triangles},
                               {"seconds", progress.seconds()}});
   } else if (!arguments.quiet) {
-    std::cout << arguments.folder << ": " << exported.files << " files, " << exported.triangles
-              << " triangles on all levels\n";
+    std::cout << printable(arguments.folder, /*keeps_lines=*/false) << ": " << exported.files
+              << " files, " << exported.triangles << " triangles on all levels\n";
   }
   return 0;
 }

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/core/spectrum/isovalue_bins.hpp"
@@ -68,9 +69,10 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   const DatasetInfo& info = file.info();
   const SourceNote& source = file.metadata().source;
   const auto line = [](const char* what, const std::string& value) {
-    std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ') << value << "\n";
+    std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ')
+              << printable(value, /*keeps_lines=*/false) << "\n";
   };
-  std::cout << "\"" << info.name << "\" in " << place << "\n";
+  std::cout << printable("\"" + info.name + "\" in " + place, /*keeps_lines=*/false) << "\n";
   line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                       std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
   if (info.member) line("member of series", human_member(*info.member));

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/operations/access_list.hpp"
 #include "server/operations/token_file.hpp"
@@ -112,8 +113,8 @@ Json json_of(const AccessRights& rights, bool has_token) {
 }
 
 std::string text_of_rights(const AccessRights& rights, bool has_token) {
-  std::string text = rights.name();
-  for (const std::string& dataset : rights.datasets()) text += " " + dataset;
+  std::string text = printable(rights.name());
+  for (const std::string& dataset : rights.datasets()) text += " " + printable(dataset);
   if (rights.surfaces_only()) text += "  (surfaces only)";
   if (!has_token) text += "  (clients without a token)";
   if (!rights.expires()) return text + "\n";
@@ -146,7 +147,7 @@ int revoke_token(const TokenArguments& arguments) {
   if (arguments.json) {
     std::cout << text_of({{"name", name}, {"file", arguments.file}, {"removed", without.removed}});
   } else {
-    std::cout << name << " is not in " << arguments.file
+    std::cout << printable(name) << " is not in " << printable(arguments.file)
               << " any more; servers know it after SIGHUP (systemctl reload multitetra)\n";
   }
   return kOk;

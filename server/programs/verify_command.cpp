@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/dataset/dataset.hpp"
@@ -29,7 +30,8 @@ Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   const std::uint64_t bytes = verify_dataset(place, tell);
   progress.finish();
   if (!arguments.quiet && !arguments.json) {
-    std::cout << place << ": every byte is as it was written (" << human_bytes(bytes) << ")\n";
+    std::cout << printable(place, /*keeps_lines=*/false) << ": every byte is as it was written ("
+              << human_bytes(bytes) << ")\n";
   }
   return {
       {"file", place}, {"file_bytes", bytes}, {"is_whole", true}, {"seconds", progress.seconds()}};

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
-#include <map>
 #include <system_error>
 
+#include "server/store/detail/bucket_listing.hpp"
 #include "server/store/detail/store_client.hpp"
 #include "server/store/store_error.hpp"
 
@@ -22,40 +22,9 @@ std::string text_of(const HttpAnswer& answer) {
   return {reinterpret_cast<const char*>(answer.bytes.data()), answer.bytes.size()};
 }
 
-std::string plain_text(std::string_view xml) {
-  static const std::map<std::string_view, char> kEntities = {
-      {"&amp;", '&'}, {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}};
-  std::string text;
-  while (!xml.empty()) {
-    const auto entity = std::find_if(kEntities.begin(), kEntities.end(), [&](const auto& known) {
-      return xml.starts_with(known.first);
-    });
-    text += entity == kEntities.end() ? xml.front() : entity->second;
-    xml.remove_prefix(entity == kEntities.end() ? 1 : entity->first.size());
-  }
-  return text;
-}
-
-// The texts of all elements of this name.
-std::vector<std::string> elements_of(std::string_view xml, const std::string& name) {
-  std::vector<std::string> found;
-  const std::string begin = "<" + name + ">";
-  const std::string end = "</" + name + ">";
-  for (std::size_t at = xml.find(begin); at != std::string_view::npos; at = xml.find(begin)) {
-    xml.remove_prefix(at + begin.size());
-    found.push_back(plain_text(xml.substr(0, xml.find(end))));
-  }
-  return found;
-}
-
-std::string element_of(std::string_view xml, const std::string& name) {
-  const std::vector<std::string> found = elements_of(xml, name);
-  return found.empty() ? std::string() : found.front();
-}
-
 [[noreturn]] void fail_with(const std::string& address, const HttpAnswer& answer,
                             const std::string& what) {
-  const std::string code = element_of(text_of(answer), "Code");
+  const std::string code = xml_element(text_of(answer), "Code");
   throw StoreError(address,
                    what + ": the bucket answers with status " + std::to_string(answer.status) +
                        (code.empty() ? "" : " (" + code + ")"),
@@ -74,7 +43,7 @@ class Upload {
   Upload(const std::string& address, const HttpStoreOptions& options)
       : address_(address), place_(bucket_place(address)), client_(true, options) {
     const HttpAnswer answer = send("POST", "uploads=");
-    id_ = element_of(text_of(answer), "UploadId");
+    id_ = xml_element(text_of(answer), "UploadId");
     if (!answer.is_good() || id_.empty()) fail_with(address_, answer, "it cannot be written");
   }
   ~Upload() {
@@ -161,11 +130,11 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
     const HttpAnswer answer =
         client.send({.address = place.origin + "/?" + query, .most = kMostAnswerBytes});
     if (!answer.is_good()) fail_with(folder, answer, "it cannot be listed");
-    const std::string xml = text_of(answer);
-    for (const std::string& key : elements_of(xml, "Key")) {
+    const BucketListing listing = bucket_listing(text_of(answer));
+    for (const std::string& key : listing.keys) {
       if (key.ends_with(suffix)) found.push_back(bucket + key);
     }
-    next = element_of(xml, "IsTruncated") == "true" ? element_of(xml, "NextContinuationToken") : "";
+    next = listing.next;
   } while (!next.empty());
   std::sort(found.begin(), found.end());
   return found;

@@ -192,7 +192,7 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
   format = recognized_format(path);
   if (format) return open_format(path, *format, choice);
   if (fs::is_directory(path)) {
-    fail_reading(path, "this folder holds neither images (TIFF, PNG, DICOM) nor a Zarr or N5 array",
+    fail_reading(path, "this folder holds neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
                  "Known are " + known_files());
   }
   std::string beginning(4, '\0');

@@ -38,7 +38,7 @@ struct VolumeFileOptions {
 };
 
 // Reads one volume. `path` is a file or folder, a file and a path inside it ("a.h5:/volume"), or a
-// pattern of TIFF or PNG images: either printf style ("slice%03d.tif") or with '*' and '?'
+// pattern of TIFF, PNG or JPEG images: either printf style ("slice%03d.tif") or with '*' and '?'
 // ("slice*.tif"). Images of a stack are slices along z in natural order (slice2 before
 // slice10). Throws VolumeFileError.
 [[nodiscard]] Volume read_volume(const std::filesystem::path& path,

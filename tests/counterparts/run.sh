@@ -30,6 +30,13 @@ if [[ " $* " =~ \ (tiles|neuroglancer|paraview)\  ]]; then
   datasets+=(tree.mtd lump.mtd)
 fi
 
+if [[ " $* " =~ " websockets " ]]; then  # One of several datasets is asked for.
+  for name in another third; do
+    "$bin/multitetra-server" prepare head.nrrd -o $name.mtd --name $name --quiet
+    datasets+=($name.mtd)
+  done
+fi
+
 # The address with the name that the certificate has.
 named() { local url; url=$(url_of "$@"); echo "${url/127.0.0.1/localhost}"; }
 

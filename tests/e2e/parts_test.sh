@@ -30,6 +30,10 @@ cmp -s slurm.mtd whole.mtd || fail "slurm.sh: another dataset than one process m
 # What the Snakefile finds: volumes of any format that are one file. Without any it ends.
 cp volumes/gyroid.nrrd volumes/other.nii.gz
 mkdir empty
+kinds="mgz mgh vtk cube ims pvti zip map ccp4 hdf5 mrc.gz dat hdr"
+for kind in $kinds; do touch "volumes/of_$kind.$kind"; done
+touch volumes/of_hdr.img volumes/notes.txt volumes/alone.img
+mkdir volumes/slices
 cat >found.py <<'EOF'
 import sys
 head = open(sys.argv[1]).read().split("\nrule all:")[0]
@@ -37,8 +41,12 @@ space = {"config": {"volumes": sys.argv[2], "out": "datasets"}}
 exec(head, space)
 print(*space["volumes"])
 EOF
-found=$(python3 found.py "$project/docker/parts/Snakefile" volumes)
-[ "$found" = "gyroid other" ] || fail "Snakefile: it finds $found"
+found=$(python3 found.py "$project/docker/parts/Snakefile" volumes 2>left_out.txt)
+expected=$(printf '%s\n' gyroid other $(printf 'of_%s ' $kinds) | LC_ALL=C sort | tr '\n' ' ')
+[ "$(tr ' ' '\n' <<<"$found" | LC_ALL=C sort | tr '\n' ' ')" = "$expected" ] || fail "Snakefile: it finds $found"
+[ "$(cat left_out.txt)" = "Left out of 'volumes': alone.img, notes.txt, slices" ] || fail "Snakefile: $(cat left_out.txt)"
+for kind in $kinds; do rm "volumes/of_$kind.$kind"; done
+rm -r volumes/of_hdr.img volumes/notes.txt volumes/alone.img volumes/slices
 ends 1 "There is no volume in 'empty'" python3 found.py "$project/docker/parts/Snakefile" empty
 cp volumes/gyroid.nrrd volumes/gyroid.mha
 ends 1 "would both be 'gyroid.mtd'" python3 found.py "$project/docker/parts/Snakefile" volumes

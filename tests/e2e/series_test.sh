@@ -32,6 +32,11 @@ open("in/many.nrrd", "wb").write(b"NRRD0004\ntype: uint16\ndimension: 3\nsizes: 
                               b"".join(i.to_bytes(2, "little") for i in range(1600)))
 EOPY
 ends 0 "--label all" "$server" prepare in/organs.seg.nrrd -o whole.mtd
+for name in . ..; do
+  ends 2 'leads elsewhere in paths and addresses' "$server" prepare in/organs.seg.nrrd -o dots.mtd --name $name
+done
+ends 1 "A dataset's name is UTF-8 without '/'" "$server" prepare in/organs.seg.nrrd --label all --name ../out -o below/organs
+[ -z "$(ls -d dots.mtd out.* below/out* below/organs 2>/dev/null)" ] || fail "something was written under a name that leads elsewhere"
 mkdir there && cp whole.mtd there && ends 2 "no volume in there, but datasets: multitetra-server serve there" \
   "$server" prepare there -o elsewhere
 ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
@@ -42,6 +47,16 @@ says organs/organs.label3.mtd ", of which the surface holds 100"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
+# What a header calls a label may hold no control of a terminal, nor marks that turn the direction of writing.
+sed 's/Name:=liver/Name:=li\xc2\x9b2J\xe2\x80\xaever/' in/organs.seg.nrrd >odd.seg.nrrd
+ends 0 "1 member, 0 failed" "$server" prepare odd.seg.nrrd --label 3 --name odd -o odd
+says odd/odd.label3.mtd '"odd", label 3 ('
+! LC_ALL=C grep -q $'\xc2\x9b\|\xe2\x80\xae' facts.txt || fail "a label's name steers the terminal: $(cat -v facts.txt)"
+mkdir $'turned\xe2\x80\xae' && cp odd/odd.label3.mtd $'turned\xe2\x80\xae'
+for command in info verify; do
+  "$server" $command $'turned\xe2\x80\xae/odd.label3.mtd' >facts.txt
+  grep -qF 'turned\xe2\x80\xae/' facts.txt || fail "$command prints a path raw: $(cat -v facts.txt)"
+done
 printf 'NRRD0004\ntype: int\n' >broken.nrrd
 ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
 [ ! -e new_folder ] || fail "a folder was left in which there is nothing"
@@ -102,6 +117,11 @@ ends 2 "for --label" "$server" prepare in/organs.seg.nrrd --label-names names.ct
 grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's label is no ball"
 "$server" extract organs/organs.label7.mtd --isovalue 0.5 --error 0 -o outer.ply --json --quiet >outer.json
 grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's label is not two balls"
+
+# Parts one voxel thick lose volume when they are simplified: a notice says how much of a label they are.
+{ printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 324 /dev/zero; head -c 81 /dev/zero | tr '\0' '\1'; head -c 324 /dev/zero; } >in/thin.nrrd
+ends 0 "of the 81 voxels of label 1 81 lie in parts one voxel thick" "$server" prepare in/thin.nrrd --label 1 -o thin
+! grep -q 'one voxel thick' <("$server" prepare in/organs.seg.nrrd --label 3 -o thick 2>&1) || fail "a ball is not thin"
 
 # A label that reaches the volume's border closes there by default.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 729 /dev/zero | tr '\0' '\1'; } >in/full.nrrd

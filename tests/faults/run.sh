@@ -3,7 +3,7 @@
 # when a promise is broken. Run it with nothing else on the machine; all of it takes about ten minutes.
 #
 #   bash tests/faults/run.sh                     all trials
-#   bash tests/faults/run.sh many nuisances      some: many nginx nuisances greedy hoarding changed-file cuts lost-server
+#   bash tests/faults/run.sh many nuisances      some of those below
 #   bash tests/faults/run.sh --quick             seconds of each, with a small volume: whether it works, not how fast
 #   --programs DIR                               takes the programs in DIR instead of building the release preset
 #
@@ -14,6 +14,9 @@
 #              step in at most three times its time alone, and cached results at once
 # hoarding     a good client beside 250 connections with the most memory per request, which read nothing: no more memory than the
 #              documented bound, and it comes back
+# hoarding-http the same for answers of HTTP: raw slices, value probes, tiles, cells of 3D Tiles, from four addresses
+# many-addresses  a small surface beside 200 addresses with long final steps, without tokens: complete within 1 s
+# idle-addresses  all connections of a server taken by idle ones of six addresses: a newcomer is served within 1 s
 # changed-file a served file is overwritten, another one cut: errors of those datasets, and a third one is served
 # cuts         the connection cut 200 times at random places: the right mesh, and no tile twice
 # lost-server  kill -9 of one of two servers behind the gateway: no client loses its result
@@ -28,13 +31,14 @@ while [ $# -gt 0 ]; do
   case "$1" in
     --quick) quick=true ;;
     --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    -h | --help) sed -n '2,20s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    many | nginx | nuisances | greedy | hoarding | changed-file | cuts | lost-server) trials+=("$1") ;;
+    -h | --help) sed -n '2,24s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    many | nginx | nuisances | greedy | hoarding | hoarding-http | many-addresses | idle-addresses | changed-file | cuts | lost-server)
+      trials+=("$1") ;;
     *) echo "Unknown word $1; see --help." >&2; exit 2 ;;
   esac
   shift
 done
-[ ${#trials[@]} -gt 0 ] || trials=(many nginx nuisances greedy hoarding changed-file cuts lost-server)
+[ ${#trials[@]} -gt 0 ] || trials=(many nginx nuisances greedy hoarding hoarding-http many-addresses idle-addresses changed-file cuts lost-server)
 if [ -z "$programs" ]; then
   cmake --preset release -S "$project" >/dev/null
   cmake --build "$project/build/release" --target multitetra_server_program multitetra_client_program \
@@ -238,6 +242,93 @@ trial_hoarding() {
   row "$many connections that ask for what takes memory and read nothing" \
     "at most $peak MiB, where $bound MiB are documented; $before MiB before, $after MiB $seconds s after" \
     "a good client meanwhile: whole surface p50 $(value among.json seconds whole p50) s"
+}
+
+trial_hoarding_http() {
+  local many duration before peak after bound paths
+  many=$(choose 40 400)
+  duration=$(choose 4 20)
+  begin hoarding_http "$programs/multitetra-server" serve head.mtd --tcp off --http 127.0.0.1:0 --max-connections 5000 \
+    --max-connections-per-address 5000 --max-requests-per-second 1000000 --queue-bytes 256MiB --cache-bytes 64MiB
+  curl -sf "http://$http/v1/datasets/head/isosurface?error=0.5&format=stl" -o mesh.stl || fail "hoarding-http: there is no surface"
+  curl -sf "http://$http/v1/3dtiles/head/iso/500/tileset.json" -o tileset.json || fail "hoarding-http: there is no tileset"
+  before=$(resident "$pid")
+  watch_memory "$pid" hoarding_http.memory &
+  local watcher=$!
+  paths=(/v1/datasets/head/slice?format=raw\&width=2048\&height=1024 "/v1/datasets/head/value?at=1,2,3" /v1/datasets/head
+    "/v1/datasets/head/isosurface?error=0.5&format=stl" "/v1/3dtiles/head/iso/500/$(value tileset.json root content uri)")
+  python3 "$here/unread_answers.py" "$http" --clients "$many" --addresses 4 --seconds "$duration" "${paths[@]}" >hoarding_http.json ||
+    fail "hoarding-http: they did not come in"
+  curl -sf --max-time 30 "http://$http/v1/datasets/head/slice?width=64&height=64" -o slice.png || fail "hoarding-http: others are not served"
+  kill -0 "$pid" 2>/dev/null || fail "hoarding-http: the server is gone"
+  sleep 4  # In which what is free goes back.
+  after=$(resident "$pid")
+  stop "$pid"
+  stop "$watcher"
+  peak=$(largest hoarding_http.memory 0 1)
+  # Queue and cache, 64 KiB and a piece of a mesh file for each connection, slices in work, and what it had before.
+  bound=$(awk "BEGIN { printf \"%.0f\", 256 + 64 + 320 + $many * 0.4 + $before }")
+  expect "hoarding-http: answers came" "$(value hoarding_http.json answered) > 0"
+  expect "hoarding-http: memory is within the documented bound" "$peak <= $bound"
+  row "$many HTTP connections of four addresses that read nothing of slices, meshes, cells and values" \
+    "at most $peak MiB, where $bound MiB are documented; $before MiB before, $after MiB after" \
+    "$(value hoarding_http.json answered) answers begun, $(value hoarding_http.json refused) refused"
+}
+
+# small_surfaces FILE SECONDS: surfaces of the small dataset, each another one, for a client of 127.0.0.1.
+small_surfaces() {
+  load --server "$tcp" --dataset small --clients 1 --threads 1 --duration "$2" --grace 60 --pause 0.2 \
+    --script random-isovalues --isovalues 100000 --errors 0.5 --seed 11 >"$1" || { fail "a client of another address ended badly"; cat "$1" >&2; }
+}
+begin_two_datasets() {
+  if [ ! -e small.mtd ]; then
+    "$programs/multitetra-server" generate head --size 32 --noise 20 -o small.nrrd --quiet
+    "$programs/multitetra-server" prepare small.nrrd -o small.mtd --name small --quiet
+  fi
+  begin "$1" "$programs/multitetra-server" serve head.mtd small.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 "${@:2}"
+}
+
+trial_many_addresses() {
+  local many duration others
+  many=$(choose 20 200)
+  duration=$(choose 3 20)
+  begin_two_datasets many_addresses
+  small_surfaces many_alone.json "$duration"
+  load --server "$tcp" --dataset head --script greedy --clients "$many" --from 127.0.1.0/24 --ramp 1 --threads 1 \
+    --duration $((duration + 60)) >many_addresses.json &
+  others=$!
+  sleep 5
+  small_surfaces many_among.json "$duration"
+  kill "$others" 2>/dev/null || fail "many-addresses: the others had gone"
+  wait "$others" || true
+  kill -0 "$pid" 2>/dev/null || fail "many-addresses: the server is gone"
+  stop "$pid"
+  expect "many-addresses: surfaces came" "$(value many_among.json streams complete) > 0 && $(value many_among.json streams failed) == 0"
+  [ "$quick" = true ] || expect "many-addresses: within a second" "$(value many_among.json seconds whole p90) <= 1"
+  row "a small surface beside $many addresses with long final steps" \
+    "whole surface p50 $(value many_alone.json seconds whole p50) s alone, $(value many_among.json seconds whole p50) s among them" \
+    "p90 $(value many_among.json seconds whole p90) s, at most $(value many_among.json seconds whole max) s of $(value many_among.json streams complete)"
+}
+
+trial_idle_addresses() {
+  local connections=$((6 * 10)) others before took
+  begin_two_datasets idle_addresses --max-connections "$connections" --max-connections-per-address 10
+  load --server "$tcp" --dataset small --clients 1 --idle $((connections - 1)) --from 127.0.1.0/29 --ramp 1 --threads 1 --pause 3600 \
+    --duration 60 --script random-isovalues >idle_addresses.json &
+  others=$!
+  sleep 3
+  before=$(date +%s%N)
+  "$programs/multitetra-client" fetch --server "$tcp" --dataset small --isovalue 500 --error 0.5 --retries 0 --quiet -o mesh.ply ||
+    fail "idle-addresses: a newcomer is not served"
+  took=$(awk "BEGIN { printf \"%.2f\", ($(date +%s%N) - $before) / 1e9 }")
+  kill "$others" 2>/dev/null || fail "idle-addresses: the others had gone"
+  wait "$others" || true
+  curl -sf "http://$http/metrics" >metrics.txt
+  grep -q 'multitetra_refused_total.*limit="connections"' metrics.txt || fail "idle-addresses: none was sent away: $(cat metrics.txt)"
+  stop "$pid"
+  expect "idle-addresses: within a second" "$took <= 1"
+  row "$connections idle connections of six addresses, which is all that the server takes" "a newcomer has its surface after $took s" \
+    "the longest idle connection was sent away"
 }
 
 trial_changed_file() {

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# A mixed soak: good clients, whose every mesh is checked, on a server, and on a gateway before two servers, beside all
-# misbehaviours, while tokens are revoked, certificates and tokens read again, datasets replaced, and servers killed and
-# started. Fails when a good client fails, when a process ends by itself, and when memory, open files or threads are more at
-# the end than halfway, where caches are full. Run it with nothing else on the machine.
+# A mixed soak: good clients, whose every mesh is checked, and readers of slices, values, 3D Tiles and sample shells, on a
+# server, and on a gateway before two servers, beside all misbehaviours, while tokens are revoked, certificates and tokens read
+# again, datasets replaced, and servers killed and started. Fails when a good client fails, when a process ends by itself, and
+# when memory, open files or threads are more at the end than halfway, where caches are full. Prints a row of a table. Run it
+# with nothing else on the machine.
 #
 #   bash tests/faults/soak.sh MINUTES            with the programs of the release preset
 #   --programs DIR                               with those in DIR: of the asan and tsan presets, too
@@ -14,7 +15,7 @@ programs=
 while [ $# -gt 0 ]; do
   case "$1" in
     --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
+    -h | --help) sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
     *[!0-9.]*) echo "Unknown word $1; see --help." >&2; exit 2 ;;
     *) minutes=$1 ;;
   esac
@@ -84,6 +85,47 @@ meshes() {
       "http://127.0.0.1:$http_port/v1/datasets/head/isosurface?isovalue=$((300 + RANDOM % 600))&error=1&format=obj" || true
   done
 }
+# Answers of HTTP that nobody reads: slices, meshes, cells of 3D Tiles, of four addresses.
+unread() {
+  python3 "$project/tests/faults/unread_answers.py" "127.0.0.1:$http_port" --clients 40 --addresses 4 \
+    --seconds $((round_seconds - 2)) --token-file eve.token "/v1/datasets/head/slice?format=raw&width=1024&height=1024" \
+    "/v1/datasets/head/isosurface?error=0.5&format=stl" /v1/3dtiles/head/iso/500/tileset.json \
+    "/v1/datasets/head/value?at=1,2,3" >unread.json 2>/dev/null
+}
+# Slices, values and surfaces of 3D Tiles that are read, each as another client of HTTP would; the same bytes each time.
+readers() {
+  local i url="http://127.0.0.1:$http_port" auth="Authorization: Bearer $(cat alice.token)" cell
+  for i in $(seq 8); do
+    curl -sSf -m 240 -H "$auth" -o slice.raw "$url/v1/datasets/head/slice?format=raw&width=256&height=256&normal=0,1,1" || return 1
+    [ ! -e slice.first ] || cmp slice.raw slice.first || return 1
+    mv slice.raw slice.first
+    curl -sSf -m 240 -H "$auth" -o value.json "$url/v1/datasets/head/value?at=1,2,3&coordinates=index" || return 1
+    curl -sSf -m 240 -H "$auth" -o tileset.json "$url/v1/3dtiles/head/iso/500/tileset.json" || return 1
+    cell=$(value tileset.json root content uri)
+    curl -sSf -m 240 -H "$auth" -o cell.glb "$url/v1/3dtiles/head/iso/500/$cell" || return 1
+    [ ! -e cell.first ] || cmp cell.glb cell.first || return 1
+    mv cell.glb cell.first
+    sleep 1
+  done
+}
+# Surfaces for display alone, which come as sample shells; the same meshes each time.
+shells() {
+  PYTHONPATH=$programs/../python /usr/bin/python3 - "ws://127.0.0.1:$http_port" alice.token shells.first <<'EOF'
+import pathlib, sys
+import multitetra
+url, token, first = sys.argv[1], pathlib.Path(sys.argv[2]).read_text().strip(), pathlib.Path(sys.argv[3])
+with multitetra.connect(url, token=token) as server:
+    found = ""
+    for isovalue in (400, 500, 600):
+        for error in (0, 1):
+            last = list(server.steps("head", isovalue, display=True, error=error))[-1]
+            assert last.is_final and len(last.mesh.faces) > 0, last
+            found += f"{isovalue} {error} {last.digest}\n"
+if first.exists():
+    assert first.read_text() == found, found
+first.write_text(found)
+EOF
+}
 shake() {
   sleep 2
   kill -HUP "$steady" "$a" "$b" "$gateway"
@@ -112,9 +154,15 @@ state_of() {
 }
 rest() { sleep 8; }  # Connections linger, and free memory goes back.
 
+has_python=
+if PYTHONPATH=$programs/../python /usr/bin/python3 -c 'import multitetra' 2>/dev/null; then
+  has_python=yes
+else
+  echo "!! LEFT OUT: sample shells: there is no Python package beside the programs."
+fi
 round=0
 streams=0
-declare -A before  # The last state of the first half.
+declare -A before after  # The last state of the first half; MiB at the end.
 while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
   round=$((round + 1))
   jobs_of_round=()
@@ -124,11 +172,17 @@ while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
   bad greedy "$http_port" 20 & jobs_of_round+=($!)
   bad hoarding "$http_port" 20 & jobs_of_round+=($!)
   meshes & jobs_of_round+=($!)
+  unread & jobs_of_round+=($!)
+  readers >readers.log 2>&1 & reading=$!
+  showing=
+  if [ -n "$has_python" ]; then shells >shells.log 2>&1 & showing=$!; fi
   shake & shaking=$!
   if [ $((round % 2)) = 0 ]; then sleep 5; restart "$([ $((round % 4)) = 0 ] && echo a || echo b)"; fi
   wait "$shaking" || fail "round $round: tokens or datasets could not be replaced"
   wait "$steady_good" || { fail "round $round: a client of the server failed"; cat good_steady.json good_steady.errors >&2; }
   wait "$gateway_good" || { fail "round $round: a client of the gateway failed"; cat good_gateway.json good_gateway.errors >&2; }
+  wait "$reading" || { fail "round $round: slices, values or cells of HTTP"; cat readers.log >&2; }
+  [ -z "$showing" ] || wait "$showing" || { fail "round $round: sample shells"; cat shells.log >&2; }
   for job in "${jobs_of_round[@]}"; do wait "$job" || true; done  # How they fared is their business.
   for name in steady a b gateway; do
     kill -0 "${!name}" 2>/dev/null || { fail "round $round: $name ended"; tail -50 $name.log >&2; }
@@ -147,6 +201,7 @@ done
 
 for name in steady gateway; do
   read -r memory files threads <<<"$(state_of "${!name}")"
+  after[$name]=$memory
   read -r memory_before files_before threads_before <<<"${before[$name]}"
   # Sanitizers keep what was freed for a while.
   awk "BEGIN { exit !($memory <= 1.5 * $memory_before + 64) }" || fail "$name: $memory MiB, $memory_before halfway"
@@ -159,3 +214,7 @@ for name in steady a b gateway; do
   ends_well $name "${!name}"
 done
 echo "$round rounds, $streams surfaces of good clients, every one checked."
+echo
+echo "| minutes | rounds | surfaces, all checked | server: MiB halfway, at the end | gateway: MiB halfway, at the end | failures |"
+echo "| --- | --- | --- | --- | --- | --- |"
+echo "| $minutes | $round | $streams | ${before[steady]%% *}, ${after[steady]} | ${before[gateway]%% *}, ${after[gateway]} | $failed |"

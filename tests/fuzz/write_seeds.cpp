@@ -7,10 +7,15 @@
 #include <iterator>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include <zlib.h>
+
+#include "client/library/tile_folder.hpp"
 #include "common/base/number_text.hpp"
 #include "common/net/frame.hpp"
+#include "common/wire/lattice_glb.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/messages.hpp"
 #include "tests/fuzz/dataset_file_input.hpp"
@@ -157,6 +162,242 @@ void write_volume_files(const std::filesystem::path& folder) {
   add(10, legacy_vtk("ASCII", "short", text));
 }
 
+void put_big(std::string& bytes, std::uint64_t number, int count) {
+  for (int byte = count - 1; byte >= 0; --byte) bytes += static_cast<char>(number >> (8 * byte));
+}
+
+// A zip archive of these files, stored.
+std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
+  std::string bytes;
+  std::string directory;
+  for (const auto& [name, content] : files) {
+    const auto crc = static_cast<double>(
+        crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()));
+    const auto size = static_cast<double>(content.size());
+    const auto length = static_cast<double>(name.size());
+    const std::string common = packed<std::uint16_t>({20, 0, 0, 0, 0}) +
+                               packed<std::uint32_t>({crc, size, size}) +
+                               packed<std::uint16_t>({length, 0});
+    directory += "PK\1\2" + packed<std::uint16_t>({20}) + common +
+                 packed<std::uint16_t>({0, 0, 0}) +
+                 packed<std::uint32_t>({0, static_cast<double>(bytes.size())}) + name;
+    bytes += "PK\3\4" + common + name + content;
+  }
+  const auto count = static_cast<double>(files.size());
+  return bytes + directory + "PK\5\6" + packed<std::uint16_t>({0, 0, count, count}) +
+         packed<std::uint32_t>(
+             {static_cast<double>(directory.size()), static_cast<double>(bytes.size())}) +
+         packed<std::uint16_t>({0});
+}
+
+// 4 x 3 grey pixels.
+std::string png() {
+  std::string bytes = "\x89PNG\r\n\x1a\n";
+  const auto add = [&](const std::string& content) {
+    put_big(bytes, content.size() - 4, 4);
+    bytes += content;
+    put_big(bytes, crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size()), 4);
+  };
+  std::string header = "IHDR";
+  put_big(header, 4, 4);
+  put_big(header, 3, 4);
+  add(header + std::string("\x08\0\0\0\0", 5));
+  std::string rows;
+  for (int y = 0; y < 3; ++y) rows += std::string(1, '\0') + "abcd";
+  add("IDAT" + deflated(rows, /*gzip=*/false));
+  add("IEND");
+  return bytes;
+}
+
+// One grey block of 8 x 8 pixels.
+std::string jpeg() {
+  std::string bytes("\xFF\xD8\xFF\xDB\0\x43\0", 7);
+  bytes += std::string(64, '\1');
+  bytes += std::string("\xFF\xC0\0\x0B\x08\0\x08\0\x08\1\1\x11\0", 13);
+  for (const char table : {'\0', '\x10'}) {  // One code of one bit: nothing follows.
+    bytes += std::string("\xFF\xC4\0\x14", 4) + table + '\1' + std::string(15, '\0') + '\0';
+  }
+  return bytes + std::string("\xFF\xDA\0\x08\1\1\0\0\x3F\0\x3F\xFF\xD9", 13);
+}
+
+// As fuzz_more_volumes.cpp reads them.
+void write_more_volumes(const std::filesystem::path& folder) {
+  const std::vector<double> numbers = values();
+  const std::string shorts = packed<std::int16_t>(numbers);
+  int number = 0;
+  const auto add = [&](int format, const std::string& bytes) {
+    write(folder, ++number, std::string(1, static_cast<char>(format)) + bytes);
+  };
+  for (const std::string order : {"False", "True"}) {
+    std::string header = "{'descr': '<i2', 'fortran_order': " + order + ", 'shape': (2, 3, 4), }";
+    header += std::string(117 - header.size(), ' ') + "\n";
+    add(0, std::string("\x93NUMPY\1\0\x76\0", 10) + header + shorts);
+  }
+  std::string mgh = packed<std::int32_t>({1, 4, 3, 2, 1, 4, 0}, Endian::kBig) +
+                    packed<std::int16_t>({1}, Endian::kBig) +
+                    packed<float>({1, 1, 2, -1, 0, 0, 0, 0, -1, 0, 1, 0, 5, 6, 7}, Endian::kBig);
+  mgh.resize(284);
+  mgh += packed<std::int16_t>(numbers, Endian::kBig);
+  add(1, mgh);
+  add(2, mgh);
+  // NetCDF-3: dimensions z, y, x, no attributes, one variable of shorts.
+  std::string netcdf = "CDF\1";
+  const auto add_name = [&](const std::string& name) {
+    put_big(netcdf, name.size(), 4);
+    netcdf += name + std::string((4 - name.size() % 4) % 4, '\0');
+  };
+  put_big(netcdf, 0, 4);
+  put_big(netcdf, 10, 4);
+  put_big(netcdf, 3, 4);
+  for (const auto& [name, length] : {std::pair{"z", 2}, {"y", 3}, {"x", 4}}) {
+    add_name(name);
+    put_big(netcdf, static_cast<std::uint64_t>(length), 4);
+  }
+  put_big(netcdf, 0, 8);
+  put_big(netcdf, 11, 4);
+  put_big(netcdf, 1, 4);
+  add_name("v");
+  for (const int word : {3, 0, 1, 2}) put_big(netcdf, static_cast<std::uint64_t>(word), 4);
+  put_big(netcdf, 0, 8);
+  put_big(netcdf, 3, 4);
+  put_big(netcdf, shorts.size(), 4);
+  put_big(netcdf, netcdf.size() + 4, 4);
+  add(3, netcdf + packed<std::int16_t>(numbers, Endian::kBig));
+  std::string text;
+  for (const double value : numbers) text += shortest_text(value) + " ";
+  const std::string array = R"(<PointData Scalars="a">)"
+                            R"(<DataArray type="Int16" Name="a" format="ascii">)";
+  add(4, R"(<VTKFile type="PImageData"><PImageData WholeExtent="0 3 0 2 0 1" Spacing="1 1 2">)"
+         R"(<PPointData Scalars="a"><PDataArray type="Int16" Name="a"/></PPointData>)"
+         R"(<Piece Extent="0 3 0 2 0 1" Source="piece.vti"/></PImageData></VTKFile>)" +
+             std::string(1, '\0') +
+             R"(<VTKFile type="ImageData" byte_order="LittleEndian"><ImageData )"
+             R"(WholeExtent="0 3 0 2 0 1" Spacing="1 1 2"><Piece Extent="0 3 0 2 0 1">)" +
+             array + text + "</DataArray></PointData></Piece></ImageData></VTKFile>");
+  add(5,
+      zip({{"a.zarr/.zarray", R"({"zarr_format":2,"shape":[2,3,4],"chunks":[2,3,4],"dtype":"<i2",)"
+                              R"("compressor":null,"fill_value":0,"filters":null,"order":"C"})"},
+           {"a.zarr/0.0.0", shorts}}));
+  add(6, R"(<emd><map><contour_list><contour primary="true"><level>0.05</level></contour>)"
+         R"(<contour><level>1</level></contour></contour_list></map></emd>)");
+  add(6, "<map><contourLevel>0.25</contourLevel></map>");
+  add(7, R"({"map":{"contour_list":{"contour":[{"level":1},{"primary":true,"level":0.5}]}}})");
+  add(8, tiff({packed<std::uint8_t>({numbers.begin(), numbers.begin() + 12}),
+               packed<std::uint8_t>({numbers.begin() + 12, numbers.end()})},
+              1));
+  add(8, tiff({packed<std::uint16_t>({numbers.begin(), numbers.begin() + 12})}, 2));
+  add(9, png());
+  add(10, jpeg());
+  const std::string end(1, '\0');
+  std::string imaris;
+  for (const char* const attribute : {"4", "3", "2", "-1.5", "0", "0", "2.5", "3", "8e0", "um"}) {
+    imaris += attribute + end;
+  }
+  add(11, imaris);
+}
+
+// As fuzz_packed_pixels.cpp reads them.
+void write_packed_pixels(const std::filesystem::path& folder) {
+  int number = 0;
+  const auto add = [&](int kind, const std::string& bytes) {
+    write(folder, ++number, std::string(1, static_cast<char>(kind)) + bytes);
+  };
+  add(0, std::string("\x20\0\3abcd\x20\3\xE0\2\1", 12));
+  const std::string sizes("\0\x0B\0\0", 4);  // One frame of 12 samples of 8 bits.
+  const std::string tag("\xE0\x7F\x10\0OW\0\0", 8);
+  add(1, sizes + tag + packed<std::uint32_t>({12}) + std::string(12, 'a'));
+  std::string big(sizes + std::string("\x7F\xE0\0\x10OW\0\0", 8));
+  put_big(big, 12, 4);
+  add(2, big + std::string(12, 'a'));
+  const auto fragments = [&](const std::string& frame) {
+    const auto item = [](const std::string& content) {
+      return packed<std::uint32_t>({double{0xE000FFFE}, static_cast<double>(content.size())}) +
+             content;
+    };
+    return sizes + tag + packed<std::uint32_t>({double{0xFFFFFFFF}}) + item("") + item(frame) +
+           packed<std::uint32_t>({double{0xE0DDFFFE}, 0});
+  };
+  std::string rle = packed<std::uint32_t>({1, 64});
+  rle.resize(64);
+  add(3, fragments(rle + "\3abcd\xF9z"));
+  add(4, fragments(std::string("\xFF\xD8\1\2\3\4\xFF\xD9", 8)));
+  std::string part10(128, '\0');
+  part10 += "DICM" + std::string("\2\0\0\0UL\4\0", 8) + packed<std::uint32_t>({0});
+  const std::string zlib = deflated(std::string(500, 'a'), /*gzip=*/false);
+  add(5, part10 + zlib.substr(2, zlib.size() - 6));
+}
+
+// As fuzz_mesh_file.cpp reads them.
+void write_meshes(const std::filesystem::path& folder) {
+  int number = 0;
+  const LatticeMesh lattice = surfaces::torus(5, 5, 4, 0.2, 1);
+  const PositionedMesh mesh = positioned(lattice, Affine{});
+  const std::pair<char, MeshFormat> kinds[] = {{'\0', MeshFormat::kPly},
+                                               {'\1', MeshFormat::kStl},
+                                               {'\2', MeshFormat::kObj},
+                                               {'\3', MeshFormat::kGlb},
+                                               {'\4', MeshFormat::kVtp}};
+  for (const auto& [kind, format] : kinds) {
+    write(folder, ++number, kind + mesh_file(mesh, format));
+  }
+  write(folder, ++number, '\3' + lattice_glb(lattice, {.exponent = 6}, {1, 2, 3}));
+  write(folder, ++number,
+        std::string(1, '\0') +
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty double y\n"
+            "property int z\nelement face 1\nproperty list uchar uint vertex_index\nend_header\n"
+            "0 0 0\n1 0 0\n0 1 1\n3 0 1 2\n");
+  write(folder, ++number,
+        "\1solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+        "endloop\nendfacet\nendsolid a\n");
+  write(folder, ++number, "\2v 0 0 0\nv 1 0 0\nv 0 1 0 1\nvn 0 0 1\nf 1//1 2/1/1 -1\n");
+  write(folder, ++number,
+        "\4<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\"><PolyData><Piece "
+        "NumberOfPoints=\"3\" NumberOfPolys=\"1\" NumberOfStrips=\"0\"><Points><DataArray "
+        "type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0"
+        "</DataArray></Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" "
+        "format=\"ascii\">0 1 2</DataArray><DataArray type=\"Int32\" Name=\"offsets\" "
+        "format=\"ascii\">3</DataArray></Polys></Piece></PolyData></VTKFile>");
+}
+
+void write_store_answers(const std::filesystem::path& folder) {
+  const std::string end(1, '\0');
+  const std::string wanted = packed<std::uint32_t>({10, 20});
+  write(folder, 1, end + wanted + "bytes 10-29/1234");
+  write(folder, 2, end + wanted + "bytes 10-29/*");
+  write(folder, 3, end + wanted + "bytes 1214-1233/1234");
+  write(folder, 4,
+        "\1<ListBucketResult><IsTruncated>true</IsTruncated><NextContinuationToken>a&amp;b"
+        "</NextContinuationToken><Contents><Key>x/&lt;1&gt;.mtd</Key></Contents><Contents><Key>y"
+        "</Key></Contents></ListBucketResult>");
+  write(folder, 5, "\2some bytes and their sum");
+}
+
+void write_client_files(const std::filesystem::path& folder) {
+  int number = 0;
+  for (const int normal_bits : {0, 8}) {
+    const LatticeMesh mesh = surfaces::torus(5, 6, 5, 0.2, 3);
+    const std::vector<UnitVector> up(normal_bits == 0 ? 0 : mesh.vertices.size(), {0, 0, 1});
+    const EncodedTile tile =
+        encode_tile(mesh, {4, 0, 0, 0}, 5, {.directions = up, .bits = normal_bits});
+    const TemporaryFolder files;
+    TileFolder(files.path()).keep(tile.summary, mesh.resolution, normal_bits, *tile.payload);
+    std::string digest(16, '\0');
+    std::memcpy(digest.data(), &tile.summary.digest, 16);
+    write(folder, ++number,
+          std::string(1, '\0') + digest +
+              bytes_of_file(files.path() / (tile.summary.digest.hex() + ".tile")));
+  }
+  const std::string place =
+      "space: LAS\nspace directions: (0,2,0) (3,0,0) (0,0,4)\nspace origin: (5,6,7)\n";
+  const std::string head = "\1NRRD0004\ntype: float\nendian: little\ndimension: 3\nsizes: 2 2 1\n";
+  const std::string samples = packed<float>({1, 2, 3, 4});
+  write(folder, ++number, head + place + "encoding: raw\n\n" + samples);
+  write(folder, ++number,
+        head + "spacings: 1 2 nan\naxis mins: 0 1 2\nencoding: gzip\n\n" +
+            deflated(samples, /*gzip=*/true));
+  write(folder, ++number, head + place + "encoding: ascii\nline skip: 1\n\nx\n1 2 nan +4e-1\n");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -164,6 +405,11 @@ int main(int argc, char** argv) {
   const std::filesystem::path root = argv[1];
   write_volume_metadata(root / "fuzz_volume_metadata");
   write_volume_files(root / "fuzz_volume_file");
+  write_more_volumes(root / "fuzz_more_volumes");
+  write_packed_pixels(root / "fuzz_packed_pixels");
+  write_meshes(root / "fuzz_mesh_file");
+  write_store_answers(root / "fuzz_store_answers");
+  write_client_files(root / "fuzz_client_file");
   std::mt19937_64 random(1);
   int number = 0;
   for (int i = 0; i < 4; ++i) {

@@ -45,7 +45,7 @@ std::string facts_of(const Prepared& prepared) {
 void hint_at_labels(const PrepareArguments& arguments, const PrepareJob& job,
                     const Prepared& prepared) {
   if (arguments.quiet || arguments.json || !looks_like_labels(prepared.info)) return;
-  std::cerr << "prepare: '" << job.input
+  std::cerr << "prepare: '" << shown_name(job)
             << "' has few different values and may be a label map: --label all prepares each label "
                "as a smooth surface."
             << std::endl;
@@ -75,8 +75,8 @@ int prepare_single(const PrepareArguments& arguments, const PrepareJob& job) {
     if (arguments.json) {
       std::cout << text_of(json_of(job, prepared));
     } else if (!arguments.quiet) {
-      std::cout << job.output.string() << ": " << facts_of(prepared) << "\n"
-                << "Next: multitetra-server serve " << job.output.string() << "\n";
+      std::cout << printable(job.output.string() + ": " + facts_of(prepared) + "\n" +
+                             "Next: multitetra-server serve " + job.output.string() + "\n");
     }
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
@@ -128,13 +128,13 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
   if (arguments.json) {
     std::cout << text_of({{"volumes", reports}, {"failed", failed}});
   } else if (arguments.quiet) {
-    std::cerr << failures;
+    std::cerr << printable(failures);
   } else {
     const std::string what = arguments.series.are_given() ? " member" : " volume";
-    std::cout << table << jobs.size() << what << (jobs.size() == 1 ? ", " : "s, ") << failed
-              << " failed.\n";
+    std::cout << printable(table) << jobs.size() << what << (jobs.size() == 1 ? ", " : "s, ")
+              << failed << " failed.\n";
     if (failed < jobs.size()) {
-      std::cout << "Next: multitetra-server serve " << arguments.output << "\n";
+      std::cout << "Next: multitetra-server serve " << printable(arguments.output) << "\n";
     }
   }
   return failed == 0 ? kOk : kFailed;

@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdlib>
 #include <random>
 #include <thread>
 #include <utility>
 
 #include "common/base/text.hpp"
+#include "server/store/detail/content_range.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -47,41 +47,6 @@ std::string range_text(const ByteRange& range) {
   if (range.first == ByteRange::kFromEnd) return "-" + std::to_string(range.length);
   return std::to_string(range.first) + "-" + std::to_string(range.first + range.length - 1);
 }
-
-// "bytes 0-99/1234"; nullopt when it is no such thing.
-struct ContentRange {
-  std::uint64_t first = 0;
-  std::uint64_t last = 0;
-  std::optional<std::uint64_t> total;
-
-  static std::optional<ContentRange> from(std::string_view text) {
-    constexpr std::string_view kUnit = "bytes ";
-    if (!text.starts_with(kUnit)) return std::nullopt;
-    text.remove_prefix(kUnit.size());
-    ContentRange range;
-    const auto number = [&text](std::uint64_t& into, char end) {
-      const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
-      if (error != std::errc()) return false;
-      text.remove_prefix(static_cast<std::size_t>(stop - text.data()));
-      if (end == '\0') return text.empty();
-      if (!text.starts_with(end)) return false;
-      text.remove_prefix(1);
-      return true;
-    };
-    if (!number(range.first, '-') || !number(range.last, '/')) return std::nullopt;
-    if (text != "*" && !number(range.total.emplace(), '\0')) return std::nullopt;
-    return range.first <= range.last ? std::optional(range) : std::nullopt;
-  }
-
-  // Whether it is what was wanted, cut off at the end of the whole at most.
-  [[nodiscard]] bool is(const ByteRange& wanted) const {
-    if (wanted.first == ByteRange::kFromEnd) {
-      return total && last + 1 == *total && last - first + 1 == std::min(wanted.length, *total);
-    }
-    const std::uint64_t end = wanted.first + wanted.length;
-    return first == wanted.first && last < end && (last + 1 == end || total == last + 1);
-  }
-};
 
 // What has come of a request so far.
 struct Transfer {
@@ -188,9 +153,6 @@ struct StoreClient::Outcome {
 
   static Outcome of(CURL* curl, CURLcode code, const HttpRequest& request, const Transfer& transfer,
                     HttpAnswer& answer);
-  // nullopt: it may be followed.
-  static std::optional<Outcome> of_redirect(const std::string& from, const std::string& to,
-                                            bool follow);
   static Outcome of_part(CURL* curl, const HttpRequest& request, HttpAnswer& answer);
 };
 
@@ -282,8 +244,8 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
     if (code == CURLE_OK) curl_easy_getinfo(handle.curl, CURLINFO_REDIRECT_URL, &found);
     if (found == nullptr) return Outcome::of(handle.curl, code, next, transfer, answer);
     const std::string to(found);
-    if (const auto refused = Outcome::of_redirect(next.address, to, options_.follow)) {
-      return *refused;
+    if (const auto refused = refused_redirect(next.address, to, options_.follow)) {
+      return {.problem = refused->problem, .remedy = refused->remedy};
     }
     if (redirects == kMostRedirects) return {.problem = "it is redirected again and again"};
     next.address = to;
@@ -291,19 +253,19 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
   }
 }
 
-std::optional<StoreClient::Outcome> StoreClient::Outcome::of_redirect(const std::string& from,
-                                                                      const std::string& to,
-                                                                      bool follow) {
+std::optional<RefusedRedirect> refused_redirect(const std::string& from, const std::string& to,
+                                                bool follow) {
   const Url before(from);
   const Url after(to);
   const std::string problem = "the server redirects to '" + without_password(to) + "'";
   if (!after.is_valid() || (after.scheme() != "http" && after.scheme() != "https") ||
       (before.scheme() == "https" && after.scheme() == "http")) {
-    return Outcome{.problem = problem + ", which is no https", .remedy = "Check the address"};
+    return RefusedRedirect{.problem = problem + ", which is no https",
+                           .remedy = "Check the address"};
   }
   if (follow || is_same_host(before, after)) return std::nullopt;
-  return Outcome{.problem = problem + ", which is another host",
-                 .remedy = "Give that address; `prepare --follow` allows it for volumes"};
+  return RefusedRedirect{.problem = problem + ", which is another host",
+                         .remedy = "Give that address; `prepare --follow` allows it for volumes"};
 }
 
 CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStoreOptions& options,

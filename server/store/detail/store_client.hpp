@@ -20,16 +20,10 @@
 #include <string>
 #include <vector>
 
+#include "server/store/detail/content_range.hpp"
 #include "server/store/http_options.hpp"
 
 namespace multitetra {
-
-// Bytes first ... first + length - 1, or the last `length` ones where first is kFromEnd.
-struct ByteRange {
-  static constexpr std::uint64_t kFromEnd = ~std::uint64_t{0};
-  std::uint64_t first = 0;
-  std::uint64_t length = 0;
-};
 
 struct HttpRequest {
   std::string address;
@@ -87,6 +81,17 @@ class StoreClient {
   std::chrono::steady_clock::time_point rests_until_;
   std::string rests_since_;  // What was wrong then.
 };
+
+// Why a redirect is not followed.
+struct RefusedRedirect {
+  std::string problem;
+  std::string remedy;
+};
+
+// nullopt for what is followed: http or https of the same host, or of any with `follow`, and never
+// from https to http.
+[[nodiscard]] std::optional<RefusedRedirect> refused_redirect(const std::string& from,
+                                                              const std::string& to, bool follow);
 
 // A place in a bucket, or behind another address, as requests name it.
 struct HttpPlace {

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <utility>
 
 #include "common/base/text.hpp"
+#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/jpeg_file.hpp"
 #include "server/volume/formats/png_file.hpp"
 #include "server/volume/formats/tiff_file.hpp"
 
@@ -58,13 +61,22 @@ bool matches(std::string_view pattern, std::string_view name) {
 
 bool is_png(const fs::path& file) { return lower_case(file.extension().string()) == ".png"; }
 
+bool is_jpeg(const fs::path& file) {
+  const std::string suffix = lower_case(file.extension().string());
+  return suffix == ".jpg" || suffix == ".jpeg";
+}
+
 bool is_tiff(const fs::path& file) {
   const std::string suffix = lower_case(file.extension().string());
   return suffix == ".tif" || suffix == ".tiff";
 }
 
 StoredVolume open_slice(const fs::path& file) {
-  return is_png(file) ? open_png(file) : open_tiff_slice(file);
+  // By its content, as the file may have any name; a damaged one by its name.
+  const std::string begin = InputFile(file).beginning(4);
+  if (begin.starts_with("\xFF\xD8\xFF")) return open_jpeg(file);
+  if (begin.starts_with("\x89PNG") || is_png(file)) return open_png(file);
+  return is_jpeg(file) ? open_jpeg(file) : open_tiff_slice(file);
 }
 
 std::string size_and_type(const ImageHeader& image) {
@@ -146,10 +158,16 @@ std::vector<fs::path> stack_files(const fs::path& path) {
   for (fs::directory_iterator entry(directory, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string file_name = entry->path().filename().string();
-    if (file_name.starts_with('.') || !(is_tiff(entry->path()) || is_png(entry->path()))) continue;
+    const bool is_image = is_tiff(entry->path()) || is_png(entry->path()) || is_jpeg(entry->path());
+    if (file_name.starts_with('.') || !is_image) continue;
     if (matches(pattern, file_name)) files.push_back(entry->path());
   }
-  if (std::any_of(files.begin(), files.end(), is_tiff)) std::erase_if(files, is_png);
+  // The best kind that is there; others beside it are previews.
+  const auto has = [&](bool (*is_kind)(const fs::path&)) {
+    return std::any_of(files.begin(), files.end(), is_kind);
+  };
+  if (has(is_tiff)) std::erase_if(files, std::not_fn(is_tiff));
+  if (has(is_png)) std::erase_if(files, std::not_fn(is_png));
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
     return naturally_less(a.filename().string(), b.filename().string());
   });
@@ -161,7 +179,7 @@ StoredVolume open_image_stack(const fs::path& path) {
   std::vector<fs::path> files = stack_files(path);
   if (files.empty() && fs::is_regular_file(path, error)) files = {path};
   if (files.empty()) {
-    fail_reading(path, "there are no TIFF or PNG images in this directory or of this pattern",
+    fail_reading(path, "there are no TIFF, PNG or JPEG images in this directory or of this pattern",
                  "Give a directory with images, or a pattern such as slice%03d.tif");
   }
   const StoredVolume first = open_slice(files.front());

@@ -16,8 +16,8 @@ namespace multitetra {
 [[nodiscard]] bool naturally_less(std::string_view a, std::string_view b);
 
 // The TIFF files (.tif, .tiff) of the folder `path`, or those that match the pattern in the last
-// part of `path`, in natural order; where there are none, the PNG files. Empty when there are none
-// of either or the folder is missing. Hidden files are left out.
+// part of `path`, in natural order; where there are none, the PNG files, else the JPEG files (.jpg,
+// .jpeg). Empty when there are no images or the folder is missing. Hidden files are left out.
 [[nodiscard]] std::vector<std::filesystem::path> stack_files(const std::filesystem::path& path);
 
 // The volume whose slices are the files that stack_files finds, or one image alone. They are opened

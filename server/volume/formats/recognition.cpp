@@ -48,7 +48,8 @@ constexpr std::array kFormats = {
     FormatDescription{"TIFF", ".tif, a folder, a pattern",
                       "pages (plain, ImageJ or OME-TIFF) or a file for each slice; --channel, "
                       "--time, --component"},
-    FormatDescription{"PNG", ".png, a folder, a pattern", "a file for each slice; --component"},
+    FormatDescription{"PNG, JPEG", ".png, .jpg, a folder, a pattern",
+                      "a file for each slice; --component"},
     FormatDescription{"HDF5 and NetCDF-4", ".h5:/path, .nc:/path",
                       "what libhdf5 unpacks, and LZF; --time, --channel"},
     FormatDescription{"Imaris", ".ims", "--level, --time, --channel"},
@@ -96,7 +97,9 @@ std::optional<VolumeFormat> by_content(std::string_view bytes) {
   if (is_nifti(bytes)) return VolumeFormat::kNifti;
   if (is_mrc(bytes)) return VolumeFormat::kMrc;
   if (starts_tiff(bytes)) return VolumeFormat::kTiff;
-  if (bytes.starts_with("\x89PNG")) return VolumeFormat::kImageStack;
+  if (bytes.starts_with("\x89PNG") || bytes.starts_with("\xFF\xD8\xFF")) {
+    return VolumeFormat::kImageStack;
+  }
   if (is_mgh(bytes)) return VolumeFormat::kMgh;
   if (is_raw_description(bytes)) return VolumeFormat::kRawDescription;
   if (starts_meta_image(bytes)) return VolumeFormat::kMetaImage;
@@ -115,6 +118,7 @@ std::optional<VolumeFormat> by_name(const std::string& name) {
   if (ends_with(".vtk")) return VolumeFormat::kLegacyVtk;
   if (ends_with(".vti")) return VolumeFormat::kVti;
   if (ends_with(".tif", ".tiff")) return VolumeFormat::kTiff;
+  if (ends_with(".png", ".jpg", ".jpeg")) return VolumeFormat::kImageStack;
   if (ends_with(".h5", ".hdf5", ".nc")) return VolumeFormat::kHdf5;
   if (ends_with(".dcm")) return VolumeFormat::kDicom;
   if (ends_with(".mrc", ".ccp4")) return VolumeFormat::kMrc;
@@ -126,13 +130,14 @@ std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
   if (is_zarr(folder.string(), /*follow=*/true)) return VolumeFormat::kZarr;
   std::error_code error;
   bool has_tiff = false;
-  bool has_png = false;
+  bool has_picture = false;  // PNG or JPEG.
   bool has_dicom = false;  // In this folder: those below may be of several volumes.
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = lower_case_name_of(entry->path());
     has_tiff = has_tiff || name.ends_with(".tif") || name.ends_with(".tiff");
-    has_png = has_png || name.ends_with(".png");
+    has_picture = has_picture || name.ends_with(".png") || name.ends_with(".jpg") ||
+                  name.ends_with(".jpeg");
     std::error_code ignored;
     has_dicom = has_dicom || name == "dicomdir" ||
                 (entry->is_regular_file(ignored) && !name.starts_with('.') &&
@@ -140,7 +145,7 @@ std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
   }
   if (has_tiff) return VolumeFormat::kImageStack;
   if (has_dicom) return VolumeFormat::kDicom;
-  if (has_png) return VolumeFormat::kImageStack;
+  if (has_picture) return VolumeFormat::kImageStack;
   return std::nullopt;
 }
 

@@ -15,6 +15,7 @@
 #include "common/base/scratch_file.hpp"
 #include "server/volume/labels/label_borders.hpp"
 #include "server/volume/labels/label_smoothing.hpp"
+#include "server/volume/labels/thin_parts.hpp"
 
 namespace multitetra {
 namespace {
@@ -261,9 +262,9 @@ class LabelMap::Field : public VolumeSource {
     if (slice.z == z) return slice;
     map_->read(z, labels_, stored_);
     slice.inside.resize(labels_.size());
-    std::transform(
-        labels_.begin(), labels_.end(), slice.inside.begin(),
-        [&](std::int32_t label) { return static_cast<std::uint8_t>(label == label_ ? 1 : 0); });
+    std::transform(labels_.begin(), labels_.end(), slice.inside.begin(), [&](std::int32_t label) {
+      return static_cast<std::uint8_t>(label == label_ ? 1 : 0);
+    });
     smooth(header_.dims, slice);
     slice.z = z;
     return slice;
@@ -296,15 +297,18 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
   }
   content->labels = census.found();
   Samples stored = content->empty_slice();
-  content->borders.emplace(
-      header.dims,
-      [&](std::int32_t z, std::span<std::int32_t> into) { content->read(z, into, stored); },
-      scratch_folder);
+  const auto read = [&](std::int32_t z, std::span<std::int32_t> into) {
+    content->read(z, into, stored);
+  };
+  content->borders.emplace(header.dims, read, scratch_folder);
+  const std::map<std::int32_t, std::uint64_t> thin = thin_samples(header.dims, read);
   const std::map<std::int32_t, double>& shortfalls = content->borders->shortfalls();
   for (FoundLabel& label : content->labels) {
     const auto shortfall = shortfalls.find(static_cast<std::int32_t>(label.value));
     label.surface_samples = static_cast<double>(label.samples) -
                             (shortfall == shortfalls.end() ? 0 : shortfall->second);
+    const auto in_thin_parts = thin.find(static_cast<std::int32_t>(label.value));
+    label.thin_samples = in_thin_parts == thin.end() ? 0 : in_thin_parts->second;
   }
   content_ = content;
 }

@@ -47,6 +47,8 @@ struct FoundLabel {
   // The volume in the surface, in volumes of a sample. Of samples at the
   // map's ends the half beyond counts.
   double surface_samples = 0;
+  // Of the samples, those in parts one sample thick (thin_parts.hpp).
+  std::uint64_t thin_samples = 0;
   std::int32_t first_slice = 0;  // That it is in, and
   std::int32_t last_slice = 0;   // the last one.
 };

@@ -308,6 +308,30 @@ TEST(Load, IdleClientsAreThereAndAskForNothing) {
   EXPECT_EQ(run_load(options).clients_without_connection, 31U);
 }
 
+TEST(SourceAddresses, AreThoseOfANetworkOneAfterTheOther) {
+  const auto network = SourceAddresses::from("127.0.1.7/29");
+  ASSERT_TRUE(network);
+  EXPECT_EQ(network->count(), 6U);
+  EXPECT_EQ(network->of(0), "127.0.1.1");
+  EXPECT_EQ(network->of(5), "127.0.1.6");
+  EXPECT_EQ(network->of(6), "127.0.1.1");
+  EXPECT_EQ(SourceAddresses::from("127.0.1.0/24")->count(), 254U);
+  EXPECT_EQ(SourceAddresses::from("10.1.2.3")->of(4), "10.1.2.3");
+  EXPECT_EQ(SourceAddresses().of(3), "");
+  for (const char* wrong :
+       {"", "localhost", "127.0.1.0/", "127.0.1.0/33", "127.0.1.0/4", "::1/64"}) {
+    EXPECT_FALSE(SourceAddresses::from(wrong)) << wrong;
+  }
+}
+
+TEST(Load, ClientsOfManyAddressesHaveSharesOfTheirOwn) {
+  const RunningServer server(gyroid(), {.admission = {.connections = {.total = 9, .per_name = 1}}});
+  LoadOptions options = short_load(server.endpoint(), 6);
+  EXPECT_EQ(run_load(options).clients_without_connection, 5U);
+  options.from = SourceAddresses::from("127.0.1.0/29").value();
+  EXPECT_EQ(run_load(options).clients_without_connection, 0U);
+}
+
 TEST(Load, AServerThatIsNotThereIsNoSuccess) {
   LoadOptions options = short_load({.host = "127.0.0.1", .port = 1}, 3);
   const LoadStatistics statistics = run_load(options);

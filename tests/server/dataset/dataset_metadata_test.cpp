@@ -72,6 +72,24 @@ TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
   }
 }
 
+TEST(DatasetMetadata, NamesAndUnitsThatSteerTerminalsOrWritingAreRefused) {
+  for (const std::string steering : {"\u009b2J", "a\u202eb", "a\u2028b", "\u061c"}) {
+    DatasetMetadata metadata = small_prepared().metadata;
+    const auto is_refused = [&metadata] { return !parse_metadata(metadata_text(metadata)); };
+    metadata.info.meaning.value_unit = steering;
+    EXPECT_TRUE(is_refused()) << "unit " << steering;
+    metadata.info.meaning.value_unit = "kg";
+    for (const SeriesMember& member :
+         {SeriesMember{.series = steering}, SeriesMember{.series = "a", .field = steering},
+          SeriesMember{.series = "a", .label = Label{.value = 3, .name = steering}}}) {
+      metadata.info.member = member;
+      EXPECT_TRUE(is_refused()) << "member " << steering;
+    }
+    metadata.info.member = SeriesMember{.series = "größe"};
+    EXPECT_FALSE(is_refused());
+  }
+}
+
 TEST(DatasetMetadata, KeepsTheVolumeOfALabel) {
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.label_volume = {.samples = 39, .surface_samples = 38.61};

@@ -192,10 +192,10 @@ StoredMesh stored(ByteReservations::Reservation room) {
 
 TEST(MeshFileCache, ForgetsWhatIsKeptForWhatIsWanted) {
   MeshFileCache files(1000);
-  files.keep("a", stored(files.reserve("one", 300).value()));
-  files.keep("b", stored(files.reserve("another", 300).value()));
+  files.keep("a", stored(files.reserve("one", 180).value()));
+  files.keep("b", stored(files.reserve("another", 180).value()));
   EXPECT_TRUE(files.find("a"));
-  EXPECT_TRUE(files.reserve("a third", 300));
+  EXPECT_TRUE(files.reserve("a third", 180));
   EXPECT_TRUE(files.find("a")) << "was asked for last";
   EXPECT_FALSE(files.find("b"));
 }
@@ -203,24 +203,25 @@ TEST(MeshFileCache, ForgetsWhatIsKeptForWhatIsWanted) {
 TEST(MeshFileCache, WhatIsBeingSentCounts) {
   MeshFileCache files(1000);
   std::vector<StoredMesh> sent;
-  for (const auto& [share, bytes] : {std::pair("one", 500U), {"another", 250U}}) {
+  for (const auto& [share, bytes] : {std::pair("one", 250U), {"another", 187U}}) {
     sent.push_back(stored(files.reserve(share, bytes).value()));
     files.keep(share, sent.back());
   }
-  const auto refused = files.reserve("a third", 126);
+  const auto refused = files.reserve("a third", 141);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kUnavailable);
   EXPECT_GT(refused.error().retry_after, 0);
   sent.pop_back();
-  EXPECT_TRUE(files.reserve("a third", 250));
+  EXPECT_TRUE(files.reserve("a third", 187));
 }
 
-TEST(MeshFileCache, AShareHasHalfOfWhatTheOthersLeave) {
+TEST(MeshFileCache, AShareHasAQuarterOfWhatTheOthersLeave) {
   MeshFileCache files(1000);
-  const auto first = files.reserve("one", 300);
-  EXPECT_FALSE(files.reserve("one", 300));
-  EXPECT_TRUE(files.reserve("another", 300));
-  const auto never = files.reserve("one", 501);
+  const auto first = files.reserve("one", 150);
+  EXPECT_FALSE(files.reserve("one", 150));
+  EXPECT_TRUE(files.reserve("another", 212));
+  EXPECT_FALSE(files.reserve("another", 213)) << "of the 850 bytes that are left";
+  const auto never = files.reserve("one", 251);
   ASSERT_FALSE(never);
   EXPECT_EQ(never.error().code, ErrorCode::kLimitExceeded) << "It is no use to come again.";
 }
@@ -247,7 +248,7 @@ TEST_F(IsosurfaceTest, ThatFindsNoRoomOnTheDiskIsRefused) {
   HttpClient client(small.http());
   const auto refused = client.get(kPath);
   EXPECT_EQ(refused.result_int(), 422U);
-  EXPECT_NE(refused.body().find("this server holds at most 50 in one"), std::string::npos)
+  EXPECT_NE(refused.body().find("this server holds at most 25 in one"), std::string::npos)
       << refused.body();
 }
 

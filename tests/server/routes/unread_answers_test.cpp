@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
 #include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/operations/prometheus_metrics.hpp"
@@ -15,6 +17,7 @@
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/running_http_server.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {
@@ -78,15 +81,36 @@ class UnreadAnswers : public ::testing::TestWithParam<std::string> {
     return options;
   }
 
-  RunningHttpServer server_{catalogue(), http(), server()};
+  // A viewer with a file larger than what a system buffers.
+  RouteOptions routes() {
+    folder_.file("viewer/index.html", "<p>viewer");
+    folder_.file("viewer/assets/app.js", std::string(4 * kMiB, ' '));
+    RouteOptions options;
+    options.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer");
+    return options;
+  }
+  // The path of the surface in the root of a tileset.
+  [[nodiscard]] std::string path_of_cell() const {
+    const std::string tileset = "/v1/3dtiles/head/iso/200/tileset.json";
+    const auto json = nlohmann::json::parse(HttpClient(server_.http()).get(tileset).body());
+    const auto uri = json.at("root").at("content").at("uri").get<std::string>();
+    return tileset.substr(0, tileset.rfind('/') + 1) + uri;
+  }
+  [[nodiscard]] std::string path() const {
+    return GetParam() == "a cell of 3D Tiles" ? path_of_cell() : GetParam();
+  }
+
+  TemporaryFolder folder_;
+  RunningHttpServer server_{catalogue(), http(), server(), routes()};
 };
 
 TEST_P(UnreadAnswers, StayWithinTheDocumentedMemory) {
+  const std::string asked = path();
   const std::size_t before = resident_bytes();
   std::deque<UnreadingClient> clients;
   for (std::size_t i = 0; i < kClients; ++i) {
     clients.emplace_back(server_.http(), i);
-    clients.back().ask(GetParam());
+    clients.back().ask(asked);
   }
   std::size_t answered = 0;
   for (UnreadingClient& client : clients) {
@@ -111,7 +135,9 @@ INSTANTIATE_TEST_SUITE_P(
                       "/v1/3dtiles/head/iso/200/tileset.json", "/v1/neuroglancer/head/image/info",
                       "/v1/neuroglancer/head/image/1_1_1/0-33_0-33_0-16",
                       "/v1/neuroglancer/head/surfaces/" + std::to_string(segment_of(200)),
-                      "/v1/datasets/head", "/v1/datasets", "/v1/openapi.json", "/metrics"));
+                      "/v1/datasets/head", "/v1/datasets", "/v1/openapi.json", "/metrics",
+                      "a cell of 3D Tiles", "/v1/datasets/head/value?at=1,2,3&at=4,5,6", "/",
+                      "/assets/app.js"));
 
 }  // namespace
 }  // namespace multitetra

@@ -266,6 +266,36 @@ TEST(Limits, ConnectionsFromOneAddress) {
   EXPECT_TRUE(is_closed_by_server(second));
 }
 
+MessageSocket greet_from(const RunningServer& server, const std::string& address) {
+  auto socket = MessageSocket::connect(server.endpoint(), 30s, {.from = address});
+  EXPECT_TRUE(socket) << socket.error().text;
+  EXPECT_TRUE(socket->send(Hello{}));
+  (void)receive<Welcome>(*socket);
+  return *std::move(socket);
+}
+
+TEST(Limits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) {
+  testing::Count running;
+  const RunningServer server(
+      catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
+      {.admission = {.connections = {.total = 4, .per_name = 3}}, .connection = {.linger = 10ms}});
+  MessageSocket alone = greet_from(server, "127.0.2.1");  // Rests for longer than any other.
+  MessageSocket busy = greet_from(server, "127.0.1.1");
+  ASSERT_TRUE(busy.send(open_fake(1)));
+  ASSERT_TRUE(eventually([&] { return running == 1; }));
+  MessageSocket idle = greet_from(server, "127.0.1.1");
+  MessageSocket later = greet_from(server, "127.0.1.1");
+  MessageSocket newcomer = greet_from(server, "127.0.3.1");
+  const Error ended = receive<ErrorReply>(idle).error;
+  EXPECT_EQ(ended.code, ErrorCode::kUnavailable);
+  EXPECT_NE(ended.text.find("has rested for longest"), std::string::npos) << ended.text;
+  EXPECT_TRUE(is_closed_by_server(idle));
+  for (MessageSocket* const stays : {&alone, &busy, &later, &newcomer}) {
+    ASSERT_TRUE(stays->send(Ping{1}));
+    (void)receive<Pong>(*stays);
+  }
+}
+
 TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(

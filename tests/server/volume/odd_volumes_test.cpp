@@ -128,16 +128,24 @@ TEST(OddVolumes, AreReadAsTheirWritersIntended) {
 
 // Each kind of file in 60 variants of size, type, order, packing and place. Another seed:
 // MULTITETRA_SEED=2 formats_test --gtest_filter=RandomVolumes.*
-TEST(RandomVolumes, AreReadAsTheirWritersMeanThem) {
+void expect_variants_read(const std::string& script) {
   const TemporaryFolder folder;
   const char* const seed = std::getenv("MULTITETRA_SEED");
-  const std::vector<Fields> volumes = written_volumes("write_random_volumes.py", folder.path(),
-                                                      std::string("60 ") + (seed ? seed : "1"));
+  const std::vector<Fields> volumes =
+      written_volumes(script, folder.path(), std::string("60 ") + (seed ? seed : "1"));
   if (volumes.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
   for (const Fields& fields : volumes) {
     SCOPED_TRACE(fields.at(1));
     expect_read(fields);
   }
+}
+
+TEST(RandomVolumes, AreReadAsTheirWritersMeanThem) {
+  expect_variants_read("write_random_volumes.py");
+}
+
+TEST(RandomVolumes, OfFurtherFormatsAreReadAsTheirWritersMeanThem) {
+  expect_variants_read("write_random_files.py");
 }
 
 }  // namespace

@@ -93,6 +93,9 @@ def dicom():
     expected[2] = at_34
     read("dicom-uneven-resampled", slices("uneven", uneven), expected, options="resample", notice="are not evenly spaced",
          **place)
+    # Steps of 0.01 mm and one slice far away: the sentence has the true number.
+    far = above(30, 30.01, 30.02, 30.03, 30.04, 2530.05)
+    refuse("dicom-far", slices("far", far), "would have 250006 slices", options="resample")
     # A tilt of half a row a slice: rows lie between two of the new grid's.
     tilted = [(10, -20 + 0.375 * i, 30 + 2 * i) for i in range(6)]
     refuse("dicom-tilted", slices("tilt", tilted), "tilted gantry")
@@ -419,6 +422,10 @@ def hdf5():
     with h5py.File(folder / "lzf.h5", "w") as file:
         file.create_dataset("v", data=volume, chunks=(2, 7, 9), compression="lzf", shuffle=True)
     read("hdf5-lzf", folder / "lzf.h5", volume)
+    with h5py.File(folder / "short.h5", "w") as file:
+        short = file.create_dataset("v", SHAPE, "<i2", chunks=SHAPE, compression="lzf")
+        short.id.write_direct_chunk((0, 0, 0), b"\x1f" + bytes(32))  # 32 bytes of a whole chunk.
+    refuse("hdf5-lzf-short", folder / "short.h5", "cannot be read")
     with h5py.File(folder / "block.h5", "w", userblock_size=512) as file:
         file["v"] = volume.astype("f2")
     read("hdf5-user-block", folder / "block.h5", volume)

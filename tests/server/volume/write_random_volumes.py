@@ -6,58 +6,14 @@ multi-frame DICOM, TIFF, Zarr, NumPy, NetCDF-3 and HDF5.
 Sizes, types, orders, packings, places and what lies before z, y, x are random, from the seed. Prints lines as
 write_odd_volumes.py.
 """
-import random
-import sys
-
 import numpy
 
+from volume_variants import FLOATS, INTEGERS, variants
 from volume_writing import (dicom_image, dicom_items, dicom_save, diagonal, expect_read, folder, run_with_packages, write)
 
-VARIANTS, SEED = int(sys.argv[2]), int(sys.argv[3])
-INTEGERS = ("i1", "u1", "i2", "u2", "i4", "u4")
-FLOATS = ("f2", "f4", "f8")
 # Rows and columns of images whose numbers are exact in decimal.
 ORIENTATIONS = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, -1)), ((0, 0, 1), (1, 0, 0)), ((0.6, 0.8, 0), (-0.8, 0.6, 0)),
                 ((0.36, -0.8, 0.48), (0.48, 0.6, 0.64)))
-
-
-class Variant:
-    """Random choices for one file."""
-
-    def __init__(self, kind, number):
-        self.name = f"{kind}-{number}"
-        self.choose = random.Random(f"{SEED} {kind} {number}")
-        self.numbers = numpy.random.default_rng([SEED, number, *kind.encode()])
-
-    def one_of(self, *values):
-        return self.choose.choice(values)
-
-    def shape(self, least=2, most=9):
-        return tuple(self.choose.randint(least, most) for _ in range(3))
-
-    def samples(self, shape, dtype):
-        """Whole numbers that the type and f32 have exactly."""
-        kind = numpy.dtype(dtype).kind
-        low, high = (0, 250) if kind == "u" else (-120, 120)
-        if numpy.dtype(dtype).itemsize > 1:
-            low, high = 8 * low, 8 * high
-        return self.numbers.integers(low, high, shape).astype(dtype)
-
-    def size(self):
-        return [self.one_of(0.25, 0.5, 0.75, 1, 1.5, 2, 4) for _ in range(3)]
-
-    def origin(self):
-        return [self.choose.randint(-40, 40) * 0.5 for _ in range(3)]
-
-    def chunks(self, shape):
-        return tuple(self.choose.randint(1, n + 1) for n in shape)
-
-    def entry(self, count):
-        return self.choose.randrange(count)
-
-
-def variants(kind):
-    return (Variant(kind, number) for number in range(VARIANTS))
 
 
 # ---- DICOM

@@ -88,7 +88,7 @@ void unpack_row(const PageFormat& format, std::span<const std::byte> row, std::s
       std::uint16_t number = 0;
       for (std::size_t bit = i * format.bits; bit < (i + 1) * format.bits; ++bit) {
         const auto byte = std::to_integer<unsigned>(row[bit / 8]);
-        number = static_cast<std::uint16_t>(number << 1 | (byte >> (7 - bit % 8) & 1U));
+        number = static_cast<std::uint16_t>(unsigned{number} << 1 | (byte >> (7 - bit % 8) & 1U));
       }
       std::memcpy(into, &number, width);  // Little-endian hosts only.
     } else if (format.kind == SAMPLEFORMAT_IEEEFP && format.bits == 16) {

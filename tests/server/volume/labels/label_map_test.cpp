@@ -52,9 +52,9 @@ DatasetPtr dataset_of(const LabelMap& map, double label) {
                             .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
 }
 
-TiledSurface surface_of(const LabelMap& map, double label) {
+TiledSurface surface_of(const LabelMap& map, double label, double error = 0) {
   return SurfaceExtractor(dataset_of(map, label))
-      .extract({.request = {.isovalue = kLabelBoundary, .error = 0}});
+      .extract({.request = {.isovalue = kLabelBoundary, .error = error}});
 }
 
 // In volumes of a sample. Requires a closed surface.
@@ -274,18 +274,19 @@ TEST(LabelMap, HasOneSurfaceBetweenTwoLabelsAtEveryThreshold) {
 struct Kept {
   double in_surface = 0;
   double as_found = 0;
+  double thin = 0;  // In parts one sample thick.
 };
 
-Kept kept_of(const std::function<bool(int, int, int)>& is_inside) {
+Kept kept_of(const std::function<bool(int, int, int)>& is_inside, double error = 0) {
   const TemporaryFolder folder;
-  const LabelMap map = map_of(labels_of<std::uint8_t>({26, 27, 25},
-                                                      [&](int x, int y, int z) {
-                                                        return is_inside(x, y, z) ? 1 : 0;
-                                                      }),
-                              folder);
+  const LabelMap map =
+      map_of(labels_of<std::uint8_t>(
+                 {26, 27, 25}, [&](int x, int y, int z) { return is_inside(x, y, z) ? 1 : 0; }),
+             folder);
   const FoundLabel& found = map.labels()[0];
   const auto samples = static_cast<double>(found.samples);
-  return {volume_in(surface_of(map, 1)) / samples, found.surface_samples / samples};
+  return {volume_in(surface_of(map, 1, error)) / samples, found.surface_samples / samples,
+          static_cast<double>(found.thin_samples) / samples};
 }
 
 // A tube of `width` samples a side whose axis is `along`, or a diagonal of those axes.
@@ -331,26 +332,52 @@ TEST(LabelMap, KeepsTheVolumeOfSheetsAndBalls) {
   });
   EXPECT_NEAR(oblique.in_surface, 1, 0.05);
   for (const int radius : {2, 3, 4, 5, 6, 7, 8}) {
-    const Kept kept = kept_of([&](int x, int y, int z) {
-      return std::hypot(x - 12.3, y - 12.6, z - 12.1) < radius;
-    });
+    const Kept kept = kept_of(
+        [&](int x, int y, int z) { return std::hypot(x - 12.3, y - 12.6, z - 12.1) < radius; });
     EXPECT_NEAR(kept.in_surface, 1, radius == 2 ? 0.05 : 0.02) << radius;
     EXPECT_NEAR(kept.as_found, kept.in_surface, 0.02) << radius;
   }
 }
 
+std::function<bool(int, int, int)> sheet(int width) {
+  return [=](int x, int y, int z) {
+    return std::min({x, y}) >= 4 && std::max({x, y}) < 20 && z >= 9 && z < 9 + width;
+  };
+}
+
+// What labels/README.md says of the default error.
+TEST(LabelMap, KeepsTheVolumeOfThinPartsAtAnErrorOfAQuarterOfTheirThickness) {
+  for (const int width : {1, 2}) {
+    EXPECT_NEAR(kept_of(sheet(width), 0.25).in_surface, 1, 0.05) << "sheet of " << width;
+    EXPECT_NEAR(kept_of(tube(width, {1, 0, 0}, 9), 0.25).in_surface, 1, 0.12)
+        << "tube of " << width;
+  }
+}
+
+TEST(LabelMap, CountsTheSamplesOfPartsOneSampleThick) {
+  EXPECT_EQ(kept_of(sheet(1)).thin, 1);
+  EXPECT_EQ(kept_of(tube(1, {1, 1, 1}, 9)).thin, 1);
+  EXPECT_EQ(kept_of(sheet(2)).thin, 0);
+  EXPECT_EQ(kept_of(tube(2, {0, 0, 1}, 9)).thin, 0);
+  // A block of 4 x 4 x 4 with a thread of 8 samples.
+  const Kept both = kept_of([](int x, int y, int z) {
+    const bool is_block = std::min({x, y, z}) >= 6 && std::max({x, y, z}) < 10;
+    return is_block || (y == 8 && z == 8 && x >= 10 && x < 18);
+  });
+  EXPECT_EQ(both.thin, 8.0 / (64 + 8));
+}
+
 TEST(LabelMap, KeepsTheVolumesOfThinLabelsThatTouch) {
   const TemporaryFolder folder;
-  const LabelMap map = map_of(labels_of<std::uint8_t>({24, 24, 24},
-                                                      [](int x, int y, int z) {
-                                                        if (std::min(x, y) < 4 ||
-                                                            std::max(x, y) >= 20)
-                                                          return 0;
-                                                        if (z == 8) return 1;
-                                                        if (z == 9 || z == 10) return 2;
-                                                        return z > 10 && z < 18 ? 3 : 0;
-                                                      }),
-                              folder);
+  const LabelMap map =
+      map_of(labels_of<std::uint8_t>({24, 24, 24},
+                                     [](int x, int y, int z) {
+                                       if (std::min(x, y) < 4 || std::max(x, y) >= 20) return 0;
+                                       if (z == 8) return 1;
+                                       if (z == 9 || z == 10) return 2;
+                                       return z > 10 && z < 18 ? 3 : 0;
+                                     }),
+             folder);
   for (const FoundLabel& found : map.labels()) {
     const auto samples = static_cast<double>(found.samples);
     EXPECT_NEAR(volume_in(surface_of(map, found.value)) / samples, 1, 0.05) << found.value;
@@ -361,17 +388,13 @@ TEST(LabelMap, KeepsTheVolumesOfThinLabelsThatTouch) {
 TEST(LabelMap, HasTheSameTrianglesWhereTwoLabelsTouchBesideAThird) {
   // Blocks of 5 x 5 x 5 side by side in the background.
   const TemporaryFolder folder;
-  const LabelMap map = map_of(labels_of<std::uint8_t>({20, 15, 15},
-                                                      [](int x, int y, int z) {
-                                                        if (std::min(y, z) < 5 ||
-                                                            std::max(y, z) >= 10)
-                                                          return 0;
-                                                        return x < 5    ? 0
-                                                               : x < 10 ? 1
-                                                               : x < 15 ? 2
-                                                                        : 0;
-                                                      }),
-                              folder);
+  const LabelMap map =
+      map_of(labels_of<std::uint8_t>({20, 15, 15},
+                                     [](int x, int y, int z) {
+                                       if (std::min(y, z) < 5 || std::max(y, z) >= 10) return 0;
+                                       return x < 5 ? 0 : x < 10 ? 1 : x < 15 ? 2 : 0;
+                                     }),
+             folder);
   const auto one = places_of(surface_of(map, 1));
   const auto two = places_of(surface_of(map, 2));
   std::vector<LatticeTriangle> shared;

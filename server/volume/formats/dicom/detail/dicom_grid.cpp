@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "common/base/number_text.hpp"
@@ -50,8 +51,17 @@ double usual_gap(const std::vector<DicomImage>& stack) {
                "Get all slices, or interpolate them to even distances with --resample");
 }
 
+// A count of samples along an axis of the grid; throws where it is none that a grid may have.
+std::int64_t grid_count(const fs::path& place, double count, const char* what) {
+  if (count <= kMostSlices) return static_cast<std::int64_t>(count);
+  fail_reading(place,
+               "its slices lie so far apart that an even grid through them would have " +
+                   rounded_text(count) + " " + what,
+               "Leave out the slices that lie far from the others");
+}
+
 // The grid of the first slice's axes that all slices are interpolated to.
-DicomGrid even_grid(const std::vector<DicomImage>& stack, bool is_tilted) {
+DicomGrid even_grid(const fs::path& place, const std::vector<DicomImage>& stack, bool is_tilted) {
   const DicomImage& first = stack.front();
   const Vec3 normal = cross(first.row, first.column);
   const double height = stack.back().along - first.along;
@@ -81,10 +91,11 @@ DicomGrid even_grid(const std::vector<DicomImage>& stack, bool is_tilted) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (auto& shift : places.shift) shift[axis] -= low[axis];
     grid.dims[axis] =
-        first.size[axis] + static_cast<std::int64_t>(std::min(high[axis] - low[axis], kMostSlices));
+        grid_count(place, static_cast<double>(first.size[axis]) + high[axis] - low[axis],
+                   axis == 0 ? "columns" : "rows");
     for (std::size_t row = 0; row < 3; ++row) grid.origin[row] += grid.steps[axis][row] * low[axis];
   }
-  grid.dims[2] = static_cast<std::int64_t>(std::min(intervals, kMostSlices)) + 1;
+  grid.dims[2] = grid_count(place, intervals + 1, "slices");
   grid.resampled = std::move(places);
   return grid;
 }
@@ -225,7 +236,7 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
                  "slice to slice is not at right angles to them",
                  "Interpolate them onto a rectangular grid with --resample");
   }
-  grid = even_grid(stack, is_tilted);
+  grid = even_grid(place, stack, is_tilted);
   notices.push_back(
       "'" + place.string() + "': its " + std::to_string(stack.size()) + " slices " +
       (is_even ? "" : "are not evenly spaced; they ") +

@@ -10,8 +10,30 @@ namespace {
 
 constexpr H5Z_filter_t kLzfFilter = 32000;
 
-// Unpacks to exactly `room` bytes or fewer; 0 when the packed bytes are damaged. A byte below 32
-// precedes that many literals and one more; others give a length and how far back to copy from.
+// A filter of libhdf5. `values[2]` is the size of a chunk; the buffer is the library's, from
+// malloc.
+std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values, std::size_t bytes,
+                       std::size_t* buffer_bytes, void** buffer) {
+  if ((flags & H5Z_FLAG_REVERSE) == 0 || count < 3 || values[2] == 0) return 0;
+  const std::size_t room = values[2];
+  auto* const plain = static_cast<unsigned char*>(std::malloc(room));
+  if (plain == nullptr) return 0;
+  const std::size_t done =
+      unpack_lzf(static_cast<const unsigned char*>(*buffer), bytes, plain, room);
+  if (done != room) {  // Fewer bytes than a chunk has: the others would be what the memory held.
+    std::free(plain);
+    return 0;
+  }
+  std::free(*buffer);
+  *buffer = plain;
+  *buffer_bytes = room;
+  return done;
+}
+
+}  // namespace
+
+// A byte below 32 precedes that many literals and one more; others give a length and how far back
+// to copy from.
 std::size_t unpack_lzf(const unsigned char* in, std::size_t size, unsigned char* out,
                        std::size_t room) {
   std::size_t at = 0;
@@ -39,28 +61,6 @@ std::size_t unpack_lzf(const unsigned char* in, std::size_t size, unsigned char*
   }
   return done;
 }
-
-// A filter of libhdf5. `values[2]` is the size of a chunk; the buffer is the library's, from
-// malloc.
-std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values, std::size_t bytes,
-                       std::size_t* buffer_bytes, void** buffer) {
-  if ((flags & H5Z_FLAG_REVERSE) == 0 || count < 3 || values[2] == 0) return 0;
-  const std::size_t room = values[2];
-  auto* const plain = static_cast<unsigned char*>(std::malloc(room));
-  if (plain == nullptr) return 0;
-  const std::size_t done =
-      unpack_lzf(static_cast<const unsigned char*>(*buffer), bytes, plain, room);
-  if (done == 0) {
-    std::free(plain);
-    return 0;
-  }
-  std::free(*buffer);
-  *buffer = plain;
-  *buffer_bytes = room;
-  return done;
-}
-
-}  // namespace
 
 void register_hdf5_lzf() {
   static const H5Z_class2_t kClass = {.version = H5Z_CLASS_T_VERS,

@@ -1,0 +1,29 @@
+// The addresses of this machine that simulated clients connect from.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "common/base/result.hpp"
+
+namespace multitetra {
+
+class SourceAddresses {
+ public:
+  // The system decides.
+  SourceAddresses() = default;
+  // All of an IPv4 network, "127.0.1.0/24", without its first and its last one; or one address.
+  [[nodiscard]] static Result<SourceAddresses> from(std::string_view text);
+
+  [[nodiscard]] std::size_t count() const { return count_; }  // 0: the system decides.
+  // Of a client, counted from 0: client by client another one, then from the first one on again.
+  [[nodiscard]] std::string of(std::size_t client) const;
+
+ private:
+  std::uint32_t first_ = 0;
+  std::size_t count_ = 0;
+};
+
+}  // namespace multitetra

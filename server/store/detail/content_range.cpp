@@ -1,0 +1,39 @@
+#include "server/store/detail/content_range.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+namespace multitetra {
+
+std::optional<ContentRange> ContentRange::from(std::string_view text) {
+  constexpr std::string_view kUnit = "bytes ";
+  if (!text.starts_with(kUnit)) return std::nullopt;
+  text.remove_prefix(kUnit.size());
+  ContentRange range;
+  const auto number = [&text](std::uint64_t& into, char end) {
+    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
+    if (error != std::errc()) return false;
+    text.remove_prefix(static_cast<std::size_t>(stop - text.data()));
+    if (end == '\0') return text.empty();
+    if (!text.starts_with(end)) return false;
+    text.remove_prefix(1);
+    return true;
+  };
+  if (!number(range.first, '-') || !number(range.last, '/')) return std::nullopt;
+  if (text != "*" && !number(range.total.emplace(), '\0')) return std::nullopt;
+  // A last byte of 2^64 - 1 would make a range of all numbers one of no bytes.
+  if (range.first > range.last || range.last == ~std::uint64_t{0}) return std::nullopt;
+  if (range.total && range.last >= *range.total) return std::nullopt;
+  return range;
+}
+
+bool ContentRange::is(const ByteRange& wanted) const {
+  if (wanted.first == ByteRange::kFromEnd) {
+    return total && last + 1 == *total && last - first + 1 == std::min(wanted.length, *total);
+  }
+  const std::uint64_t end = wanted.first + wanted.length;
+  return first == wanted.first && last < end && (last + 1 == end || total == last + 1);
+}
+
+}  // namespace multitetra

@@ -1,0 +1,145 @@
+#include "server/volume/formats/jpeg_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <csetjmp>
+#include <cstddef>
+#include <cstdio>  // Before jpeglib.h, which lacks it.
+#include <cstring>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <jpeglib.h>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A JPEG in memory while libjpeg reads it. libjpeg's errors leave by longjmp, so the functions that
+// call it have no objects of their own.
+class JpegReading {
+ public:
+  explicit JpegReading(std::string bytes) : bytes_(std::move(bytes)) {
+    jpeg_.err = jpeg_std_error(&errors_.base);
+    errors_.base.error_exit = &on_error;
+    errors_.base.emit_message = &on_message;
+    jpeg_create_decompress(&jpeg_);
+    progress_.progress_monitor = &on_progress;
+    jpeg_.progress = &progress_;
+  }
+  ~JpegReading() { jpeg_destroy_decompress(&jpeg_); }
+  JpegReading(const JpegReading&) = delete;
+  JpegReading& operator=(const JpegReading&) = delete;
+
+  [[nodiscard]] bool read_header() {
+    if (setjmp(errors_.leave) != 0) return false;
+    jpeg_mem_src(&jpeg_, reinterpret_cast<const unsigned char*>(bytes_.data()), bytes_.size());
+    (void)jpeg_read_header(&jpeg_, TRUE);
+    jpeg_.out_color_space = jpeg_.num_components == 1   ? JCS_GRAYSCALE
+                            : jpeg_.num_components == 4 ? JCS_CMYK
+                                                        : JCS_RGB;
+    jpeg_calc_output_dimensions(&jpeg_);
+    return true;
+  }
+  [[nodiscard]] bool read_rows(std::byte* into, std::size_t row_bytes) {
+    if (setjmp(errors_.leave) != 0) return false;
+    jpeg_.dct_method = JDCT_ISLOW;  // The same samples on every machine.
+    (void)jpeg_start_decompress(&jpeg_);
+    while (jpeg_.output_scanline < jpeg_.output_height) {
+      auto* row = reinterpret_cast<JSAMPROW>(into + jpeg_.output_scanline * row_bytes);
+      (void)jpeg_read_scanlines(&jpeg_, &row, 1);
+    }
+    (void)jpeg_finish_decompress(&jpeg_);
+    return true;
+  }
+
+  [[nodiscard]] ImageHeader header() const {
+    ImageHeader header{.type = StoredType::kU8, .components = jpeg_.out_color_components};
+    header.dims = {jpeg_.image_width, jpeg_.image_height, 1};
+    return header;
+  }
+  [[nodiscard]] std::string problem() const { return errors_.problem.data(); }
+
+ private:
+  struct Errors {
+    jpeg_error_mgr base;  // The first member: libjpeg's functions hand out a pointer to it.
+    std::jmp_buf leave;
+    std::array<char, JMSG_LENGTH_MAX> problem{};
+  };
+
+  static void on_error(j_common_ptr jpeg) {
+    auto& errors = *reinterpret_cast<Errors*>(jpeg->err);
+    (*jpeg->err->format_message)(jpeg, errors.problem.data());
+    std::longjmp(errors.leave, 1);
+  }
+  // Warnings are about damage, behind which libjpeg makes samples up.
+  static void on_message(j_common_ptr jpeg, int level) {
+    if (level < 0) on_error(jpeg);
+  }
+  // Progressive images may promise any number of scans, each as costly as the whole image.
+  static void on_progress(j_common_ptr jpeg) {
+    constexpr int kMostScans = 500;
+    auto& errors = *reinterpret_cast<Errors*>(jpeg->err);
+    if (!jpeg->is_decompressor ||
+        reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= kMostScans) {
+      return;
+    }
+    (void)std::snprintf(errors.problem.data(), errors.problem.size(), "it has too many scans");
+    std::longjmp(errors.leave, 1);
+  }
+
+  std::string bytes_;
+  Errors errors_{};
+  jpeg_progress_mgr progress_{};
+  jpeg_decompress_struct jpeg_{};
+};
+
+class JpegSlice : public StoredSlices {
+ public:
+  JpegSlice(fs::path file, std::unique_ptr<JpegReading> reading, const ImageHeader& header)
+      : file_(std::move(file)), reading_(std::move(reading)), header_(header) {}
+
+  void read(std::size_t /*first*/, std::size_t /*count*/, std::byte* into) override {
+    if (samples_.empty()) decode();
+    std::memcpy(into, samples_.data(), samples_.size());
+  }
+
+ private:
+  void decode() {
+    std::vector<std::byte> samples(header_.slice_bytes());
+    const std::size_t row_bytes = samples.size() / static_cast<std::size_t>(header_.dims[1]);
+    if (!reading_->read_rows(samples.data(), row_bytes)) {
+      fail_reading(file_, "it is damaged (libjpeg: " + reading_->problem() + ")",
+                   "Get a whole copy of it");
+    }
+    reading_.reset();
+    samples_ = std::move(samples);
+  }
+
+  fs::path file_;
+  std::unique_ptr<JpegReading> reading_;  // Until the samples are decoded.
+  ImageHeader header_;
+  std::vector<std::byte> samples_;
+};
+
+}  // namespace
+
+StoredVolume open_jpeg(const fs::path& path) {
+  const InputFile file(path);
+  auto reading = std::make_unique<JpegReading>(file.beginning(file.size()));
+  if (!reading->read_header()) {
+    fail_reading(path, "it is no whole JPEG image (libjpeg: " + reading->problem() + ")",
+                 "Get a whole copy of it");
+  }
+  const ImageHeader header = reading->header();
+  check_header(path, header);
+  return {.header = header,
+          .slices = std::make_unique<JpegSlice>(path, std::move(reading), header)};
+}
+
+}  // namespace multitetra
