@@ -27,6 +27,7 @@ export function sealWords(drawn: readonly DrawnSurface[]): string {
 
 // "within 0.25 mm", where that is certified of all of them; else empty, or "preview".
 export function withinWords(drawn: readonly DrawnSurface[]): string {
+  if (drawn.length === 0) return "";
   if (drawn.some(({ shown }) => shown.spacing > 1)) return "preview";
   if (!drawn.every(({ shown }) => shown.isCertified)) return "";
   const { shown } = drawn.reduce((worst, one) => (one.shown.errorVoxels > worst.shown.errorVoxels ? one : worst));
