@@ -514,7 +514,7 @@ async function linksSlices(page) {
   await page.waitForFunction(() => /cross=3[12][^,]*,3[12][^,]*,40(&|$)/.test(location.hash), null, { timeout: patience });
   await page.mouse.wheel(0, -180);
   await page.waitForFunction(() => /cross=3[12][^,]*,3[12][^,]*,43(&|$)/.test(location.hash), null, { timeout: patience });
-  await values("mm: -?[\\d.]+$"); // Each tells the sample at the crosshair.
+  await values("mm: -?[\\d.]+\\. Click"); // Each tells the sample at the crosshair.
   const [axial, coronal] = await words();
   assert.equal(axial.split(": ")[1], coronal.split(": ")[1], "it is the same place");
   const picture = await views.first().evaluate((canvas) => {
@@ -532,7 +532,7 @@ async function linksSlices(page) {
 }
 
 async function refinesWhatIsNear(page) {
-  await open(page, "#dataset=head&isovalue=300.5&error=0.5&follow_view=true&eye=32,-800,32&target=32,32,32&axes=false");
+  await open(page, "#dataset=head&isovalue=300.5&error=2&pixels=4&follow_view=true&eye=32,-800,32&target=32,32,32&axes=false");
   const far = await complete(page);
   const look = (eye) => page.evaluate((to) => (location.hash = location.hash.replace(/eye=[^&]*/, `eye=${to}`)), eye);
   await look("32,-30,32");

@@ -61,15 +61,20 @@ export class SliceView {
     if (map !== scale.map || low !== scale.low || high !== scale.high || isLog !== scale.isLog) this.isPainted = false;
     [this.info, this.cross, this.scale] = [info, cross, scale];
     this.sides = planeSides(info, this.axis);
+    this.describe(info);
+    this.invalidate();
+  }
+
+  private describe(info: DatasetInfo): void {
     this.canvas.setAttribute("aria-label",
       `${planeName(info, this.axis)} slice, ${this.placeText()}. Click to move the crosshair, scroll to change the slice; arrow keys, Page up and Page down do the same.`);
-    this.invalidate();
   }
 
   showSlice(slice: SliceValues | null): void {
     this.slice = slice;
     this.isPainted = false;
     if (!slice) this.lines = [];
+    if (this.info) this.describe(this.info); // The value at the crosshair is known now.
     this.invalidate();
   }
 
