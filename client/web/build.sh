@@ -30,7 +30,6 @@ if [ "$(cat node_modules/.multitetra_packages 2>/dev/null)" != "$lock" ]; then
   echo "$lock" >node_modules/.multitetra_packages
 fi
 bash generate.sh
-node_modules/.bin/tsc --noEmit
 MULTITETRA_VIEWER_OUT=$output node_modules/.bin/vite build --logLevel warn
 echo "$sources" >"$output.sources"
 echo "The browser viewer is in $output."

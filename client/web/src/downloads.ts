@@ -1,6 +1,8 @@
 // A picture, a film, a file or a link of what is shown.
 import { h } from "./shared/elements";
 import { type Animation, film, pictures, turntable } from "./scene/animation";
+import { labelTable, type MeasuredLabel } from "./panel/label_table";
+import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
@@ -78,6 +80,19 @@ export class Downloads {
     } catch {
       this.viewer.notices.tell("The surface has changed meanwhile; try again.", true);
     }
+  }
+
+  // Volumes and areas of the labels that are shown.
+  async labels(): Promise<void> {
+    const { viewer } = this;
+    const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ shown }) => shown.info.member?.label);
+    const measured = await Promise.all(tiles.map(async ({ shown, drawn }): Promise<MeasuredLabel> => {
+      const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
+      const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
+      return { label: shown.info.member!.label!, found, bound: boundOf(shown) };
+    }));
+    if (measured.length === 0) return viewer.notices.tell("No label is shown.", true);
+    this.save(new Blob([labelTable(measured, tiles[0].shown.info.lengthUnit)], { type: "text/csv" }), "csv");
   }
 
   private async copy(text: string, what: string): Promise<void> {

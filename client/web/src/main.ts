@@ -5,8 +5,6 @@ import "./style/panel.css";
 import "./style/bar.css";
 import "./style/fingers.css";
 
-import type * as THREE from "three";
-
 import { AddressKeeper } from "./address_keeper";
 import { Embedding } from "./embedding";
 import { Token, serverAddress } from "./own_address";
@@ -57,6 +55,8 @@ const change = (said: Partial<Settings>, isDragging = false) => {
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
   roll: (radians) => viewer.roll(radians),
+  saveLabels: () => void downloads.labels(),
+  keepLargest: (surface) => void viewer.keepLargest(surface),
   screenshot: (options) => void downloads.screenshot(options),
   download: (format) => void downloads.download(format),
   copyLink: () => void downloads.copyLink(address.addressed()),
@@ -73,7 +73,7 @@ const acts = {
   turn: (azimuth: number, elevation: number, factor?: number) => viewer.stage.turn(azimuth, elevation, factor),
   fit: () => viewer.fit(),
   reset: () => viewer.reset(),
-  lookFrom: (direction: THREE.Vector3) => viewer.lookFrom(direction),
+  lookUpright: (direction: readonly [number, number, number]) => viewer.lookFrom(viewer.stage.upright(direction)),
   escape: () => {
     if (!bar.closeCertificate()) viewer.measuring.forget();
   },
@@ -83,13 +83,15 @@ const acts = {
   redo: () => changes.redo(settings.get(), (to) => viewer.set(to)),
   stepTime: (steps: number) => viewer.stepTime(steps),
   roll: (radians: number) => viewer.roll(radians),
+  toggleSlices: () => viewer.set({ layout: viewer.get().layout === "four" ? "surface" : "four" }),
 };
 const hint = h("p", { class: "stage-hint", hidden: true },
   "drag to rotate · scroll to zoom · click to measure");
 for (const touch of ["pointerdown", "wheel", "keydown"]) {
   viewer.canvas.addEventListener(touch, () => hint.remove(), { once: true, passive: true });
 }
-view.append(viewTools(acts), hint);
+const tools = viewTools(acts);
+viewer.frame.append(tools.element, hint);
 app.append(panel.element, bar.element, help.element);
 app.classList.toggle("is-embedded", new URLSearchParams(location.search).has("embed"));
 if (window.parent !== window) new Embedding(viewer, window.parent);
@@ -117,13 +119,17 @@ viewer.on("progress", ({ surface }) => {
   panel.showSurface(surface, surfaces.progressOf(surface));
 });
 viewer.on("shown", ({ surface }) => {
+  panel.showPaused(viewer.isDetailPaused);
   hint.hidden = false;
   if (surface === 0) document.title = `${viewer.info?.name} · Multi-Tetra viewer`;
 });
+viewer.on("picked", ({ surface }) => surface && panel.showPicked(surface.tiles.at));
 settings.watch((now, before) => {
   applyTheme(now.theme);
+  tools.show(now);
   changes.note(now, before, performance.now());
   showBar(); // Other surfaces may be seen.
+  panel.showPaused(viewer.isDetailPaused);
 });
 // A graphics card that was taken away has lost all tiles; the address knows the rest.
 viewer.canvas.addEventListener("webglcontextrestored", () => location.reload());

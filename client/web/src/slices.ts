@@ -1,101 +1,46 @@
-// Joins slices: settings become planes, planes become questions to the server, answers what is shown.
-// One question is under way at a time; of those that come meanwhile the last one follows.
-import { Plane, Vector3 } from "three";
-
+// Joins the slice in the picture: settings become a plane, the plane a question to the server, the answer what is shown.
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColourScale } from "./shared/colour_maps";
 import { airBelow } from "./shared/sample_window";
-import { inLattice } from "./scene/picking";
+import { LatestSlice, type SliceSources } from "./latest_slice";
 import { sliceGrid } from "./scene/slice_grid";
 import { SlicePlane } from "./scene/slice_plane";
 import type { Stage } from "./scene/stage";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
-import { latticeToWorld, voxelLength, worldBox } from "./stream/dataset";
-import type { Questions, SliceValues } from "./stream/questions";
+import { voxelLength, worldBox } from "./stream/dataset";
 import { suggestedIsovalue } from "./stream/request";
-import type { SurfaceSet } from "./surface_set";
-import type { TilePool } from "./workers/tile_pool";
 
 export class Slices {
   readonly plane: SlicePlane;
-  private wanted = ""; // The key of the slice that was requested last.
-  private isAsking = false;
-  private isCutting = false;
-  private isCutDue = false;
-  private shown: SliceValues | null = null;
+  private readonly latest: LatestSlice;
 
   constructor(
     stage: Stage,
-    private readonly pool: TilePool,
-    private readonly surfaces: SurfaceSet,
-    private readonly questions: Questions,
+    sources: SliceSources,
     private readonly current: () => { info: DatasetInfo | null; settings: Settings; range: ValueRange | null },
-    private readonly failed: (text: string) => void,
   ) {
     this.plane = new SlicePlane(stage.scene, () => stage.invalidate());
+    this.latest = new LatestSlice(sources, {
+      slice: (slice) => this.plane.show(slice),
+      lines: (lines) => this.plane.showLines(lines),
+    });
   }
 
   // The settings, the dataset or the surfaces may have changed.
   update(): void {
     const { info, settings, range } = this.current();
     const where = slicePlace(settings);
-    if (!info || !where) {
-      this.wanted = "";
-      this.shown = null;
-      this.plane.show(null);
-      return;
-    }
+    if (!info || !where) return this.latest.want(null);
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
-    const air = settings.transparentAir ? airBelow(info) : -Infinity;
+    const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
     this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
-    const wanted = `${info.name} ${info.contentId} ${where.axis} ${where.at}`;
-    if (wanted !== this.wanted) {
-      this.wanted = wanted;
-      if (!this.isAsking) void this.ask(info, where);
-    }
-    this.cutSoon();
-  }
-
-  private async ask(info: DatasetInfo, where: Place): Promise<void> {
-    this.isAsking = true;
-    const asked = this.wanted;
     const { low, high } = worldBox(info);
-    try {
-      const slice = await this.questions.slice(info.name, sliceGrid(low, high, where.axis, where.at, voxelLength(info)));
-      if (this.wanted !== "") this.plane.show((this.shown = slice));
-    } catch (error) {
-      if (this.wanted === asked) this.failed(`There is no slice: ${(error as Error).message}`);
-    }
-    this.isAsking = false;
-    if (this.wanted === asked || this.wanted === "") return this.cutSoon();
-    const now = this.current();
-    const next = slicePlace(now.settings);
-    if (now.info && next) void this.ask(now.info, next);
-  }
-
-  // The lines are those of the plane that is shown, which may be behind the settings while one drags.
-  private cutSoon(): void {
-    this.isCutDue = true;
-    if (!this.isCutting) void this.cut();
-  }
-
-  private async cut(): Promise<void> {
-    this.isCutting = true;
-    while (this.isCutDue) {
-      this.isCutDue = false;
-      const { settings } = this.current();
-      const { shown } = this;
-      if (!shown) break;
-      const plane = planeOf(shown);
-      const lines = await Promise.all(this.surfaces.shownTiles(settings).map(async ({ shown: surface, drawn, colour }) => {
-        const toWorld = latticeToWorld(surface.info, surface.resolution);
-        const segments = await this.pool.cut(drawn, inLattice(plane, toWorld));
-        return { segments, toWorld, colour };
-      })).catch(() => null); // Tiles have gone meanwhile: those that came call again.
-      if (lines && shown === this.shown) this.plane.showLines(lines);
-    }
-    this.isCutting = false;
+    this.latest.want({
+      key: `${info.name} ${info.contentId} ${where.axis} ${where.at}`,
+      dataset: info.name,
+      grid: () => sliceGrid(low, high, where.axis, where.at, voxelLength(info)),
+    });
   }
 }
 
@@ -138,9 +83,4 @@ export function scaleOf(
 function leastIsovalue(settings: Settings, info: DatasetInfo): number {
   const shown = surfacesOf(settings).filter(({ visible }) => visible);
   return Math.min(...shown.map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)));
-}
-
-function planeOf({ grid: { origin, right, down } }: SliceValues): Plane {
-  const normal = new Vector3(...right).cross(new Vector3(...down)).normalize();
-  return new Plane().setFromNormalAndCoplanarPoint(normal, new Vector3(...origin));
 }

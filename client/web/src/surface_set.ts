@@ -32,6 +32,7 @@ interface Member {
 
 // A shown surface, for measuring, cutting or saving.
 export interface ShownTiles {
+  at: number; // Of which surface: 0 for the first.
   shown: ShownSurface;
   drawn: Drawn;
   colour: string;
@@ -79,7 +80,7 @@ export class SurfaceSet {
   }
 
   // Those that are hidden are asked for when they are seen; the first one always is.
-  want({ infos, moment, scalars }: Scene, settings: Settings, view: View, isDragging: boolean): void {
+  want({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.arrange(settings);
     this.look = { settings, clip: this.look?.clip ?? null };
     const wanted = this.members.filter((member, at) => infos[at] && (at === 0 || this.isSeen(member)));
@@ -97,7 +98,7 @@ export class SurfaceSet {
   }
 
   // Prefetches several times of a series, the first ones as far as memory allows. Empty: none.
-  prepare(scenes: readonly Scene[], settings: Settings, view: View): void {
+  prepare(scenes: readonly Scene[], settings: Settings, view: View | null): void {
     this.members.forEach((member, at) => {
       const isWanted = at === 0 || this.isSeen(member);
       const wanted = isWanted ? scenes.filter(({ infos }) => infos[at]) : [];
@@ -107,7 +108,7 @@ export class SurfaceSet {
   }
 
   // Whether all that are seen have their final step, or will not get one.
-  isPrepared({ infos, scalars }: Scene, settings: Settings, view: View): boolean {
+  isPrepared({ infos, scalars }: Scene, settings: Settings, view: View | null): boolean {
     return this.members.every((member, at) =>
       !infos[at] || (at > 0 && !this.isSeen(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
   }
@@ -158,7 +159,7 @@ export class SurfaceSet {
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
       const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
-      return shown && isDrawn ? [{ shown, drawn, colour: list[at].colour }] : [];
+      return shown && isDrawn ? [{ at, shown, drawn, colour: list[at].colour }] : [];
     });
   }
 
@@ -178,7 +179,7 @@ export class SurfaceSet {
     this.members.forEach((member, at) => {
       if (!list[at]) return;
       const visible = list[at].visible && this.swapGroup.mayDraw(member);
-      member.surface.applyLook({ ...settings, ...list[at], visible }, clip);
+      member.surface.applyLook({ ...settings, material: "neutral", ...list[at], visible }, clip);
       member.client.hide(list[at].minComponent ?? 0);
     });
   }

@@ -13,6 +13,7 @@ import * as THREE from "three";
 import { serverAddress } from "./own_address";
 import { isEmpty } from "./panel/certificate";
 import { h } from "./shared/elements";
+import { nearestName } from "./shared/nearest_name";
 import { inDigits } from "./shared/quantities";
 import { isCt, usualWindow } from "./shared/sample_window";
 import { componentWords } from "./panel/component_filter";
@@ -36,10 +37,13 @@ import {
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
-import { type Vec3, worldBox } from "./stream/dataset";
+import { type Vec3, worldBox, worldDifference } from "./stream/dataset";
 import { Questions } from "./stream/questions";
-import { suggestedIsovalue } from "./stream/request";
+import { suggestedIsovalue, type View } from "./stream/request";
+import type { SliceSources } from "./latest_slice";
+import { SliceViews } from "./slice_views";
 import { scaleOf, slicePlace, Slices } from "./slices";
+import { justAbove, withSurface } from "./state/surfaces";
 import { SurfaceSet } from "./surface_set";
 import { type Played, timeBeside, TimePlayer } from "./time_player";
 import { TilePool } from "./workers/tile_pool";
@@ -60,8 +64,11 @@ export interface TokenPlace {
 
 export interface PictureOptions {
   enlargement?: number; // Of what is on the screen; 1 if not said.
+  width?: number; // In pixels, instead; as far as the graphics card can.
   isTransparent?: boolean; // Without a background.
 }
+
+const slowSurface = 2000; // Milliseconds from the first request to its final step.
 
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.
@@ -76,6 +83,7 @@ export class Viewer {
   readonly settings: Store<Settings>;
   readonly canvas = h("canvas", { tabindex: "0", role: "application", "aria-label":
     "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom." });
+  readonly frame = h("div", { class: "stage" }); // The picture with what lies over it.
   readonly stage: Stage;
   readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
@@ -88,19 +96,23 @@ export class Viewer {
   private readonly regionHandles: RegionHandles;
   private readonly questions: Questions;
   private readonly slices: Slices;
+  private readonly sliceViews: SliceViews;
   readonly player: TimePlayer;
   private readonly timeBar: TimeBar;
   private readonly legends: { samples: Legend; field: Legend };
   private readonly token: TokenPlace;
   private isDragging = false;
+  private isSlow: boolean | null = null; // Whether the first final step took too long to ask for detail in view; null: none was there.
   private rest = 0; // The timer behind the camera's rest.
 
   // Throws where the browser cannot draw in three dimensions.
   constructor(readonly element: HTMLElement, { server, token = "", ...said }: ViewerOptions = {}) {
     this.settings = new Store<Settings>({ ...defaults, ...said });
     this.token = typeof token === "string" ? placeOf(token) : token;
-    element.classList.add("multitetra", "stage");
-    element.append(this.canvas);
+    if (said.followView) this.isSlow = false; // Asked for.
+    element.classList.add("multitetra");
+    element.append(this.frame);
+    this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas);
     const address = serverAddress(server);
     this.questions = new Questions(address, () => this.token.get());
@@ -119,8 +131,13 @@ export class Viewer {
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
       (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
-    this.slices = new Slices(this.stage, this.pool, this.surfaces, this.questions,
-      () => ({ info: this.info, settings: this.get(), range: this.sampleRange() }), (text) => this.notices.tell(text, true));
+    const sources: SliceSources = {
+      questions: this.questions, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
+      failed: (text) => this.notices.tell(text, true),
+    };
+    const current = () => ({ info: this.info, settings: this.get(), range: this.sampleRange() });
+    this.slices = new Slices(this.stage, sources, current);
+    this.sliceViews = new SliceViews(this.stage, sources, current, (cross, isDragging) => this.set({ cross }, isDragging));
     const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
     this.legends = {
       samples: new Legend({ label: "samples", colours: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
@@ -129,8 +146,8 @@ export class Viewer {
       }, turn),
     };
     this.player = new TimePlayer(() => this.played(), {
-      isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.stage.view()),
-      prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.stage.view()),
+      isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.followedView),
+      prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.followedView),
       show: (time) => this.set({ t: time }),
       stop: () => this.set({ playing: false }),
     }, (pace) => this.timeBar.showPace(pace));
@@ -142,9 +159,10 @@ export class Viewer {
       }),
       () => this.regionHandles.isGrabbed,
       (place) => this.take(place));
-    element.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
+    this.frame.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
       h("div", { class: "legends" }, this.legends.field.element, this.legends.samples.element),
-      this.timeBar.element, this.measuring.labels, this.measuring.element, this.notices.element);
+      this.timeBar.element, this.measuring.labels, this.sliceViews.mark, this.measuring.element, this.notices.element);
+    element.append(this.sliceViews.element);
     this.listen();
     this.surfaces.connect();
   }
@@ -155,6 +173,7 @@ export class Viewer {
   set(change: Partial<Settings>, isDragging = false): void {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
+    if (change.followView) this.isSlow = false; // Switched on by hand.
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     const before = this.settings.get();
     if (isNewCut(change, before)) change = { clipFlipped: this.isSeenFromAbove(change.clip!), ...change };
@@ -175,7 +194,7 @@ export class Viewer {
     if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
       ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, eye: null, target: null,
-      up: defaults.up, clip: "off", places: [],
+      up: defaults.up, clip: "off", places: [], cross: null,
     });
     this.use(entry.info);
   }
@@ -232,20 +251,30 @@ export class Viewer {
     this.fit();
   }
 
+  // Hides all components of a surface but the one with the largest box.
+  async keepLargest(surface: number): Promise<void> {
+    const tiles = this.surfaces.shownTiles(this.get()).find(({ at }) => at === surface);
+    const found = tiles && (await this.pool.select({ ids: tiles.drawn.ids, leastDiagonal: 0 }).catch(() => null));
+    if (!found) return this.notices.tell("The surface is not shown, or has changed meanwhile.", true);
+    const minComponent = justAbove(found.diagonals, 2 ** tiles.shown.resolution);
+    if (minComponent === null) return this.notices.tell("Its largest parts are equally large.", true);
+    this.set(withSurface(this.get(), surface, { minComponent }));
+  }
+
   // Turns the picture clockwise around its middle; half a turn turns it upside down.
   roll(radians: number): void {
     this.set({ up: this.stage.rolledUp(radians) });
   }
 
-  // What is shown, as PNG, on the page's background or on none, with scale bar, legends and what is measured.
-  picture({ enlargement = 1, isTransparent = false }: PictureOptions = {}): Promise<Blob> {
+  // What is shown, as PNG, on the page's background or on none, with scale bar, axes, legends and what is measured.
+  picture({ enlargement = 1, width, isTransparent = false }: PictureOptions = {}): Promise<Blob> {
     const { backgroundColor: own, color } = getComputedStyle(this.element);
     const isNone = own === "transparent" || own === "rgba(0, 0, 0, 0)";
     const paper = isNone ? getComputedStyle(document.body).backgroundColor : own;
-    const canvas = this.stage.picture(isTransparent ? null : paper, enlargement);
+    const canvas = this.stage.picture(isTransparent ? null : paper, width ? this.stage.enlargementTo(width) : enlargement);
     const legends = [this.legends.samples.words, this.legends.field.words].filter((words) => words !== null);
     const { measurement } = this.measuring;
-    annotate(canvas.getContext("2d")!, { scale: this.surroundings.scale, legends, ...measurement },
+    annotate(canvas.getContext("2d")!, { scale: this.surroundings.scale, axes: this.orientation.arms, legends, ...measurement },
       canvas.width / Math.max(1, this.canvas.clientWidth), color, paper);
     return new Promise((resolve) => canvas.toBlob((blob) => resolve(blob!), "image/png"));
   }
@@ -259,7 +288,8 @@ export class Viewer {
     this.pool.dispose();
     this.stage.dispose();
     this.element.replaceChildren();
-    this.element.classList.remove("multitetra", "stage");
+    this.sliceViews.close();
+    this.element.classList.remove("multitetra", "has-slices");
   }
 
   useToken(token: string): void {
@@ -268,7 +298,10 @@ export class Viewer {
   }
 
   tellUnknown(dataset: string): void {
-    this.notices.tell(`No dataset named "${dataset}" is served here. Choose one from the list.`);
+    const names = this.list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
+    const meant = nearestName(dataset, names);
+    const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
+    this.notices.tell(`No dataset named "${dataset}" is served here. ${advice}`);
   }
 
   // The half-space that the cut leaves; null: nothing is cut.
@@ -300,6 +333,7 @@ export class Viewer {
       if (now === before || now.up !== before.up) this.stage.setUp(now.up);
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.ask();
+      if (now.playing !== before.playing && now.followView) this.ask();
       this.timeBar.show(now, this.times);
       this.measuring.show(this.info, now.places);
       this.player.update();
@@ -323,6 +357,23 @@ export class Viewer {
       const isOver = event.buttons === 0 && this.regionHandles.isOver(event.offsetX, event.offsetY);
       this.canvas.style.cursor = isOver ? "grab" : "";
     });
+  }
+
+  // View-dependent detail waits where the first surface was slow to come, until it is switched on by hand.
+  get isDetailPaused(): boolean {
+    return this.isSlow === true && this.get().followView;
+  }
+
+  // What errors on the screen are seen through. While times play, all of them have one error.
+  private get followedView(): View | null {
+    return this.isSlow !== false || this.get().playing ? null : this.stage.view();
+  }
+
+  private learnPace(): void {
+    const { complete } = this.surfaces.progress.get();
+    if (this.isSlow !== null || complete === null) return;
+    this.isSlow = complete > slowSurface;
+    if (!this.isSlow && this.get().followView) this.ask();
   }
 
   private cameraRests(): void {
@@ -409,14 +460,28 @@ export class Viewer {
   }
 
   private ask(): void {
-    if (this.info) this.surfaces.want(this.sceneOf(this.info), this.settings.get(), this.stage.view(), this.isDragging);
+    if (this.info && this.dropsColours(this.info)) return; // The settings without them ask.
+    if (this.info) this.surfaces.want(this.sceneOf(this.info), this.settings.get(), this.followedView, this.isDragging);
+  }
+
+  // Colours by a field of another world are refused with the reason.
+  private dropsColours(info: DatasetInfo): boolean {
+    const { colorBy } = this.get();
+    const by = colorBy ? named(this.list, colorBy) : null;
+    const reason = by && worldDifference(info, by);
+    if (!reason) return false;
+    this.set({ colorBy: "" });
+    this.notices.tell(`"${colorBy}" cannot colour this surface: ${reason}.`);
+    return true;
   }
 
   private applyLook(): void {
     const now = this.settings.get();
     const clip = this.clipPlane();
     this.surfaces.applyLook(now, clip);
+    this.element.classList.toggle("has-slices", now.layout === "four");
     this.slices.update();
+    this.sliceViews.update();
     this.showLegends(now);
     this.stage.setLook({
       isOrthographic: now.projection === "orthographic",
@@ -427,7 +492,7 @@ export class Viewer {
   }
 
   private showLegends(now: Settings): void {
-    this.legends.samples.show(now, slicePlace(now) ? this.sampleRange() : null, now.colorBy ? "samples" : "");
+    this.legends.samples.show(now, slicePlace(now) || now.layout === "four" ? this.sampleRange() : null, now.colorBy ? "samples" : "");
     const field = now.colorBy ? named(this.list, now.colorBy) : null;
     const by = this.rangeOf(field);
     this.legends.field.show(now, by, field?.member?.field || now.colorBy);
@@ -440,6 +505,8 @@ export class Viewer {
   private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) this.frameFirst(shown.info);
     this.slices.update();
+    this.sliceViews.update();
+    if (at === 0 && shown.facts.isFinal) this.learnPace();
     this.events.tell("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }
 
@@ -452,6 +519,7 @@ export class Viewer {
 
   private take(place: Picked): void {
     this.measuring.add(place);
+    if (this.get().layout === "four") this.set({ cross: place.world });
     this.events.tell("picked", place);
   }
 }

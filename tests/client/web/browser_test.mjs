@@ -6,7 +6,7 @@ import { mkdirSync, readFileSync } from "node:fs";
 import path from "node:path";
 
 import {
-  atKeyboard, complete, finish, open, patience, run, scratch, serveFolder, server, surfacePixels, test,
+  atKeyboard, complete, finish, notice, open, patience, run, scratch, serveFolder, server, surfacePixels, test,
 } from "./in_a_browser.mjs";
 
 await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
@@ -32,6 +32,10 @@ await test("TakesBackAndComesBack", takesBack);
 await test("ColoursASurfaceByAnotherField", coloursByAField);
 await test("SpeaksWithThePageAroundIt", speaksAround);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
+await test("LinksThreeSlicesByACrosshair", linksSlices);
+await test("RefinesWhatIsNearUntilAPixelAndNothingFarAway", refinesWhatIsNear);
+await test("LooksFromTheFrontOfWhatIsUpright", looksFromTheFront);
+await test("RefusesColoursOfAnotherWorld", refusesOtherWorlds);
 await finish();
 
 // ----
@@ -68,6 +72,7 @@ async function followsADrag(page) {
     assert((await isFilled()) || (await isFilled()), "something is shown at every moment of the drag");
   }
   await page.mouse.up();
+  assert.match(await page.textContent(".histogram-value:not([hidden])"), /^\d+(\.5)?$/, "the value under the pointer");
   const isovalue = Number(await page.inputValue('[aria-label="Isovalue"]'));
   assert(isovalue > 500.5, `the isovalue is ${isovalue} now`);
   await page.waitForFunction((v) => location.hash.includes(`isovalue=${v}`), isovalue, { timeout: patience });
@@ -196,6 +201,9 @@ async function givesFiles(page) {
   const large = await downloaded(page, "Picture");
   const widthOf = (png) => png.readUInt32BE(16);
   assert.equal(widthOf(large), 2 * widthOf(small));
+  await page.fill('[aria-label="Width of the picture, in pixels"]', "1234");
+  await page.keyboard.press("Enter");
+  assert.equal(widthOf(await downloaded(page, "Picture")), 1234);
   assert.deepEqual((await cornerOf(page, small))[3], 255);
   assert.deepEqual((await cornerOf(page, large))[3], 0, "nothing lies behind the surface");
 }
@@ -241,7 +249,9 @@ async function survivesARestart(page) {
 async function saysUnknownDataset(page) {
   await open(page, "#dataset=corner_of_the_moon");
   await page.waitForSelector(".notice:not([hidden])", { timeout: patience });
-  assert.match(await page.textContent(".notice"), /corner_of_the_moon/);
+  assert.match(await page.textContent(".notice"), /corner_of_the_moon.*Choose one from the list/);
+  await open(page, "#dataset=gyriod");
+  await notice(page, /Did you mean "gyroid"\?/);
   await page.click('.dataset[data-name="gyroid"]');
   await complete(page);
   assert(await page.locator(".notice").isHidden());
@@ -405,6 +415,10 @@ async function hidesDust(page) {
   assert(Math.abs(area - saved) < 1e-3 * saved, `the one that is left has ${area} of ${saved}`);
   await page.focus(".stage canvas");
   await page.keyboard.press("Escape");
+  await hide("", "^✓ Watertight, full resolution$");
+  await page.click('[aria-label="Keep the largest part of the surface"]');
+  await page.waitForFunction((all) => document.querySelector(".seal").textContent.endsWith(`1 of ${all} components shown`), large.all, { timeout: patience });
+  await hide("12", `${larger.shown} of ${larger.all} components shown`);
   await hide("1000", "Nothing shown");
   assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));
   assert((await surfacePixels(page)).share < 0.001, "nothing is left of it");
@@ -488,6 +502,76 @@ async function showsASlice(page) {
   await page.focus(".legend:not([hidden])");
   await page.keyboard.press("ArrowUp");
   await page.waitForFunction(() => !/window_width=1(&|$)/.test(location.hash));
+}
+
+async function linksSlices(page) {
+  await open(page, "#dataset=head&isovalue=300.5&error=2&layout=four&cross=20,32,40");
+  await complete(page);
+  const views = page.locator(".slice-view");
+  const words = () => views.evaluateAll((all) => all.map((one) => one.getAttribute("aria-label").split(". Click")[0]));
+  const values = (pattern) => page.waitForFunction((text) => [...document.querySelectorAll(".slice-view")]
+    .every((one) => new RegExp(text).test(one.getAttribute("aria-label"))), pattern, { timeout: patience });
+  assert.deepEqual((await words()).map((text) => text.replace(/:.*/, "")), ["Axial slice, z 40 mm", "Coronal slice, y 32 mm", "Sagittal slice, x 20 mm"]);
+  assert.equal(await views.count(), 3);
+  // A click in the first one, of which a quarter lies to the left: the other two move.
+  const box = await views.first().boundingBox();
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  await page.waitForFunction(() => /cross=3[12][^,]*,3[12][^,]*,40(&|$)/.test(location.hash), null, { timeout: patience });
+  await page.mouse.wheel(0, -180);
+  await page.waitForFunction(() => /cross=3[12][^,]*,3[12][^,]*,43(&|$)/.test(location.hash), null, { timeout: patience });
+  await values("mm: -?[\\d.]+\\. Click"); // Each tells the sample at the crosshair.
+  const [axial, coronal] = await words();
+  assert.equal(axial.split(": ")[1], coronal.split(": ")[1], "it is the same place");
+  const picture = await views.first().evaluate((canvas) => {
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return new Set(data.filter((_, i) => i % 4 === 0)).size;
+  });
+  assert(picture > 20, `${picture} shades`);
+  assert(await page.isVisible(".cross-mark"), "the place is marked in the picture of the surface");
+  await page.focus(".slice-view");
+  await page.keyboard.press("PageDown");
+  await page.waitForFunction(() => /,42(&|$)/.test(location.hash));
+  await page.click('[aria-label="Slices beside the surface"]');
+  await page.waitForFunction(() => !/layout/.test(location.hash));
+  assert(await page.isHidden(".slice-view"));
+}
+
+async function refinesWhatIsNear(page) {
+  await open(page, "#dataset=head&isovalue=300.5&error=2&pixels=4&follow_view=true&eye=32,-800,32&target=32,32,32&axes=false");
+  const far = await complete(page);
+  const look = (eye) => page.evaluate((to) => (location.hash = location.hash.replace(/eye=[^&]*/, `eye=${to}`)), eye);
+  await look("32,-30,32");
+  const near = await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
+  assert.notEqual(near.digest, far.digest);
+  await look("300,-740,32");
+  await complete(page, ({ digest }) => digest === far.digest); // Turning far away asks for nothing else.
+}
+
+async function looksFromTheFront(page) {
+  await open(page, "#dataset=gyroid&error=2&up=-y");
+  await complete(page);
+  await page.click('[aria-label="Front view"]');
+  await page.waitForFunction(() => {
+    const [x, y, z] = (new URLSearchParams(location.hash.slice(1)).get("eye") ?? "").split(",").map(Number);
+    return Math.abs(x - 16) < 2 && Math.abs(y - 16) < 2 && z < -10; // Along z.
+  }, null, { timeout: patience });
+}
+
+async function refusesOtherWorlds(page) {
+  const folder = path.join(scratch, "worlds");
+  mkdirSync(folder, { recursive: true });
+  for (const [name, origin] of [["here", "0,0,0"], ["there", "500,0,0"]]) {
+    const volume = path.join(folder, `${name}.nrrd`);
+    run("generate", "gyroid", "--size", "17", "-o", volume);
+    run("prepare", volume, "--name", name, "--origin", origin, "-o", path.join(folder, `${name}.mtd`));
+  }
+  await open(page, "#dataset=here&error=2&color_by=there", await serveFolder(folder));
+  await notice(page, /"there" cannot colour this surface: it lies elsewhere than "here"/);
+  await page.waitForFunction(() => !/color_by/.test(location.hash));
+  await complete(page);
+  await page.click('summary:has-text("Colour by a field")');
+  const offered = await page.locator('[aria-label="Colour the surfaces by"] option').allTextContents();
+  assert.deepEqual(offered.filter((name) => name === "there"), []);
 }
 
 async function takesBack(page) {

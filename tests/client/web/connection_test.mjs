@@ -151,11 +151,11 @@ async function tellsWhatItPassesOver(page) {
 
 // As somebody does in the address line.
 async function edit(page, hash) {
-  await page.evaluate((said) => (location.hash = said), hash);
+  await page.evaluate((said) => (location.hash = said), `${hash}&follow_view=false`);
 }
 
 // Until the address says exactly these settings, and perhaps where one looks from.
 function saysSettings(page, settings) {
   return page.waitForFunction(
-    (wanted) => location.hash.slice(1).replace(/&(eye|target)=[^&]*/g, "") === wanted, settings);
+    (wanted) => location.hash.slice(1).replace(/&(eye|target|follow_view)=[^&]*/g, "") === wanted, settings);
 }

@@ -97,8 +97,9 @@ export async function finish() {
   process.exit(failures > 0 ? 1 : 0);
 }
 
+// Without view-dependent detail, unless the address says so: what a surface has is then what the settings ask for.
 export async function open(page, hash, where = server) {
-  await page.goto(where.page + hash);
+  await page.goto(where.page + (/follow_view/.test(hash) ? hash : `${hash || "#"}&follow_view=false`));
 }
 
 // Where keys go: the element's name and first class.

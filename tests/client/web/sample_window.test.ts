@@ -36,14 +36,22 @@ describe("TheUsualWindow", () => {
   test("KeepsAllOfAFieldWithoutBackground", () => {
     const { level, width } = usualWindow(dataset(Array<number>(100).fill(10)));
     expect([level, width].map(Math.round)).toEqual([50, 99]);
-    expect(airBelow(dataset(Array<number>(100).fill(10)))).toBe(-Infinity);
+    expect(airBelow(dataset(Array<number>(100).fill(10)), 0)).toBe(-Infinity);
   });
 });
 
 describe("Air", () => {
   test("IsTheBackgroundOrWhatTomographyHasBelowFat", () => {
-    expect(airBelow(scan)).toBe(3);
-    expect(airBelow(ct)).toBe(-500);
+    expect(airBelow(scan, 0)).toBe(3);
+    expect(airBelow(ct, -160)).toBe(-500);
+  });
+});
+
+describe("AirOfALungWindow", () => {
+  test("BeginsWhereTheWindowDoes", () => {
+    const { level, width } = sampleWindows(ct).find(({ name }) => name === "Lung")!;
+    expect(airBelow(ct, level - width / 2)).toBe(-1350);
+    expect(airBelow(scan, -1350)).toBe(3);
   });
 });
 
@@ -56,6 +64,7 @@ describe("ComputedTomography", () => {
 
   test("NamesWhatASurfaceShows", () => {
     expect([-300.5, 0.5, 400.5, 2500].map((value) => tissueAt(value, ct))).toEqual(["skin", "soft tissue", "bone", "enamel, metal"]);
+    expect([-784, -500.5].map((value) => tissueAt(value, ct))).toEqual(["", ""]);
     expect(tissueAt(400.5, scan)).toBe("");
   });
 });

@@ -19,6 +19,8 @@ const series = await serveFolder(folder);
 
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
 await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
+await test("NamesTheLabelThatIsClickedAndIsolatesOne", namesAndIsolates);
+await test("SavesATableOfTheLabelsThatAreShown", savesTable);
 await test("PlaysTheTimesOfASeriesAndColoursThemByAnotherField", playsTimes);
 await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
 await test("SavesATimeAsAPictureEach", savesTimes);
@@ -54,6 +56,36 @@ async function loadsWhatIsShown(page) {
   await page.click('.eye[aria-label="Show label 9"]');
   await settled(page);
   assert.equal(streams, 3);
+}
+
+async function namesAndIsolates(page) {
+  await open(page, "#dataset=seg&axes=false&eye=16,-60,16&target=16,16,16", series);
+  await complete(page);
+  await settled(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2); // The one in the middle.
+  await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
+  assert.equal(await page.textContent(".picked-label"), "label 5");
+  assert.deepEqual(await page.locator(".label-row.is-picked .label-name").allTextContents(), ["label 5"]);
+  await page.click('[aria-label="Show only label 9"]');
+  await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "1 of 3 shown");
+  assert.deepEqual(await page.locator('.eye[aria-pressed="true"]').evaluateAll((all) => all.map((one) => one.ariaLabel)), ["Show label 9"]);
+}
+
+async function savesTable(page) {
+  await open(page, "#dataset=seg", series);
+  await complete(page);
+  await settled(page);
+  const [download] = await Promise.all([
+    page.waitForEvent("download", { timeout: patience }), page.click('button:has-text("Table (CSV)")'),
+  ]);
+  const [header, ...rows] = readFileSync(await download.path(), "utf8").trim().split("\r\n").map((line) => line.split(","));
+  assert.deepEqual(header.slice(0, 2), ["label", "name"]);
+  assert.deepEqual(rows.map(([label]) => label), ["2", "5", "9"]);
+  for (const [, , volume, bound] of rows) {
+    const ball = (4 / 3) * Math.PI * 5.2 ** 3;
+    assert(Math.abs(Number(volume) - ball) < Number(bound) + 0.1 * ball, `${volume} ± ${bound} of ${ball}`);
+  }
 }
 
 async function playsTimes(page) {

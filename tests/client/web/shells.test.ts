@@ -2,7 +2,7 @@
 import { readFileSync } from "node:fs";
 
 import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
-import { type LatticeBox } from "../../../client/web/src/mesh/tile_components";
+import { type LatticeBox } from "../../../client/web/src/mesh/tile_mesh";
 import { type MarchedTile, type ShellMode, shellDecoder } from "../../../client/web/src/mesh/shell_decoder";
 import { type TilePromise } from "../../../client/web/src/mesh/tile_mesh";
 import { rimOf } from "../../../client/web/src/mesh/tile_rim";

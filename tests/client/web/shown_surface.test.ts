@@ -5,7 +5,8 @@ import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { dataset } from "./golden_stream";
 
 const info = dataset();
-const view = { eye: [0, -9, 0], target: [0, 0, 0], up: [0, 0, 1], fieldOfView: 35, heightPixels: 500, aspect: 1 };
+// Within the data: a pixel is as small as can be.
+const view = { eye: [16, 16, 16], target: [0, 0, 0], up: [0, 0, 1], fieldOfView: 35, heightPixels: 500, aspect: 1 };
 const order = (followView: boolean, isovalue = 0.1) => ({
   info,
   request: isosurfaceRequest(info, { ...defaults, isovalue, followView }, view),

@@ -1,8 +1,12 @@
 import { colourAt, colourMaps, colourRow } from "../../../client/web/src/shared/colour_maps";
-import { mostPixels, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { mostPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { planeSides } from "../../../client/web/src/scene/slice_view";
+import { crossOf } from "../../../client/web/src/slice_views";
 import { scaleOf, slicePlace, windowOf } from "../../../client/web/src/slices";
+import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
+import { plain } from "./made_datasets";
 
 const low: Vec3 = [0, 10, -4];
 const high: Vec3 = [100, 60, 4];
@@ -36,6 +40,38 @@ describe("SliceGrid", () => {
     expect(valueAt(slice, [2.2, 0.9, 0])).toBe(2);
     expect(valueAt(slice, [4.2, 0.9, 0])).toBeNaN();
     expect(valueAt(slice, [0.2, -0.1, 0])).toBeNaN();
+  });
+});
+
+describe("LinkedSlices", () => {
+  const info = { ...plain("a"), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, 10, 0, 0] };
+
+  test("LieAsReadersOfMedicalPicturesExpectIt", () => {
+    const lps = { space: WorldSpace.LPS };
+    expect(planeSides(lps, 2)).toEqual({ axis: 2, right: { axis: 0, sign: 1 }, down: { axis: 1, sign: 1 } });
+    expect(planeSides({ space: WorldSpace.RAS }, 2)).toEqual({ axis: 2, right: { axis: 0, sign: -1 }, down: { axis: 1, sign: -1 } });
+    expect(planeSides(lps, 1)).toEqual({ axis: 1, right: { axis: 0, sign: 1 }, down: { axis: 2, sign: -1 } });
+    expect(planeSides({ space: WorldSpace.RAS }, 0)).toEqual({ axis: 0, right: { axis: 1, sign: -1 }, down: { axis: 2, sign: -1 } });
+  });
+
+  test("HaveTheirFirstPixelAtTheCornerAboveOnTheLeft", () => {
+    for (const space of [WorldSpace.LPS, WorldSpace.RAS]) {
+      for (const axis of [0, 1, 2]) {
+        const sides = planeSides({ space }, axis);
+        const { origin, right, down, width, height } = planeGrid(low, high, sides, low[axis] + 1, 2);
+        expect(origin[axis]).toBe(low[axis] + 1);
+        for (const [along, step, count] of [[sides.right, right, width], [sides.down, down, height]] as const) {
+          const [from, to] = along.sign > 0 ? [low, high] : [high, low];
+          expect(origin[along.axis] - step[along.axis] / 2).toBeCloseTo(from[along.axis], 9);
+          expect(origin[along.axis] + (count - 0.5) * step[along.axis]).toBeCloseTo(to[along.axis], 9);
+        }
+      }
+    }
+  });
+
+  test("MeetInTheMiddleUntilAPlaceIsSaidAndNeverBeyondTheData", () => {
+    expect(crossOf(null, info)).toEqual([14, 4, 4]);
+    expect(crossOf([12, -3, 99], info)).toEqual([12, 0, 8]);
   });
 });
 

@@ -85,7 +85,7 @@ const selections = {
 };
 
 function selectionOf(shown: number): Selection {
-  return { components: 5, shown, triangles: 10 * shown, largest: null, parted: [] };
+  return { components: 5, shown, triangles: 10 * shown, largest: null, diagonals: [0, 0], parted: [] };
 }
 
 describe("SurfaceClient", () => {

@@ -1,6 +1,7 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
 import { joined } from "../../../client/web/src/mesh/seams";
+import { justAbove } from "../../../client/web/src/state/surfaces";
 import { largeComponents, withLargeComponents } from "../../../client/web/src/mesh/tile_components";
 import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
 import { rimOf } from "../../../client/web/src/mesh/tile_rim";
@@ -46,8 +47,18 @@ describe("TileComponents", () => {
       expect(largeComponents(tiles, 5)).toMatchObject({ components: 3, shown: 2, triangles: 16 });
       const large = largeComponents(tiles, 10);
       expect(large).toMatchObject({ components: 3, shown: 1, triangles: 8, largest: [80, 80, 80, 120, 120, 120] });
+      expect(large.diagonals.map((one) => one / Math.sqrt(3))).toEqual([expect.closeTo(40, 9), expect.closeTo(4, 9)]);
+      expect(largeComponents(tiles, justAbove(large.diagonals, 1)!)).toMatchObject({ shown: 1, triangles: 8 });
       expect(largeComponents(tiles, 100)).toMatchObject({ components: 3, shown: 0, triangles: 0, largest: null });
     }
+  });
+
+  test("HaveASizeBetweenTheTwoLargestUnlessTheseAreAlike", () => {
+    const least = justAbove([400, 123.456789], 32)!;
+    expect(least).toBeGreaterThan(123.456789 / 32);
+    expect(Number(least.toPrecision(6))).toBe(least);
+    expect(justAbove([400, 0], 32)).toBe(0);
+    expect(justAbove([400, 400], 32)).toBeNull();
   });
 
   test("OfExactlyThatDiagonalAreLargeEnough", () => {

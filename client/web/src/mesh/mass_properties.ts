@@ -16,12 +16,12 @@ export interface MassProperties {
   volume: number | null; // World units cubed; null: the part is not closed and encloses nothing.
 }
 
-// `at` selects the connected part: that of a triangle of a tile. `toWorld`: lattice -> world, the columns of x, y, z
+// `at` selects the connected part: that of a triangle of a tile; null: all parts. `toWorld`: lattice -> world, the columns of x, y, z
 // and the translation. Null: there is no such triangle.
 export function massProperties(
   tiles: readonly Tile[],
   toWorld: readonly number[],
-  at: { id: string; triangle: number },
+  at: { id: string; triangle: number } | null,
 ): MassProperties | null {
   const total = tiles.reduce((n, tile) => n + tile.triangles.length, 0);
   const numbers = new PointNumbers(Math.max(16, total / 5));
@@ -31,9 +31,10 @@ export function massProperties(
   for (const { id, positions: p, triangles } of tiles) {
     const own = new Uint32Array(p.length / 3);
     for (let v = 0; v < own.length; ++v) own[v] = numbers.numberOf(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
-    if (id === at.id && 3 * at.triangle < triangles.length) wanted = used + 3 * at.triangle;
+    if (at && id === at.id && 3 * at.triangle < triangles.length) wanted = used + 3 * at.triangle;
     for (const corner of triangles) corners[used++] = own[corner];
   }
+  if (!at && total > 0) return measured(corners, numbers.coordinates(), toWorld);
   if (wanted < 0) return null;
   const part = partAt(corners, wanted, numbers.size);
   return measured(part, numbers.coordinates(), toWorld);

@@ -6,8 +6,7 @@
 // triangles, inside the header's box.
 import { payloadHasher } from "./content_digest";
 import { TileDamage } from "./tile_damage";
-import { type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
-import type { LatticeBox } from "./tile_components";
+import { type LatticeBox, type LatticeMesh, nameOf, type OctreeCube, type TilePromise } from "./tile_mesh";
 
 const quantized = 2;
 

@@ -5,6 +5,7 @@
 // A tile's own components are found once; what a surface adds takes time in proportion to the tiles' rims.
 import { Components } from "./components";
 import { PointNumbers } from "./point_numbers";
+import type { LatticeBox } from "./tile_mesh";
 import type { TileRim } from "./tile_rim";
 
 export type Triangles = Uint16Array | Uint32Array;
@@ -15,14 +16,12 @@ interface Tile {
   rim: Pick<TileRim, "positions" | "vertices">;
 }
 
-// A box of lattice points: low x, y, z, high x, y, z.
-export type LatticeBox = [number, number, number, number, number, number];
-
 export interface LargeComponents {
   components: number; // Components of the whole surface.
   shown: number; // Components that are large enough.
   triangles: number; // Triangles that are shown.
   largest: LatticeBox | null; // Around the one with the longest diagonal; null: none is shown.
+  diagonals: [number, number]; // The two longest of the whole surface, the longest first; 0 where there is none.
   // For each tile its triangles in an order in which those of shown components are the first ones, and how many
   // these are; null: all of them are shown.
   tiles: ({ triangles: Triangles; shown: number } | null)[];
@@ -40,6 +39,7 @@ export function largeComponents(tiles: readonly Tile[], leastDiagonal: number): 
     shown: isShown.filter(Boolean).length,
     triangles: tiles.reduce((n, { triangles }, i) => n + (parted[i]?.shown ?? triangles.length / 3), 0),
     largest: isShown[longest] ? boxes[longest] : null,
+    diagonals: twoLargest(diagonals),
     tiles: parted,
   };
 }
@@ -135,6 +135,15 @@ function partedTriangles(tile: Tile, isShown: (component: number) => boolean): L
     for (let corner = 0; corner < 3; ++corner) parted[to + corner] = triangles[t + corner];
   }
   return { triangles: parted, shown: first / 3 };
+}
+
+function twoLargest(values: readonly number[]): [number, number] {
+  let [first, second] = [0, 0];
+  for (const value of values) {
+    if (value > first) [first, second] = [value, first];
+    else if (value > second) second = value;
+  }
+  return [first, second];
 }
 
 function emptyBox(): LatticeBox {

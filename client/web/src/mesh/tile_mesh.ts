@@ -16,6 +16,9 @@ export interface TilePromise {
   bytes: number;
 }
 
+// A box of lattice points: low x, y, z, high x, y, z.
+export type LatticeBox = [number, number, number, number, number, number];
+
 // On the lattice; every vertex distinct and used.
 export interface LatticeMesh {
   positions: Int32Array; // Three a vertex.

@@ -3,8 +3,7 @@
 // part of it, and a tile that stays is never counted again.
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";
-import type { LatticeBox } from "./tile_components";
-import type { LatticeMesh } from "./tile_mesh";
+import type { LatticeBox, LatticeMesh } from "./tile_mesh";
 
 export interface TileRim {
   triangles: number;

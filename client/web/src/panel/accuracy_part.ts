@@ -1,6 +1,8 @@
 // How exact the surface has to be, or how large it may be.
 import type { DatasetInfo } from "../protocol/messages";
 import { lengthText, voxelLength } from "../stream/dataset";
+import { qualities } from "../state/url_state";
+import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
 import { folded } from "./inputs";
 import { type Change, errorScale, type Part } from "./part";
@@ -8,8 +10,12 @@ import { SettingControls } from "./setting_controls";
 
 const budgetPositions = 40; // 10 000 to 10 million triangles, then no limit.
 
+export interface AccuracyPart extends Part {
+  showPaused: (isPaused: boolean) => void; // View-dependent detail.
+}
+
 // `expected` shows the expected size of the surface.
-export function accuracyPart(change: Change, expected: HTMLElement): Part {
+export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPart {
   let info: DatasetInfo | null = null;
   const controls = new SettingControls(change);
   const world = (voxels: number) =>
@@ -20,6 +26,13 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
     ...errorScale,
     text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel") + world(value)),
   });
+  const named = [...qualities].map(([word, voxels]) => {
+    const button = h("button", { type: "button", "data-tip": voxels === 0 ? "Full resolution." : `An error of ${counted(voxels, "voxel")}.` },
+      word[0].toUpperCase() + word.slice(1));
+    button.addEventListener("click", () => change({ error: voxels }));
+    return { button, voxels };
+  });
+  const chips = h("div", { class: "chips", role: "group", "aria-label": "Qualities" }, ...named.map(({ button }) => button));
   const bound = controls.choice("bound", {
     label: "Kind of error",
     tip: "How the error of leaving out a point is measured.",
@@ -59,23 +72,28 @@ export function accuracyPart(change: Change, expected: HTMLElement): Part {
   });
   const follow = controls.toggle("followView", {
     label: "View-dependent detail",
-    tip: "Fine where you look and near, coarse elsewhere; asks anew when the camera rests.",
+    tip: "Finer than the allowed error where that is more than so many pixels; asks anew when the camera rests.",
   });
+  const followTip = follow.getAttribute("data-tip")!;
   const pixels = controls.slider("pixels", {
-    label: "Error on the screen", tip: "How many pixels of your screen an error may cover.",
+    label: "Error on the screen", tip: "How many pixels an error may cover where you look. The allowed error holds everywhere.",
     min: 0.5, max: 8, step: 0.5,
     text: (value) => counted(value, "pixel"),
   });
   return {
     elements: [
-      error, expected, budget, simplify, follow, pixels,
+      error, chips, expected, budget, simplify, follow, pixels,
       folded("More about accuracy", false, bound, rule, tolerance),
     ],
     show: (settings, shown) => {
       info = shown;
       controls.show(settings);
       pixels.hidden = !settings.followView;
-      error.classList.toggle("is-off", settings.followView);
+      for (const { button, voxels } of named) button.setAttribute("aria-pressed", String(settings.error === voxels));
+    },
+    showPaused: (isPaused) => {
+      follow.classList.toggle("is-off", isPaused);
+      follow.setAttribute("data-tip", isPaused ? "Paused, as the first surface was slow to come. Switch it off and on to use it." : followTip);
     },
   };
 }

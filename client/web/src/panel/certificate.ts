@@ -19,17 +19,19 @@ export function sealWords(drawn: readonly DrawnSurface[]): string {
   const components = allComponents(drawn);
   if (hidesAny(components) && components.shown === 0) return "Nothing shown: all components hidden";
   const sound = drawn.every(({ shown }) => isClosed(shown)) ? "✓ Watertight" : "✓ No cracks";
-  const words = [sound + withinWords(drawn)];
+  const within = withinWords(drawn);
+  const words = [within ? `${sound}, ${within}` : sound];
   if (hidesAny(components)) words.push(`${grouped(components.shown)} of ${grouped(components.components)} components shown`);
   return words.join(", ");
 }
 
-// ", within 0.25 mm", where that is certified of all of them.
-function withinWords(drawn: readonly DrawnSurface[]): string {
-  if (drawn.some(({ shown }) => shown.spacing > 1)) return ", preview";
+// "within 0.25 mm", where that is certified of all of them; else empty, or "preview".
+export function withinWords(drawn: readonly DrawnSurface[]): string {
+  if (drawn.length === 0) return "";
+  if (drawn.some(({ shown }) => shown.spacing > 1)) return "preview";
   if (!drawn.every(({ shown }) => shown.isCertified)) return "";
   const { shown } = drawn.reduce((worst, one) => (one.shown.errorVoxels > worst.shown.errorVoxels ? one : worst));
-  return shown.errorWorld === 0 ? ", full resolution" : `, within ${errorLength(shown)}`;
+  return shown.errorWorld === 0 ? "full resolution" : `within ${errorLength(shown)}`;
 }
 
 // "0.25 mm", or in voxels where no unit is known.

@@ -2,13 +2,16 @@
 import type { MeshFormat } from "../workers/worker_messages";
 import { h } from "../shared/elements";
 import { choice, toggle } from "./inputs";
+import { numberInput } from "./number_input";
+
+const mostPixels = 16384; // Across.
 
 export interface DownloadsEvents {
   copyLink: () => void;
   copyEmbedding: () => void;
   turntable: (form: "video" | "pictures") => void;
   times: (form: "video" | "pictures") => void;
-  screenshot: (options: { enlargement: number; isTransparent: boolean }) => void;
+  screenshot: (options: { enlargement: number; width?: number; isTransparent: boolean }) => void;
   download: (format: MeshFormat) => void;
 }
 
@@ -22,16 +25,25 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("Times: video", "Every time of the series, as fast as it plays (WebM).", () => events.times("video")),
     button("Times: PNGs", "The same as pictures in a ZIP file.", () => events.times("pictures")),
   ];
-  const picture = { enlargement: 1, isTransparent: false };
+  const picture: Parameters<DownloadsEvents["screenshot"]>[0] = { enlargement: 1, isTransparent: false };
   const size = choice({
     label: "Picture size", tip: "Of pictures: as large as on the screen, or larger for print.",
     words: [["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]],
     chosen: (value) => {
       picture.enlargement = Number(value);
+      picture.width = undefined;
+      width.show(null);
       size.show(value);
     },
   });
   size.show("1");
+  const width = numberInput("Width of the picture, in pixels", (pixels) => {
+    picture.width = Math.min(mostPixels, Math.max(16, Math.round(pixels)));
+    width.show(picture.width);
+  }, () => (picture.width = undefined));
+  width.element.setAttribute("placeholder", "as above");
+  const widthRow = h("label", { class: "control toggle", "data-tip": "Of pictures: so many pixels across, as far as the graphics card can." },
+    h("span", {}, "Width in pixels"), width.element);
   const transparent = toggle({
     label: "Transparent background", tip: "Of pictures: nothing behind the surface.",
     turned: (isOn) => (picture.isTransparent = isOn),
@@ -40,7 +52,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("Copy link", "The address of exactly this view, with all settings.", events.copyLink),
     button("Embed", "HTML that shows this view in another page; what it may ask of it is in the documentation.",
       events.copyEmbedding),
-    button("Picture", "What you see, as PNG, with scale bar, legend and measurement.", () => events.screenshot(picture)),
+    button("Picture", "What you see, as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
     button("GLB", "The shown surface for Blender, web and office programs.", () => events.download("glb")),
     button("PLY", "The shown surface for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
     button("STL", "The shown surface for 3D printing.", () => events.download("stl")),
@@ -49,7 +61,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     ...ofTimes);
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));
   showTimes(false);
-  return { elements: [actions, size.element, transparent.element], showTimes };
+  return { elements: [actions, size.element, widthRow, transparent.element], showTimes };
 }
 
 export interface DownloadsPart {

@@ -3,6 +3,7 @@ import type { DatasetInfo } from "../protocol/messages";
 import { colourMaps } from "../shared/colour_maps";
 import { entriesOf, seriesOf, isOfOneSeries, named, ofField } from "../state/series";
 import type { Progress } from "../state/progress";
+import { worldDifference } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 import type { Change, Part } from "./part";
@@ -85,7 +86,7 @@ function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: O
   return {
     fields: fields.map((field) => ({ name: firstOf(list, info, field), words: field || "(no name)" })),
     others: entriesOf(list)
-      .filter((one) => isInSameWorld(one.info, info) && !(fields.length > 0 && isOfOneSeries(one.info, info)))
+      .filter((one) => worldDifference(info, one.info) === null && !(fields.length > 0 && isOfOneSeries(one.info, info)))
       .map(({ name }) => ({ name, words: name })),
   };
 }
@@ -102,10 +103,4 @@ function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted
   if (!wanted || !by || !info) return wanted;
   if (isOfOneSeries(by, info) && by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
   return seriesOf(list, by)?.name ?? by.name;
-}
-
-// The server refuses datasets of other worlds; those that are known to differ are not offered.
-function isInSameWorld(a: DatasetInfo, b: DatasetInfo): boolean {
-  const agree = <T>(x: T, y: T) => !x || !y || x === y;
-  return agree(a.space, b.space) && agree(a.lengthUnit, b.lengthUnit);
 }

@@ -22,6 +22,7 @@ const keys = [
   ["P", "perspective or parallel projection"],
   ["O", "ambient occlusion"],
   ["X", "cut along x, y, z, not at all"],
+  ["V", "three linked slices beside the surface"],
   ["Z", "fullscreen"],
   ["Space", "plays the times of a series, or stops"],
   [", .", "the time before, the next one"],

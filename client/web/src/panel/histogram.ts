@@ -9,6 +9,8 @@ export interface HistogramEvents {
   moved: (surface: number, isovalue: number, isDragging: boolean) => void;
 }
 
+export type ValueRange = Pick<DatasetInfo, "min" | "max">;
+
 export interface Isoline {
   surface: number; // 0 for the first. Those of other datasets have no line here.
   isovalue: number;
@@ -33,23 +35,27 @@ export class HistogramView {
   private readonly handles: HTMLElement[] = []; // One a line.
   private readonly low = h("span");
   private readonly high = h("span");
+  private readonly pointed = h("output", { class: "histogram-value", hidden: true, "aria-hidden": "true" }); // The value under the pointer.
   private info: DatasetInfo | null = null;
+  private range = { min: 0, max: 1 }; // From the left to the right.
   private lines: readonly Isoline[] = [];
   private dragged = 0; // The surface whose line moved last.
   private isLog = true;
   private settle = 0;
 
   constructor(private readonly events: HistogramEvents) {
-    this.plot.append(this.canvas, this.marks);
+    this.plot.append(this.canvas, this.marks, this.pointed);
     this.element = h("div", { class: "histogram" }, this.plot,
       h("div", { class: "histogram-ends" }, this.low, this.high));
     this.listen();
     new ResizeObserver(() => this.draw()).observe(this.plot);
   }
 
-  show(info: DatasetInfo, lines: readonly Isoline[], isLog: boolean): void {
-    const isNew = info !== this.info || isLog !== this.isLog;
+  // `range`: of the values from the left to the right; that of all times of a series, so that lines stay where they are.
+  show(info: DatasetInfo, lines: readonly Isoline[], isLog: boolean, range: ValueRange): void {
+    const isNew = info !== this.info || isLog !== this.isLog || range.min !== this.range.min || range.max !== this.range.max;
     this.info = info;
+    this.range = range;
     this.lines = lines;
     this.isLog = isLog;
     if (isNew) {
@@ -57,8 +63,8 @@ export class HistogramView {
       this.marks.replaceChildren(...info.suggestedIsovalues.slice(0, 5).map((value) =>
         h("span", { style: `left: ${this.percent(value)}` })));
     }
-    this.low.textContent = inDigits(info.min);
-    this.high.textContent = inDigits(info.max);
+    this.low.textContent = inDigits(range.min);
+    this.high.textContent = inDigits(range.max);
     for (const handle of this.handles.splice(lines.length)) handle.remove();
     lines.forEach((line, at) => this.showLine(line, at));
   }
@@ -73,7 +79,7 @@ export class HistogramView {
   }
 
   private showLine({ surface, isovalue, colour }: Isoline, at: number): void {
-    const { min, max } = this.info!;
+    const { min, max } = this.range;
     const handle = (this.handles[at] ??= this.handle(at));
     handle.style.left = this.percent(isovalue);
     // With a single surface the handle has the accent colour of the page.
@@ -90,10 +96,10 @@ export class HistogramView {
       if (!this.info || !steps[event.key]) return;
       event.preventDefault();
       event.stopPropagation();
-      const { min, max } = this.info;
+      const { min, max } = this.range;
       const step = Math.max((max - min) / 200, isInteger(this.info) ? 1 : 0);
       const { surface, isovalue: before } = this.lines[at];
-      const isovalue = rounded(Math.min(max, Math.max(min, before + steps[event.key] * step)), this.info);
+      const isovalue = rounded(Math.min(max, Math.max(min, before + steps[event.key] * step)), this.info, max);
       this.events.moved(surface, isovalue, true);
       clearTimeout(this.settle);
       this.settle = window.setTimeout(() => this.events.moved(surface, isovalue, false), 250);
@@ -107,7 +113,7 @@ export class HistogramView {
   }
 
   private share(value: number): number {
-    const { min, max } = this.info!;
+    const { min, max } = this.range;
     return Math.min(1, Math.max(0, (value - min) / (max - min || 1)));
   }
 
@@ -118,9 +124,17 @@ export class HistogramView {
       return Math.min(1, Math.max(0, (event.clientX - box.left) / box.width));
     };
     const valueAt = (event: PointerEvent) => {
-      const { min, max } = this.info!;
-      return rounded(min + shareAt(event) * (max - min), this.info!);
+      const { min, max } = this.range;
+      return rounded(min + shareAt(event) * (max - min), this.info!, max);
     };
+    const point = (event: PointerEvent) => {
+      this.pointed.hidden = !this.info;
+      if (!this.info) return;
+      const share = shareAt(event);
+      this.pointed.textContent = `${inDigits(valueAt(event))}${this.info.valueUnit ? ` ${this.info.valueUnit}` : ""}`;
+      this.pointed.style.insetInline = share < 0.5 ? `${100 * share}% auto` : `auto ${100 * (1 - share)}%`;
+    };
+    plot.addEventListener("pointerleave", () => (this.pointed.hidden = true));
     plot.addEventListener("pointerdown", (event) => {
       if (!this.info || event.button !== 0) return;
       plot.setPointerCapture(event.pointerId);
@@ -129,6 +143,7 @@ export class HistogramView {
       this.events.moved(this.dragged, valueAt(event), true);
     });
     plot.addEventListener("pointermove", (event) => {
+      if (event.pointerType === "mouse") point(event);
       if (plot.hasPointerCapture(event.pointerId)) this.events.moved(this.dragged, valueAt(event), true);
     });
     const end = (event: PointerEvent) => {
@@ -156,7 +171,7 @@ export class HistogramView {
     // So it is drawn by the processor: the graphics card, busy with surfaces, would have the page wait.
     const context = canvas.getContext("2d", { willReadFrequently: true })!;
     context.fillStyle = getComputedStyle(canvas).color;
-    const heights = columns(info, canvas.width, this.isLog);
+    const heights = columns(info, this.range, canvas.width, this.isLog);
     context.beginPath();
     context.moveTo(0, canvas.height);
     heights.forEach((value, x) => {
@@ -173,14 +188,14 @@ function isInteger(info: DatasetInfo): boolean {
 }
 
 // Between the integers where the data has only those: there no sample lies on the surface.
-function rounded(value: number, info: DatasetInfo): number {
-  if (isInteger(info)) return Math.min(info.max, Math.floor(value) + 0.5);
+function rounded(value: number, info: DatasetInfo, max: number): number {
+  if (isInteger(info)) return Math.min(max, Math.floor(value) + 0.5);
   return Number(value.toPrecision(5));
 }
 
 // One height for each column of pixels, 0 to 1. One bin that holds nearly everything (air) would
 // hide all others on a linear scale: there it runs out of the picture.
-function columns(info: DatasetInfo, width: number, isLog: boolean): number[] {
+export function columns(info: Pick<DatasetInfo, "histogram">, { min, max }: ValueRange, width: number, isLog: boolean): number[] {
   const { counts, low, high } = info.histogram ?? { counts: [], low: 0, high: 1 };
   if (counts.length === 0) return [];
   const numbers = counts.map(Number);
@@ -188,16 +203,16 @@ function columns(info: DatasetInfo, width: number, isLog: boolean): number[] {
   const largest = isLog ? sorted[0] : Math.max(1, 1.15 * sorted[Math.min(3, sorted.length - 1)]);
   const scale = (n: number) =>
     isLog ? Math.log1p(n) / Math.log1p(largest || 1) : Math.min(1.1, n / (largest || 1));
+  // Beyond the bins, as where other times have other values, there is nothing.
   const binAt = (x: number) => {
-    const value = info.min + (x / width) * (info.max - info.min);
-    const bin = Math.floor(((value - low) / (high - low || 1)) * counts.length);
-    return Math.min(counts.length - 1, Math.max(0, bin));
+    const value = min + (x / width) * (max - min);
+    return Math.floor(((value - low) / (high - low || 1)) * counts.length);
   };
   return Array.from({ length: width }, (_, x) => {
     // Where bins are narrower than a column: the mean of them.
     const first = binAt(x);
     const last = Math.max(first + 1, binAt(x + 1));
-    const sum = numbers.slice(first, last).reduce((total, count) => total + count, 0);
+    const sum = numbers.slice(Math.max(0, first), Math.max(0, last)).reduce((total, count) => total + count, 0);
     return scale(sum / (last - first));
   });
 }

@@ -1,6 +1,7 @@
 // The isovalues: lines in the histogram that one drags, the first one's number, and values worth a look.
 import type { DatasetInfo } from "../protocol/messages";
 import { forever } from "../state/remembered";
+import { rangeOf } from "../state/series";
 import type { Settings } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
@@ -13,11 +14,18 @@ import { toggle } from "./inputs";
 import { numberInput } from "./number_input";
 import type { Change, Part } from "./part";
 
-export function isovaluePart(change: Change): Part & { histogram: HistogramView } {
+export interface IsovaluePart extends Part {
+  histogram: HistogramView;
+  showDatasets: (list: readonly DatasetInfo[]) => void;
+}
+
+// `keepLargest`: hides all but the largest component of a surface.
+export function isovaluePart(change: Change, keepLargest: (surface: number) => void): IsovaluePart {
   const hasDragged = forever.get("hasDragged") !== null; // Once is enough.
   const hint = h("p", { class: "hint", hidden: hasDragged },
     "Drag the line: the surface runs where the data has this value.");
   let info: DatasetInfo | null = null;
+  let list: readonly DatasetInfo[] = [];
   let settings: Settings;
   const histogram = new HistogramView({
     moved: (surface, isovalue, isDragging) => {
@@ -32,7 +40,7 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
     label: "log", tip: "Logarithmic heights: rare values become visible.",
     turned: (logScale) => change({ logScale }),
   });
-  const filter = componentFilter("the surface", (minComponent) => change({ minComponent }));
+  const filter = componentFilter("the surface", (minComponent) => change({ minComponent }), () => keepLargest(0));
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
   const chip = (value: number, of: DatasetInfo) => {
     const button = h("button", { type: "button", "data-tip": "A value that parts the data well." },
@@ -56,7 +64,7 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
       const suggested = suggestedIsovalue(shown);
       const lines = surfacesOf(now).flatMap(({ isovalue, colour, dataset }, surface) =>
         (dataset || shown.name) === shown.name ? [{ surface, isovalue: isovalue ?? suggested, colour }] : []);
-      histogram.show(shown, lines, now.logScale);
+      histogram.show(shown, lines, now.logScale, rangeOf(list, shown));
       if (shown !== info) {
         const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);
         chips.replaceChildren(...(values.length > 1 ? values.map((value) => chip(value, shown)) : []));
@@ -68,6 +76,9 @@ export function isovaluePart(change: Change): Part & { histogram: HistogramView 
         button.setAttribute("aria-pressed", String(Number(button.dataset.value) === isovalue));
       }
       input.show(isovalue);
+    },
+    showDatasets: (now) => {
+      list = now;
     },
   };
 }

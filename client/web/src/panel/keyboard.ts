@@ -8,6 +8,7 @@ export interface KeyActs {
   escape: () => void;
   help: () => void;
   fullScreen: () => void;
+  toggleSlices: () => void;
   undo: () => void;
   redo: () => void;
   stepTime: (steps: number) => void;
@@ -36,6 +37,7 @@ export function installKeyboard(settings: Turned, acts: KeyActs): void {
     Escape: acts.escape,
     "?": acts.help,
     z: acts.fullScreen,
+    v: acts.toggleSlices,
     p: () => settings.set({ projection: settings.get().projection === "perspective" ? "orthographic" : "perspective" }),
     o: () => settings.set({ occlusion: !settings.get().occlusion }),
     x: () => settings.set({ clip: nextOf(["off", "x", "y", "z"], settings.get().clip) }),

@@ -1,7 +1,7 @@
 // The labels of a segmentation: of each its colour, name, opacity and whether it is shown. Those that are
 // hidden are not loaded.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { labelOf } from "../state/series";
+import { labelName, labelOf, mostLabelsAtFirst } from "../state/series";
 import type { Progress } from "../state/progress";
 import type { Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";
@@ -9,12 +9,16 @@ import { h } from "../shared/elements";
 import { componentFilter } from "./component_filter";
 import type { Change, Part } from "./part";
 
+const fewLabels = 8; // Need no search.
+
 export interface LabelsPart extends Part {
   showProgress: (surface: number, progress: Progress) => void;
   showDatasets: (list: readonly DatasetInfo[]) => void;
+  highlight: (surface: number) => void; // That was clicked in the picture; its row is brought into view.
 }
 
-export function labelsPart(change: Change): LabelsPart {
+// `saveTable` saves a table of the labels that are shown.
+export function labelsPart(change: Change, saveTable: () => void): LabelsPart {
   let settings: Settings | null = null;
   let datasets: readonly DatasetInfo[] = [];
   const rows = new Map<number, LabelRow>();
@@ -27,19 +31,30 @@ export function labelsPart(change: Change): LabelsPart {
     button.addEventListener("click", () => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { visible } : null))));
     return button;
   };
+  const search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
+  const table = h("button", { type: "button", "data-tip": "Volume and area of every label that is shown, as CSV." }, "Table (CSV)");
+  table.addEventListener("click", saveTable);
+  const limit = h("p", { class: "hint", hidden: true });
+  const isolate = (kept: number) =>
+    change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { visible: at === kept } : null)));
+  const showFound = () => {
+    const words = search.value.trim().toLowerCase();
+    for (const row of rows.values()) row.element.hidden = !row.element.dataset.label!.toLowerCase().includes(words);
+  };
+  search.addEventListener("input", showFound);
   const opacity = opacityOf("all labels", (value) =>
     change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { opacity: value } : null))));
   const filter = componentFilter("all labels", (minComponent) =>
     change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { minComponent } : null))));
   const head = h("div", { class: "chips labels-head" },
-    all("All", "Shows every label.", true), all("None", "Hides every label.", false), count, opacity);
+    all("All", "Shows every label.", true), all("None", "Hides every label.", false), table, count, opacity);
   const rowAt = (at: number) => {
-    const row = labelRow((said) => change(withSurface(settings!, at, said)));
+    const row = labelRow((said) => change(withSurface(settings!, at, said)), () => isolate(at));
     rows.set(at, row);
     return row;
   };
   return {
-    elements: [head, list, filter.element],
+    elements: [head, search, limit, list, filter.element],
     show: (now) => {
       settings = now;
       const surfaces = surfacesOf(now);
@@ -61,18 +76,25 @@ export function labelsPart(change: Change): LabelsPart {
       filter.show(Math.max(0, ...found.map(({ one }) => one.minComponent ?? 0)));
       const shown = found.filter(({ one }) => one.visible);
       count.textContent = `${shown.length} of ${found.length} shown`;
+      search.hidden = found.length < fewLabels;
+      limit.hidden = found.length <= mostLabelsAtFirst;
+      limit.textContent = `The first ${mostLabelsAtFirst} are shown at first: each is a surface of its own. "All" shows the rest.`;
+      showFound();
       showOpacity(opacity, shown.length > 0 ? Math.max(...shown.map(({ one }) => one.opacity)) : 1);
     },
     showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
+    highlight: (surface) => {
+      for (const [at, { element }] of rows) {
+        element.classList.toggle("is-picked", at === surface);
+        if (at !== surface) continue;
+        element.hidden = false;
+        element.scrollIntoView({ block: "nearest" });
+      }
+    },
     showDatasets: (now) => {
       datasets = now;
     },
   };
-}
-
-// "liver"; where the file names none, "label 3".
-export function labelName({ value, name }: Label): string {
-  return name || `label ${value}`;
 }
 
 interface LabelRow {
@@ -81,15 +103,17 @@ interface LabelRow {
   showProgress: (progress: Progress) => void;
 }
 
-function labelRow(change: (said: Partial<SurfaceSettings>) => void): LabelRow {
+function labelRow(change: (said: Partial<SurfaceSettings>) => void, isolate: () => void): LabelRow {
   const colour = h("input", { type: "color" });
   colour.addEventListener("input", () => change({ colour: colour.value }));
   const name = h("span", { class: "label-name" });
   const opacity = opacityOf("", (value) => change({ opacity: value }));
   const eye = h("button", { type: "button", class: "eye" });
+  const only = h("button", { type: "button", class: "only", "data-tip": "Shows this label alone." }, "only");
   let isVisible = true;
   eye.addEventListener("click", () => change({ visible: !isVisible }));
-  const element = h("li", { class: "label-row" }, eye, colour, name, opacity);
+  const element = h("li", { class: "label-row" }, eye, colour, name, only, opacity);
+  only.addEventListener("click", isolate);
   let hasFinal = false;
   const showComing = () => element.classList.toggle("is-coming", isVisible && !hasFinal);
   return {
@@ -104,10 +128,11 @@ function labelRow(change: (said: Partial<SurfaceSettings>) => void): LabelRow {
       isVisible = surface.visible;
       showComing();
       if (name.textContent !== word) {
-        name.textContent = word;
+        name.textContent = element.dataset.label = word;
         name.title = word;
         eye.setAttribute("aria-label", `Show ${word}`);
         colour.setAttribute("aria-label", `Colour of ${word}`);
+        only.setAttribute("aria-label", `Show only ${word}`);
         opacity.setAttribute("aria-label", `Opacity of ${word}`);
       }
       colour.value = surface.colour;

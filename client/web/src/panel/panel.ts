@@ -4,7 +4,7 @@ import type { Progress, SurfaceSize } from "../state/progress";
 import { timesOf } from "../state/series";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
-import { accuracyPart } from "./accuracy_part";
+import { type AccuracyPart, accuracyPart } from "./accuracy_part";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
 import { h } from "../shared/elements";
 import { inBytes, inTriangles } from "../shared/quantities";
@@ -12,7 +12,7 @@ import type { HistogramView } from "./histogram";
 import { type SeriesPart, seriesPart } from "./series_part";
 import { type FieldPart, fieldPart } from "./field_part";
 import { folded, section } from "./inputs";
-import { isovaluePart } from "./isovalue_part";
+import { type IsovaluePart, isovaluePart } from "./isovalue_part";
 import { type LabelsPart, labelsPart } from "./labels_part";
 import { lookPart } from "./look_part";
 import type { Change, Part } from "./part";
@@ -24,12 +24,16 @@ import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downl
 export interface PanelEvents extends DownloadsEvents, BookmarksEvents {
   reset: () => void;
   roll: (radians: number) => void;
+  saveLabels: () => void; // A table of the labels that are shown.
+  keepLargest: (surface: number) => void; // All of its components but the largest are hidden.
 }
 
 export class Panel {
   readonly element: HTMLElement;
   readonly histogram: HistogramView;
   private readonly parts: Part[];
+  private readonly accuracy: AccuracyPart;
+  private readonly isovalue: IsovaluePart;
   private readonly surfaces: SurfacesPart;
   private readonly field: FieldPart;
   private readonly series: SeriesPart;
@@ -54,11 +58,11 @@ export class Panel {
       change({ ...defaults, dataset, theme });
       events.reset();
     });
-    const isovalue = isovaluePart(change);
-    const accuracy = accuracyPart(change, this.expected);
-    const surfaces = (this.surfaces = surfacesPart(change));
+    const isovalue = (this.isovalue = isovaluePart(change, events.keepLargest));
+    const accuracy = (this.accuracy = accuracyPart(change, this.expected));
+    const surfaces = (this.surfaces = surfacesPart(change, events.keepLargest));
     const series = (this.series = seriesPart(change));
-    const labels = (this.labels = labelsPart(change));
+    const labels = (this.labels = labelsPart(change, events.saveLabels));
     this.ofValues = [
       h("section", {}, ...isovalue.elements),
       folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),
@@ -99,9 +103,18 @@ export class Panel {
       : "\u00a0"; // The line stays.
   }
 
+  // A click in the picture has met that surface.
+  showPicked(surface: number): void {
+    this.labels.highlight(surface);
+  }
+
+  showPaused(isPaused: boolean): void {
+    this.accuracy.showPaused(isPaused);
+  }
+
   showDatasets(list: readonly DatasetInfo[]): void {
     this.list = list;
-    for (const part of [this.field, this.series, this.labels, this.surfaces]) part.showDatasets(list);
+    for (const part of [this.isovalue, this.field, this.series, this.labels, this.surfaces]) part.showDatasets(list);
     this.show();
   }
 

@@ -1,7 +1,7 @@
 // One line about the surfaces that are shown and what comes: the error first. The certificate behind it has the rest, also
 // how the surface came. What comes is told of the first surface that is seen, what is there of all: none is called complete while another one comes.
 import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
-import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf } from "./certificate";
+import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf, withinWords } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped, inBytes, inSeconds, inTriangles } from "../shared/quantities";
 
@@ -28,6 +28,14 @@ function waitsForOthers({ progress, done, seen }: SurfacesStatus): boolean {
   return isDone && progress.phase === "ready" && done < seen;
 }
 
+// "about 3 s left" of a step, by how long the first part of its tiles took; empty in the first second, and where nothing has come.
+export function timeLeft(milliseconds: number, received: number, toCome: number): string {
+  if (milliseconds < 1000 || received === 0 || received >= toCome) return "";
+  const seconds = (milliseconds * (toCome - received)) / received / 1000;
+  if (seconds > 90) return `about ${Math.round(seconds / 60)} min left`;
+  return `about ${Math.max(1, Math.round(seconds))} s left`;
+}
+
 export class StatusBar {
   readonly element: HTMLElement;
   private readonly meter = h("div", { class: "meter" });
@@ -44,6 +52,7 @@ export class StatusBar {
   private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
   private certified: DrawnSurface[] = [];
+  private stepBegan = { step: -1, toCome: -1, at: 0 }; // Which step is coming, and performance.now() of its beginning.
   // What is said aloud: steps, not every tile.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
@@ -111,17 +120,27 @@ export class StatusBar {
   }
 
   private showState(status: SurfacesStatus): void {
-    const { progress, done, seen } = status;
+    const { progress, drawn, done, seen } = status;
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
+    const left = this.timeLeft(status);
     if (waitsForOthers(status)) {
       this.say(`${done} of ${seen}`, "surfaces are there");
       return;
     }
     const atRest = shown ? (!shown.isFinal ? "Preview" : isEmpty(shown) ? "No surface" : "Complete") : "Waiting";
-    if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? `step ${shown.step + 1}` : "");
+    if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? withinWords(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;
-    const tiles = tilesToCome > 0 ? `${Math.round((100 * tilesReceived) / tilesToCome)} % of step ${step + 1}` : "asking the server";
+    const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
+    const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "asking the server";
     this.say(isFirst ? "First preview…" : "Refining…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is coming`);
+  }
+
+  private timeLeft({ progress: { isStreaming, step, tilesReceived, tilesToCome } }: SurfacesStatus): string {
+    const now = performance.now();
+    if (!isStreaming || step !== this.stepBegan.step || tilesToCome !== this.stepBegan.toCome) {
+      this.stepBegan = { step: isStreaming ? step : -1, toCome: tilesToCome, at: now };
+    }
+    return timeLeft(now - this.stepBegan.at, tilesReceived, tilesToCome);
   }
 
   private say(word: string, label: string, aloud = `${word} ${label}`): void {

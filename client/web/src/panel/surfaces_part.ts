@@ -3,7 +3,7 @@
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress } from "../state/progress";
 import { labelOf } from "../state/series";
-import type { Settings } from "../state/settings";
+import { materials, type Settings } from "../state/settings";
 import {
   mostSurfaces, type SurfaceSettings, surfacesOf, withNewSurface, withoutSurface, withSurface,
 } from "../state/surfaces";
@@ -21,7 +21,7 @@ export interface SurfacesPart extends Part {
   showProgress: (surface: number, progress: Progress) => void;
 }
 
-export function surfacesPart(change: Change): SurfacesPart {
+export function surfacesPart(change: Change, keepLargest: (surface: number) => void): SurfacesPart {
   let settings: Settings;
   let info: DatasetInfo | null = null;
   let datasets: readonly DatasetInfo[] = [];
@@ -40,7 +40,7 @@ export function surfacesPart(change: Change): SurfacesPart {
     const row = surfaceRow(at, (said, isDragging) => change(withSurface(settings, at, said), isDragging), () => {
       change(withoutSurface(settings, at));
       add.focus(); // What had the keyboard is gone.
-    });
+    }, () => keepLargest(at));
     list.append(row.element);
     rows.set(at, row);
     return row;
@@ -88,6 +88,7 @@ function surfaceRow(
   at: number,
   change: (said: Partial<SurfaceSettings>, isDragging?: boolean) => void,
   remove: () => void,
+  keepLargest: () => void,
 ): Row {
   const name = `surface ${at + 1}`;
   const colour = h("input", { type: "color", "aria-label": `Colour of ${name}` });
@@ -105,10 +106,13 @@ function surfaceRow(
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
   cross.addEventListener("click", remove);
-  const filter = componentFilter(name, (minComponent) => change({ minComponent }));
+  const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it answers to light." },
+    ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
+  material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
+  const filter = componentFilter(name, (minComponent) => change({ minComponent }), keepLargest);
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });
-  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element, filter.element);
+  const element = h("li", { class: "surface-row" }, dataset, colour, isovalue.element, opacity, eye, cross, state, error.element, filter.element, material);
   return {
     element,
     show: (surface, isOneOfSeveral) => {
@@ -121,6 +125,7 @@ function surfaceRow(
       opacity.value = String(surface.opacity);
       opacity.setAttribute("aria-valuetext", `${Math.round(100 * surface.opacity)} %`);
       opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
+      material.value = surface.material ?? "neutral";
       eye.setAttribute("aria-pressed", String(isVisible));
       eye.textContent = isVisible ? "◉" : "○";
       filter.show(surface.minComponent ?? 0);

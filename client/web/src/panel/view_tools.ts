@@ -1,12 +1,12 @@
 // Buttons over the picture: where one looks from.
-import * as THREE from "three";
-
+import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 
 export interface ViewActs {
   fit: () => void;
   reset: () => void;
-  lookFrom: (direction: THREE.Vector3) => void;
+  lookUpright: (direction: readonly [number, number, number]) => void; // Where z is what is above in the picture.
+  toggleSlices: () => void;
   fullScreen: () => void;
   help: () => void;
 }
@@ -17,17 +17,20 @@ const directions = [
   ["Top", 0, 0, 1],
 ] as const;
 
-export function viewTools(acts: ViewActs): HTMLElement {
+export function viewTools(acts: ViewActs): { element: HTMLElement; show: (settings: Settings) => void } {
   const button = (word: string, label: string, tip: string, act: () => void) => {
     const element = h("button", { type: "button", "aria-label": label, "data-tip": tip }, word);
     element.addEventListener("click", act);
     return element;
   };
-  return h("nav", { class: "tools", "aria-label": "View" },
+  const slices = button("Slices", "Slices beside the surface", "Three linked slices that meet in a crosshair (V).", acts.toggleSlices);
+  const element = h("nav", { class: "tools", "aria-label": "View" },
     button("Fit", "Fit the surface", "The whole surface in the picture (F).", acts.fit),
     button("Reset", "Reset view", "The view from the start (R).", acts.reset),
     ...directions.map(([word, x, y, z]) =>
-      button(word, `${word} view`, "Look along an axis of the world.", () => acts.lookFrom(new THREE.Vector3(x, y, z)))),
+      button(word, `${word} view`, `The ${word.toLowerCase()} of what is upright in the picture.`, () => acts.lookUpright([x, y, z]))),
+    slices,
     button("Fullscreen", "Fullscreen", "The picture alone (Z).", acts.fullScreen),
     button("?", "How to use it", "Mouse, fingers and keys (?).", acts.help));
+  return { element, show: ({ layout }) => slices.setAttribute("aria-pressed", String(layout === "four")) };
 }

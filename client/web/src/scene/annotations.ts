@@ -1,19 +1,31 @@
-// What exported pictures have over the scene: the scale bar, the legends with their units, and what is measured. All of it is
-// drawn at the size that it has on the screen.
+// What exported pictures have over the scene: the scale bar, the axes, the legends with their units, and what is measured. All of
+// it is drawn at the size that it has on the screen.
 import { gradientOf, type LegendWords } from "../shared/colour_maps";
 
 export interface Annotations {
   scale: { pixels: number; text: string } | null; // CSS pixels.
+  axes: readonly Arm[]; // In the order in which they are drawn.
   legends: LegendWords[];
   points: { x: number; y: number }[]; // In CSS pixels from the left and from above.
   words: string[]; // What was measured.
 }
 
+// One end of an axis of the world.
+export interface Arm {
+  letter: string;
+  axis: number;
+  x: number; // To the right, and
+  y: number; // downwards, from where the axes meet: 1 is the whole length.
+  isBehind: boolean;
+}
+
 const margin = 16;
+const arm = 30; // CSS pixels.
+const axisColours = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
 
 // `ratio`: pixels of the canvas for one of the screen; `ink` and `paper`: colours of words and what lies around them.
-export function annotate(context: CanvasRenderingContext2D, { scale, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
+export function annotate(context: CanvasRenderingContext2D, { scale, axes, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
   context.save();
   context.scale(ratio, ratio);
   const [width, height] = [context.canvas.width / ratio, context.canvas.height / ratio];
@@ -37,6 +49,7 @@ export function annotate(context: CanvasRenderingContext2D, { scale, legends, po
     write(scale.text, (left + right) / 2, bottom - 7, "center");
   }
   legends.forEach((legend, i) => drawLegend(context, legend, margin, height - margin - 52 * i, write));
+  drawAxes(context, axes, margin + arm + 10, height - margin - arm - 10 - 52 * legends.length, ink, paper);
   drawPoints(context, points);
   words.forEach((text, i) => write(text, margin, margin + 12 + 18 * i, "left"));
   context.restore();
@@ -55,6 +68,28 @@ function drawLegend(
   write(low, x, bottom - 3, "left");
   write(high, x + length, bottom - 3, "right");
   if (name) write(name, x, bottom - 33, "left");
+}
+
+function drawAxes(context: CanvasRenderingContext2D, axes: readonly Arm[], x: number, y: number, ink: string, paper: string): void {
+  context.textAlign = "center";
+  for (const { letter, axis, x: right, y: down, isBehind } of axes) {
+    context.globalAlpha = isBehind ? 0.55 : 1;
+    context.strokeStyle = axisColours[axis];
+    context.lineWidth = 2;
+    context.beginPath();
+    context.moveTo(x, y);
+    context.lineTo(x + arm * right, y + arm * down);
+    context.stroke();
+    context.fillStyle = paper;
+    context.lineWidth = 1;
+    context.beginPath();
+    context.arc(x + arm * right, y + arm * down, 9, 0, 2 * Math.PI);
+    context.fill();
+    context.stroke();
+    context.fillStyle = ink;
+    context.fillText(letter, x + arm * right, y + arm * down + 4.5);
+  }
+  context.globalAlpha = 1;
 }
 
 function drawPoints(context: CanvasRenderingContext2D, points: Annotations["points"]): void {

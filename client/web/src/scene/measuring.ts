@@ -9,6 +9,7 @@ import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, ProbedPlace } from "../protocol/messages";
 import { boundOf } from "../shown_surface";
+import { labelName } from "../state/series";
 import { type MeasuredPlace, mostPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
@@ -102,7 +103,8 @@ export class Measuring {
       this.leave();
     });
     const last = places[places.length - 1];
-    this.element.replaceChildren(close,
+    const label = last.surface?.tiles.shown.info.member?.label;
+    this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, labelName(label)))] : []),
       ...places.map(({ world, index }, i) =>
         h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),

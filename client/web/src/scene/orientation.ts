@@ -6,6 +6,7 @@ import * as THREE from "three";
 import { h } from "../shared/elements";
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
+import type { Arm } from "./annotations";
 import { type AxisName, axisNames } from "./axis_names";
 import type { Stage } from "./stage";
 
@@ -44,6 +45,17 @@ export class Orientation {
 
   show(isVisible: boolean): void {
     this.element.hidden = !isVisible || this.ends.length === 0;
+  }
+
+  // The ends as they are seen, those behind first, for pictures: x to the right and y downwards, of length 1 at most. None while
+  // they are hidden.
+  get arms(): Arm[] {
+    if (this.element.hidden) return [];
+    const toEye = this.stage.lens.quaternion.clone().invert();
+    return this.names
+      .map(({ letter, direction }, i) => ({ letter, axis: i >> 1, at: new THREE.Vector3(...direction).applyQuaternion(toEye) }))
+      .sort((a, b) => a.at.z - b.at.z)
+      .map(({ letter, axis, at }) => ({ letter, axis, x: at.x, y: -at.y, isBehind: at.z < -0.05 }));
   }
 
   // The place in `upOrder`, of the axis that is nearest.

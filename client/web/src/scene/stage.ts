@@ -102,8 +102,13 @@ export class Stage {
 
   // From the front, a little from the side and from above: patients look along -y, where z is up.
   defaultView(): void {
-    const upright = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), this.camera.up);
-    this.lookFrom(new THREE.Vector3(0.55, -1, 0.32).applyQuaternion(upright));
+    this.lookFrom(this.upright([0.55, -1, 0.32]));
+  }
+
+  // The direction in the world of one that is meant where z is above.
+  upright(direction: readonly [number, number, number]): THREE.Vector3 {
+    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), this.camera.up);
+    return new THREE.Vector3(...direction).applyQuaternion(turn);
   }
 
   // What is above in the picture; the place of the eye stays.
@@ -229,7 +234,7 @@ export class Stage {
   picture(background: string | null, enlargement = 1): HTMLCanvasElement {
     const ratio = this.renderer.getPixelRatio();
     const most = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
-    if (enlargement > 1) this.renderer.setPixelRatio(ratio * Math.max(1, Math.min(enlargement, most)));
+    if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, most)));
     this.draw(true);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
@@ -240,11 +245,16 @@ export class Stage {
       context.fillRect(0, 0, copy.width, copy.height);
     }
     context.drawImage(this.canvas, 0, 0);
-    if (enlargement > 1) {
+    if (enlargement !== 1) {
       this.renderer.setPixelRatio(ratio);
       this.invalidate();
     }
     return copy;
+  }
+
+  // For a picture of that many pixels across.
+  enlargementTo(width: number): number {
+    return (width + 0.01) / (this.size.width * this.renderer.getPixelRatio()); // What is left over is cut off.
   }
 
   // Gives the graphics card back.

@@ -6,14 +6,14 @@
 // stay as they are.
 import * as THREE from "three";
 
-import type { LatticeBox } from "../mesh/tile_components";
+import type { LatticeBox } from "../mesh/tile_mesh";
 import type { Affine } from "../stream/dataset";
 import type { Colouring, Settings } from "../state/settings";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
 import type { FieldColours } from "./field_colours";
 import { layers } from "./layers";
 import type { Programs } from "./programs";
-import { surfaceMaterial } from "./surface_material";
+import { setFinish, surfaceMaterial } from "./surface_material";
 
 interface KeptTile {
   mesh: THREE.Mesh;
@@ -33,7 +33,7 @@ const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d
 
 // What of the settings is one surface's look.
 export type SurfaceLook =
-  Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colorBy"> & { colouring: Colouring };
+  Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colorBy" | "material"> & { colouring: Colouring };
 
 export class Surface {
   budget = mostTriangles; // Kept of this one.
@@ -54,7 +54,7 @@ export class Surface {
     opacity: 0.24,
     depthWrite: false,
   });
-  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true, colorBy: "" };
+  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true, colorBy: "", material: "neutral" };
   private clip: THREE.Plane[] = [];
 
   constructor(
@@ -354,6 +354,7 @@ export class Surface {
 
   private refresh(material: THREE.MeshStandardMaterial): void {
     material.clippingPlanes = this.clip;
+    setFinish(material, this.look.material);
     if (this.isTranslucent) material.opacity = this.look.opacity;
     const isFlat = this.look.shading === "facets";
     if (material.flatShading === isFlat) return;

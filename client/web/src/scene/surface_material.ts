@@ -2,7 +2,39 @@
 import * as THREE from "three";
 
 import type { FieldColours } from "./field_colours";
+import type { Material } from "../state/settings";
 import { peeled } from "./translucency";
+
+interface Finish {
+  roughness: number;
+  rim: [number, number, number]; // Light that comes through where the surface turns away, as in skin.
+  isMatcap: boolean; // Shaded by its direction to the eye alone, as a ball in a studio: form before all else.
+}
+
+const finishes: Record<Material, Finish> = {
+  neutral: { roughness: 0.62, rim: [0, 0, 0], isMatcap: false },
+  skin: { roughness: 0.5, rim: [0.42, 0.13, 0.07], isMatcap: false },
+  bone: { roughness: 0.85, rim: [0.1, 0.09, 0.06], isMatcap: false },
+  glossy: { roughness: 0.2, rim: [0, 0, 0], isMatcap: false },
+  matcap: { roughness: 1, rim: [0, 0, 0], isMatcap: true },
+};
+
+const finishInShader = /* glsl */ `
+  float facing = saturate(dot(normal, geometryViewDir));
+  outgoingLight += diffuseColor.rgb * finish.rgb * (1.0 - facing) * (1.0 - facing);
+  if (finish.a > 0.0) {
+    vec3 studio = normalize(vec3(-0.4, 0.5, 0.77));
+    float lit = 0.5 + 0.5 * dot(normal, studio);
+    float shine = pow(saturate(dot(normal, normalize(studio + geometryViewDir))), 36.0);
+    outgoingLight = diffuseColor.rgb * mix(vec3(0.10, 0.11, 0.15), vec3(1.08, 1.05, 1.0), lit * lit) + 0.22 * shine;
+  }
+  #include <opaque_fragment>`;
+
+export function setFinish(material: THREE.MeshStandardMaterial, name: Material): void {
+  const { roughness, rim, isMatcap } = finishes[name];
+  material.roughness = roughness;
+  (material.userData.finish as THREE.Vector4).set(...rim, isMatcap ? 1 : 0);
+}
 
 // With `field` its colours are those of a second field, where vertices have its values.
 export function surfaceMaterial(
@@ -10,7 +42,6 @@ export function surfaceMaterial(
 ): THREE.MeshStandardMaterial {
   const material = new THREE.MeshStandardMaterial({
     color: colour,
-    roughness: 0.62,
     metalness: 0,
     side: THREE.DoubleSide,
     blending: isTranslucent ? THREE.NoBlending : THREE.NormalBlending,
@@ -19,7 +50,13 @@ export function surfaceMaterial(
     polygonOffsetFactor: 1,
     polygonOffsetUnits: 1,
   });
+  material.userData.finish = new THREE.Vector4();
+  setFinish(material, "neutral");
   material.onBeforeCompile = (shader) => {
+    shader.uniforms.finish = { value: material.userData.finish };
+    shader.fragmentShader = shader.fragmentShader
+      .replace("#include <common>", "#include <common>\nuniform vec4 finish;")
+      .replace("#include <opaque_fragment>", finishInShader);
     shader.fragmentShader = shader.fragmentShader.replace(
       "#include <color_fragment>",
       "#include <color_fragment>\n" +

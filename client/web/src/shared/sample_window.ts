@@ -23,7 +23,7 @@ const ctWindows: readonly SampleWindow[] = [
 const ctAir = -500;
 const tissues = [
   { from: 2000, name: "enamel, metal" }, { from: 130, name: "bone" }, { from: -150, name: "soft tissue" },
-  { from: -800, name: "skin" }, { from: -Infinity, name: "" },
+  { from: -500, name: "skin" }, { from: -Infinity, name: "" },
 ];
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
 const backgroundShare = 0.15; // Of all samples, and of the range from its low end: a background's peak.
@@ -51,9 +51,10 @@ export function usualWindow(info: WindowedDataset): { level: number; width: numb
   return { level: Number(((low + high) / 2).toPrecision(6)), width: Number((high - low).toPrecision(6)) };
 }
 
-// Samples below this value are air, or the background; -Infinity: none are.
-export function airBelow(info: WindowedDataset): number {
-  if (isCt(info)) return ctAir;
+// Samples below this value are air, or the background; -Infinity: none are. A window of computed tomography that begins lower,
+// as that of lungs does, is about what is there: nothing within it is air.
+export function airBelow(info: WindowedDataset, windowLow: number): number {
+  if (isCt(info)) return Math.min(ctAir, windowLow);
   const bins = backgroundBins(info);
   return bins === 0 ? -Infinity : endOf(info, bins);
 }

@@ -5,7 +5,7 @@ import type { Settings } from "./settings";
 const most = 100;
 const together = 700; // Milliseconds.
 
-type Undoable = Omit<Settings, "eye" | "target" | "up" | "places" | "theme" | "t" | "playing">;
+type Undoable = Omit<Settings, "eye" | "target" | "up" | "places" | "cross" | "theme" | "t" | "playing">;
 
 export class History {
   private readonly before: Undoable[] = [];
@@ -49,7 +49,7 @@ export class History {
   }
 }
 
-function undoable({ eye: _eye, target: _target, up: _up, places: _places, theme: _theme, t: _t, playing: _playing, ...rest }: Settings): Undoable {
+function undoable({ eye: _eye, target: _target, up: _up, places: _places, cross: _cross, theme: _theme, t: _t, playing: _playing, ...rest }: Settings): Undoable {
   return rest;
 }
 

@@ -21,7 +21,7 @@ export interface Entry {
 }
 
 export const labelIsovalue = 0.5; // Where the boundary of every label is.
-const mostLabelsAtFirst = 24; // That are shown before anybody has said which.
+export const mostLabelsAtFirst = 24; // That are shown before anybody has said which.
 
 // In the order of the list: a series is where its first member is.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
@@ -106,6 +106,11 @@ export function timeText(time: number, unit: string): string {
 // Null: it is none of a label.
 export function labelOf(list: readonly DatasetInfo[], name: string): Label | null {
   return named(list, name)?.member?.label ?? null;
+}
+
+// "liver"; where the file names none, "label 3".
+export function labelName({ value, name }: Label): string {
+  return name || `label ${value}`;
 }
 
 // What is looked at when an entry is chosen: all labels of a segmentation, else one surface. Where one

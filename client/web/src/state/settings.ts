@@ -20,6 +20,9 @@ export type Shading = "field" | "smooth" | "facets";
 export type Colouring = "plain" | "tiles" | "steps";
 export type Axis = "off" | "x" | "y" | "z";
 export type Projection = "perspective" | "orthographic";
+export const materials = ["neutral", "skin", "bone", "glossy", "matcap"] as const;
+export type Material = (typeof materials)[number];
+export type Layout = "surface" | "four";
 export type Theme = "auto" | "dark" | "light";
 
 export const mostPlaces = 3; // That are measured at a time: two lengths and an angle.
@@ -39,6 +42,7 @@ export interface FurtherSurface {
   opacity: number; // 0 to 1: nothing to see through.
   visible: boolean;
   minComponent?: number; // Samples, as the settings have it of the first one; not said: 0.
+  material?: Material; // Not said: neutral.
 }
 
 export interface Settings {
@@ -51,13 +55,14 @@ export interface Settings {
   topologyRule: "exact" | "paper";
   topologyTolerance: number; // Voxels.
   region: Region | null;
-  followView: boolean;
-  pixels: number; // Allowed error on the screen when the view is followed.
+  followView: boolean; // Finer than the error where that is more than `pixels`.
+  pixels: number; // Allowed error on the screen where the view is followed.
   maxTriangles: number; // 0: no limit.
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly FurtherSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  colour: string; // Of the first surface, as are the next three.
+  colour: string; // Of the first surface, as are the next four.
+  material: Material;
   opacity: number;
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
@@ -77,6 +82,8 @@ export interface Settings {
   slice: Axis; // A plane of samples in the picture.
   transparentAir: boolean; // Of its samples, those of air are not shown.
   sliceAt: number; // 0 to 1 along the axis.
+  layout: Layout; // The surface alone, or with three slices beside it that meet
+  cross: [number, number, number] | null; // there, in world coordinates; null: in the middle of the data.
   sliceColors: ColourMap; // Of samples.
   level: number | null; // The sample value in the middle of the colours, and how many they span: null
   windowWidth: number | null; // for those that tell most of the data.
@@ -104,12 +111,13 @@ export const defaults: Settings = {
   topologyRule: "exact",
   topologyTolerance: 0,
   region: null,
-  followView: false,
+  followView: true,
   pixels: 1,
   maxTriangles: 0,
   simplify: true,
   surfaces: [],
   colour: "#e0cdb4",
+  material: "neutral",
   opacity: 1,
   visible: true,
   minComponent: 0,
@@ -129,6 +137,8 @@ export const defaults: Settings = {
   slice: "off",
   transparentAir: true,
   sliceAt: 0.5,
+  layout: "surface",
+  cross: null,
   sliceColors: "gray",
   level: null,
   windowWidth: null,

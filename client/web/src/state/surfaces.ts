@@ -16,16 +16,16 @@ const outerOpacity = 0.35;
 const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, colour, opacity, visible, minComponent } = settings;
-  return [{ isovalue, error, colour, opacity, visible, minComponent }, ...settings.surfaces];
+  const { isovalue, error, colour, opacity, visible, minComponent, material } = settings;
+  return [{ isovalue, error, colour, opacity, visible, minComponent, material }, ...settings.surfaces];
 }
 
 // As if this surface were the only one: what the server is asked for it. Null: there is none.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;
-  const { minComponent } = defaults; // The first one's setting does not apply to others.
-  return { ...settings, minComponent, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
+  const { minComponent, material } = defaults; // The first one's settings do not apply to others.
+  return { ...settings, minComponent, material, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 
 export function withSurface(settings: Settings, at: number, change: Partial<SurfaceSettings>): Partial<Settings> {
@@ -36,6 +36,13 @@ export function withSurface(settings: Settings, at: number, change: Partial<Surf
   const { isovalue, ...rest } = change;
   const own = isovalue === undefined || isovalue === null ? rest : { ...rest, isovalue };
   return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
+}
+
+// The size, in samples, from which on components are shown if only the largest one is to be. `diagonals`: the two longest, in
+// lattice steps, of which a sample has `steps`. Null: they are alike.
+export function justAbove([first, second]: readonly [number, number], steps: number): number | null {
+  const least = Number(((second / steps) * (1 + 2e-5)).toPrecision(6)); // Addresses have six digits.
+  return least <= first / steps ? least : null;
 }
 
 type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent">;
@@ -67,9 +74,9 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   if (at > 0) return { surfaces };
   const [next, ...rest] = settings.surfaces;
   if (!next) return {};
-  const { dataset, minComponent = defaults.minComponent, ...look } = next;
+  const { dataset, minComponent = defaults.minComponent, material = defaults.material, ...look } = next;
   const own = dataset || settings.dataset;
   // Those that were of the first one's dataset still are.
   const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
-  return { ...look, minComponent, dataset: own, error: next.error ?? settings.error, surfaces: kept };
+  return { ...look, minComponent, material, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

@@ -9,7 +9,7 @@
 // Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
 // page.
 import { colourMaps } from "../shared/colour_maps";
-import { defaults, type FurtherSurface, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";
+import { defaults, type FurtherSurface, materials, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";
 import { maxMinComponent, mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
@@ -25,6 +25,7 @@ export function toAddress(settings: Settings): string {
   if (settings.region) said.set("region", regionText(settings.region));
   if (settings.up.some((part, axis) => part !== defaults.up[axis])) said.set("up", settings.up.map(short).join(","));
   if (settings.places.length > 0) said.set("places", settings.places.map(placeText).join(";"));
+  if (settings.cross) said.set("cross", settings.cross.map(short).join(","));
   if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
   if (settings.target) said.set("target", settings.target.map(short).join(","));
   return said.toString().replace(/%(2C|3A|3B|3D)/g, decodeURIComponent);
@@ -70,6 +71,8 @@ export function fromAddress(text: string): Partial<Settings> {
   set("slice", word("slice", "off", "x", "y", "z"));
   set("transparentAir", yes("transparentAir"));
   set("sliceAt", number("sliceAt", 0, 1));
+  set("layout", word("layout", "surface", "four"));
+  set("cross", numbersFrom(said.get("cross"), 3) as Settings["cross"] | undefined);
   set("sliceColors", word("sliceColors", ...colourMaps));
   set("level", number("level", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("windowWidth", number("windowWidth", 0, Number.MAX_VALUE));
@@ -78,6 +81,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("projection", word("projection", "perspective", "orthographic"));
   set("occlusion", yes("occlusion"));
   set("colour", colourFrom(said.get("colour")));
+  set("material", word("material", ...materials));
   set("opacity", number("opacity", 0, 1));
   set("visible", yes("visible"));
   set("minComponent", number("minComponent", 0, maxMinComponent));
@@ -135,14 +139,14 @@ function wordsOf(text: string): Word[] {
 const switches: ReadonlyMap<string, boolean> = new Map([["true", true], ["on", true], ["false", false], ["off", false]]);
 
 // Errors in voxels by the names that commands and HTTP have for them.
-const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["normal", 0.5], ["fine", 0.25], ["exact", 0]]);
+export const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["normal", 0.5], ["fine", 0.25], ["exact", 0]]);
 
 const plainNames = [
   "dataset", "t", "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
-  "slice", "sliceAt", "transparentAir", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
+  "slice", "sliceAt", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
-  "projection", "occlusion", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
+  "projection", "occlusion", "material", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
 
 function short(value: number): string {
@@ -150,12 +154,13 @@ function short(value: number): string {
 }
 
 // "300.5,d9775f,0.4": isovalue, colour and opacity; an error of its own as fourth (empty: none), "hidden"
-// as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, and the
-// samples of the smallest component that is shown as seventh.
-function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible, minComponent = 0 }: FurtherSurface): string {
+// as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, the
+// samples of the smallest component that is shown as seventh, and a material as eighth.
+function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible, minComponent = 0, material = "neutral" }: FurtherSurface): string {
   const words = [
     isovalue, colour.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
     visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : short(minComponent),
+    material === "neutral" ? "" : material,
   ];
   return words.join(",").replace(/,+$/, "");
 }
@@ -163,7 +168,7 @@ function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible, 
 function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
   if (!text) return undefined;
   const surfaces = text.split(";").map((one): FurtherSurface | null => {
-    const [value, colourText, opacityText, errorText, hidden, name, leastText] = one.split(",");
+    const [value, colourText, opacityText, errorText, hidden, name, leastText, materialText] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
     const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
@@ -174,8 +179,10 @@ function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
     if (dataset === undefined) return null;
     const [minComponent] = numbersFrom(leastText || "0", 1) ?? [];
     if (minComponent === undefined || !(minComponent >= 0 && minComponent <= maxMinComponent)) return null;
+    const material = materials.find((word) => word === (materialText || "neutral"));
+    if (!material) return null;
     const surface = { isovalue, error, colour, opacity, visible: hidden !== "hidden" };
-    return { ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}) };
+    return { ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}), ...(material !== "neutral" ? { material } : {}) };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
 }

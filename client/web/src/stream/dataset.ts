@@ -77,6 +77,16 @@ export function worldBox(info: DatasetInfo): { low: Vec3; high: Vec3 } {
   return { low, high };
 }
 
+// Why a field of `b` has no values on surfaces of `a`: they are in different worlds. Null: they are in one, or nothing else is known.
+export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
+  const differ = <T>(x: T, y: T) => Boolean(x) && Boolean(y) && x !== y;
+  if (differ(a.space, b.space)) return `its world axes are ${worldName(b)}, those of "${a.name}" are ${worldName(a)}`;
+  if (differ(a.lengthUnit, b.lengthUnit)) return `its unit of length is ${b.lengthUnit}, that of "${a.name}" is ${a.lengthUnit}`;
+  const [one, other] = [worldBox(a), worldBox(b)];
+  const isApart = one.low.some((low, axis) => low > other.high[axis] || one.high[axis] < other.low[axis]);
+  return isApart ? `it lies elsewhere than "${a.name}": their boxes have no place in common` : null;
+}
+
 // The same as data_border in common/request/dataset_info.cpp, which has the reasons.
 export function dataBorder(
   info: DatasetInfo,

@@ -19,6 +19,7 @@ import {
   BoxShapeSchema,
 } from "../protocol/messages";
 import type { Region, Settings } from "../state/settings";
+import { voxelLength, worldBox } from "./dataset";
 
 export interface View {
   eye: number[];
@@ -32,7 +33,6 @@ export interface View {
 const defaultLatticeResolution = 5;
 const maxLatticeBits = 20;
 const normalBits = 8;
-const coarsestOutsideView = 8; // Voxels: the threshold behind the camera.
 
 export function latticeResolution(info: DatasetInfo): number {
   return Math.min(defaultLatticeResolution, maxLatticeBits - info.gridExponent);
@@ -54,9 +54,7 @@ export function isosurfaceRequest(
       error: settings.error,
       unit: LengthUnit.VOXEL,
       regionUnit: CoordinateSystem.WORLD,
-      combine: Combination.IN_ORDER,
-      regions: settings.region ? [thresholdRegion(settings.region)] : [],
-      view: settings.followView && view ? thresholdView(view, settings.pixels) : undefined,
+      ...localThresholds(info, settings, view),
       atLeast: 0,
     }),
     bound: settings.bound === "certified" ? ErrorMeasure.CERTIFIED : ErrorMeasure.PAPER,
@@ -67,6 +65,33 @@ export function isosurfaceRequest(
     simplify: settings.simplify,
     normals: settings.shading === "field" ? normalBits : 0,
   });
+}
+
+// Where a pixel at the nearest place of the data is smaller than the allowed error, the smaller of both holds everywhere: the box
+// says the error, as nothing else does where the view has its own. Elsewhere the request is that without a view, so that it
+// stays the same while one turns. A region that is coarser than the rest is meant in order.
+function localThresholds(info: DatasetInfo, settings: Settings, view: View | null) {
+  const { region, error, followView, pixels } = settings;
+  const regions = region ? [thresholdRegion(region)] : [];
+  const isFiner = followView && view && !(region && region.error > error) && nearestPixel(info, view) * pixels < error;
+  if (!isFiner) return { combine: Combination.IN_ORDER, regions };
+  const whole = { kind: "box" as const, ...widened(worldBox(info)), error };
+  return { combine: Combination.MINIMUM, regions: [thresholdRegion(whole), ...regions], view: thresholdView(view, pixels, error) };
+}
+
+// In voxels, at the place of the data's box that is nearest to the eye; 0 within it.
+export function nearestPixel(info: DatasetInfo, { eye, fieldOfView, heightPixels }: View): number {
+  const { low, high } = worldBox(info);
+  const distance = Math.hypot(...eye.map((at, axis) => Math.max(low[axis] - at, 0, at - high[axis])));
+  const height = 2 * distance * Math.tan((fieldOfView * Math.PI) / 360);
+  return height / heightPixels / voxelLength(info);
+}
+
+// By its own size on all sides: a surface may end a step beyond the samples.
+function widened({ low, high }: ReturnType<typeof worldBox>): ReturnType<typeof worldBox> {
+  const by = Math.max(...low.map((at, axis) => high[axis] - at), 1e-6);
+  const moved = (from: readonly number[], step: number) => from.map((at) => at + step) as typeof low;
+  return { low: moved(low, -by), high: moved(high, by) };
 }
 
 export function isSameRequest(a: IsosurfaceRequest, b: IsosurfaceRequest): boolean {
@@ -87,7 +112,7 @@ function thresholdRegion(region: Region) {
   return create(ThresholdRegionSchema, { threshold: region.error, shape });
 }
 
-function thresholdView(view: View, pixels: number) {
+function thresholdView(view: View, pixels: number, outside: number) {
   return create(ThresholdViewSchema, {
     eye: view.eye,
     fieldOfView: view.fieldOfView,
@@ -97,7 +122,7 @@ function thresholdView(view: View, pixels: number) {
       lookAt: view.target,
       up: view.up,
       aspect: view.aspect,
-      outside: coarsestOutsideView,
+      outside,
     }),
   });
 }

@@ -72,8 +72,8 @@ export class TilePool {
     return this.ask((request) => ({ kind: "pick", request, drawn, ray }));
   }
 
-  // Measures the connected part of the triangle, which a hit of the same drawn tiles has returned.
-  measure(drawn: Drawn, toWorld: number[], at: { id: string; triangle: number }): Promise<MassProperties | null> {
+  // Measures the connected part of the triangle, which a hit of the same drawn tiles has returned; null: all parts.
+  measure(drawn: Drawn, toWorld: number[], at: { id: string; triangle: number } | null): Promise<MassProperties | null> {
     return this.ask((request) => ({ kind: "measure", request, drawn, toWorld, at }));
   }
 

@@ -5,8 +5,8 @@ import type { MassProperties } from "../mesh/mass_properties";
 import type { HalfSpace } from "../mesh/ray";
 import type { DataBorder, MeshTopology } from "../mesh/seams";
 import type { ShellMode } from "../mesh/shell_decoder";
-import type { LatticeBox, Triangles } from "../mesh/tile_components";
-import type { TilePromise } from "../mesh/tile_mesh";
+import type { Triangles } from "../mesh/tile_components";
+import type { LatticeBox, TilePromise } from "../mesh/tile_mesh";
 import type { TileRim } from "../mesh/tile_rim";
 
 // ---- page -> tile worker
@@ -57,7 +57,7 @@ export type KeeperRequest =
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
   | { kind: "select"; request: number; drawn: Drawn }
   | { kind: "pick"; request: number; drawn: Drawn; ray: PickRay }
-  | { kind: "measure"; request: number; drawn: Drawn; toWorld: number[]; at: { id: string; triangle: number } }
+  | { kind: "measure"; request: number; drawn: Drawn; toWorld: number[]; at: { id: string; triangle: number } | null }
   | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
   | { kind: "cut"; request: number; drawn: Drawn; plane: CutPlane }
   | { kind: "file"; request: number; drawn: Drawn; format: MeshFormat; toWorld: number[] };
@@ -95,6 +95,7 @@ export interface Selection {
   shown: number; // and of them those that are drawn.
   triangles: number; // That are drawn.
   largest: LatticeBox | null; // Around the largest component; null: none is drawn.
+  diagonals: [number, number]; // The two longest of the whole step, in lattice steps; 0 where there is none.
   // For each tile that is not drawn as a whole all triangles, drawn ones first, and the number of drawn ones.
   parted: { id: string; triangles: Triangles; shown: number }[];
 }

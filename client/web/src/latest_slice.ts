@@ -1,0 +1,92 @@
+// The newest slice that was wanted, and the lines where it cuts the surfaces. One question is under way at a time; of those
+// that come meanwhile the last one follows.
+import { Plane, Vector3 } from "three";
+
+import { inLattice } from "./scene/picking";
+import type { CutLines } from "./scene/slice_plane";
+import type { Settings } from "./state/settings";
+import { latticeToWorld } from "./stream/dataset";
+import type { Questions, SliceGrid, SliceValues } from "./stream/questions";
+import type { SurfaceSet } from "./surface_set";
+import type { TilePool } from "./workers/tile_pool";
+
+export interface WantedSlice {
+  key: string; // The same for the same samples of the same plane.
+  dataset: string;
+  grid: () => SliceGrid;
+}
+
+export interface SliceSources {
+  questions: Questions;
+  surfaces: SurfaceSet;
+  pool: TilePool;
+  settings: () => Settings;
+  failed: (text: string) => void; // A sentence.
+}
+
+export class LatestSlice {
+  private wanted: WantedSlice | null = null;
+  private isAsking = false;
+  private isCutting = false;
+  private isCutDue = false;
+  private slice: SliceValues | null = null;
+
+  constructor(
+    private readonly sources: SliceSources,
+    private readonly shows: { slice: (slice: SliceValues | null) => void; lines: (lines: readonly CutLines[]) => void },
+  ) {}
+
+  // Null: none is shown. Also to be called when surfaces have changed.
+  want(wanted: WantedSlice | null): void {
+    const isOther = wanted?.key !== this.wanted?.key;
+    this.wanted = wanted;
+    if (!wanted) {
+      this.slice = null;
+      return this.shows.slice(null);
+    }
+    if (isOther && !this.isAsking) void this.ask(wanted);
+    this.cutSoon();
+  }
+
+  private async ask(asked: WantedSlice): Promise<void> {
+    this.isAsking = true;
+    try {
+      const slice = await this.sources.questions.slice(asked.dataset, asked.grid());
+      if (this.wanted) this.shows.slice((this.slice = slice));
+    } catch (error) {
+      if (this.wanted?.key === asked.key) this.sources.failed(`There is no slice: ${(error as Error).message}`);
+    }
+    this.isAsking = false;
+    if (this.wanted && this.wanted.key !== asked.key) return void this.ask(this.wanted);
+    this.cutSoon();
+  }
+
+  // The lines are those of the plane that is shown, which may be behind the settings while one drags.
+  private cutSoon(): void {
+    this.isCutDue = true;
+    if (!this.isCutting) void this.cut();
+  }
+
+  private async cut(): Promise<void> {
+    const { pool, surfaces, settings } = this.sources;
+    this.isCutting = true;
+    while (this.isCutDue) {
+      this.isCutDue = false;
+      const { slice } = this;
+      if (!slice) break;
+      const plane = planeOf(slice);
+      const lines = await Promise.all(surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, colour }) => {
+        const toWorld = latticeToWorld(surface.info, surface.resolution);
+        const segments = await pool.cut(drawn, inLattice(plane, toWorld));
+        return { segments, toWorld, colour };
+      })).catch(() => null); // Tiles have gone meanwhile: those that came call again.
+      if (lines && slice === this.slice) this.shows.lines(lines);
+    }
+    this.isCutting = false;
+  }
+}
+
+function planeOf({ grid: { origin, right, down } }: SliceValues): Plane {
+  const normal = new Vector3(...right).cross(new Vector3(...down)).normalize();
+  return new Plane().setFromNormalAndCoplanarPoint(normal, new Vector3(...origin));
+}

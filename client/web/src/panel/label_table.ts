@@ -1,0 +1,30 @@
+// The shown labels as a table for spreadsheets: what each encloses, measured of the surfaces that are on the screen.
+import type { MassProperties } from "../mesh/mass_properties";
+import type { Label } from "../protocol/messages";
+import { inDigits, withBound } from "../shared/quantities";
+
+export interface MeasuredLabel {
+  label: Label;
+  found: MassProperties | null; // Null: not measured.
+  bound: number | null; // How far the surface may be off, in world units; null: not known.
+}
+
+// CSV with a header. A volume that is not known is empty, as is a bound.
+export function labelTable(labels: readonly MeasuredLabel[], lengthUnit: string): string {
+  const unit = lengthUnit || "unit";
+  const header = ["label", "name", `volume_${unit}3`, `volume_bound_${unit}3`, `area_about_${unit}2`, "triangles"];
+  const rows = labels.map(({ label, found, bound }) => {
+    const [volume, plusMinus = ""] = volumeOf(found, bound).split(" ± ");
+    return [String(label.value), quoted(label.name), volume, plusMinus, found ? inDigits(found.area, 4) : "", found ? String(found.triangles) : ""];
+  });
+  return [header, ...rows].map((row) => `${row.join(",")}\r\n`).join("");
+}
+
+function volumeOf(found: MassProperties | null, bound: number | null): string {
+  if (!found || found.volume === null) return "";
+  return bound === null ? inDigits(found.volume, 4) : withBound(found.volume, bound * found.area);
+}
+
+function quoted(text: string): string {
+  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}

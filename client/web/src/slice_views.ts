@@ -1,0 +1,77 @@
+// Three linked slices beside the surface, across the axes of the world. They meet in one place, which a crosshair shows in each
+// and a mark in the picture of the surface. Window and level are those of the slice in the picture.
+import { Vector3 } from "three";
+
+import type { DatasetInfo } from "./protocol/messages";
+import { h } from "./shared/elements";
+import { LatestSlice, type SliceSources } from "./latest_slice";
+import { planeGrid } from "./scene/slice_grid";
+import { planeSides, SliceView } from "./scene/slice_view";
+import type { Stage } from "./scene/stage";
+import { scaleOf, type ValueRange } from "./slices";
+import type { Settings } from "./state/settings";
+import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
+
+export class SliceViews {
+  readonly element = h("div", { class: "slice-views", role: "group", "aria-label": "Slices", hidden: true });
+  readonly mark = h("div", { class: "cross-mark", "aria-hidden": "true", hidden: true });
+  private readonly planes: { view: SliceView; latest: LatestSlice }[];
+  private cross: Vec3 | null = null; // Null: there are no slices.
+
+  constructor(
+    private readonly stage: Stage,
+    sources: SliceSources,
+    private readonly current: () => { info: DatasetInfo | null; settings: Settings; range: ValueRange | null },
+    moved: (cross: Vec3, isDragging: boolean) => void,
+  ) {
+    this.planes = [2, 1, 0].map((axis) => {
+      const view = new SliceView(axis, moved);
+      return { view, latest: new LatestSlice(sources, { slice: (slice) => view.showSlice(slice), lines: (lines) => view.showLines(lines) }) };
+    });
+    this.element.append(...this.planes.map(({ view }) => view.canvas));
+    stage.whenDrawn(() => this.follow());
+  }
+
+  // The settings, the dataset or the surfaces may have changed.
+  update(): void {
+    const { info, settings, range } = this.current();
+    const isShown = settings.layout === "four";
+    this.element.hidden = !isShown;
+    this.cross = isShown && info ? crossOf(settings.cross, info) : null;
+    if (!info || !this.cross) {
+      for (const { latest } of this.planes) latest.want(null);
+      return this.follow();
+    }
+    const { cross } = this;
+    const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info) };
+    const { low, high } = worldBox(info);
+    for (const { view, latest } of this.planes) {
+      view.show(info, cross, scale);
+      latest.want({
+        key: `${info.name} ${info.contentId} ${cross[view.axis]}`,
+        dataset: info.name,
+        grid: () => planeGrid(low, high, planeSides(info, view.axis), cross[view.axis], voxelLength(info)),
+      });
+    }
+    this.stage.invalidate();
+  }
+
+  close(): void {
+    for (const { view } of this.planes) view.close();
+  }
+
+  private follow(): void {
+    const at = this.cross && this.stage.project(new Vector3(...this.cross));
+    this.mark.hidden = !at;
+    if (at) this.mark.style.transform = `translate(${at.x}px, ${at.y}px)`;
+  }
+}
+
+// Within the data; their middle where nothing is said.
+export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
+  const { low, high } = worldBox(info);
+  return low.map((from, axis) => {
+    const at = cross?.[axis] ?? (from + high[axis]) / 2;
+    return Math.min(high[axis], Math.max(from, at));
+  }) as Vec3;
+}

@@ -1,0 +1,87 @@
+import { columns } from "../../../client/web/src/panel/histogram";
+import { labelTable } from "../../../client/web/src/panel/label_table";
+import { timeLeft } from "../../../client/web/src/panel/status_bar";
+import { create, HistogramSchema, LabelSchema, WorldSpace } from "../../../client/web/src/protocol/messages";
+import { annotate } from "../../../client/web/src/scene/annotations";
+import { nearestName } from "../../../client/web/src/shared/nearest_name";
+import { worldDifference } from "../../../client/web/src/stream/dataset";
+import { plain } from "./made_datasets";
+
+describe("NearestName", () => {
+  test("IsWhatWasProbablyMeant", () => {
+    const names = ["head", "gyroid", "visible-female-head"];
+    expect(nearestName("haed", names)).toBe("head");
+    expect(nearestName("Gyriod", names)).toBe("gyroid");
+    expect(nearestName("visible_female_head", names)).toBe("visible-female-head");
+    expect(nearestName("corner_of_the_moon", names)).toBeNull();
+    expect(nearestName("head", [])).toBeNull();
+  });
+});
+
+describe("WorldDifference", () => {
+  const at = (name: string, x: number, said = {}) => ({ ...plain(name), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0], ...said });
+
+  test("IsToldWithItsReason", () => {
+    expect(worldDifference(at("a", 0), at("b", 4))).toBeNull();
+    expect(worldDifference(at("a", 0), at("b", 8))).toBeNull(); // They touch.
+    expect(worldDifference(at("a", 0), at("b", 9))).toMatch(/elsewhere than "a"/);
+    expect(worldDifference(at("a", 0, { lengthUnit: "mm" }), at("b", 0, { lengthUnit: "um" }))).toMatch(/unit of length is um, that of "a" is mm/);
+    expect(worldDifference(at("a", 0, { space: WorldSpace.LPS }), at("b", 0, { space: WorldSpace.RAS }))).toMatch(/axes are RAS, those of "a" are LPS/);
+    expect(worldDifference(at("a", 0, { space: WorldSpace.LPS, lengthUnit: "mm" }), at("b", 0))).toBeNull();
+  });
+});
+
+describe("TimeLeft", () => {
+  test("IsToldAfterASecondByWhatHasCome", () => {
+    expect(timeLeft(900, 5, 10)).toBe("");
+    expect(timeLeft(5000, 0, 10)).toBe("");
+    expect(timeLeft(5000, 10, 10)).toBe("");
+    expect(timeLeft(4000, 4, 10)).toBe("about 6 s left");
+    expect(timeLeft(60000, 1, 6)).toBe("about 5 min left");
+  });
+});
+
+describe("Histogram", () => {
+  const info = { histogram: create(HistogramSchema, { low: 0, high: 4, counts: [1n, 2n, 3n, 4n] }) };
+
+  test("LeavesRoomForTheValuesOfOtherTimes", () => {
+    const own = columns(info, { min: 0, max: 4 }, 4, true);
+    expect(own.every((height) => height > 0)).toBe(true);
+    expect(columns(info, { min: -2, max: 6 }, 8, true)).toEqual([0, 0, ...own, 0, 0]);
+  });
+});
+
+describe("LabelTable", () => {
+  test("HasARowForEachLabelWithTheBoundOfItsVolume", () => {
+    const label = (value: number, name: string) => create(LabelSchema, { value, name });
+    const found = { triangles: 12, area: 600.123, volume: 1000.4 };
+    const rows = labelTable([
+      { label: label(1, "liver"), found, bound: 0.01 },
+      { label: label(2, 'a "b", c'), found: { ...found, volume: null }, bound: 0.01 },
+      { label: label(3, ""), found: null, bound: null },
+    ], "mm").split("\r\n");
+    expect(rows).toEqual([
+      "label,name,volume_mm3,volume_bound_mm3,area_about_mm2,triangles",
+      "1,liver,1000,7,600.1,12", '2,"a ""b"", c",,,600.1,12', "3,,,,,", "",
+    ]);
+  });
+});
+
+describe("ExportedPictures", () => {
+  test("NameTheAxesWithWhatIsInFrontLast", () => {
+    const written: [string, number, number][] = [];
+    const context = new Proxy({ canvas: { width: 800, height: 600 } } as Record<string, unknown>, {
+      get: (target, name) => {
+        if (name === "fillText") return (...words: [string, number, number]) => written.push(words);
+        return target[name as string] ?? (() => {});
+      },
+    }) as unknown as CanvasRenderingContext2D;
+    const axes = [{ letter: "R", axis: 0, x: -1, y: 0, isBehind: true }, { letter: "S", axis: 2, x: 0, y: -1, isBehind: false }];
+    annotate(context, { scale: null, axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
+    expect(written.map(([letter]) => letter)).toEqual(["R", "S"]);
+    const [[, rightX, rightY], [, upX, upY]] = written;
+    expect(rightX).toBeLessThan(upX);
+    expect(upY).toBeLessThan(rightY);
+    expect([rightX > 0, rightY < 300]).toEqual([true, true]); // In the corner on the left, below, at the screen's size.
+  });
+});

@@ -1,0 +1,52 @@
+import { isosurfaceRequest, isSameRequest, nearestPixel } from "../../../client/web/src/stream/request";
+import { Combination } from "../../../client/web/src/protocol/messages";
+import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { voxelLength, worldBox } from "../../../client/web/src/stream/dataset";
+import { dataset } from "./golden_stream";
+
+const info = dataset();
+const { low, high } = worldBox(info);
+const middle = low.map((at, axis) => (at + high[axis]) / 2);
+// From the front, so far from the data's box.
+const viewFrom = (distance: number) => ({
+  eye: [middle[0], low[1] - distance, middle[2]], target: middle, up: [0, 0, 1], fieldOfView: 35, heightPixels: 600, aspect: 1,
+});
+const asked = (said: Partial<Settings>, distance: number | null) =>
+  isosurfaceRequest(info, { ...defaults, isovalue: 0.1, ...said }, distance === null ? null : viewFrom(distance));
+const far = 1000 * voxelLength(info);
+const near = 10 * voxelLength(info);
+
+describe("ScreenSpaceError", () => {
+  test("OfAPixelHasItsLengthAtTheNearestPlaceOfTheData", () => {
+    expect(nearestPixel(info, viewFrom(far))).toBeCloseTo((2 * 1000 * Math.tan((17.5 * Math.PI) / 180)) / 600, 9);
+    expect(nearestPixel(info, { ...viewFrom(0), eye: middle })).toBe(0);
+  });
+
+  test("ChangesNothingWherePixelsAreLargerThanTheAllowedError", () => {
+    const plain = asked({}, null);
+    expect(plain.threshold!.view).toBeUndefined();
+    expect(isSameRequest(asked({}, far), plain)).toBe(true);
+    expect(isSameRequest(asked({}, 2 * far), plain)).toBe(true);
+    expect(isSameRequest(asked({ error: 0 }, near), asked({ error: 0 }, null))).toBe(true);
+    expect(isSameRequest(asked({ followView: false }, near), asked({ followView: false }, null))).toBe(true);
+  });
+
+  test("IsNeverCoarserThanTheAllowedErrorAnywhere", () => {
+    const { threshold } = asked({ error: 0.5, pixels: 2 }, near);
+    expect(threshold).toMatchObject({ combine: Combination.MINIMUM, error: 0.5, view: { tolerancePixels: 2, frustum: { outside: 0.5 } } });
+    // Where the view speaks `error` does not: a box around all of the data says it.
+    const [box] = threshold!.regions;
+    expect(box.threshold).toBe(0.5);
+    const { low: from, high: to } = box.shape.value as { low: number[]; high: number[] };
+    expect(from.every((at, axis) => at < low[axis] - voxelLength(info))).toBe(true);
+    expect(to.every((at, axis) => at > high[axis] + voxelLength(info))).toBe(true);
+  });
+
+  test("LeavesAFinerRegionAndACoarserOneAsTheyAre", () => {
+    const region = { kind: "ball" as const, centre: [1, 2, 3] as [number, number, number], radius: 4, error: 0 };
+    const { threshold } = asked({ error: 0.5, region }, near);
+    expect(threshold!.regions.map(({ threshold: one }) => one)).toEqual([0.5, 0]);
+    const coarser = { ...region, error: 4 };
+    expect(isSameRequest(asked({ error: 0.5, region: coarser }, near), asked({ error: 0.5, region: coarser }, null))).toBe(true);
+  });
+});
