@@ -45,11 +45,13 @@ mkdir -p "$out"
 
 surface=() # Else the dataset's first suggestion.
 picture=()
+look=
 if [ -z "$volume" ]; then
   volume=server/volume/demo/visible_female_head.nrrd
   surface=(--isovalue -300.5) # Skin.
   # Skin over bone, without dust.
   picture=(--isovalue -300.5,300.5 --surface-color '#e0ac8d,#f3ead6' --opacity 0.45,1 --min-component 20 --azimuth 40)
+  look='&isovalue=-300.5&colour=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20&axes=false'
 fi
 
 echo "== Preparing $volume"
@@ -70,7 +72,7 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$page_url" "${surface[@]}")
+page=$("$client" view --http "$page_url" --dataset demo)$look
 echo "   $page in a browser, from now on"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"

@@ -76,6 +76,16 @@ head -c 4096 /dev/zero >zeros.raw
 printf 'abcdef' | cat - zeros.raw >raw_with_header.raw
 "$server" prepare raw_with_header.raw --dims 16,16,8 --type u16 --endian big --header-bytes 6 --spacing 1,1,2.5 \
   -o raw.mtd --outside 1 --margin 1 --quiet
+for words in "--dims 16x16x8 --type uint16" "--dims 16X16X8 --type UInt16" "--dims=16,16,8 --type=ushort"; do
+  # shellcheck disable=SC2086
+  "$server" prepare raw_with_header.raw $words --endian big --header-bytes 6 --spacing 1,1,2.5 -o words.mtd --outside 1 --margin 1 --quiet
+  [ "$("$server" info words.mtd --json | grep -v '"name"\|content')" = "$("$server" info raw.mtd --json | grep -v '"name"\|content')" ] ||
+    fail "$words: $("$server" info words.mtd)"
+done
+ends 2 "--dims" "$server" prepare raw_with_header.raw --dims 16x16 --type u16 -o never.mtd
+ends 2 "uint8" "$server" prepare raw_with_header.raw --dims 16x16x8 --type complex -o never.mtd
+"$server" prepare sphere.nrrd -o microns.mtd --length-unit microns --quiet
+[ "$(value <("$server" info microns.mtd --json) length_unit)" = µm ] || fail "microns: $("$server" info microns.mtd --json | grep unit)"
 ends 2 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 

@@ -253,8 +253,9 @@ int view(const ViewArguments& arguments) {
   options.threads = arguments.threads;
   options.datasets = volumes.places();
   return serve_until_stopped(options, [&](const OpenServer& server) {
-    const std::string name = first ? "#dataset=" + percent_encoded(*first) : "";
-    show(local(server.urls.front()) + "/" + name, arguments);
+    std::string shown = first ? "#dataset=" + percent_encoded(*first) : "";
+    if (arguments.inputs.empty()) shown += kDemoLook;
+    show(local(server.urls.front()) + "/" + shown, arguments);
     const auto rest = [&volumes, read_again = server.read_again](const std::stop_token& stop) {
       try {
         while (volumes.prepare_next(stop)) read_again();
