@@ -93,6 +93,12 @@ void VolumeOptions::add_to(Command& command) {
       ->expected(3)
       ->type_name("X,Y,Z");
   command
+      .add_option(
+          "--orient", orient,
+          "Turns the volume upright: where the directions x, y and z of the coordinates that "
+          "`info` prints without this option point")
+      ->type_name("AXIS,AXIS,AXIS");
+  command
       .add_option("--length-unit", length_unit,
                   "Unit of spacing and coordinates, such as mm or um, whatever the file says")
       ->type_name("UNIT");
@@ -120,6 +126,7 @@ std::string VolumeOptions::told() const {
   if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
   for (const double step : spacing) tell("--spacing", step);
   for (const double place : origin) tell("--origin", place);
+  if (!orient.empty()) tell("--orient", orient);
   if (!space.empty()) tell("--space", space);
   if (!length_unit.empty()) tell("--length-unit", length_unit);
   if (dims.empty()) return text.str();
@@ -138,6 +145,14 @@ Placement VolumeOptions::placement() const {
       throw ExitError(kUsage, "--spacing: a distance between samples is a number greater than 0.");
     }
     std::copy_n(spacing.begin(), 3, placement.spacing.emplace().begin());
+  }
+  if (!orient.empty()) {
+    placement.orient = axis_directions_from(orient);
+    if (!placement.orient) {
+      throw ExitError(kUsage, "--orient is \"" + orient +
+                                  "\"; it must be x, y and z in any order, each with a minus or "
+                                  "without, such as x,-z,y.");
+    }
   }
   if (!origin.empty()) std::copy_n(origin.begin(), 3, placement.origin.emplace().begin());
   if (!space.empty()) placement.space = world_space_from(space == "none" ? "" : space);

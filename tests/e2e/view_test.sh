@@ -148,6 +148,10 @@ curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' ||
 curl -s "$url/v1/datasets" | grep -q 'µm' || fail "--length-unit changes nothing"
 ends_by_interrupt
 
+starts turned --no-browser --up -y --orient x,-z,y volumes/bar.nrrd
+[ "$shown" = "bar&up=-y" ] || fail "--up is not in the address: $shown"
+ends_by_interrupt
+
 # --- errors
 head -c 100 volumes/bar.nrrd >damaged.nrrd
 ends 2 "damaged.nrrd" "$view" view --no-browser damaged.nrrd
