@@ -5,51 +5,66 @@
 #   bash server/demo.sh                      a CT of a head (server/volume/demo)
 #   bash server/demo.sh CThead.nhdr          a volume of yours
 #   --serve, --no-serve                      serves until Ctrl-C, or ends, wherever it runs
+#   --programs FOLDER                        builds nothing: runs the programs there
+#   --output FOLDER                          writes there (default: build/demo)
 #   --yes                                    installs missing packages without asking
 set -euo pipefail
 
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-usage() { sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
+usage() { sed -n '2,10s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; }
 
 serve=false
 [ -t 1 ] && serve=true
 install_options=()
 volume=
-for argument in "$@"; do
-  case "$argument" in
+programs=
+out=build/demo
+while [ $# -gt 0 ]; do
+  case "$1" in
     --serve) serve=true ;;
     --no-serve) serve=false ;;
+    --programs | --output)
+      [ $# -gt 1 ] || { echo "$1 needs a folder." >&2; exit 2; }
+      if [ "$1" = --programs ]; then programs=$(realpath -s "$2"); else out=$(realpath -s "$2"); fi
+      shift
+      ;;
     --yes) install_options=(--yes) ;;
     -h | --help) usage; exit 0 ;;
-    -*) echo "Unknown option $argument." >&2; usage >&2; exit 2 ;;
-    *) volume=$(realpath -s "$argument") ;;
+    -*) echo "Unknown option $1." >&2; usage >&2; exit 2 ;;
+    *) volume=$(realpath -s "$1") ;;
   esac
+  shift
 done
 cd "$project"
 
-bash docker/install.sh "${install_options[@]}" build
-
-echo "== Building (the first time takes some minutes)"
-build_log=$(mktemp)
-if ! { cmake --preset release && cmake --build --preset release --target multitetra_server_program \
-  multitetra_client_program multitetra_viewer; } >"$build_log" 2>&1; then
-  tail -n 40 "$build_log" >&2
-  echo "The build failed; the whole log is $build_log." >&2
-  exit 1
+if [ -z "$programs" ]; then
+  programs=build/release/bin
+  bash docker/install.sh "${install_options[@]}" build
+  echo "== Building (the first time takes some minutes)"
+  build_log=$(mktemp)
+  if ! { cmake --preset release && cmake --build --preset release --target multitetra_server_program \
+    multitetra_client_program multitetra_viewer; } >"$build_log" 2>&1; then
+    tail -n 40 "$build_log" >&2
+    echo "The build failed; the whole log is $build_log." >&2
+    exit 1
+  fi
+  rm -f "$build_log"
 fi
-rm -f "$build_log"
-server=build/release/bin/multitetra-server
-client=build/release/bin/multitetra-client
-out=build/demo
+server=$programs/multitetra-server
+client=$programs/multitetra-client
 mkdir -p "$out"
 
 surface=() # Else the dataset's first suggestion.
 picture=()
+dataset=()
+look=
 if [ -z "$volume" ]; then
   volume=server/volume/demo/visible_female_head.nrrd
   surface=(--isovalue -300.5) # Skin.
   # Skin over bone, without dust.
   picture=(--isovalue -300.5,300.5 --surface-color '#e0ac8d,#f3ead6' --opacity 0.45,1 --min-component 20 --azimuth 40)
+  dataset=(--dataset visible_female_head)
+  look='&isovalue=-300.5&colour=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20&axes=false'
 fi
 
 echo "== Preparing $volume"
@@ -70,7 +85,7 @@ for _ in $(seq 100); do
   sleep 0.1
 done
 [ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
-page=$("$client" view --http "$page_url" "${surface[@]}")
+page=$("$client" view --http "$page_url" "${dataset[@]}")$look
 echo "   $page in a browser, from now on"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
@@ -86,11 +101,11 @@ cat <<EOF
    The mesh            $out/demo.ply (ParaView, MeshLab, Blender); its previews: $out/steps/
    A picture           $out/demo.png; all isovalues, and how large their surfaces are: $out/demo.svg
    What was checked    $out/report.json
-   A volume of yours   build/release/bin/multitetra view FILE     (NRRD, NIfTI, DICOM, OME-Zarr, VTK, HDF5 ...)
+   A volume of yours   $programs/multitetra view FILE     (NRRD, NIfTI, DICOM, OME-Zarr, VTK, HDF5 ...)
    Every command       $server --help, $client --help
 EOF
 if [ "$serve" = false ]; then
-  echo "   In a browser        build/release/bin/multitetra view $out/demo.mtd"
+  echo "   In a browser        $programs/multitetra view $out/demo.mtd"
   exit 0
 fi
 bold=

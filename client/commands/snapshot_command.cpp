@@ -84,6 +84,7 @@ Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface
                {"height", size.height},
                {"azimuth", arguments.azimuth},
                {"elevation", arguments.elevation},
+               {"up", arguments.up},
                {"background", arguments.background},
                {"shading", arguments.shading},
                {"wireframe", arguments.wireframe},
@@ -231,8 +232,8 @@ int snapshot(const SnapshotArguments& arguments) {
     return complain(kEmptySurface, not_written_text(arguments.picture));
   }
   const auto came = Clock::now();
-  const Camera camera =
-      framing(middle_of(*taken), arguments.azimuth, arguments.elevation, size->width, size->height);
+  const Camera camera = framing(middle_of(*taken), arguments.azimuth, arguments.elevation,
+                                size->width, size->height, up_axis_from(arguments.up).value());
   for (std::size_t i = 0; i < looks->size(); ++i) (*looks)[i].mesh = &taken->surfaces[i].drawn.mesh;
   const Picture picture =
       drawn(*looks, camera,
@@ -271,6 +272,10 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(-90.0, 90.0)
       ->type_name("DEGREES")
       ->capture_default_str();
+  command->add_option("--up", a.up, "World axis that is above in the picture, such as -y")
+      ->one_of({"x", "-x", "y", "-y", "z", "-z"})
+      ->capture_default_str()
+      ->group(group);
   command->add_option("--background", a.background, "What is behind the surface")
       ->one_of({"dark", "light", "transparent"})
       ->capture_default_str()

@@ -16,6 +16,7 @@ struct SnapshotArguments {
   std::string size = "1280x960";  // WIDTHxHEIGHT in pixels.
   double azimuth = kDefaultAzimuth;
   double elevation = kDefaultElevation;
+  std::string up = "z";  // As up_axis_from() reads it.
   std::string background = "dark";
   std::string shading = "smooth";
   bool wireframe = false;

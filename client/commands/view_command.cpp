@@ -81,6 +81,9 @@ void add_view(Command& app, ViewArguments& a) {
       return wrong;
     });
   }
+  command->add_option("--up", a.up, "World axis that is above, such as -y")
+      ->one_of({"x", "-x", "y", "-y", "z", "-z"})
+      ->capture_default_str();
   command->add_option("--clip", a.clip, "Cut the surface open in the middle of an axis")
       ->one_of({"off", "x", "y", "z"})
       ->capture_default_str();
@@ -104,10 +107,14 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   if (const auto checked = check_shown(a.query); !checked) return tl::unexpected(checked.error());
   std::string words;
   const auto say = [&words](std::string_view name, std::string_view value) {
-    words.append(words.empty() ? "#" : "&").append(name).append("=").append(percent_encoded(value, ",:="));
+    words.append(words.empty() ? "#" : "&")
+        .append(name)
+        .append("=")
+        .append(percent_encoded(value, ",:="));
   };
   if (!a.dataset.empty()) say("dataset", a.dataset);
   for (const auto& [name, text] : a.fields) say(name, text);
+  if (a.up != ViewArguments{}.up) say("up", a.up);
   if (a.clip != ViewArguments{}.clip) say("clip", a.clip);
   return *site + (site->ends_with('/') ? "" : "/") + words;
 }

@@ -18,6 +18,7 @@ struct ViewArguments {
   SurfaceQuery query = {};
   // Its fields that were given, by name and as the viewer reads them.
   std::vector<std::pair<std::string, std::string>> fields = {};
+  std::string up = "z";      // The axis that is above, or with a minus its opposite.
   std::string clip = "off";  // Or the axis along which the surface is cut open.
 };
 

@@ -32,6 +32,17 @@ Bounds bounds_of(std::span<const std::array<float, 3>> places) {
   return bounds;
 }
 
+// By the turn that takes the z axis to `up`, of length 1.
+Vec3 turned(const Vec3& v, const Vec3& up) {
+  constexpr Vec3 kZ = {0, 0, 1};
+  const double cosine = dot(kZ, up);
+  if (cosine < -1 + 1e-9) return {-v[0], v[1], -v[2]};
+  // The formula of O. Rodrigues, with the sine in the axis.
+  const Vec3 axis = cross(kZ, up);
+  const Vec3 across = sum(scaled(v, cosine), cross(axis, v));
+  return moved(across, dot(axis, v) / (1 + cosine), axis);
+}
+
 }  // namespace
 
 Vec3 Camera::seen(const Vec3& place) const {
@@ -40,7 +51,7 @@ Vec3 Camera::seen(const Vec3& place) const {
 }
 
 Camera framing(std::span<const std::array<float, 3>> places, double azimuth, double elevation,
-               int width, int height) {
+               int width, int height, const Vec3& up) {
   assert(width > 0 && height > 0);
   constexpr double kRadian = std::numbers::pi / 180;
   const double turn = azimuth * kRadian;
@@ -53,6 +64,9 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
       .up = {-std::sin(rise) * std::sin(turn), std::sin(rise) * std::cos(turn), std::cos(rise)},
       .back = {std::cos(rise) * std::sin(turn), -std::cos(rise) * std::cos(turn), std::sin(rise)},
       .pixels_at_one = std::min(width, height) / (2 * slope)};
+  for (Vec3* direction : {&camera.right, &camera.up, &camera.back}) {
+    *direction = turned(*direction, up);
+  }
   const Bounds bounds = bounds_of(places);
   Vec3 middle;
   double radius = 0;
@@ -76,6 +90,16 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
     camera.eye[axis] = middle[axis] + distance * camera.back[axis];
   }
   return camera;
+}
+
+std::optional<Vec3> up_axis_from(std::string_view text) {
+  const double sign = text.starts_with('-') ? -1 : 1;
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  const std::size_t axis = std::string_view("xyz").find(text);
+  if (text.size() != 1 || axis == std::string_view::npos) return std::nullopt;
+  Vec3 up = {0, 0, 0};
+  up[axis] = sign;
+  return up;
 }
 
 }  // namespace multitetra

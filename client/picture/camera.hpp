@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "common/base/affine.hpp"
 
@@ -32,8 +34,13 @@ struct Camera {
 // Looks at the middle of the places' bounding box, near enough for the places to fill the picture
 // with a small margin: all of them lie in front of the eye and inside the picture. Azimuth turns
 // around the z axis, 0 looks along +y and 90 along -x; elevation is from -90 (from below) to 90
-// (from above). Without places the camera looks at a ball of radius 1 around the origin.
+// (from above). Where another axis is up, all directions are turned as in the viewer: by the
+// shortest way from z to it, and around y where that is -z. Without places the camera looks at a
+// ball of radius 1 around the origin.
 [[nodiscard]] Camera framing(std::span<const std::array<float, 3>> places, double azimuth,
-                             double elevation, int width, int height);
+                             double elevation, int width, int height, const Vec3& up = {0, 0, 1});
+
+// "y" or "-z"; nullopt for anything that is no axis.
+[[nodiscard]] std::optional<Vec3> up_axis_from(std::string_view text);
 
 }  // namespace multitetra

@@ -11,6 +11,7 @@
 #include <pybind11/stl.h>
 
 #include "client/library/fetch.hpp"
+#include "common/base/nearest_word.hpp"
 #include "common/base/number_text.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/shared_budget.hpp"
@@ -287,7 +288,9 @@ class Connection {
     };
     if (find() == infos_.end()) datasets();
     if (const auto found = find(); found != infos_.end()) return *found;
-    throw py::key_error("The server has no dataset \"" + name + "\".");
+    std::vector<std::string> known;
+    for (const DatasetInfo& info : infos_) known.push_back(info.name);
+    throw py::key_error("The server has no dataset \"" + name + "\"." + did_you_mean(name, known));
   }
 
   EstimateReply estimate(const std::string& dataset, const IsosurfaceRequest& request) {

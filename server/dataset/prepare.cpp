@@ -15,6 +15,7 @@
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/detail/brick_layers.hpp"
 #include "server/dataset/detail/bricked_samples.hpp"
+#include "server/dataset/detail/preferred_isovalues.hpp"
 #include "server/dataset/detail/prepared_sinks.hpp"
 #include "server/dataset/detail/statistics.hpp"
 #include "server/dataset/detail/statistics_builder.hpp"
@@ -93,14 +94,6 @@ IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inn
   return IsovalueBins(std::move(edges));
 }
 
-// Puts the isovalue that the source recommends before those that the histogram suggests.
-void recommend(const std::optional<double>& isovalue, DatasetInfo& info) {
-  if (!isovalue || !(*isovalue > info.min && *isovalue < info.max)) return;
-  std::vector<double>& suggested = info.suggested_isovalues;
-  std::erase(suggested, *isovalue);
-  suggested.insert(suggested.begin(), *isovalue);
-}
-
 // From a builder that has seen every sample once.
 VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
                       SampleStatisticsBuilder& builder) {
@@ -111,7 +104,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
   DatasetInfo info =
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
   info.member = options.member;
-  recommend(source.members().recommended_isovalue, info);
+  prefer_known_isovalues(source.members().recommended_isovalue, info);
   if (!options.suggested_isovalues.empty()) info.suggested_isovalues = options.suggested_isovalues;
   IsovalueBins bins = options.bin_edges.empty()
                           ? IsovalueBins::for_values(info, builder.distinct_values(), options.bins)

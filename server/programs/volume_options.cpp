@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 
@@ -27,6 +28,18 @@ std::optional<double> outside_from(const std::string& text) {
   throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
 }
 
+namespace {
+
+// "64,64,64" or "64x64x64".
+std::optional<std::vector<std::int32_t>> dims_from(std::string text) {
+  for (char& c : text) {
+    if (c == 'x' || c == 'X') c = ',';
+  }
+  return parse_numbers<std::int32_t>(text, 3);
+}
+
+}  // namespace
+
 void VolumeOptions::add_to(Command& command) {
   command.add_option("--array", array,
                      "Array inside the source: a path (Zarr, N5, HDF5) or a name (.vti)");
@@ -40,13 +53,24 @@ void VolumeOptions::add_to(Command& command) {
                    "Read data files that lie outside the folder of the header that names them");
   command.add_flag("--resample", resample,
                    "DICOM: interpolate uneven slices and those of a tilted gantry to an even grid");
-  Option* layout = command.add_option("--dims", dims, "Raw file: samples along x,y,z")
-                       ->delimiter(',')
-                       ->expected(3)
-                       ->type_name("X,Y,Z");
-  command.add_option("--type", type, "Raw file: type of a sample")
-      ->one_of({"u8", "i8", "u16", "i16", "f32", "u32", "i32", "u64", "i64", "f64"})
-      ->capture_default_str()
+  const auto parse_dims = [this](const std::string& text) -> std::optional<std::string> {
+    const auto sides = dims_from(text);
+    if (!sides) return "must be three numbers, as 64,64,32 or 64x64x32";
+    dims = *sides;
+    return std::nullopt;
+  };
+  Option* layout =
+      command.add_parsed("--dims", parse_dims, "Raw file: samples along x,y,z")->type_name("X,Y,Z");
+  const auto parse_type = [this](const std::string& text) -> std::optional<std::string> {
+    auto known = stored_type_from(text);
+    if (!known) known = stored_type_from_word(text);
+    if (!known) return "must be u8, i8, u16, i16, f32, u32, i32, u64, i64, f64 or a word as uint8";
+    type = name(*known);
+    return std::nullopt;
+  };
+  command.add_parsed("--type", parse_type, "Raw file: type of a sample, as u8, uint16 or float32")
+      ->type_name("TYPE")
+      ->default_text(type)
       ->needs(layout);
   command.add_option("--endian", endian, "Raw file: order of bytes")
       ->one_of({"little", "big"})
@@ -56,16 +80,24 @@ void VolumeOptions::add_to(Command& command) {
       ->capture_default_str()
       ->needs(layout);
   command
-      .add_option("--spacing", spacing, "World units between samples along x,y,z, whatever the "
+      .add_option("--spacing", spacing,
+                  "World units between samples along x,y,z, whatever the "
                   "file says (raw file: 1,1,1 by default)")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
   command
-      .add_option("--origin", origin, "World coordinates of the first sample, whatever the file says")
+      .add_option("--origin", origin,
+                  "World coordinates of the first sample, whatever the file says")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
+  command
+      .add_option(
+          "--orient", orient,
+          "Turns the volume upright: where the directions x, y and z of the coordinates that "
+          "`info` prints without this option point")
+      ->type_name("AXIS,AXIS,AXIS");
   command
       .add_option("--length-unit", length_unit,
                   "Unit of spacing and coordinates, such as mm or um, whatever the file says")
@@ -94,6 +126,7 @@ std::string VolumeOptions::told() const {
   if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
   for (const double step : spacing) tell("--spacing", step);
   for (const double place : origin) tell("--origin", place);
+  if (!orient.empty()) tell("--orient", orient);
   if (!space.empty()) tell("--space", space);
   if (!length_unit.empty()) tell("--length-unit", length_unit);
   if (dims.empty()) return text.str();
@@ -112,6 +145,14 @@ Placement VolumeOptions::placement() const {
       throw ExitError(kUsage, "--spacing: a distance between samples is a number greater than 0.");
     }
     std::copy_n(spacing.begin(), 3, placement.spacing.emplace().begin());
+  }
+  if (!orient.empty()) {
+    placement.orient = axis_directions_from(orient);
+    if (!placement.orient) {
+      throw ExitError(kUsage, "--orient is \"" + orient +
+                                  "\"; it must be x, y and z in any order, each with a minus or "
+                                  "without, such as x,-z,y.");
+    }
   }
   if (!origin.empty()) std::copy_n(origin.begin(), 3, placement.origin.emplace().begin());
   if (!space.empty()) placement.space = world_space_from(space == "none" ? "" : space);

@@ -33,7 +33,8 @@ struct VolumeOptions {
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing;
   std::vector<double> origin;
-  std::string space;  // LPS, RAS or none; empty: as the file says.
+  std::string orient;  // As axis_directions_from() reads it.
+  std::string space;   // LPS, RAS or none; empty: as the file says.
   std::string length_unit;
 
   // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, the

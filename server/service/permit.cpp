@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/base/nearest_word.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "server/core/planning/shell_steps.hpp"
 
@@ -89,18 +90,23 @@ std::vector<PayloadCodec> Permit::codecs() const {
   return codecs;
 }
 
-// What a client may not see does not exist for it.
+// What a client may not see does not exist for it: neither is it named as what may have been meant.
 Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
   if (catalogue_ && rights_.may_see(dataset)) {
     if (SurfaceProviderPtr found = catalogue_->find(dataset)) return found;
   }
+  std::vector<std::string> known;
+  for (const DatasetInfo& info : describe()) known.push_back(info.name);
   return fail(ErrorCode::kUnknownDataset,
               "No dataset is named \"" + dataset +
                   "\"; the list of datasets (multitetra-client list, /v1/datasets) tells those "
-                  "that are.");
+                  "that are." +
+                  did_you_mean(dataset, known));
 }
 
-bool Permit::may_see(const std::string& dataset) const { return find(dataset).has_value(); }
+bool Permit::may_see(const std::string& dataset) const {
+  return catalogue_ && rights_.may_see(dataset) && catalogue_->find(dataset);
+}
 
 std::vector<DatasetInfo> Permit::describe() const {
   if (!catalogue_) return {};

@@ -1,5 +1,6 @@
 #include "server/volume/placement.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -20,6 +21,13 @@ void set_spacing(ImageHeader& header, const Vec3& spacing) {
   header.spacing = spacing;
 }
 
+void turn(Affine& index_to_world, const AxisDirections& directions) {
+  const Affine turned = composed({.columns = directions, .translation = {0, 0, 0}}, index_to_world);
+  index_to_world = turned;
+  for (Vec3& column : index_to_world.columns) column = sum(column, {0, 0, 0});  // No -0.
+  index_to_world.translation = sum(index_to_world.translation, {0, 0, 0});
+}
+
 // RAS and LPS differ in the signs of their first two axes.
 void turn_to_lps(Affine& index_to_world) {
   const auto turn = [](Vec3& v) { v = {0.0 - v[0], 0.0 - v[1], v[2]}; };
@@ -29,8 +37,27 @@ void turn_to_lps(Affine& index_to_world) {
 
 }  // namespace
 
+std::optional<AxisDirections> axis_directions_from(std::string_view text) {
+  AxisDirections directions = {};
+  std::array<bool, 3> is_named = {};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t end = std::min(text.find(','), text.size());
+    std::string_view word = text.substr(0, end);
+    if ((i < 2) == (end == text.size())) return std::nullopt;
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const double sign = word.starts_with('-') ? -1 : 1;
+    if (word.starts_with('-') || word.starts_with('+')) word.remove_prefix(1);
+    const std::size_t axis = std::string_view("xyz").find(word);
+    if (word.size() != 1 || axis == std::string_view::npos || is_named[axis]) return std::nullopt;
+    is_named[axis] = true;
+    directions[i][axis] = sign;
+  }
+  return directions;
+}
+
 void place(ImageHeader& header, const Placement& placement) {
   if (placement.spacing) set_spacing(header, *placement.spacing);
+  if (placement.orient) turn(header.index_to_world, *placement.orient);
   if (placement.origin) header.index_to_world.translation = *placement.origin;
   if (placement.space) {
     const bool is_turned = *placement.space == WorldSpace::kRas;

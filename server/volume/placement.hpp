@@ -1,8 +1,10 @@
 // Where samples lie in the world, where a file does not say it, or says it wrongly.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "common/base/vec3.hpp"
 #include "common/request/physical_meaning.hpp"
@@ -10,10 +12,18 @@
 
 namespace multitetra {
 
+// Where the directions x, y and z of a file point: each an axis of the world or its opposite.
+using AxisDirections = std::array<Vec3, 3>;
+
+// "x,-z,y": the file's y axis points down, its z axis along y. nullopt unless each axis of the
+// world comes once.
+[[nodiscard]] std::optional<AxisDirections> axis_directions_from(std::string_view text);
+
 // What is given replaces what the file says; the rest stays.
 struct Placement {
   std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions stay.
-  std::optional<Vec3> origin = std::nullopt;   // The world coordinates of the first sample.
+  std::optional<AxisDirections> orient = std::nullopt;  // Turns, or mirrors, all world coordinates.
+  std::optional<Vec3> origin = std::nullopt;  // The world coordinates of the first sample.
   // Of the world axes as the file's reader gives them. Coordinates that are RAS become LPS.
   std::optional<WorldSpace> space = std::nullopt;
   std::optional<std::string> length_unit = std::nullopt;

@@ -76,6 +76,20 @@ head -c 4096 /dev/zero >zeros.raw
 printf 'abcdef' | cat - zeros.raw >raw_with_header.raw
 "$server" prepare raw_with_header.raw --dims 16,16,8 --type u16 --endian big --header-bytes 6 --spacing 1,1,2.5 \
   -o raw.mtd --outside 1 --margin 1 --quiet
+for words in "--dims 16x16x8 --type uint16" "--dims 16X16X8 --type UInt16" "--dims=16,16,8 --type=ushort"; do
+  # shellcheck disable=SC2086
+  "$server" prepare raw_with_header.raw $words --endian big --header-bytes 6 --spacing 1,1,2.5 -o words.mtd --outside 1 --margin 1 --quiet
+  [ "$("$server" info words.mtd --json | grep -v '"name"\|content')" = "$("$server" info raw.mtd --json | grep -v '"name"\|content')" ] ||
+    fail "$words: $("$server" info words.mtd)"
+done
+ends 2 "--dims" "$server" prepare raw_with_header.raw --dims 16x16 --type u16 -o never.mtd
+ends 2 "uint8" "$server" prepare raw_with_header.raw --dims 16x16x8 --type complex -o never.mtd
+"$server" prepare sphere.nrrd -o microns.mtd --length-unit microns --quiet
+[ "$(value <("$server" info microns.mtd --json) length_unit)" = µm ] || fail "microns: $("$server" info microns.mtd --json | grep unit)"
+"$server" prepare sphere.nrrd -o turned.mtd --origin 1,2,3 --orient x,-z,y --quiet
+"$server" info turned.mtd --json | tr -d ' \n' | grep -qF '"columns":[[1.0,0.0,0.0],[0.0,0.0,-1.0],[0.0,1.0,0.0]],"translation":[1.0,2.0,3.0]' ||
+  fail "--orient x,-z,y: $("$server" info turned.mtd --json)"
+ends 2 "--orient" "$server" prepare sphere.nrrd -o never.mtd --orient x,y,y
 ends 2 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 
@@ -164,6 +178,9 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --wireframe --shading flat -o wires.png --quiet
 ! cmp -s once.png wires.png || fail "a picture with wires is the same as without"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --up -y -o up.png --quiet
+! cmp -s once.png up.png || fail "--up changes nothing"
+ends 2 "--up" "$client" snapshot --server "$url" --dataset gyroid --up w -o x.png
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
 # An empty surface is reported, and written only with the option for it.
 
@@ -314,6 +331,7 @@ for command in generate prepare info plot verify extract serve token; do "$serve
   "http://127.0.0.1:7480/#dataset=a%20head&isovalue=-300&error=0.5&region=ball:1,2,3,4=0" ] || fail "another address of the viewer"
 [ "$("$client" view --dataset a --min-component 12.5)" = "http://127.0.0.1:7480/#dataset=a&min_component=12.5" ] ||
   fail "the viewer's address does not tell which components are hidden"
+[ "$("$client" view --dataset a --up -y)" = "http://127.0.0.1:7480/#dataset=a&up=-y" ] || fail "view --up is not in the address"
 ends 2 "--min-component" "$client" view --min-component -1
 [ "$("$client" view --isovalue 1e30)" = "http://127.0.0.1:7480/#isovalue=1e30" ] || fail "a large isovalue is no number in the viewer's address"
 [ "$(MULTITETRA_SERVER=wss://site.org/volumes/ "$client" view --dataset a)" = "https://site.org/volumes/#dataset=a" ] ||

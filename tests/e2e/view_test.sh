@@ -5,6 +5,7 @@ set -euo pipefail
 bin=$(cd "$1" && pwd)
 view=$bin/multitetra
 server=$bin/multitetra-server
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 export XDG_CACHE_HOME=$work/cache BROWSER=$work/browser
 unset DISPLAY WAYLAND_DISPLAY MULTITETRA_HTTP
@@ -61,7 +62,12 @@ END
 
 # --- without a file, the demo volume; the browser is opened where it is shown
 starts demo
-[ "$shown" = visible_female_head ] || fail "the demo shows $shown"
+[ "${shown%%&*}" = visible_female_head ] || fail "the demo shows $shown"
+case "$shown" in
+  *'&isovalue=-300.5&'*'&surfaces=300.5,'*) ;;
+  *) fail "the demo does not show bone below the skin: $shown" ;;
+esac
+grep -qF "look='${shown#visible_female_head}'" "$project/server/demo.sh" || fail "demo.sh shows something else than $shown"
 lists "visible_female_head"
 grep -qF "$url/#dataset=visible_female_head" opened || fail "the browser opened $(cat opened)"
 curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"
@@ -140,6 +146,10 @@ ends_by_interrupt
 starts placed --no-browser --spacing 2,2,3 --length-unit um volumes/bar.nrrd
 curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' || fail "--spacing changes nothing: $(curl -s "$url/v1/datasets")"
 curl -s "$url/v1/datasets" | grep -q 'µm' || fail "--length-unit changes nothing"
+ends_by_interrupt
+
+starts turned --no-browser --up -y --orient x,-z,y volumes/bar.nrrd
+[ "$shown" = "bar&up=-y" ] || fail "--up is not in the address: $shown"
 ends_by_interrupt
 
 # --- errors

@@ -38,6 +38,7 @@ struct ViewArguments {
   VolumeOptions volume;
   std::string labels;
   bool no_labels = false;
+  std::string up = "z";
   std::string http = "http://127.0.0.1:0";
   std::string cache_folder;
   std::uint64_t cache_bytes = std::uint64_t{20} << 30;
@@ -253,8 +254,10 @@ int view(const ViewArguments& arguments) {
   options.threads = arguments.threads;
   options.datasets = volumes.places();
   return serve_until_stopped(options, [&](const OpenServer& server) {
-    const std::string name = first ? "#dataset=" + percent_encoded(*first) : "";
-    show(local(server.urls.front()) + "/" + name, arguments);
+    std::string shown = first ? "#dataset=" + percent_encoded(*first) : "";
+    if (arguments.inputs.empty()) shown += kDemoLook;
+    if (arguments.up != "z") shown += (shown.empty() ? "#up=" : "&up=") + arguments.up;
+    show(local(server.urls.front()) + "/" + shown, arguments);
     const auto rest = [&volumes, read_again = server.read_again](const std::stop_token& stop) {
       try {
         while (volumes.prepare_next(stop)) read_again();
@@ -282,6 +285,9 @@ void add_view_command(Command& program, Run& run) {
                    "it that is named like it, as ct_seg.nii.gz")
       ->type_name("FILE");
   command->add_flag("--no-labels", a->no_labels, "Leave label maps as they are");
+  command->add_option("--up", a->up, "World axis that is above at first, such as -y")
+      ->one_of({"x", "-x", "y", "-y", "z", "-z"})
+      ->capture_default_str();
   command->add_option("--http", a->http, "Address to listen on; port 0 is a free one")
       ->envname("MULTITETRA_HTTP")
       ->capture_default_str();

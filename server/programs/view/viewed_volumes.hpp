@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/programs/prepare/prepare_arguments.hpp"
@@ -14,6 +15,12 @@ namespace multitetra {
 // The volume that is shown when none is named: a file beside the programs. Throws ExitError when it
 // is not there.
 [[nodiscard]] std::filesystem::path demo_volume();
+
+// How the viewer shows it at first, as a part of an address: skin, through which one sees bone.
+// demo.sh has the same words.
+inline constexpr std::string_view kDemoLook =
+    "&isovalue=-300.5&colour=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20"
+    "&axes=false";
 
 // Whether the input is a dataset, or a folder of datasets that has no volumes; neither needs any
 // preparation.
@@ -29,8 +36,9 @@ namespace multitetra {
 // Every label of a label map as a surface of its own.
 [[nodiscard]] PrepareArguments preparation_of_labels(const std::string& input);
 
-// A label map beside a volume, known by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or "ct.seg.nrrd"
-// beside "ct.nii.gz", or "labels.nii.gz" where only one other volume is in the folder.
+// A label map beside a volume, known by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or
+// "ct.seg.nrrd" beside "ct.nii.gz", or "labels.nii.gz" where only one other volume is in the
+// folder.
 [[nodiscard]] std::optional<std::string> labels_beside(const std::filesystem::path& volume);
 
 // The name of a cache entry for what a preparation reads and the options it reads it with. Reads

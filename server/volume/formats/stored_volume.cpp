@@ -170,7 +170,7 @@ void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 
 }
 
 std::string unit_from(std::string_view text) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kSymbols = {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 18> kSymbols = {
       {{"millimeter", "mm"},
        {"millimetre", "mm"},
        {"micrometer", "µm"},
@@ -186,9 +186,13 @@ std::string unit_from(std::string_view text) {
        {"centimetre", "cm"},
        {"angstrom", "Å"},
        {"kilometer", "km"},
+       {"kilometre", "km"},
+       {"ångström", "Å"},
        {"pixel", ""}}};
+  std::string_view one = text;
+  if (one.size() > 2 && one.ends_with('s')) one.remove_suffix(1);
   for (const auto& [word, symbol] : kSymbols) {
-    if (text == word) return std::string(symbol);
+    if (text == word || one == word) return std::string(symbol);
   }
   return is_unit_text(text) ? std::string(text) : std::string();
 }

@@ -161,7 +161,7 @@ void set_axes(const std::filesystem::path& file, ImageHeader& header,
               const std::array<Vec3, 3>& steps, const Vec3& origin);
 
 // `text` if it can be a unit, else empty; common spellings of lengths become their symbols
-// ("millimeter": "mm", "micrometer": "µm").
+// ("millimeter" or "millimeters": "mm", "um" or "microns": "µm").
 [[nodiscard]] std::string unit_from(std::string_view text);
 
 // A data file that a header names: `name` as seen from the header's folder. Throws when it leads

@@ -192,6 +192,31 @@ PositionedMesh roof() {
           .triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}}};
 }
 
+TEST(Framing, TurnsWithTheUpAxis) {
+  const PositionedMesh mesh = ball({3, -2, 5});
+  const Camera upright = framing(mesh.positions, 20, 10, 160, 120);
+  for (const char* axis : {"x", "-x", "y", "-y", "z", "-z"}) {
+    const Vec3 up = up_axis_from(axis).value();
+    const Camera camera = framing(mesh.positions, 20, 10, 160, 120, up);
+    // Neither its height above the horizon nor its handedness depends on what is up.
+    EXPECT_NEAR(dot(camera.up, up), upright.up[2], 1e-12) << axis;
+    EXPECT_NEAR(dot(camera.back, up), upright.back[2], 1e-12) << axis;
+    EXPECT_NEAR(dot(camera.right, up), 0, 1e-12) << axis;
+    const Vec3 right = cross(camera.up, camera.back);
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(right[i], camera.right[i], 1e-12) << axis;
+  }
+  // As three.js turns from z to -y, by which the viewer looks: along z where z-up looks along y.
+  const Camera along_z = framing(mesh.positions, 0, 0, 160, 120, {0, -1, 0});
+  EXPECT_NEAR(along_z.back[2], -1, 1e-12);
+  EXPECT_NEAR(along_z.right[0], 1, 1e-12);
+}
+
+TEST(Framing, KnowsSignedAxesAlone) {
+  EXPECT_EQ(up_axis_from("-y"), (Vec3{0, -1, 0}));
+  for (const char* text : {"", "-", "w", "xy", "--x", "0"})
+    EXPECT_FALSE(up_axis_from(text)) << text;
+}
+
 TEST(Picture, HasAnEdgeAtARidgeOnlyWhenItIsFlat) {
   const auto step_at_ridge = [](const DrawOptions& options) {
     const Picture picture = picture_of(roof(), 0, 0, options);

@@ -403,6 +403,8 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[1]) as server:
             with self.assertRaises(KeyError):
                 server.isosurface("nowhere", 0.1)
+            with self.assertRaisesRegex(KeyError, "Did you mean .*gyroid"):
+                server.isosurface("gryoid", 0.1)
             with self.assertRaises(ValueError):
                 server.isosurface("gyroid", float("nan"))
             with self.assertRaises(KeyError):

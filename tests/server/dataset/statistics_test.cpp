@@ -9,9 +9,12 @@
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
+#include "server/dataset/detail/preferred_isovalues.hpp"
 #include "server/dataset/detail/statistics_builder.hpp"
 #include "server/dataset/detail/suggested_isovalues.hpp"
 #include "server/volume/generators/generators.hpp"
@@ -267,6 +270,50 @@ TEST(SuggestedIsovalues, LieInsideTheRangeAndNeverOnAnInteger) {
     EXPECT_LT(isovalue, facts.max);
     EXPECT_EQ(isovalue - std::floor(isovalue), 0.5) << isovalue;
   }
+}
+
+DatasetInfo info_of_values(double min, double max, const std::string& unit,
+                           std::vector<double> suggested) {
+  DatasetInfo info;
+  info.min = min;
+  info.max = max;
+  info.meaning.value_unit = unit;
+  info.histogram = {.low = min, .high = max, .counts = {1}};
+  info.suggested_isovalues = std::move(suggested);
+  return info;
+}
+
+TEST(PreferKnownIsovalues, OpensACtAtSkinAndBone) {
+  DatasetInfo by_unit = info_of_values(-1000, 2000, "HU", {-784, -256, 700});
+  prefer_known_isovalues(std::nullopt, by_unit);
+  EXPECT_EQ(by_unit.suggested_isovalues, (std::vector<double>{-300.5, 300.5, -784, 700}))
+      << "-256 hardly differs from the skin";
+  DatasetInfo by_range = info_of_values(-1024, 3071, "", {100});
+  prefer_known_isovalues(std::nullopt, by_range);
+  EXPECT_EQ(by_range.suggested_isovalues[0], -300.5);
+  DatasetInfo soft_tissue = info_of_values(-1000, 250, "HU", {-500});
+  prefer_known_isovalues(std::nullopt, soft_tissue);
+  EXPECT_EQ(soft_tissue.suggested_isovalues, (std::vector<double>{-300.5, -500}));
+}
+
+TEST(PreferKnownIsovalues, LeavesOtherDataAlone) {
+  for (const auto& [min, max, unit] : {std::tuple<double, double, std::string>{0, 255, ""},
+                                       {-1024, 3071, "K"},
+                                       {-1000, 300, ""}}) {
+    DatasetInfo info = info_of_values(min, max, unit, {1, 2});
+    prefer_known_isovalues(std::nullopt, info);
+    EXPECT_EQ(info.suggested_isovalues, (std::vector<double>{1, 2})) << min << " " << unit;
+  }
+}
+
+TEST(PreferKnownIsovalues, TakesTheSourcesRecommendationFirst) {
+  DatasetInfo info = info_of_values(0, 100, "", {10, 20, 30, 40, 50});
+  prefer_known_isovalues(41, info);
+  EXPECT_EQ(info.suggested_isovalues, (std::vector<double>{41, 10, 20, 30, 50}));
+  prefer_known_isovalues(101, info);
+  EXPECT_EQ(info.suggested_isovalues[0], 41);
+  prefer_known_isovalues(70, info);
+  EXPECT_EQ(info.suggested_isovalues.size(), kMaxSuggestedIsovalues);
 }
 
 TEST(Describe, PrintsTheFactsOfAVolume) {

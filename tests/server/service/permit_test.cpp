@@ -46,6 +46,17 @@ TEST(Permit, HiddenDatasetsDoNotExist) {
             ErrorCode::kUnknownDataset);
 }
 
+TEST(Permit, SuggestsOnlyDatasetsThatAreVisible) {
+  const auto catalogue = fake_catalogue("head");
+  catalogue->add(std::make_shared<FakeSteps>("frog-1"));
+  const auto text = [&](const std::string& datasets, const std::string& wanted) {
+    return Permit::of("good", list_of("good", datasets), catalogue)->describe(wanted).error().text;
+  };
+  EXPECT_NE(text("*", "haed").find("Did you mean \"head\"?"), std::string::npos);
+  EXPECT_EQ(text("frog-*", "haed").find("Did you mean"), std::string::npos);
+  EXPECT_NE(text("frog-*", "frog1").find("Did you mean \"frog-1\"?"), std::string::npos);
+}
+
 TEST(Permit, ColoursAreRightsOfTheirOwn) {
   const auto catalogue = fake_catalogue("head");
   catalogue->add(std::make_shared<FakeSteps>("dose"));

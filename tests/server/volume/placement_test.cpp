@@ -46,6 +46,29 @@ TEST(Placement, SpacingSuppliesWhatAHeaderLacks) {
   EXPECT_EQ(header.index_to_world.columns[2], (Vec3{0, 0, 3}));
 }
 
+TEST(Placement, OrientTurnsAllWorldCoordinates) {
+  ImageHeader header = turned_header();
+  // What pointed along y points down now, and what pointed along z along y.
+  place(header, {.orient = axis_directions_from("x,-z,y")});
+  EXPECT_EQ(header.index_to_world.columns[0], (Vec3{0, 0, -2}));
+  EXPECT_EQ(header.index_to_world.columns[1], (Vec3{-3, 0, 0}));
+  EXPECT_EQ(header.index_to_world.columns[2], (Vec3{0, 1, 0}));
+  EXPECT_EQ(header.index_to_world.translation, (Vec3{10, 30, -20}));
+  EXPECT_EQ(header.spacing, (Vec3{2, 3, 1}));
+  place(header, {.orient = axis_directions_from("x,z,-y"), .origin = Vec3{1, 2, 3}});
+  EXPECT_EQ(header.index_to_world.columns, turned_header().index_to_world.columns);
+  EXPECT_EQ(header.index_to_world.translation, (Vec3{1, 2, 3})) << "an origin is not turned";
+}
+
+TEST(AxisDirections, AreEachAxisOnce) {
+  EXPECT_EQ(axis_directions_from("x,-z,+y"),
+            (AxisDirections{Vec3{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}));
+  for (const char* text :
+       {"", "x", "x,y", "x,y,y", "x,y,z,x", "x,y,z,", "x,y,-", "x,y,w", "xy,z,x", "--x,y,z"}) {
+    EXPECT_FALSE(axis_directions_from(text)) << text;
+  }
+}
+
 TEST(Placement, RasIsTurnedToLpsWithTheGivenOrigin) {
   ImageHeader header;
   place(header, {.origin = Vec3{1, 2, 3}, .space = WorldSpace::kRas});
@@ -56,10 +79,12 @@ TEST(Placement, RasIsTurnedToLpsWithTheGivenOrigin) {
 
 TEST(Placement, HoldsForFilesOfAnyFormat) {
   const TemporaryFolder folder;
-  const auto file = folder.file("v.nrrd", nrrd("dimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\ntype: uint8\n",
-                                               packed<std::uint8_t>(values())));
+  const auto file = folder.file(
+      "v.nrrd", nrrd("dimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\ntype: uint8\n",
+                     packed<std::uint8_t>(values())));
   const Volume volume = read_volume(
-      file, {.placement = {.spacing = Vec3{2, 2, 5}, .origin = Vec3{1, 1, 1}, .length_unit = "nm"}});
+      file,
+      {.placement = {.spacing = Vec3{2, 2, 5}, .origin = Vec3{1, 1, 1}, .length_unit = "nm"}});
   EXPECT_EQ(volume.spacing, (Vec3{2, 2, 5}));
   EXPECT_EQ(volume.index_to_world.translation, (Vec3{1, 1, 1}));
   EXPECT_EQ(volume.meaning.length_unit, "nm");

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# server/demo.sh: a newcomer's first command, with the programs of this build. Usage: demo_test.sh DIRECTORY_OF_PROGRAMS
+set -euo pipefail
+
+bin=$(cd "$1" && pwd)
+project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+source "$project/tests/support/programs.sh"
+
+# --- for scripts: everything is made and checked, nothing stays
+bash "$project/server/demo.sh" --no-serve --programs "$bin" --output "$work/demo" >demo.log 2>&1 || fail "demo.sh ended with $?: $(cat demo.log)"
+for file in demo.mtd demo.ply demo.png demo.svg report.json; do
+  [ -s "demo/$file" ] || fail "there is no $file"
+done
+[ -n "$(ls demo/steps)" ] || fail "there are no previews"
+python3 - demo/report.json <<'END' || fail "the report does not promise the surface that was asked for: $(cat demo/report.json)"
+import json, sys
+report = json.load(open(sys.argv[1]))
+assert report["parameters"]["isovalue"] == -300.5 and "error" not in report and report["steps"][-1]["open_edges"] == 0
+END
+! grep -q "Serving until" demo.log || fail "--no-serve serves"
+page=$(sed -n 's/^ *\(http:[^ ]*\) in a browser.*/\1/p' demo.log)
+! curl -s -o /dev/null --max-time 5 "${page%%#*}" || fail "--no-serve leaves a server"
+
+# --- for people: the address is what is said last, and is the page until Ctrl-C
+start serving bash "$project/server/demo.sh" --serve --programs "$bin" --output "$work/demo"
+for _ in $(seq 1200); do
+  grep -q "Serving until" serving.log && break
+  kill -0 "$pid" 2>/dev/null || break
+  sleep 0.1
+done
+page=$(tail -n 5 serving.log | sed -n 's/^ *\(http:[^ ]*\)$/\1/p')
+[ -n "$page" ] || fail "the last lines have no address: $(tail -n 5 serving.log)"
+case "$page" in
+  *'/#dataset=visible_female_head&isovalue=-300.5&'*'surfaces=300.5,'*) ;;
+  *) fail "the page does not show skin over bone: $page" ;;
+esac
+curl -s -o datasets.json "${page%%#*}v1/datasets" || true
+grep -q '"visible_female_head"' datasets.json || fail "the server at $page does not list its dataset: $(cat datasets.json)"
+status=0
+kill -TERM "$pid"
+wait "$pid" || status=$?
+[ "$status" = 0 ] || fail "exit code $status when it is ended: $(cat serving.log)"
