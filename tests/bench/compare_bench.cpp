@@ -4,11 +4,11 @@
 //
 //   compare_bench head.mtd --isovalue 500.5 --errors 0.1,0.25,0.5,1,2,4
 //
-// Prints JSON. All meshes are compressed by Draco, positions in steps of 1/32 voxel (ours) or not
-// much finer (14 bits over the bounding box). Distances are sampled both ways, in voxels and before
-// encoding, to the surface that marching tetrahedra makes at full resolution. Flying edges
-// interpolates differently between the samples, so the other programs' distances to its surface are
-// listed as well.
+// Prints JSON, with the seconds that a client takes to decode the bytes. Ours are sample shells or
+// Draco's tiles, positions in steps of 1/32 voxel; the peers' are Draco's or meshoptimizer's, with
+// 14 bits over the bounding box. Distances are sampled both ways, in voxels and (but for shells)
+// before encoding, to the surface that marching tetrahedra makes at full resolution. Flying edges
+// interpolates differently between the samples, so distances to its surface are listed as well.
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,6 @@
 #include <functional>
 #include <iostream>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -27,19 +26,20 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/in_parallel.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/mesh/surface_distance.hpp"
+#include "common/wire/shell_tile.hpp"
 #include "common/wire/tile.hpp"
 #include "server/dataset/dataset.hpp"
+#include "server/extraction/shell_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/thread_options.hpp"
 #include "tests/bench/flying_edges.hpp"
+#include "tests/bench/mesh_codecs.hpp"
+#include "tests/bench/mesh_shape.hpp"
 #include "tests/bench/open_vdb.hpp"
-
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
-#include <meshoptimizer.h>
-#endif
 
 namespace multitetra {
 namespace {
@@ -54,84 +54,20 @@ struct Arguments {
   std::size_t samples = 20000;
 };
 
-constexpr int kPeerBits = 14;
-
 // What one run of a method gives.
 struct Made {
   PlainMesh mesh;  // Voxels, the first sample at the origin.
   std::uint64_t bytes = 0;
+  std::function<void()> decode;  // What the client does with them.
 };
 
 struct Method {
   std::string name;
   std::string setting;
-  double border = 0;  // How far inside the data its surface may end, voxels.
+  std::optional<double> certified = {};  // The distance that it promises before rounding, voxels.
+  double border = 0;                     // How far inside the data its surface may end, voxels.
   std::function<Made()> make;
 };
-
-// How a mesh hangs together; vertices are the same when their indices are.
-struct Shape {
-  std::int64_t open_edges = 0;  // That do not lie on the data's border.
-  std::int64_t nonmanifold_edges = 0;
-  std::int64_t euler_characteristic = 0;
-  std::int64_t components = 0;
-};
-
-// Whether both places lie on one side of the data's box, or up to `depth` inside of it.
-bool on_border(const std::array<float, 3>& p, const std::array<float, 3>& q, const Vec3& high,
-               double depth) {
-  constexpr double kRounding = 1e-3;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double a = p[axis];
-    const double b = q[axis];
-    if (std::max(a, b) <= depth + kRounding) return true;
-    if (std::min(a, b) >= high[axis] - depth - kRounding) return true;
-  }
-  return false;
-}
-
-Shape shape_of(const PlainMesh& mesh, const Vec3& high, double border) {
-  std::vector<std::uint32_t> group(mesh.positions.size());
-  std::iota(group.begin(), group.end(), 0U);
-  const auto root = [&](std::uint32_t v) {
-    while (group[v] != v) v = group[v] = group[group[v]];
-    return v;
-  };
-  std::vector<bool> is_used(mesh.positions.size());
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  for (const auto& t : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t a = t[i];
-      const std::uint32_t b = t[(i + 1) % 3];
-      is_used[a] = true;
-      group[root(a)] = root(b);
-      edges.emplace_back(std::min(a, b), std::max(a, b));
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  Shape shape;
-  std::int64_t distinct = 0;
-  for (std::size_t i = 0; i < edges.size();) {
-    std::size_t j = i;
-    while (j < edges.size() && edges[j] == edges[i]) ++j;
-    ++distinct;
-    const auto& [a, b] = edges[i];
-    if (j - i == 1 && !on_border(mesh.positions[a], mesh.positions[b], high, border)) {
-      ++shape.open_edges;
-    }
-    if (j - i > 2) ++shape.nonmanifold_edges;
-    i = j;
-  }
-  std::int64_t vertices = 0;
-  for (std::uint32_t v = 0; v < is_used.size(); ++v) {
-    if (!is_used[v]) continue;
-    ++vertices;
-    if (root(v) == v) ++shape.components;
-  }
-  shape.euler_characteristic =
-      vertices - distinct + static_cast<std::int64_t>(mesh.triangles.size());
-  return shape;
-}
 
 std::vector<SurfaceTriangle> soup_of(const PlainMesh& mesh) {
   std::vector<SurfaceTriangle> soup;
@@ -148,23 +84,30 @@ std::vector<SurfaceTriangle> soup_of(const PlainMesh& mesh) {
   return soup;
 }
 
-std::uint64_t encoded_bytes(const PlainMesh& mesh) {
-  if (mesh.triangles.empty()) return 0;
-  return encode_draco_file({.positions = mesh.positions, .triangles = mesh.triangles}, kPeerBits)
-      .size();
+Made sent_by_draco(PlainMesh mesh) {
+  EncodedMesh encoded = encoded_by_draco(mesh);
+  return {.mesh = std::move(mesh), .bytes = encoded.bytes, .decode = std::move(encoded.decode)};
 }
-
-Made encoded(PlainMesh mesh) {
-  const std::uint64_t bytes = encoded_bytes(mesh);
-  return {.mesh = std::move(mesh), .bytes = bytes};
+Made sent_by_meshoptimizer(PlainMesh mesh) {
+  EncodedMesh encoded = encoded_by_meshoptimizer(mesh);
+  return {.mesh = std::move(mesh), .bytes = encoded.bytes, .decode = std::move(encoded.decode)};
 }
 
 // --- ours
 
-PlainMesh plain(const TiledSurface& surface, const Vec3& voxels) {
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  const LatticeMesh mesh = weld(tiles, kDefaultLatticeResolution);
+struct DracoStep {
+  const char* name;
+  bool simplify;
+  bool embedded;
+};
+constexpr std::array kDracoSteps = {DracoStep{"ours", true, false},
+                                    DracoStep{"ours, embedded", true, true},
+                                    DracoStep{"ours, unsimplified", false, false}};
+
+PlainMesh plain(const std::vector<LatticeMesh>& tiles, const Vec3& voxels) {
+  std::vector<const LatticeMesh*> pointers;
+  for (const LatticeMesh& tile : tiles) pointers.push_back(&tile);
+  const LatticeMesh mesh = weld(pointers, kDefaultLatticeResolution);
   PlainMesh result;
   for (const LatticePoint& p : mesh.vertices) {
     const Vec3 x = grid_coordinates(p, mesh.resolution);
@@ -174,6 +117,36 @@ PlainMesh plain(const TiledSurface& surface, const Vec3& voxels) {
   }
   result.triangles.assign(mesh.triangles.begin(), mesh.triangles.end());
   return result;
+}
+
+std::vector<LatticeMesh> meshes_of(TiledSurface surface) {
+  std::vector<LatticeMesh> meshes;
+  for (TileMesh& tile : surface.tiles) meshes.push_back(std::move(tile.mesh));
+  return meshes;
+}
+
+std::uint64_t bytes_of(const std::vector<EncodedTile>& tiles) {
+  std::uint64_t bytes = 0;
+  for (const EncodedTile& tile : tiles) bytes += tile.summary.bytes;
+  return bytes;
+}
+
+// As clients do: each tile is checked against the manifest.
+std::vector<LatticeMesh> decoded_draco_tiles(const std::vector<EncodedTile>& tiles) {
+  std::vector<LatticeMesh> meshes;
+  for (const EncodedTile& tile : tiles) {
+    meshes.push_back(decode_tile(*tile.payload, tile.summary, kDefaultLatticeResolution).value());
+  }
+  return meshes;
+}
+
+std::vector<LatticeMesh> decoded_shell_tiles(const std::vector<EncodedTile>& tiles,
+                                             const ShellStep& shell) {
+  std::vector<LatticeMesh> meshes(tiles.size());
+  in_parallel(tiles.size(), [&](std::size_t i) {
+    meshes[i] = decode_shell_tile(*tiles[i].payload, tiles[i].summary, {.shell = shell}).value();
+  });
+  return meshes;
 }
 
 // --- peers
@@ -230,36 +203,6 @@ std::function<PlainMesh()> flying_edges_of(const Samples& samples, std::int32_t 
   };
 }
 
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
-PlainMesh simplified(const PlainMesh& mesh, double error) {
-  if (mesh.triangles.empty()) return mesh;
-  std::vector<unsigned> indices;
-  for (const auto& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-  const float* const positions = mesh.positions.front().data();
-  const std::size_t stride = sizeof(mesh.positions.front());
-  const float scale = meshopt_simplifyScale(positions, mesh.positions.size(), stride);
-  std::vector<unsigned> left(indices.size());
-  left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions,
-                               mesh.positions.size(), stride, 0, static_cast<float>(error) / scale,
-                               0, nullptr));
-  PlainMesh result;  // Only the vertices that are left.
-  std::vector<std::uint32_t> number(mesh.positions.size(), ~0U);
-  for (std::size_t i = 0; i < left.size(); i += 3) {
-    std::array<std::uint32_t, 3> triangle{};
-    for (std::size_t j = 0; j < 3; ++j) {
-      std::uint32_t& at = number[left[i + j]];
-      if (at == ~0U) {
-        at = static_cast<std::uint32_t>(result.positions.size());
-        result.positions.push_back(mesh.positions[left[i + j]]);
-      }
-      triangle[j] = at;
-    }
-    result.triangles.push_back(triangle);
-  }
-  return result;
-}
-#endif
-
 std::string decimal(double number) {
   std::string text = std::to_string(number);
   text.erase(text.find_last_not_of('0') + 1);
@@ -268,6 +211,12 @@ std::string decimal(double number) {
 }
 
 // --- measuring
+
+double seconds_of(const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
 
 // A surface that others are compared with.
 class Reference {
@@ -315,7 +264,8 @@ class Comparison {
   }
 
   Json report() {
-    const PlainMesh full = plain(extractor_->extract({.request = request(0, false)}), voxels_);
+    const IsosurfaceRequest whole = {.isovalue = arguments_.isovalue, .error = 0};
+    const PlainMesh full = plain(meshes_of(extractor_->extract({.request = whole})), voxels_);
     full_.emplace(full, arguments_.samples);
     const Shape shape = shape_of(full, high_, 0);
     Json report = {{"name", dataset_->info.name},
@@ -339,30 +289,61 @@ class Comparison {
   }
 
  private:
-  [[nodiscard]] IsosurfaceRequest request(double error, bool simplify) const {
-    return {.isovalue = arguments_.isovalue, .error = error, .simplify = simplify};
-  }
-
   [[nodiscard]] std::vector<Method> ours() const {
     std::vector<Method> methods;
-    for (const bool simplify : {true, false}) {
+    for (const auto& [name, simplify, embedded] : kDracoSteps) {
       for (const double error : arguments_.errors) {
-        methods.push_back({.name = simplify ? "ours" : "ours, unsimplified",
+        const IsosurfaceRequest step = {.isovalue = arguments_.isovalue,
+                                        .error = error,
+                                        .simplify = simplify,
+                                        .embedded = embedded};
+        methods.push_back({.name = name,
                            .setting = "error " + decimal(error),
-                           .make = [this, error, simplify] {
-                             const TiledSurface surface =
-                                 extractor_->extract({.request = request(error, simplify)});
-                             Made made;
-                             for (const EncodedTile& tile : encode_tiles(surface)) {
-                               made.bytes += tile.summary.bytes;
-                             }
-                             stop_clock();
-                             made.mesh = plain(surface, voxels_);
-                             return made;
-                           }});
+                           .certified = error,
+                           .make = [this, step] { return draco_step(step); }});
       }
     }
+    for (const auto& [name, shell] : shell_steps()) {
+      const ShellLevel level = {.isovalue = arguments_.isovalue, .shell = shell};
+      if (!has_shells(dataset_->info, level)) continue;
+      const double moved = error_bound(shell, dataset_->info.spacing, 1);
+      methods.push_back({.name = "ours, samples",
+                         .setting = name,
+                         .certified = moved / voxel_length(dataset_->info),
+                         .make = [this, level] { return shell_step(level); }});
+    }
     return methods;
+  }
+
+  [[nodiscard]] Made draco_step(const IsosurfaceRequest& request) const {
+    TiledSurface surface = extractor_->extract({.request = request});
+    const auto tiles = std::make_shared<const std::vector<EncodedTile>>(encode_tiles(surface));
+    stop_clock();
+    return {.mesh = plain(meshes_of(std::move(surface)), voxels_),
+            .bytes = bytes_of(*tiles),
+            .decode = [tiles] { (void)decoded_draco_tiles(*tiles); }};
+  }
+
+  [[nodiscard]] Made shell_step(const ShellLevel& level) const {
+    const auto tiles =
+        std::make_shared<const std::vector<EncodedTile>>(extract_shells(*dataset_, level));
+    stop_clock();
+    return {.mesh = plain(decoded_shell_tiles(*tiles, level.shell), voxels_),
+            .bytes = bytes_of(*tiles),
+            .decode = [tiles, level] { (void)decoded_shell_tiles(*tiles, level.shell); }};
+  }
+
+  // The one with the vertices of the full surface, and those that move them.
+  [[nodiscard]] std::vector<std::pair<std::string, ShellStep>> shell_steps() const {
+    std::vector<std::pair<std::string, ShellStep>> steps;
+    if (dataset_->info.type != SampleType::kF32) {
+      steps.push_back({"exact", {.values = shell::ShellValues::kExact}});
+    }
+    steps.push_back({"lattice-exact", {.values = shell::ShellValues::kLatticeExact}});
+    for (const int levels : {8, 4, 2, 1}) {
+      steps.push_back({"L = " + std::to_string(levels), quantized_shells(levels)});
+    }
+    return steps;
   }
 
   void add_flying_edges(Json& report, const Samples& samples) {
@@ -371,7 +352,7 @@ class Comparison {
     const auto full = flying_edges_of(samples, 1, voxels_, arguments_.isovalue, arguments_.threads);
     flying_edges_.emplace(full(), arguments_.samples);
     report["rows"].push_back(row_of(
-        {.name = "flying edges", .setting = "all", .make = [&] { return encoded(full()); }}));
+        {.name = "flying edges", .setting = "all", .make = [&] { return sent_by_draco(full()); }}));
     for (const std::int32_t n : {2, 4}) {
       const Samples means = means_of(samples, n);
       const auto coarse =
@@ -379,18 +360,25 @@ class Comparison {
       report["rows"].push_back(row_of({.name = "flying edges, downsampled",
                                        .setting = std::to_string(n) + " x",
                                        .border = 1.5 * n,
-                                       .make = [&] { return encoded(coarse()); }}));
+                                       .make = [&] { return sent_by_draco(coarse()); }}));
     }
-#ifdef MULTITETRA_HAS_MESHOPTIMIZER
-    report["peers"].push_back("meshoptimizer " + std::to_string(MESHOPTIMIZER_VERSION));
+    if (!has_meshoptimizer()) return;
+    report["peers"].push_back(meshoptimizer_version());
+    report["rows"].push_back(row_of({.name = "flying edges, meshopt codec",
+                                     .setting = "all",
+                                     .make = [&] { return sent_by_meshoptimizer(full()); }}));
     for (const double error : arguments_.errors) {
+      const auto simplified = [&, error] { return simplified_by_meshoptimizer(full(), error); };
+      report["rows"].push_back(row_of({.name = "flying edges, meshoptimizer",
+                                       .setting = "error " + decimal(error),
+                                       .border = 1e-3,
+                                       .make = [&] { return sent_by_draco(simplified()); }}));
       report["rows"].push_back(
-          row_of({.name = "flying edges, meshoptimizer",
+          row_of({.name = "flying edges, meshoptimizer, meshopt codec",
                   .setting = "error " + decimal(error),
                   .border = 1e-3,
-                  .make = [&, error] { return encoded(simplified(full(), error)); }}));
+                  .make = [&] { return sent_by_meshoptimizer(simplified()); }}));
     }
-#endif
   }
 
   void add_open_vdb(Json& report, const Samples& samples) {
@@ -407,7 +395,7 @@ class Comparison {
                                              p[axis] *= static_cast<float>(voxels_[axis]);
                                            }
                                          }
-                                         return encoded(std::move(mesh));
+                                         return sent_by_draco(std::move(mesh));
                                        }}));
     }
   }
@@ -418,6 +406,7 @@ class Comparison {
   [[nodiscard]] Json row_of(const Method& method) const {
     const ThreadLimit limit(arguments_.threads);
     double least = 0;
+    std::vector<double> decode_seconds;
     Made made;
     for (int run = 0; run < arguments_.runs; ++run) {
       const auto begin = std::chrono::steady_clock::now();
@@ -426,11 +415,13 @@ class Comparison {
       if (!stopped_) stop_clock();
       const std::chrono::duration<double> seconds = *stopped_ - begin;
       least = run == 0 ? seconds.count() : std::min(least, seconds.count());
+      decode_seconds.push_back(seconds_of(made.decode));
     }
     const Shape shape = shape_of(made.mesh, high_, method.border);
     Json row = {{"method", method.name},
                 {"setting", method.setting},
                 {"seconds", least},
+                {"decode_seconds", *std::ranges::min_element(decode_seconds)},
                 {"triangles", made.mesh.triangles.size()},
                 {"bytes", made.bytes},
                 {"distance", full_->distances_of(made.mesh)},
@@ -438,6 +429,7 @@ class Comparison {
                 {"nonmanifold_edges", shape.nonmanifold_edges},
                 {"euler_characteristic", shape.euler_characteristic},
                 {"components", shape.components}};
+    if (method.certified) row["certified"] = *method.certified;
     if (flying_edges_) row["distance_to_flying_edges"] = flying_edges_->distances_of(made.mesh);
     return row;
   }

@@ -4,51 +4,41 @@
 // step was made for, and its measured distance from the full-resolution surface (99 % of the
 // samples, both ways, in voxels).
 //
-//   quality_bench [--threads 2] [--error 0.5] head.mtd 500.5 1200.5 -- female.mtd 300
-//   quality_bench --json                   a line of JSON for every stream as well
+//   quality_bench [--threads 2] [--errors 0.5,0] head.mtd 500.5 1200.5 -- female.mtd 300.5
+//   quality_bench --json --links 0,10 --ways samples,display --no-distances head.mtd 500.5
 //
-// Every stream is fetched by a client that decodes Draco alone, by one that decodes sample shells,
-// too, and by one that keeps no mesh. `certified` is when the first step that is within the error,
-// with the topology of the full surface, is complete and checked, and how much had come by then.
+// --json prints a line of JSON for every stream as well. --links are in Mbit/s, 0 for as fast as
+// this machine. --ways are what the client says of itself: "draco" decodes Draco alone, "samples"
+// sample shells, too, "display" keeps no mesh as well, and "viewer" tells its speed, too.
+//
+// `certified` is when the first step that is within the error, with the topology of the full
+// surface, is complete and checked, and how much had come by then.
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include <tbb/global_control.h>
+#include <nlohmann/json.hpp>
 
-#include "client/library/surface_stream.hpp"
 #include "common/mesh/surface_distance.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
-#include "tests/bench/shaped_link.hpp"
-#include "tests/support/running_server.hpp"
+#include "tests/bench/measured_stream.hpp"
 
 namespace multitetra {
 namespace {
 
 constexpr std::array kMoments = {0.05, 0.1, 0.25, 0.5, 1.0};
 constexpr std::size_t kSamples = 20'000;
-
-struct Link {
-  const char* name;
-  double bytes_per_second;  // 0: as fast as this machine.
-};
-constexpr std::array kLinks = {Link{"unlimited", 0}, Link{"10 Mbit/s", 1.25e6},
-                               Link{"1 Mbit/s", 1.25e5}};
-
-template <typename T>
-T value(ClientResult<T> result) {
-  if (!result) throw std::runtime_error(result.error().error.text);
-  if constexpr (!std::is_void_v<T>) return *std::move(result);
-}
 
 std::vector<SurfaceTriangle> triangles_of(const LatticeMesh& mesh) {
   std::vector<SurfaceTriangle> triangles;
@@ -72,17 +62,11 @@ class FullSurface {
       : triangles_(extracted(extractor, isovalue)), nearest_(triangles_) {}
 
   // 99 % of the samples of each surface are nearer to the other one.
-  [[nodiscard]] double percentile_99(const LatticeMesh& mesh) const {
-    const auto shown = triangles_of(mesh);
-    const auto no_limit = [](const Vec3&) { return std::numeric_limits<double>::infinity(); };
-    const double there =
-        distances(sampled_points(shown, kSamples), nearest_, no_limit).percentile_99;
-    const double back =
-        distances(sampled_points(triangles_, kSamples), NearestTriangle(shown), no_limit)
-            .percentile_99;
-    return std::max(there, back);
+  [[nodiscard]] double percentile_99(const CommittedStep& step) {
+    const auto [known, is_new] = percentiles_.emplace(step.end.digest, 0);
+    if (is_new) known->second = measured(step.mesh);
+    return known->second;
   }
-  [[nodiscard]] std::size_t triangles() const { return triangles_.size(); }
 
  private:
   static std::vector<SurfaceTriangle> extracted(const SurfaceExtractor& extractor,
@@ -96,39 +80,33 @@ class FullSurface {
     return all;
   }
 
+  [[nodiscard]] double measured(const LatticeMesh& mesh) const {
+    const auto shown = triangles_of(mesh);
+    const auto no_limit = [](const Vec3&) { return std::numeric_limits<double>::infinity(); };
+    const double there =
+        distances(sampled_points(shown, kSamples), nearest_, no_limit).percentile_99;
+    const double back =
+        distances(sampled_points(triangles_, kSamples), NearestTriangle(shown), no_limit)
+            .percentile_99;
+    return std::max(there, back);
+  }
+
   std::vector<SurfaceTriangle> triangles_;
   NearestTriangle nearest_;
+  std::map<ContentDigest, double> percentiles_;  // By the digest of the step.
 };
 
-struct Stream {
-  std::vector<FetchedStep> steps;
-};
-
-struct Way {
-  const char* name;
-  std::vector<PayloadCodec> codecs;
-  MeshUse use;
-};
-const std::vector<Way>& ways() {
-  static const std::vector<PayloadCodec> kDraco = {PayloadCodec::kDracoLattice};
-  static const std::vector<PayloadCodec> kBoth = ClientOptions{}.codecs;
-  static const std::vector<Way> all = {{"draco", kDraco, MeshUse::kKeep},
-                                       {"samples", kBoth, MeshUse::kKeep},
-                                       {"display", kBoth, MeshUse::kDisplay}};
-  return all;
-}
-
-Stream fetched(Client& client, const DatasetInfo& info, const IsosurfaceRequest& request,
-               MeshUse use) {
-  TileMemory tiles({.tiles = 4096, .triangles = 20'000'000});
-  SurfaceStream stream(client, tiles);
-  value(stream.open(info, {.dataset = info.name, .request = request, .held = {}, .use = use}));
-  Stream all;
-  for (;;) {
-    StreamNews news = value(stream.next(std::chrono::seconds(10)));
-    if (auto* step = std::get_if<FetchedStep>(&news)) all.steps.push_back(std::move(*step));
-    if (std::holds_alternative<StreamIsOver>(news)) return all;
+std::string codec_of(const StepBegin& step) {
+  if (!step.shell) return "draco";
+  switch (step.shell->values) {
+    case shell::ShellValues::kExact:
+      return "samples, exact";
+    case shell::ShellValues::kLatticeExact:
+      return "samples, lattice-exact";
+    case shell::ShellValues::kQuantized:
+      break;
   }
+  return "samples, L = " + std::to_string(step.shell->levels_per_octave);
 }
 
 std::string name_of(const StepBegin& step) {
@@ -140,104 +118,156 @@ std::string name_of(const StepBegin& step) {
          (step.request.simplify && !step.is_unsimplified ? "s" : "");
 }
 
-std::string certified_text(const Stream& stream, double error_world) {
-  std::uint64_t bytes = 0;
-  for (const FetchedStep& fetched : stream.steps) {
-    const CommittedStep& step = *fetched.step;
-    bytes += step.end.payload_bytes;
-    if (!preserves_topology(step.begin) || step.begin.error_bound_world > error_world) continue;
-    char text[64];
-    std::snprintf(text, sizeof(text), "%.3f s, %.0f KiB", fetched.seconds,
-                  static_cast<double>(bytes) / 1024);
-    return text;
-  }
-  return "never";
-}
-
-void report(const std::string& volume, const std::string& link, const IsosurfaceRequest& request,
-            const Stream& stream, const FullSurface& full, const DatasetInfo& info, bool json) {
-  std::vector<double> far;
-  for (const FetchedStep& step : stream.steps) far.push_back(full.percentile_99(step.step->mesh));
-  const double voxel = voxel_length(info);
-  std::printf("| %s, %g | %s | %g | %s |", volume.c_str(), request.isovalue, link.c_str(),
-              request.error, certified_text(stream, request.error * voxel).c_str());
-  const auto cell = [&](std::size_t i) {
-    std::printf(" %.3g; %.2f |", stream.steps[i].step->begin.error_bound_world / voxel, far[i]);
-  };
-  for (const double moment : kMoments) {
-    std::size_t shown = 0;
-    while (shown < stream.steps.size() && stream.steps[shown].seconds <= moment) ++shown;
-    if (shown == 0) {
-      std::printf(" nothing |");
-    } else {
-      cell(shown - 1);
-    }
-  }
-  cell(stream.steps.size() - 1);
-  std::printf(" %.2f s |", stream.steps.back().seconds);
-  for (std::size_t i = 0; i < stream.steps.size(); ++i) {
-    const CommittedStep& step = *stream.steps[i].step;
-    std::printf("%s %s: %zu, %.0f KB, %.0f ms (%.0f)", i == 0 ? "" : ";",
-                name_of(step.begin).c_str(), step.mesh.triangles.size(),
-                static_cast<double>(step.end.payload_bytes) / 1e3, 1e3 * stream.steps[i].seconds,
-                1e3 * step.end.seconds);
-  }
-  std::puts(" |");
-  if (json) {
-    std::printf("{\"volume\":\"%s\",\"isovalue\":%g,\"link\":\"%s\",\"error\":%g,\"steps\":[",
-                volume.c_str(), request.isovalue, link.c_str(), request.error);
-    for (std::size_t i = 0; i < stream.steps.size(); ++i) {
-      std::printf("%s{\"seconds\":%.4f,\"error\":%g,\"p99\":%.4f,\"triangles\":%zu}",
-                  i == 0 ? "" : ",", stream.steps[i].seconds,
-                  stream.steps[i].step->begin.error_bound_world / voxel, far[i],
-                  stream.steps[i].step->mesh.triangles.size());
-    }
-    std::puts("]}");
-  }
-  std::fflush(stdout);
-}
-
 struct Arguments {
   std::size_t threads = 2;
   std::vector<double> errors = {0.5, 2};
+  std::vector<double> links = {0, 1000, 100, 10, 1};  // Mbit/s.
+  std::vector<ClientWay> ways = multitetra::ways();
+  bool measures_distances = true;
   bool json = false;
-
-  [[nodiscard]] static std::vector<std::pair<Link, Way>> streams() {
-    std::vector<std::pair<Link, Way>> all;
-    for (const Link& link : kLinks) {
-      for (const Way& way : ways()) all.emplace_back(link, way);
-    }
-    return all;
-  }
 };
 
-void run(const std::string& file, const std::vector<double>& isovalues, const Arguments& with) {
-  const DatasetPtr dataset = open_dataset(file);
-  const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
-  const DatasetInfo& info = dataset->info;
-  for (std::size_t i = 0; i < isovalues.size(); ++i) {
-    const FullSurface full(*extractor, isovalues[i]);
-    for (const auto& [link, way] : with.streams()) {
-      // Nothing is remembered from one link to the next, but what triangles cost.
-      auto catalogue = std::make_shared<DatasetCatalogue>();
-      catalogue->add(std::make_shared<ExtractedSurfaces>(extractor));
-      testing::RunningServer server(catalogue, {.service = {.workers = with.threads}});
-      std::optional<ShapedLink> shaped;
-      if (link.bytes_per_second > 0) shaped.emplace(server.endpoint(), link.bytes_per_second);
-      Client client = value(
-          Client::connect(shaped ? shaped->endpoint() : server.endpoint(), {.codecs = way.codecs}));
-      (void)value(client.list_datasets());
-      // A neighbouring isovalue first: the server then has the estimates that it has during a drag.
-      (void)fetched(client, info, {.isovalue = isovalues[i] * 1.01, .error = 2, .simplify = true},
-                    way.use);
+std::string link_name(double megabits) {
+  std::ostringstream text;
+  if (megabits <= 0) return "unlimited";
+  text << (megabits < 1000 ? megabits : megabits / 1000) << (megabits < 1000 ? " M" : " G")
+       << "bit/s";
+  return text.str();
+}
+
+// A stream and how far its steps are from the full surface, voxels.
+struct Shown {
+  std::string volume;
+  std::string link;
+  std::string way;
+  IsosurfaceRequest request;
+  MeasuredStream stream;
+  std::vector<std::optional<double>> far;
+  double voxel = 1;
+};
+
+void print_row(const Shown& shown) {
+  const MeasuredStream& stream = shown.stream;
+  std::printf("| %s, %g | %s, %s | %g |", shown.volume.c_str(), shown.request.isovalue,
+              shown.link.c_str(), shown.way.c_str(), shown.request.error);
+  if (const auto* step = certified_step(stream, shown.request.error * shown.voxel)) {
+    std::printf(" %.3f s, %.0f KiB |", step->fetched.seconds,
+                static_cast<double>(step->bytes_until_then) / 1024);
+  } else {
+    std::printf(" never |");
+  }
+  const auto cell = [&](std::size_t i) {
+    std::printf(" %.3g;", stream[i].fetched.step->begin.error_bound_world / shown.voxel);
+    shown.far[i] ? std::printf(" %.2f |", *shown.far[i]) : std::printf(" |");
+  };
+  for (const double moment : kMoments) {
+    std::size_t count = 0;
+    while (count < stream.size() && stream[count].fetched.seconds <= moment) ++count;
+    count == 0 ? void(std::printf(" nothing |")) : cell(count - 1);
+  }
+  cell(stream.size() - 1);
+  std::printf(" %.2f s |", stream.back().fetched.seconds);
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const CommittedStep& step = *stream[i].fetched.step;
+    std::printf("%s %s: %zu, %.0f KB, %.0f ms (%.0f)", i == 0 ? "" : ";",
+                name_of(step.begin).c_str(), step.mesh.triangles.size(),
+                static_cast<double>(step.end.payload_bytes) / 1e3, 1e3 * stream[i].fetched.seconds,
+                1e3 * step.end.seconds);
+  }
+  std::puts(" |");
+}
+
+nlohmann::json json_of(const Shown& shown, double megabits) {
+  const auto* certified = certified_step(shown.stream, shown.request.error * shown.voxel);
+  nlohmann::json report = {{"volume", shown.volume},
+                           {"isovalue", shown.request.isovalue},
+                           {"link", shown.link},
+                           {"megabits_per_second", megabits},
+                           {"client", shown.way},
+                           {"error", shown.request.error},
+                           {"certified_seconds", nullptr},
+                           {"certified_bytes", nullptr},
+                           {"steps", nlohmann::json::array()}};
+  if (certified) {
+    report["certified_seconds"] = certified->fetched.seconds;
+    report["certified_bytes"] = certified->bytes_until_then;
+  }
+  for (std::size_t i = 0; i < shown.stream.size(); ++i) {
+    const FetchedStep& fetched = shown.stream[i].fetched;
+    const CommittedStep& step = *fetched.step;
+    report["steps"].push_back({{"seconds", fetched.seconds},
+                               {"first_byte_seconds", fetched.first_byte_seconds},
+                               {"server_seconds", step.end.seconds},
+                               {"bytes", step.end.payload_bytes},
+                               {"bytes_until_then", shown.stream[i].bytes_until_then},
+                               {"codec", codec_of(step.begin)},
+                               {"finest_spacing", step.begin.finest_spacing},
+                               {"error", step.begin.error_bound_world / shown.voxel},
+                               {"keeps_topology", preserves_topology(step.begin)},
+                               {"is_certified", &shown.stream[i] == certified},
+                               {"is_final", step.begin.is_final},
+                               {"triangles", step.mesh.triangles.size()},
+                               {"p99", nullptr}});
+    if (shown.far[i]) report["steps"].back()["p99"] = *shown.far[i];
+  }
+  return report;
+}
+
+void run(const std::string& file, double isovalue, const Arguments& with) {
+  const auto extractor = std::make_shared<const SurfaceExtractor>(open_dataset(file));
+  const DatasetInfo& info = extractor->dataset().info;
+  std::optional<FullSurface> full;
+  if (with.measures_distances) full.emplace(*extractor, isovalue);
+  for (const double megabits : with.links) {
+    for (const ClientWay& way : with.ways) {
       for (const double error : with.errors) {
-        const IsosurfaceRequest request = {
-            .isovalue = isovalues[i], .error = error, .simplify = true};
-        report(info.name, std::string(link.name) + ", " + way.name, request,
-               fetched(client, info, request, way.use), full, info, with.json);
+        MeasuredServer server(extractor, with.threads, {.bytes_per_second = 1.25e5 * megabits},
+                              way);
+        // A neighbouring isovalue first: the server then has the estimates that it has during a
+        // drag.
+        (void)server.stream({.isovalue = isovalue * 1.01, .error = 2, .simplify = true});
+        Shown shown = {.volume = info.name,
+                       .link = link_name(megabits),
+                       .way = way.name,
+                       .request = {.isovalue = isovalue, .error = error, .simplify = true},
+                       .stream = {},
+                       .far = {},
+                       .voxel = voxel_length(info)};
+        shown.stream = server.stream(shown.request);
+        for (const MeasuredStep& step : shown.stream) {
+          shown.far.push_back(full ? std::optional(full->percentile_99(*step.fetched.step))
+                                   : std::nullopt);
+        }
+        print_row(shown);
+        if (with.json) std::puts(json_of(shown, megabits).dump().c_str());
+        std::fflush(stdout);
       }
     }
   }
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> words;
+  std::istringstream text(list);
+  for (std::string word; std::getline(text, word, ',');) words.push_back(word);
+  return words;
+}
+
+std::vector<double> numbers(const std::string& list) {
+  std::vector<double> all;
+  for (const std::string& word : split(list)) all.push_back(std::stod(word));
+  return all;
+}
+
+std::vector<ClientWay> ways_named(const std::string& list) {
+  std::vector<ClientWay> named;
+  for (const std::string& word : split(list)) {
+    const auto way = std::find_if(ways().begin(), ways().end(),
+                                  [&](const ClientWay& w) { return w.name == word; });
+    if (way == ways().end()) throw std::runtime_error("no way is named " + word);
+    named.push_back(*way);
+  }
+  return named;
 }
 
 int main_with(const std::vector<std::string>& words) {
@@ -246,28 +276,30 @@ int main_with(const std::vector<std::string>& words) {
   for (; i < words.size() && words[i].starts_with("--"); ++i) {
     if (words[i] == "--json") {
       arguments.json = true;
+    } else if (words[i] == "--no-distances") {
+      arguments.measures_distances = false;
     } else if (words[i] == "--threads" && i + 1 < words.size()) {
-      arguments.threads = std::strtoul(words[++i].c_str(), nullptr, 10);
-    } else if (words[i] == "--error" && i + 1 < words.size()) {
-      arguments.errors = {std::atof(words[++i].c_str())};
+      arguments.threads = std::stoul(words[++i]);
+    } else if (words[i] == "--errors" && i + 1 < words.size()) {
+      arguments.errors = numbers(words[++i]);
+    } else if (words[i] == "--links" && i + 1 < words.size()) {
+      arguments.links = numbers(words[++i]);
+    } else if (words[i] == "--ways" && i + 1 < words.size()) {
+      arguments.ways = ways_named(words[++i]);
     } else {
       throw std::runtime_error("unknown option " + words[i]);
     }
   }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, arguments.threads);
   std::puts(
-      "| volume, isovalue | link | error | certified | after 50 ms: error; p99 | 100 ms | 250 ms | "
-      "500 ms | 1 "
-      "s "
-      "| end | complete | steps (finest spacing, s: simplified, v: samples): triangles, bytes, "
-      "there after "
-      "(made in) |\n| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+      "| volume, isovalue | link, client | error | certified | after 50 ms: error; p99 | 100 ms | "
+      "250 ms | 500 ms | 1 s | end | complete | steps (finest spacing, s: simplified, v: samples): "
+      "triangles, bytes, there after (made in) |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
   while (i < words.size()) {
     const std::string file = words[i++];
-    std::vector<double> isovalues;
-    while (i < words.size() && words[i] != "--") isovalues.push_back(std::atof(words[i++].c_str()));
+    for (; i < words.size() && words[i] != "--"; ++i) run(file, std::stod(words[i]), arguments);
     ++i;
-    run(file, isovalues, arguments);
   }
   return 0;
 }

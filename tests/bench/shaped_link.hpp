@@ -2,10 +2,11 @@
 // sends waits its turn, and the server's socket shows that it waits, as over a real link.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <thread>
+#include <vector>
 
 #include "common/net/endpoint.hpp"
 #include "common/net/net.hpp"
@@ -19,7 +20,8 @@ class ShapedLink {
       : to_server_(io_), to_client_(io_), bytes_per_second_(bytes_per_second) {
     to_server_.open(tcp::v4());
     // What a link has under way is little.
-    to_server_.set_option(asio::socket_base::receive_buffer_size(kUnderWay));
+    to_server_.set_option(asio::socket_base::receive_buffer_size(
+        std::max(kLeastUnderWay, static_cast<int>(2 * bytes_per_second * kTick))));
     to_server_.connect({asio::ip::make_address(server.host), server.port});
     thread_ = std::jthread([this] { run(); });
   }
@@ -38,8 +40,13 @@ class ShapedLink {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr int kUnderWay = 8 * 1024;
-  static constexpr std::size_t kPacket = 1400;
+  static constexpr int kLeastUnderWay = 8 * 1024;
+  static constexpr std::size_t kLeastPacket = 1400;
+  static constexpr double kTick = 1e-3;  // Seconds. Sleeping is not exact to much less.
+
+  static Clock::duration duration(double seconds) {
+    return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+  }
 
   void run() {
     error_code error;
@@ -51,7 +58,8 @@ class ShapedLink {
   }
 
   void pass(tcp::socket& from, tcp::socket& to, bool is_shaped) const {
-    std::array<char, kPacket> bytes{};
+    const double tick_bytes = std::min(bytes_per_second_ * kTick / 2, 1e6);
+    std::vector<char> bytes(std::max(kLeastPacket, static_cast<std::size_t>(tick_bytes)));
     error_code error;
     Clock::time_point free_at = Clock::now();
     while (!error) {
@@ -59,8 +67,8 @@ class ShapedLink {
       if (error) break;
       if (is_shaped) {
         const std::chrono::duration<double> takes(static_cast<double>(size) / bytes_per_second_);
-        free_at =
-            std::max(free_at, Clock::now()) + std::chrono::duration_cast<Clock::duration>(takes);
+        // What was slept too long is made up for.
+        free_at = std::max(free_at, Clock::now() - duration(kTick)) + duration(takes.count());
         std::this_thread::sleep_until(free_at);
       }
       asio::write(to, asio::buffer(bytes, size), error);

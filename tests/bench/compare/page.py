@@ -2,7 +2,8 @@
 
     page.py WORK OUT
 
-WORK holds a JSON report for each volume; OUT becomes README.md, compare.json and two plots for each volume.
+WORK holds a JSON report for each volume; OUT becomes README.md, compare.json and two plots for each volume: bytes and seconds by
+distance, and seconds until a surface is complete over links of several speeds.
 """
 import json
 import pathlib
@@ -13,12 +14,19 @@ import matplotlib.pyplot as plt
 
 STYLES = {
     "ours": ("#d62728", "o-"),
+    "ours, embedded": ("#8c564b", "o:"),
     "ours, unsimplified": ("#ff9896", "o--"),
-    "flying edges": ("#222222", "*"),
+    "ours, samples": ("#ff7f0e", "P-"),
+    "flying edges": ("#222222", "*-"),
+    "flying edges, meshopt codec": ("#7f7f7f", "X-"),
     "flying edges, meshoptimizer": ("#1f77b4", "s-"),
+    "flying edges, meshoptimizer, meshopt codec": ("#17becf", "s--"),
     "flying edges, downsampled": ("#2ca02c", "^-"),
     "OpenVDB": ("#9467bd", "D-"),
 }
+
+LINKS = {"1 Mbit/s": 1e6, "10 Mbit/s": 1e7, "100 Mbit/s": 1e8, "1 Gbit/s": 1e9}
+ERRORS = (0.1, 0.25, 0.5, 1, 2, 4)  # Voxels, of the table of seconds.
 
 
 def count(number):
@@ -39,12 +47,67 @@ def plot(report, path):
         ax.set_xlabel({"largest": "largest distance, voxels", "percentile_99": "99 % of distances, voxels"}[x])
         ax.set_title(y)
         ax.grid(True, which="both", alpha=0.2)
-    handles, methods = axes[0].get_legend_handles_labels()
-    figure.legend(handles, methods, loc="lower center", ncols=len(methods), frameon=False)
+    save(figure, axes[0], report, path)
+
+
+def save(figure, ax, report, path):
+    handles, methods = ax.get_legend_handles_labels()
+    figure.legend(handles, methods, loc="lower center", ncols=5, frameon=False)
     figure.suptitle(f"{report['name']}, isovalue {report['isovalue']}")
-    figure.tight_layout(rect=(0, 0.06, 1, 1))
+    figure.tight_layout(rect=(0, 0.11, 1, 1))
     figure.savefig(path, metadata={"Date": None})
     plt.close(figure)
+
+
+def stated_error(row):
+    """What a method promises; of the others, which promise nothing, the largest distance that was found, to the nearer surface."""
+    measured = [row[key]["largest"] for key in ("distance", "distance_to_flying_edges") if key in row]
+    return row.get("certified", min(measured))
+
+
+def complete_after(row, bits_per_second):
+    """Seconds from "isovalue named" to "decoded at the client", one after the other."""
+    return row["seconds"] + 8 * row["bytes"] / bits_per_second + row["decode_seconds"]
+
+
+def soonest(rows, error, bits_per_second):
+    """The least seconds of the rows that are within an error; None: none is."""
+    return min((complete_after(row, bits_per_second) for row in rows if row["triangles"] > 0 and stated_error(row) <= error),
+               default=None)
+
+
+def plot_links(report, path):
+    """Seconds until a surface with at most a stated error is complete."""
+    errors = [0.02 * 2 ** (i / 8) for i in range(65)]  # Up to 5 voxels.
+    figure, axes = plt.subplots(1, len(LINKS), figsize=(14, 4.2), sharey=True)
+    for ax, (link, bits_per_second) in zip(axes, LINKS.items()):
+        for method, (colour, style) in STYLES.items():
+            rows = [row for row in report["rows"] if row["method"] == method]
+            found = [(error, soonest(rows, error, bits_per_second)) for error in errors]
+            found = [(error, seconds) for error, seconds in found if seconds is not None]
+            if found:
+                ax.plot(*zip(*found), style[1:], drawstyle="steps-post", color=colour, label=method)
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+        ax.set_xlim(errors[0], errors[-1])
+        ax.set_xlabel("error, voxels")
+        ax.set_title(link)
+        ax.grid(True, which="both", alpha=0.2)
+    axes[0].set_ylabel("seconds until complete")
+    save(figure, max(axes, key=lambda ax: len(ax.lines)), report, path)
+
+
+def links_table(report):
+    """The soonest of each method, by link and error."""
+    methods = [m for m in STYLES if any(row["method"] == m for row in report["rows"])]
+    lines = [f"| link | error | {' | '.join(methods)} |", f"| --- | ---: |{' ---: |' * len(methods)}"]
+    for link, bits_per_second in LINKS.items():
+        for error in ERRORS:
+            best = [soonest([r for r in report["rows"] if r["method"] == m], error, bits_per_second) for m in methods]
+            least = min((b for b in best if b is not None), default=None)
+            cells = ["--" if b is None else f"**{b:.2f}**" if b == least else f"{b:.2f}" for b in best]
+            lines.append(f"| {link} | {error} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
 
 
 def distances(text, between):
@@ -53,15 +116,16 @@ def distances(text, between):
 
 def table(report):
     full = report["full_surface"]
-    lines = ["| | | seconds | triangles | bytes | largest distance | 99 % | mean | the same to flying edges | "
-             "open, non-manifold edges | Euler characteristic | components |", "| --- | --- |" + " ---: |" * 10,
-             f"| full surface | | | {count(full['triangles'])} | | 0 | 0 | 0 | | | {full['euler_characteristic']} | "
+    lines = ["| | | seconds | decoding | triangles | bytes | certified | largest distance | 99 % | mean | the same to flying edges | "
+             "open, non-manifold edges | Euler characteristic | components |", "| --- | --- |" + " ---: |" * 12,
+             f"| full surface | | | | {count(full['triangles'])} | | | 0 | 0 | 0 | | | {full['euler_characteristic']} | "
              f"{full['components']} |"]
     for row in report["rows"]:
         changed = [row["euler_characteristic"] - full["euler_characteristic"], row["components"] - full["components"]]
         text = ["as it is" if change == 0 else f"{change:+d}" for change in changed]
         lines.append(
-            f"| {row['method']} | {row['setting']} | {row['seconds']:.2f} | {count(row['triangles'])} | {count(row['bytes'])} | "
+            f"| {row['method']} | {row['setting']} | {row['seconds']:.2f} | {row['decode_seconds']:.3f} | {count(row['triangles'])} | "
+            f"{count(row['bytes'])} | {format(row['certified'], '.3f') if 'certified' in row else ''} | "
             f"{distances(row['distance'], ' | ')} | {distances(row.get('distance_to_flying_edges'), '; ')} | "
             f"{row['open_edges']}, {row['nonmanifold_edges']} | {text[0]} | {text[1]} |")
     return "\n".join(lines) + "\n"
@@ -97,8 +161,12 @@ def page(reports):
 Made by `bash tests/bench/compare.sh`; all numbers in [compare.json](compare.json). Peers: {", ".join(peers) or "none"}.
 {"NOT THERE: " + ", ".join(missing) + "." if missing else ""}
 Seconds are from "isovalue named" to "encoded mesh", {reports[0]["threads"]} threads (meshoptimizer and the peers' Draco use one), the
-least of some runs; volumes are open. All meshes are Draco's. Distances are sampled both ways to what marching tetrahedra makes at
-full resolution, in voxels; that is *our* full surface, from which that of flying edges differs between samples, however fine: the
+least of some runs; volumes are open. "Ours, samples" are sample shells; other bytes are Draco's, or of meshoptimizer's codec with zstd
+("meshopt codec"), the peers' with 14 bits a coordinate over the box. "Decoding" is the client's, ours with the checks of each tile. Over
+a link: seconds, bytes over the link and decoding, one after the other. The error is there what is certified or, of peers, which certify
+nothing, the largest distance that was sampled, to our full surface or to flying edges', whichever is less; rounding to 14 bits or to
+our lattice (sqrt(3) / 32 steps) comes on top. Distances are sampled both ways to what marching tetrahedra makes at
+full resolution, in voxels; that is *our* full surface, from which that of flying edges differs between samples, however fine:
 their distances to the latter are listed as well. Changes of Euler characteristic and components are to ours; the peers' surfaces join
 or part diagonal neighbours otherwise. Open edges at the data's border do not count. Bold is the best: where that is a peer, it is
 better at this, and what it does not promise is in the columns of distances and topology.
@@ -107,7 +175,10 @@ better at this, and what it does not promise is in the columns of distances and 
     for report in reports:
         dims = " x ".join(str(n) for n in report["dims"])
         parts.append(f"## {report['name']}\n\n{dims} samples, isovalue {report['isovalue']}.\n\n"
-                     f"![Bytes and seconds against distances]({report['name']}.svg)\n\n{table(report)}")
+                     f"![Bytes and seconds against distances]({report['name']}.svg)\n\n{table(report)}\n"
+                     "Seconds until a surface with at most the error is complete at the client, of each method's settings the "
+                     "soonest (--: none):\n\n"
+                     f"![Seconds until complete, by link]({report['name']}_links.svg)\n\n{links_table(report)}")
     return "\n".join(parts)
 
 
@@ -118,6 +189,7 @@ def main():
     reports = [json.loads(path.read_text()) for path in sorted(work.glob("*.json"))]
     for report in reports:
         plot(report, out / f"{report['name']}.svg")
+        plot_links(report, out / f"{report['name']}_links.svg")
     (out / "compare.json").write_text(json.dumps(reports, indent=1) + "\n")
     (out / "README.md").write_text(page(reports))
 

@@ -1,14 +1,21 @@
-// How long the page's main thread is busy at a time while a large surface comes.
+// How long a surface takes to be complete in the viewer, and how long the page's main thread is busy
+// at a time meanwhile.
 //
-//   node long_tasks.mjs ADDRESS [--undrawn]
+//   node long_tasks.mjs ADDRESS [--undrawn] [--then ISOVALUE]
+//   node long_tasks.mjs 'http://127.0.0.1:7480/#dataset=head&isovalue=300.5&error=0.5' --then 310.5
 //   node long_tasks.mjs 'http://127.0.0.1:7480/#dataset=head&isovalue=500.5&error=0&surfaces=1200.5,7fb3d5' --undrawn
 //
-// The second shows two surfaces, which come at the same time. The end is the first dataset's picture, which is drawn after the surface. A browser without a graphics
-// card draws on the processor, and the page waits for it: --undrawn leaves out the drawing itself, not
-// what leads to it.
+// --then types another isovalue into the open page once the first surface is there: what a new
+// isovalue takes, without the page's own beginning. The last shows two surfaces, which come at the
+// same time. The end is the first dataset's picture, which is drawn after the surface. A browser
+// without a graphics card draws on the processor, and the page waits for it: --undrawn leaves out
+// the drawing itself, not what leads to it.
 //
-// Prints the tasks above 50 ms that the browser reports, those of the first second, in which the page itself
-// begins, apart; the processor time of the main thread, and what was shown in the end. Wall times depend on what else runs on the machine.
+// Prints the words of the status bar with the milliseconds at which they appeared, since the page was
+// opened or the isovalue was entered ("Complete": all steps came, were checked and given to the
+// graphics card); the tasks above 50 ms that the browser reports, those of the first second, in which
+// the page itself begins, apart; the processor time of the main thread, and what was shown in the
+// end. Wall times depend on what else runs on the machine.
 import { createRequire } from "node:module";
 
 const address = process.argv[2] ?? "http://127.0.0.1:7480/#error=0";
@@ -26,6 +33,14 @@ await page.addInitScript(() => {
       window.longTasks.push([Math.round(startTime), Math.round(duration)]);
     }
   }).observe({ type: "longtask", buffered: true });
+  window.states = [];
+  window.statesBegin = 0;
+  new MutationObserver(() => {
+    const word = document.querySelector(".state b")?.textContent;
+    if (word && word !== window.states.at(-1)?.[1]) {
+      window.states.push([Math.round(performance.now() - window.statesBegin), word]);
+    }
+  }).observe(document, { subtree: true, childList: true, characterData: true });
 });
 if (process.argv.includes("--undrawn")) {
   await page.addInitScript(() => {
@@ -37,11 +52,22 @@ if (process.argv.includes("--undrawn")) {
 const devtools = await page.context().newCDPSession(page);
 await devtools.send("Performance.enable");
 await page.goto(address);
-await page.waitForFunction(() => {
-  const others = [...document.querySelectorAll(".surface-state")].map(({ textContent }) => textContent);
-  const isComing = (text) => text === "" || text.endsWith("…");
-  return document.querySelector(".state b")?.textContent === "Complete" && !others.slice(1).some(isComing);
-}, null, { timeout: 600_000, polling: 500 });
+await complete();
+await tellStates("opened");
+const then = process.argv.indexOf("--then");
+if (then > 0) {
+  await page.evaluate(() => {
+    const begin = () => {
+      window.states = [[0, window.states.at(-1)[1]]];
+      window.statesBegin = performance.now();
+    };
+    document.querySelector('[aria-label="Isovalue"]').addEventListener("change", begin, { capture: true, once: true });
+  });
+  await page.fill('[aria-label="Isovalue"]', process.argv[then + 1]);
+  await page.press('[aria-label="Isovalue"]', "Enter");
+  await complete();
+  await tellStates(`isovalue ${process.argv[then + 1]}`);
+}
 await page.waitForSelector('.dataset img[src^="data:image/png"]', { timeout: 600_000 });
 const { metrics } = await devtools.send("Performance.getMetrics");
 const metric = (name) => metrics.find((m) => m.name === name)?.value;
@@ -55,3 +81,17 @@ for (const [when, some] of [["in the first second", begin], ["after that", rest]
   console.log(`${some.length} tasks above 50 ms ${when}, the longest ${longest} ms (start, duration): ${JSON.stringify(some)}`);
 }
 await browser.close();
+
+// All surfaces are there.
+async function complete() {
+  await page.waitForFunction(() => {
+    const others = [...document.querySelectorAll(".surface-state")].map(({ textContent }) => textContent);
+    const isComing = (text) => text === "" || text.endsWith("…");
+    return window.states.length > 1 && window.states.at(-1)[1] === "Complete" && !others.slice(1).some(isComing);
+  }, null, { timeout: 600_000, polling: 20 });
+}
+
+async function tellStates(what) {
+  const states = await page.evaluate(() => window.states);
+  console.log(`${what}: ${states.map(([when, word]) => `${word} ${when} ms`).join(", ")}`);
+}
