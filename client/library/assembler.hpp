@@ -98,7 +98,8 @@ class Assembler {
   [[nodiscard]] Result<LatticeMesh> welded_step() const;
   // The same of sample shells, and its topology.
   [[nodiscard]] JoinedTiles joined_step(const DataBorder& border) const;
-  [[nodiscard]] double largest_deviation() const;  // Of the scalars of the pending step.
+  // The largest deviation of the pending step's scalars.
+  [[nodiscard]] double largest_deviation() const;
   [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
                                                           const MeshTopology& topology);
 
@@ -116,8 +117,9 @@ class Assembler {
   DatasetInfo info_;
   HeldTiles held_;
   StreamLedger ledger_;
-  std::vector<TilePtr> tiles_;        // Of the step; null: not there yet.
-  std::vector<WaitingTile> waiting_;  // Of the step.
+  // The tiles of the pending step; null: not received yet.
+  std::vector<TilePtr> tiles_;
+  std::vector<WaitingTile> waiting_;
   std::uint64_t waiting_triangles_ = 0;
   std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.
   CommittedStepPtr shown_;

@@ -41,7 +41,8 @@ using ClientResult = tl::expected<T, ClientError>;
 }
 
 struct ClientOptions {
-  // Of silence. A server that gives signs of life is left after ten times that without progress.
+  // The longest silence. A server that answers pings is left after ten times as long without
+  // progress.
   std::chrono::milliseconds timeout{60'000};
   // When everything must be over, however much comes until then; none: whenever it is.
   std::optional<std::chrono::steady_clock::time_point> deadline = {};
@@ -117,7 +118,7 @@ class Client {
 
   [[nodiscard]] ClientResult<void> send(const ClientMessage& message);
   // nullopt when no whole message came within `patience`. A server that is silent for half of
-  // the timeout is pinged, so that a busy server is told apart from one that is gone.
+  // the timeout is pinged, to distinguish a busy server from a lost one.
   [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds patience);
   [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }

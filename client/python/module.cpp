@@ -215,7 +215,7 @@ void check_one_world(const DatasetInfo& surface, const DatasetInfo& values) {
   argument(check_colors({}, surface, values));
 }
 
-// Of every keyword its name, the form of its value, its default as text, and what it means.
+// Lists for every keyword its name, the form of its value, its default as text, and its meaning.
 py::list request_keywords() {
   py::list keywords;
   for (const RequestField& field : request_fields()) {

@@ -35,12 +35,12 @@ constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
 // A simplified triangle in a tile, of the bytes of one in a block, where more of them are small
 // ones at the border: 0.7 to 0.9 on public volumes.
 constexpr double kBytesInTiles = 0.82;
-// Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
+// Triangles of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 
-// Of a full surface in a refined cube of 16 steps, by the error in voxels that is allowed there.
-// Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to 560 at
-// two.
+// Triangles of a full surface in a refined cube of 16 steps, by the error in voxels that is allowed
+// there. Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to
+// 560 at two.
 double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
 
 // The fewer, the more there is to simplify in each.
@@ -59,7 +59,7 @@ SurfaceSize size_with(double triangles, double extracted, const StepRequest& ste
           .extracted = extracted};
 }
 
-// Of a surface that was made to see.
+// The size of a surface that was extracted.
 SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume,
                        const StepRequest& step) {
   const Shading shading(volume, step);
@@ -73,7 +73,7 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
   return size;
 }
 
-// Of a surface of so many triangles before simplification, if any.
+// The size of a surface of so many triangles before simplification, if any.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
   const double left =
       step.request.simplify ? share_left(blocks.triangles, blocks.a_border_edge, triangles) : 1;
@@ -99,8 +99,8 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
   return size_with(step.request.simplify ? kLeftOfPreview * triangles : triangles, triangles, step);
 }
 
-// Of the whole surface, from the spectrum and the thresholds alone: where a map allows less, there
-// is more.
+// Estimates the whole surface from the spectrum and the thresholds alone: where a map allows less,
+// there is more.
 SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
                        const std::stop_token& stop) {
   const double voxel = voxel_length(model.volume().info);

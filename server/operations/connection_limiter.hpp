@@ -33,7 +33,7 @@ class ConnectionLimiter {
 
   // kUnavailable, with a text for the client, when there are too many.
   [[nodiscard]] Result<Ticket> enter(const std::string& name);
-  // Somebody who is trusted to bring many: the total counts alone.
+  // For a trusted proxy: counts towards the total only.
   [[nodiscard]] Result<Ticket> enter();
   [[nodiscard]] std::size_t inside() const { return inside_; }
   [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }

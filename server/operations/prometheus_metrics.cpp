@@ -35,7 +35,7 @@ Family<Histogram>& histogram(Registry& registry, const char* name, const char* h
   return BuildHistogram().Name(name).Help(help).Register(registry);
 }
 
-// A counter that somebody else keeps: it is raised to what they say.
+// Mirrors a counter kept elsewhere: raises it to that value.
 void raise_to(Counter& counter, std::uint64_t value) {
   const double more = static_cast<double>(value) - counter.Value();
   if (more > 0) counter.Increment(more);

@@ -22,7 +22,7 @@ std::optional<double> outside_from(const std::string& text) {
     std::size_t used = 0;
     const double value = std::stod(text, &used);
     if (used == text.size() && std::isfinite(value)) return value;
-  } catch (const std::exception&) {  // Told below.
+  } catch (const std::exception&) {  // Reported below.
   }
   throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
 }
@@ -56,13 +56,15 @@ void VolumeOptions::add_to(Command& command) {
       ->capture_default_str()
       ->needs(layout);
   command
-      .add_option("--spacing", spacing, "World units between samples along x,y,z, whatever the "
+      .add_option("--spacing", spacing,
+                  "World units between samples along x,y,z, whatever the "
                   "file says (raw file: 1,1,1 by default)")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
   command
-      .add_option("--origin", origin, "World coordinates of the first sample, whatever the file says")
+      .add_option("--origin", origin,
+                  "World coordinates of the first sample, whatever the file says")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");

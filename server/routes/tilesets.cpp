@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// Of what this program makes of a cell: to be raised when the same path gives other bytes.
+// The version of the output: increase it when equal paths give different bytes.
 constexpr std::string_view kTilesetForm = "2 ";
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";

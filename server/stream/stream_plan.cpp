@@ -296,7 +296,7 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
   if (made.is_over) return made;
   if (!made.is_final || next.step.shell) {
     made.encoded = source.make(next.step, stop);
-    // The plan has kept to the limit as far as it could tell; whoever names steps has not.
+    // The plan keeps to the limit as far as it can estimate; requests that name steps may not.
     Result<void> allowed;
     if (made.is_final || (is_repeated && next.step.finest_spacing == 1)) {
       allowed = limit.check_made(next.step.request, made.encoded);

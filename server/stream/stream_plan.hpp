@@ -20,9 +20,11 @@ struct StreamState {
   StepPolicy steps = StepPolicy::kProgressive;
   std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
   std::vector<ShownStep> shown = {};
-  double triangles_per_second = 0;  // Of the client; 0: not known.
-  std::optional<int> level = {};    // Of its budget's schedule, once it is known what fits.
-  bool shells = false;              // The client decodes them, and may.
+  // The client's speed; 0: unknown.
+  double triangles_per_second = 0;
+  // The level of the budget's error schedule, once it is known.
+  std::optional<int> level = {};
+  bool shells = false;  // The client decodes them, and may.
   MeshUse use = MeshUse::kKeep;
 };
 
@@ -38,9 +40,10 @@ struct MadeStep {
 };
 
 struct MakingLimits {
-  // Of a final step; 0: no limit.
+  // The most triangles of a final step; 0: no limit.
   std::uint64_t max_triangles = 0;
-  double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
+  // The bandwidth to the client.
+  double bytes_per_second = kUsualBytesPerSecond;
   bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
   bool as_meshes = false;    // A final step is wanted as meshes (see SurfaceProvider::make_meshes).
 };

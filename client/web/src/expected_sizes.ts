@@ -6,8 +6,10 @@ import type { Effect, Wanted } from "./stream/conversation";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 
-const costly = 5_000_000; // Triangles that are not sent unasked, for one of at most two surfaces,
-const modest = 2_000_000; // and what every machine takes.
+// More triangles are requested only after a confirmation.
+const costly = 5_000_000;
+// So many triangles fit every machine.
+const modest = 2_000_000;
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   private last: { info: DatasetInfo; request: Wanted["request"] } | null = null; // Asked for.

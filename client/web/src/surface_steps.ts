@@ -25,7 +25,7 @@ export interface SurfaceStepsParts {
   pool: TilePool;
   surface: Surface;
   frames: Frames;
-  speed: StepSpeed; // Of the shown step.
+  speed: StepSpeed; // The decoding speed of this page.
   isPrefetch?: boolean; // Steps are kept, and never shown.
 }
 
@@ -60,7 +60,7 @@ export class SurfaceSteps {
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
-  private colouring: Promise<void>[] = []; // Of the running stream.
+  private colouring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
   constructor(

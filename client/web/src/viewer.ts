@@ -59,7 +59,7 @@ export interface TokenPlace {
 }
 
 export interface PictureOptions {
-  enlargement?: number; // Of what is on the screen; 1 if not said.
+  enlargement?: number; // The enlargement of the screen; 1 by default.
   isTransparent?: boolean; // Without a background.
 }
 
@@ -369,7 +369,7 @@ export class Viewer {
     return info && { ...rangeOf(this.list, info), valueUnit: info.valueUnit };
   }
 
-  // Of samples on slices; the colours of a series mean the same at all its times.
+  // The range of samples on slices, the same at all times of a series.
   private sampleRange(): LegendValues | null {
     const { info } = this;
     const range = this.rangeOf(info);

@@ -262,8 +262,8 @@ PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits
 
 namespace {
 
-// Of a triangle in shells, as measured on public volumes: 1.3 to 4.6 bits a vertex, of which there
-// is half a one a triangle; coarse levels are less smooth.
+// Bytes of a triangle in shells, as measured on public volumes: 1.3 to 4.6 bits a vertex, of which
+// there is half a one a triangle; coarse levels are less smooth.
 double shell_bytes_a_triangle(const StepRequest& step) {
   const ShellStep& shell = *step.shell;
   const double bits = shell.values == shell::ShellValues::kQuantized

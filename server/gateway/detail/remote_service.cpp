@@ -49,7 +49,7 @@ bool keep_holders_of_scalars(StartStream& action) {
   return is_held;
 }
 
-// Of a mesh that takes its time.
+// A mesh of so many triangles takes noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
 class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
@@ -117,8 +117,9 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   std::string token_;
   bool is_closed_ = false;
   bool is_bringing_ = false;
-  StreamPtr stream_;                              // Null when none runs.
-  std::optional<UpstreamPool::Reached> reached_;  // Of the last stream, for the next.
+  StreamPtr stream_;  // Null when none runs.
+  // The connection of the last stream, reused by the next one.
+  std::optional<UpstreamPool::Reached> reached_;
   AsyncEvent change_;
 };
 
@@ -153,7 +154,7 @@ class RemoteCaller::Stream : public ProgressiveStream {
     stop();
   }
 
-  // Before anybody was told of it.
+  // Before the client received anything of the step.
   void refuse(Error error) {
     waiting_.push_back(ErrorReply{.request_id = id(), .error = std::move(error)});
     is_finished_ = is_stopped = true;
@@ -184,7 +185,7 @@ class RemoteCaller::Stream : public ProgressiveStream {
     stop();
     changed_();
   }
-  // Nothing more is wanted of it: the server is told, and ends it. Then its link is free for the
+  // Cancels the stream at the server. Then its link is free for the
   // next stream.
   void stop() {
     is_stopped = true;

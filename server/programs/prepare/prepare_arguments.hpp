@@ -1,4 +1,4 @@
-// What `prepare` is told.
+// The options of `prepare`.
 #pragma once
 
 #include <cstdint>

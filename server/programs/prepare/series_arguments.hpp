@@ -1,4 +1,4 @@
-// What `prepare` can be told about series: which labels, times and fields become datasets.
+// The options of `prepare` for series: which labels, times and fields become datasets.
 #pragma once
 
 #include <optional>

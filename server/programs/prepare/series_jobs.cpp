@@ -27,7 +27,8 @@ struct SeriesSource {
   std::string name;
   std::vector<Moment> moments;
   std::string time_unit = {};
-  SourceMembers members = {};  // Of the first volume.
+  // The members of the first volume.
+  SourceMembers members = {};
 };
 
 // What a volume holds.

@@ -1,4 +1,4 @@
-// What programs with listeners can be told about them, and what follows from it: addresses,
+// The options of programs with listeners, and what follows from them: addresses,
 // security, limits, and how they are operated.
 #pragma once
 

@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-// Whoever holds the file holds its room.
+// The file owns its disk reservation.
 struct FileInItsRoom {
   FileInItsRoom(const std::filesystem::path& folder, ByteReservations::Reservation room_of_it)
       : room(std::move(room_of_it)), file(folder) {}

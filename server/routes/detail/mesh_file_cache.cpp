@@ -6,7 +6,8 @@
 namespace multitetra {
 namespace {
 
-constexpr double kPartOfAShare = 0.5;  // Of the disk that the others leave.
+// The part of the remaining disk that one share may reserve.
+constexpr double kPartOfAShare = 0.5;
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }

@@ -21,7 +21,7 @@ namespace multitetra {
 
 class MeshFileCache {
  public:
-  // Of at most `capacity` bytes together; one share may have half of what the others leave.
+  // Caches at most `capacity` bytes; one share may have half of what the others leave.
   // 0: none are kept, and as many as are wanted are being sent.
   explicit MeshFileCache(std::uint64_t capacity);
 
@@ -33,7 +33,7 @@ class MeshFileCache {
   void keep(const std::string& key, const StoredMesh& mesh);
 
  private:
-  // Of a mesh among those that are kept.
+  // The weight of a cached mesh.
   [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
 
   const std::uint64_t capacity_;

@@ -34,7 +34,8 @@ struct ByteRange {
 struct HttpRequest {
   std::string address;
   std::string method = "GET";
-  std::optional<ByteRange> range = std::nullopt;  // Of at least one byte; none: the whole.
+  // At least one byte; absent: the whole object.
+  std::optional<ByteRange> range = std::nullopt;
   std::vector<std::string> headers = {};
   std::span<const std::byte> body = {};
   std::uint64_t most = 0;  // Bytes of the answer; a larger one is an error.
@@ -45,7 +46,8 @@ struct HttpAnswer {
   std::vector<std::byte> bytes;
   std::string etag;
   std::string last_modified;
-  std::uint64_t total = 0;  // Of a 206: the size of the whole, 0 where it is not said.
+  // The size of the whole object after a 206; 0 if unknown.
+  std::uint64_t total = 0;
 
   [[nodiscard]] bool is_good() const { return status >= 200 && status < 300; }
 };

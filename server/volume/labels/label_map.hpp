@@ -7,8 +7,8 @@
 //
 // The field is f32 with values n / 256, n from 0 to 256. Beside another label it is one half plus
 // (in the label) or minus (outside) the sample's magnitude, see label_borders.hpp; elsewhere the
-// label's indicator, smoothed along each axis by the weights 1 4 6 4 1 (over 16) and rounded. Beyond
-// the map's ends its last samples go on.
+// label's indicator, smoothed along each axis by the weights 1 4 6 4 1 (over 16) and rounded.
+// Beyond the map's ends its last samples go on.
 //
 // Guaranteed:
 // * Every sample is on its side of 0.5, by at least 4/256: the isosurface cuts exactly those edges
@@ -47,8 +47,10 @@ struct FoundLabel {
   // The volume in the surface, in volumes of a sample. Of samples at the
   // map's ends the half beyond counts.
   double surface_samples = 0;
-  std::int32_t first_slice = 0;  // That it is in, and
-  std::int32_t last_slice = 0;   // the last one.
+  // The first slice with the label.
+  std::int32_t first_slice = 0;
+  // The last slice with the label.
+  std::int32_t last_slice = 0;
 };
 
 // Copies of a map share the samples.

@@ -177,7 +177,7 @@ describe("SurfaceClient", () => {
     const [four, twelve] = selections.asked;
     expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
     twelve.answer(selectionOf(2));
-    four.answer(selectionOf(3)); // Nobody wants it any more.
+    four.answer(selectionOf(3)); // It was cancelled.
     await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
     expect(client.drawn.leastDiagonal).toBe(12 * 32);
     client.hide(0);

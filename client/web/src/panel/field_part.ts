@@ -14,7 +14,7 @@ export interface FieldPart extends Part {
 }
 
 interface Offer {
-  name: string; // Of the dataset, or of its series.
+  name: string; // The name of the dataset or of its series.
   words: string;
 }
 

@@ -26,7 +26,7 @@ const tissues = [
   { from: -800, name: "skin" }, { from: -Infinity, name: "" },
 ];
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
-const backgroundShare = 0.15; // Of all samples, and of the range from its low end: a background's peak.
+const backgroundShare = 0.15; // The share of all samples, and of the range from its low end, of a background's peak.
 
 // Also where the file does not name the unit: samples from air to bone are hardly anything else.
 export function isCt({ min, max, valueUnit }: WindowedDataset): boolean {

@@ -14,8 +14,8 @@ export interface StepFacts {
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
   shell: ShellMode | null; // It came as samples; null: as triangles.
-  spacing: number; // Of a preview's samples: every such one is looked at; 1: it is of all of them.
-  pixels: number | null; // Of the screen: the error allowed where the camera looked, if it was followed.
+  spacing: number; // The spacing of a preview's samples; 1: all samples.
+  pixels: number | null; // The allowed error in pixels, if the camera was followed.
   preservesTopology: boolean;
   tolerance: number;
   isovalue: number;
@@ -50,7 +50,7 @@ export interface Progress {
   step: number; // That is being received.
   tilesToCome: number;
   tilesReceived: number;
-  bytesReceived: number; // Of all steps.
+  bytesReceived: number; // The bytes of all steps.
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
@@ -74,7 +74,7 @@ export interface DrawnSurface {
 
 // All visible surfaces.
 export interface SurfacesStatus {
-  progress: Progress; // Of the first visible one; without any, of the first one.
+  progress: Progress; // Values of the first visible surface, else of the first one.
   isLead: boolean; // That is the first there is.
   drawn: DrawnSurface[];
   done: number; // Those with a final step, or that will never have one,

@@ -57,12 +57,12 @@ export interface Settings {
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly FurtherSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  colour: string; // Of the first surface, as are the next three.
+  colour: string; // These four are settings of the first surface.
   opacity: number;
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
   colorBy: string; // A dataset whose values colour the surfaces; empty: none.
-  colors: ColourMap; // Of those values, as are the next two.
+  colors: ColourMap; // These three are settings of those values.
   fieldLevel: number | null;
   fieldWindow: number | null;
   fieldLog: boolean; // Equal factors of the values have equal steps of colour.
@@ -75,9 +75,9 @@ export interface Settings {
   clipFlipped: boolean;
   filled: boolean; // The cut shows the samples inside of the surfaces.
   slice: Axis; // A plane of samples in the picture.
-  transparentAir: boolean; // Of its samples, those of air are not shown.
+  transparentAir: boolean; // Samples of air are hidden.
   sliceAt: number; // 0 to 1 along the axis.
-  sliceColors: ColourMap; // Of samples.
+  sliceColors: ColourMap;
   level: number | null; // The sample value in the middle of the colours, and how many they span: null
   windowWidth: number | null; // for those that tell most of the data.
   samplesLog: boolean;
@@ -89,7 +89,7 @@ export interface Settings {
   playing: boolean; // One time after the other.
   speed: number; // Times a second, 0.1 to 60.
   loop: boolean; // After the last time comes the first.
-  up: [number, number, number]; // Of length 1: what is above in the picture, in world coordinates.
+  up: [number, number, number]; // A unit vector in world coordinates: up in the picture.
   eye: [number, number, number] | null; // World coordinates; null: the default view.
   target: [number, number, number] | null;
   places: readonly MeasuredPlace[]; // At most three.

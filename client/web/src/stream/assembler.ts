@@ -28,7 +28,7 @@ export interface StepOfTiles {
   begin: StepBegin;
   end: StepEnd;
   tiles: TilePromise[];
-  digest: ContentDigest; // Of all triangles, as computed here.
+  digest: ContentDigest; // The digest of all triangles, computed here.
   held: number; // Tiles that did not have to be sent.
 }
 

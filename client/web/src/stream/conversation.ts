@@ -85,8 +85,8 @@ export interface ConversationOptions {
   token: () => string;
   // Keys of the tiles that are kept and fit this request; the most useful first.
   held: (order: Wanted) => string[];
-  priority?: Priority; // Of all that is asked; normal if nothing is said.
-  trianglesPerSecond?: () => number; // That are decoded, checked and shown here; not told if nothing is said.
+  priority?: Priority; // The priority of all requests; normal by default.
+  trianglesPerSecond?: () => number; // The triangles a second that this page decodes, checks and shows; optional.
   isListing?: () => boolean; // Whether a new connection asks what is served; yes if nothing is said.
 }
 
@@ -99,8 +99,8 @@ const longestWait = 600_000; // The longest delay that a server may require.
 export class Conversation {
   private phase: Phase = "connecting";
   private retry = firstRetry;
-  private lastRequestId = 0n; // Of streams and questions.
-  private streamId = 0n; // Of the stream opened last.
+  private lastRequestId = 0n; // The last request id of streams and queries.
+  private streamId = 0n; // The request id of the last stream.
   private question: { id: bigint; order: Wanted } | null = null; // Under way.
   private nextQuestion: Wanted | null = null;
   private datasets: DatasetInfo[] = [];
@@ -115,7 +115,7 @@ export class Conversation {
   // What its stream began with: exactly these steps come again after a lost connection.
   private begun: Preview[] = [];
   private hasFinalBegun = false;
-  private lastStep: StepBegin | null = null; // Of the running stream.
+  private lastStep: StepBegin | null = null; // The last step of the running stream.
 
   constructor(private readonly options: ConversationOptions) {}
 

@@ -16,7 +16,7 @@ import {
 } from "../protocol/messages";
 import { longestCellDiagonal } from "./dataset";
 
-const maxTriangles = 60_000_000; // Of a step: about what a browser's memory takes.
+const maxTriangles = 60_000_000; // The most triangles of a step: about what a browser's memory takes.
 const maxTileTriangles = 2 ** 20;
 
 export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {

@@ -46,9 +46,8 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
   const double value = job.stored_label;
   const LabelMap map = maps.of(job.input, options);
   if (value == 0) return {map.field(value)};
-  const auto found =
-      std::find_if(map.labels().begin(), map.labels().end(),
-                   [&](const FoundLabel& label) { return label.value == value; });
+  const auto found = std::find_if(map.labels().begin(), map.labels().end(),
+                                  [&](const FoundLabel& label) { return label.value == value; });
   if (found == map.labels().end()) fail_without_label(job, map);
   return {map.field(value),
           LabelVolume{.samples = found->samples, .surface_samples = found->surface_samples}};
@@ -160,8 +159,7 @@ SourceNote Preparation::note_of(const PrepareJob& job) {
   if (is_new) at->second = source_note(job.input);
   SourceNote note = at->second;
   note.options = arguments_.told();
-  for (const std::string& more : job.told)
-    note.options += (note.options.empty() ? "" : " ") + more;
+  for (const std::string& more : job.told) note.options += (note.options.empty() ? "" : " ") + more;
   return note;
 }
 
@@ -171,7 +169,7 @@ void Preparation::see_prepared(const PrepareJob& job) {
   see(job, {info.dims, info.index_to_world, info.meaning});
 }
 
-// What the table tells of a member that lies elsewhere than the first.
+// The note in the table for a member that lies elsewhere than the first.
 void Preparation::require_same_places(const PrepareJob& job, const Places& found,
                                       const Places& first, const std::string& first_input) {
   const auto size = [](const Places& places) {

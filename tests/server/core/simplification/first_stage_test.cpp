@@ -12,7 +12,7 @@ namespace {
 
 class FirstStages : public Simplifying {
  protected:
-  // Of a lattice step; the shortest is 1.
+  // Edge lengths in lattice steps; the shortest is 1.
   Vec3 proportions_ = scaled(step_, 1 / *std::min_element(step_.begin(), step_.end()));
 
   [[nodiscard]] FirstStage simplified(double limit) const {
