@@ -339,7 +339,7 @@ void LoadSession::take_progress(const StreamProgress& progress) {
       stream.ending = Ending::kComplete;
       notify();
     } else {
-      fail_check("The stream was ended before its final step, though nobody asked for that.");
+      fail_check("The server ended the stream before its final step.");
     }
   } else if (const auto* refusal = std::get_if<Refusal>(&progress)) {
     take_refusal(refusal->error);

@@ -96,8 +96,7 @@ Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
   }
   return fail(ErrorCode::kUnknownDataset,
               "No dataset is named \"" + dataset +
-                  "\"; the list of datasets (multitetra-client list, /v1/datasets) tells those "
-                  "that are.");
+                  "\"; multitetra-client list and /v1/datasets list all names.");
 }
 
 bool Permit::may_see(const std::string& dataset) const { return find(dataset).has_value(); }

@@ -294,7 +294,7 @@ asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
     if (co_await forward(stream)) co_return;
     stream->is_asked = false;
     if (may_be_stale) continue;
-    log_line(LogLevel::kWarning, "a server was lost in a stream; another one is asked",
+    log_line(LogLevel::kWarning, "upstream lost in a stream; trying another one",
              {{"connection", client()->facts().connection}, {"request", stream->id()}});
     upstreams_->lost(reached_->upstream);
     const Stream::Clock::time_point now = Stream::Clock::now();
@@ -339,7 +339,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
       return;
     case ForwardedStream::Verdict::kDiffers:
       stream->fail({ErrorCode::kUnavailable,
-                    "A server was lost, and the one that goes on answers differently; ask again."});
+                    "A server was lost, and another one has a different answer; try again."});
       return;
     case ForwardedStream::Verdict::kForward:
       break;

@@ -51,9 +51,9 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
     if (one.watched) one.watched->close();
   }
   if (change == Change::kLost) {
-    log_line(LogLevel::kWarning, "a server is lost", {{"upstream", one.name}, {"why", why}});
+    log_line(LogLevel::kWarning, "upstream unreachable", {{"upstream", one.name}, {"why", why}});
   } else if (change == Change::kThere) {
-    log_line(LogLevel::kInfo, "a server is there", {{"upstream", one.name}});
+    log_line(LogLevel::kInfo, "upstream reachable", {{"upstream", one.name}});
   }
 }
 

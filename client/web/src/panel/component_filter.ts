@@ -15,8 +15,8 @@ export function componentFilter(of: string, hide: (minComponent: number) => void
   input.element.setAttribute("placeholder", "0");
   const element = h("label", {
     class: "component-filter",
-    "data-tip": "Parts that do not hang together with the rest, by the diagonal of the box around them. They are hidden " +
-      "here, and in what you measure and take with you; what is checked stays the whole surface.",
+    "data-tip": "Hides connected components by the diagonal of their bounding box, also in measurements and downloads. " +
+      "Checks cover the whole surface.",
   }, "Hide components smaller than ", input.element, " samples");
   return { element, show: (minComponent) => input.show(minComponent === 0 ? null : minComponent) };
 }

@@ -75,7 +75,7 @@ export class Questions {
 
   close(): void {
     this.link.leave();
-    this.lose("Nobody asks any more.");
+    this.lose("Cancelled.");
   }
 
   private ask(send: (id: bigint) => void): Promise<Answer> {

@@ -52,7 +52,7 @@ export class TilePool {
   forget(owner: object): void {
     const gone = this.queue.filter((one) => one.owner === owner);
     this.queue.splice(0, Infinity, ...this.queue.filter((one) => one.owner !== owner));
-    for (const { done } of gone) done.reject(new Error("Nobody waits for it."));
+    for (const { done } of gone) done.reject(new Error("Cancelled."));
   }
 
   drop(ids: string[]): void {
