@@ -98,10 +98,10 @@ class Client {
   [[nodiscard]] ClientResult<void> share_budget(const std::string& dataset,
                                                 std::vector<IsosurfaceRequest>& requests);
 
-  // The field on a plane. The reply has as many pixels as were asked for.
+  // The field on a plane. The reply has as many pixels as requested.
   [[nodiscard]] ClientResult<SliceReply> slice(const std::string& dataset,
                                                const SliceRequest& request);
-  // What the field is at some places. The reply has as many as were asked for.
+  // The field at some places. The reply has as many as requested.
   [[nodiscard]] ClientResult<ProbeReply> probe(const std::string& dataset,
                                                const ProbeRequest& request);
 

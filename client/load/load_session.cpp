@@ -46,9 +46,10 @@ struct LoadSession::RunningStream {
   LoadClock::time_point asked = LoadClock::now();
   // The time of the last message from the server.
   LoadClock::time_point sign = LoadClock::now();
-  bool is_asked_for_life = false;              // Since then.
-  std::optional<LoadClock::time_point> again;  // When it is asked for once more.
-  std::set<ContentDigest> tiles;               // That came, over all connections.
+  bool is_asked_for_life = false;  // Since then.
+  // When the request is repeated.
+  std::optional<LoadClock::time_point> again;
+  std::set<ContentDigest> tiles;  // That came, over all connections.
   std::optional<StepBegin> begun;
   double last_tile = 0;
   bool has_step = false;

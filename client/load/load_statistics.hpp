@@ -36,7 +36,7 @@ struct LoadStatistics {
   std::uint64_t failed = 0;      // Refused by the server, or a check failed.
   std::uint64_t unfinished = 0;  // When the time and the grace after it were over.
 
-  // Answers to requests that said when to come again; the client did.
+  // Rejections with a retry delay, after which the client retried.
   std::uint64_t told_to_come_again = 0;
 
   std::uint64_t steps = 0;

@@ -47,7 +47,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // instead, and the session goes on.
   void give_up(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
-  // Since when nothing was asked or answered; nullopt while something is.
+  // Idle since then; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> resting_since() const;
   // What the way to the client was found to carry.
   void link_carries(double bytes_per_second) { caller_->link_carries(bytes_per_second); }
@@ -103,13 +103,14 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   Session session_;
   ClientContextPtr client_;
   bool is_over_ = false;
-  bool is_greeting_ = false;  // What there is for this client is being found out.
+  // The dataset listing for the new client is in progress.
+  bool is_greeting_ = false;
   // The memory reserved for the request that is about to start.
   ByteReservations::Reservation new_room_;
   std::deque<Reply> replies_;
   // The memory of the reply that is being sent.
   ByteReservations::Reservation leaving_room_;
-  // Until then nothing is read.
+  // Reading is paused until then (rate limit).
   std::chrono::steady_clock::time_point quiet_until_ = {};
   std::optional<Stream> stream_;
   // Set while the final message of the previous stream is still queued.

@@ -1,4 +1,4 @@
-// Which servers are behind a gateway, and how much patience it has with them.
+// The servers behind a gateway, and the time limits for them.
 #pragma once
 
 #include <chrono>
@@ -20,8 +20,9 @@ struct UpstreamOptions {
   // The wait before a failed server is tried again, doubled from time to time up to the longest.
   std::chrono::milliseconds least_backoff{100};
   std::chrono::milliseconds most_backoff{5'000};
-  std::chrono::milliseconds left_out{60'000};      // After a tile that is damaged.
-  std::chrono::milliseconds list_lifetime{2'000};  // How long what servers offer is believed.
+  std::chrono::milliseconds left_out{60'000};  // After a tile that is damaged.
+  // How long a listing is cached.
+  std::chrono::milliseconds list_lifetime{2'000};
   // Bytes of cached tiles.
   std::size_t tile_bytes = std::size_t{256} << 20;
 };

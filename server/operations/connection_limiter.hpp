@@ -37,7 +37,7 @@ class ConnectionLimiter {
   [[nodiscard]] Result<Ticket> enter();
   [[nodiscard]] std::size_t inside() const { return inside_; }
   [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }
-  // How many connections a name has; the networks around it may have more for each share that they
+  // The connections of a name; the networks around it may have more for each share that they
   // count for.
   [[nodiscard]] double crowd_of(const std::string& name) const;
 

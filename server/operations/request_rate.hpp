@@ -21,7 +21,7 @@ class RateAllowance {
  public:
   RateAllowance(const RequestRate& rate, double now) : left_(rate.burst), since_(now) {}
 
-  // 0 when another request may be asked now: it is counted then, for `cost`. Else the seconds until
+  // 0 when another request is allowed now: it is counted then, for `cost`. Else the seconds until
   // then; what it costs beyond 1, which is the work to look at it, is counted nevertheless.
   [[nodiscard]] double take(const RequestRate& rate, double now, double cost) {
     left_ = left_at(rate, now);

@@ -65,7 +65,7 @@ void write_into(const std::filesystem::path& folder, const std::filesystem::path
 // Writes the files of one isovalue.
 class Exporter {
  public:
-  // `tell` receives the percentage that is done.
+  // `report` receives the percentage that is done.
   Exporter(const SurfaceExtractor& extractor, const CellTree& tree, std::filesystem::path folder,
            std::function<void(double)> tell)
       : extractor_(extractor), tree_(tree), folder_(std::move(folder)), tell_(std::move(tell)) {}

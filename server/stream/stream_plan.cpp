@@ -241,7 +241,7 @@ PlanLimits plan_limits(const StreamState& state, const MakingLimits& limits) {
   return of_plan;
 }
 
-// A cell is made as it was asked for: it is too small for previews, and has no budget.
+// A cell is made as requested: it is too small for previews, and has no budget.
 Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
                            const std::stop_token& stop, const MakingLimits& limits) {
   MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};

@@ -18,7 +18,8 @@ namespace multitetra {
 struct StreamState {
   IsosurfaceRequest request = {};  // As it was made.
   StepPolicy steps = StepPolicy::kProgressive;
-  std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
+  // The stream starts with these previews, regardless of the plan.
+  std::vector<Preview> begun = {};
   std::vector<ShownStep> shown = {};
   // The client's speed; 0: unknown.
   double triangles_per_second = 0;
@@ -45,7 +46,8 @@ struct MakingLimits {
   // The bandwidth to the client.
   double bytes_per_second = kUsualBytesPerSecond;
   bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
-  bool as_meshes = false;    // A final step is wanted as meshes (see SurfaceProvider::make_meshes).
+  // Make a final step as meshes (see SurfaceProvider::make_meshes).
+  bool as_meshes = false;
 };
 
 // A final step with a budget is within it, and has most of it or the request's own error; and it

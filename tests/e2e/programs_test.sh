@@ -313,7 +313,7 @@ for command in generate prepare info plot verify extract serve token; do "$serve
 [ "$("$client" view --dataset "a head" --isovalue -300 --error 0.5 --region ball:1,2,3,4=0)" = \
   "http://127.0.0.1:7480/#dataset=a%20head&isovalue=-300&error=0.5&region=ball:1,2,3,4=0" ] || fail "another address of the viewer"
 [ "$("$client" view --dataset a --min-component 12.5)" = "http://127.0.0.1:7480/#dataset=a&min_component=12.5" ] ||
-  fail "the viewer's address does not tell which components are hidden"
+  fail "the viewer's address does not name which components are hidden"
 ends 2 "--min-component" "$client" view --min-component -1
 [ "$("$client" view --isovalue 1e30)" = "http://127.0.0.1:7480/#isovalue=1e30" ] || fail "a large isovalue is no number in the viewer's address"
 [ "$(MULTITETRA_SERVER=wss://site.org/volumes/ "$client" view --dataset a)" = "https://site.org/volumes/#dataset=a" ] ||

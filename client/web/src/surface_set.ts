@@ -78,7 +78,7 @@ export class SurfaceSet {
     for (const member of this.members.splice(0)) this.part(member);
   }
 
-  // Those that are hidden are asked for when they are seen; the first one always is.
+  // Hidden ones are requested when they become visible; the first one always is.
   want({ infos, moment, scalars }: Scene, settings: Settings, view: View, isDragging: boolean): void {
     this.arrange(settings);
     this.look = { settings, clip: this.look?.clip ?? null };

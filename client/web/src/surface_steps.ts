@@ -43,7 +43,7 @@ export interface StepChecks {
   certified: (stream: number, step: StepOfTiles, topology: MeshTopology) => void;
 }
 
-// What was asked for, and for which moment.
+// The request and its moment.
 export interface Asked {
   order: Wanted;
   moment: Moment;
@@ -234,7 +234,7 @@ export class SurfaceSteps {
     this.parts.surface.show([]);
   }
 
-  // `elapsed`: milliseconds after the request; null: nothing was asked.
+  // `elapsed`: milliseconds after the request; null: without a request.
   private show(frame: Frame, elapsed: number | null): void {
     const { ids, shown, chosen } = frame;
     const before = this.shown;

@@ -47,7 +47,7 @@ import { TilePool } from "./workers/tile_pool";
 export type { Settings } from "./state/settings";
 
 export interface ViewerOptions extends Partial<Settings> {
-  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own if not said.
+  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own by default.
   server?: string;
   token?: string | TokenPlace;
 }

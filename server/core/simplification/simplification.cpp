@@ -142,7 +142,7 @@ class SimplifiedPiece::Run {
       }
     }
   }
-  // Where planes do not tell much, as on flat pieces, the shorter edge goes: it leaves fewer long
+  // Where quadrics decide little, as on flat pieces, the shorter edge goes: it leaves fewer long
   // and thin triangles.
   float cost(std::uint32_t u, std::uint32_t v) const {
     const Vec3 along = difference(positions_[v], positions_[u]);
@@ -200,7 +200,7 @@ class SimplifiedPiece::Run {
     }
     return true;
   }
-  // Tells w that its neighbour u is gone, and v is one.
+  // Replaces w's neighbour u by v.
   void replace(std::uint32_t w, std::uint32_t u, std::uint32_t v) {
     State& state = states_[w];
     reopen(w);

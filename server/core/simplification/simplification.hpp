@@ -16,7 +16,7 @@
 //  * the topology is the same: what was a manifold is one, with the same components and Euler
 //    characteristic; a component without border keeps four triangles at least;
 //  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
-//  * where it is asked for, a surface that does not cut itself still does not (see embedding.hpp);
+//  * with `embedded`, a surface without self-intersections stays so (see embedding.hpp);
 //  * the result is a function of the arguments alone, to the bit.
 //
 // Where the `max_distance` is 0 nothing changes.

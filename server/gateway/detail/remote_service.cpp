@@ -171,8 +171,9 @@ class RemoteCaller::Stream : public ProgressiveStream {
 
   ForwardedStream forwarded;
   std::shared_ptr<const UpstreamDataset> dataset;
-  const bool shells;      // Its steps may have them; the same for all streams of a client.
-  bool is_asked = false;  // A server was asked for it, and has not ended it.
+  const bool shells;  // Its steps may have them; the same for all streams of a client.
+  // A server is working on it.
+  bool is_asked = false;
   bool is_stopped = false;
   std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
 

@@ -1,4 +1,4 @@
-// Whether a server is there, as far as was noticed, and when it may be asked again. Pure: the time
+// Whether a server was reachable, and when it is tried again. Pure: the time
 // is passed by the caller.
 #pragma once
 

@@ -123,8 +123,8 @@ void UpstreamPool::look_after_upstreams() {
 asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
-    const UpstreamClient nobody;  // Named for the same reason as below.
-    const auto link = co_await link_to(upstream, nobody);
+    const UpstreamClient no_client;  // Named for the same reason as below.
+    const auto link = co_await link_to(upstream, no_client);
     const Clock::time_point since = Clock::now();
     Clock::time_point next = since + options_.silence;
     if (link) {

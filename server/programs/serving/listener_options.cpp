@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLongestSeconds = 1e7;
 
-// What must not be endless: where no limit is wanted it is a hundred days.
+// A limit that must be finite: no limit means a hundred days.
 std::chrono::milliseconds bounded(double seconds) {
   return milliseconds(seconds > 0 ? seconds : kLongestSeconds);
 }

@@ -22,7 +22,7 @@ namespace multitetra {
 class MeshFileCache {
  public:
   // Caches at most `capacity` bytes; one share may have half of what the others leave.
-  // 0: none are kept, and as many as are wanted are being sent.
+  // 0: none are cached, and any number may be sent.
   explicit MeshFileCache(std::uint64_t capacity);
 
   [[nodiscard]] std::optional<StoredMesh> find(const std::string& key);

@@ -73,7 +73,7 @@ struct ContentRange {
     return range.first <= range.last ? std::optional(range) : std::nullopt;
   }
 
-  // Whether it is what was wanted, cut off at the end of the whole at most.
+  // Whether it is the requested range, cut off at the end of the object at most.
   [[nodiscard]] bool is(const ByteRange& wanted) const {
     if (wanted.first == ByteRange::kFromEnd) {
       return total && last + 1 == *total && last - first + 1 == std::min(wanted.length, *total);

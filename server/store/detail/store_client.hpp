@@ -1,7 +1,7 @@
 // HTTP requests with retries, over connections that are kept: libcurl (HTTP/1.1, or 2 where the
 // server offers it), which is seen by store_client.cpp alone.
 //
-// Answers are checked: a 206 must be of the range that was asked for, and a body as long as its
+// Responses are checked: a 206 must be of the requested range, and a body as long as its
 // header promised. What may pass (no connection, a body that ends too early, 429, 5xx) is tried
 // again after a pause that doubles and is random between its half and its whole, or after what
 // Retry-After says.

@@ -1,4 +1,4 @@
-// The load generator: users whose scripts are repeatable, and who notice what is wrong.
+// The load generator: scripts are repeatable, and clients detect faults.
 #include <gtest/gtest.h>
 
 #include "client/library/message_socket.hpp"

@@ -55,12 +55,12 @@ function clientOf(token = "", parts = partsOf(token)) {
 const moment = { scene: "gyroid", time: null };
 const settings = { ...defaults, isovalue: 0.1, error: 0.5 };
 
-// What was asked for last.
+// The last request.
 function openStream(): OpenStream | undefined {
   return link.sent.filter(({ case: kind }) => kind === "openStream").at(-1)?.value as OpenStream | undefined;
 }
 
-// The server takes the connection and tells what it has; what the client then says.
+// Accepts the connection and lists datasets; returns what the client then sends.
 function accept(): string[] {
   link.sent.length = 0;
   link.events!.opened();
@@ -195,7 +195,7 @@ describe("SurfaceClient", () => {
   });
 });
 
-// A client that wants what is kept; the selections that its surface was told to show.
+// A client of cached surfaces, and the selections that its surface was to show.
 function keptAndWanted(wanted: Settings) {
   link.sent.length = selections.asked.length = 0;
   const shows: (Selection | null)[] = [];

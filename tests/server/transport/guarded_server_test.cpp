@@ -309,7 +309,7 @@ TEST(Limits, WorkersTimeForOneRequest) {
   EXPECT_EQ(given_up.error.code, ErrorCode::kLimitExceeded);
   EXPECT_NE(given_up.error.text.find("than the 0.05 s"), std::string::npos) << given_up.error.text;
   EXPECT_EQ(given_up.request_id, 1U);
-  EXPECT_TRUE(running.reaches(0)) << "The worker still works for nobody.";
+  EXPECT_TRUE(running.reaches(0)) << "The worker still works although its client is gone.";
   ASSERT_TRUE(socket.send(Ping{1}));
   (void)receive<Pong>(socket);
 }

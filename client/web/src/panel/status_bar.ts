@@ -44,7 +44,7 @@ export class StatusBar {
   private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
   private certified: DrawnSurface[] = [];
-  // What is said aloud: steps, not every tile.
+  // Announced to screen readers: steps, not every tile.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
   constructor() {

@@ -1,6 +1,6 @@
-// Which values of a dataset the colours of its samples span where nothing else is said, and which samples are air.
+// The default range of a dataset's sample colours, and which samples are air.
 //
-// Values of computed tomography are known: Hounsfield units, where air is -1000 and water 0. Elsewhere the histogram tells:
+// Values of computed tomography are known: Hounsfield units, where air is -1000 and water 0. Elsewhere the histogram decides:
 // a peak at its low end that holds a large share of all samples is the background, and the colours span what most of the other
 // samples have.
 import type { DatasetInfo } from "../protocol/messages";
@@ -43,7 +43,7 @@ export function tissueAt(isovalue: number, info: WindowedDataset): string {
   return isCt(info) ? tissues.find(({ from }) => isovalue >= from)!.name : "";
 }
 
-// Where nothing is said.
+// The default window.
 export function usualWindow(info: WindowedDataset): { level: number; width: number } {
   if (isCt(info)) return ctWindows[0];
   const [low, high] = [percentile(info, spread.low), percentile(info, spread.high)];

@@ -28,8 +28,8 @@ export interface StepFacts {
 // What of the surface is shown where small components are hidden.
 export interface ShownComponents {
   minComponent: number; // Samples: those whose bounding box has a shorter diagonal are hidden.
-  components: number; // Components of the whole surface,
-  shown: number; // and of them those that are shown.
+  components: number; // Components of the whole surface.
+  shown: number; // Components that are shown.
   triangles: number; // That are shown.
 }
 
@@ -54,11 +54,11 @@ export interface Progress {
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
-  shown: StepFacts | null; // Facts of the whole surface,
+  shown: StepFacts | null; // Facts of the whole surface.
   components: ShownComponents | null; // and what of it is shown; null: all.
   // The server is busy: why, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
-  heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
+  heldBack: SurfaceSize | null; // The size of the requested surface, of which less was sent.
   // A second field on the surface: the range of its values, and the largest difference between the field and the
   // interpolated colours.
   scalars: { low: number; high: number; deviation: number } | null;
@@ -77,8 +77,8 @@ export interface SurfacesStatus {
   progress: Progress; // Values of the first visible surface, else of the first one.
   isLead: boolean; // That is the first there is.
   drawn: DrawnSurface[];
-  done: number; // Those with a final step, or that will never have one,
-  seen: number; // of so many that are seen.
+  done: number; // Surfaces with a final step, or that will never have one.
+  seen: number; // Visible surfaces.
 }
 
 export const noProgress: Progress = {

@@ -1,4 +1,4 @@
-// Everything that a user can turn, as one plain value: what is asked of the server, and how it is
+// All settings of a user as one plain value: the request, and how it is
 // shown. The whole of it is in the page's address.
 import type { ColourMap } from "../shared/colour_maps";
 
@@ -32,17 +32,17 @@ export interface MeasuredPlace {
 
 // A surface beside the first one, of the same dataset or of another one in the same world.
 export interface FurtherSurface {
-  dataset?: string; // Empty or not said: that of the first one.
+  dataset?: string; // Empty or absent: that of the first one.
   isovalue: number;
   error: number | null; // Voxels; null: as the first one.
   colour: string; // "#rrggbb"
   opacity: number; // 0 to 1: nothing to see through.
   visible: boolean;
-  minComponent?: number; // Samples, as the settings have it of the first one; not said: 0.
+  minComponent?: number; // Samples, as for the first one; absent: 0.
 }
 
 export interface Settings {
-  // What is asked for.
+  // The request.
   dataset: string; // Or a series of datasets: the first of it.
   t: number | null; // The time that is shown, of a series that has times: the nearest. Null: the dataset's own.
   isovalue: number | null; // Null: the dataset's own suggestion.
@@ -78,8 +78,8 @@ export interface Settings {
   transparentAir: boolean; // Samples of air are hidden.
   sliceAt: number; // 0 to 1 along the axis.
   sliceColors: ColourMap;
-  level: number | null; // The sample value in the middle of the colours, and how many they span: null
-  windowWidth: number | null; // for those that tell most of the data.
+  level: number | null; // The sample value in the middle of the colours., and how many they span: null
+  windowWidth: number | null; // Null: the default window.
   samplesLog: boolean;
   axes: boolean;
   projection: Projection;
@@ -147,8 +147,8 @@ export const defaults: Settings = {
   places: [],
 };
 
-// Whether the server is asked for something else now. Not for another dataset or time: whoever changes
-// that asks when the dataset is there. Surfaces beside the first are asked for when they are seen.
+// Whether a new request is needed now. Not for another dataset or time: the code that changes
+// those requests when the dataset is there. Surfaces beside the first are requested when they are visible.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const hasNormals = (s: Settings) => s.shading === "field";

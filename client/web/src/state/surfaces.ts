@@ -22,7 +22,7 @@ export function surfacesOf(settings: Settings): SurfaceSettings[] {
   return [{ isovalue, error, colour, opacity, visible, minComponent }, ...settings.surfaces];
 }
 
-// As if this surface were the only one: what the server is asked for it. Null: there is none.
+// The request for this surface alone. Null: there is none.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;

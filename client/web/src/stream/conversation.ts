@@ -54,11 +54,11 @@ export type Effect =
 export interface Wanted {
   info: DatasetInfo;
   request: IsosurfaceRequest;
-  steps?: "all" | "previews" | "final"; // All if nothing is said.
+  steps?: "all" | "previews" | "final"; // All by default.
   scalars?: ScalarWish;
 }
 
-// A dataset whose values are wanted at the vertices, too, and what they are to span.
+// A dataset whose values are requested at the vertices, and their range.
 export interface ScalarWish {
   dataset: string;
   low?: number; // Both or none: what the dataset has.
@@ -87,7 +87,7 @@ export interface ConversationOptions {
   held: (order: Wanted) => string[];
   priority?: Priority; // The priority of all requests; normal by default.
   trianglesPerSecond?: () => number; // The triangles a second that this page decodes, checks and shows; optional.
-  isListing?: () => boolean; // Whether a new connection asks what is served; yes if nothing is said.
+  isListing?: () => boolean; // Whether a new connection lists the datasets; yes by default.
 }
 
 const policies = { all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY };
@@ -109,7 +109,7 @@ export class Conversation {
   private order: Wanted | null = null; // The request of the assembler.
   private stream = 0;
   private isGivenUp = false;
-  private wait = 0; // Milliseconds until the next connection, as the server has said.
+  private wait = 0; // Milliseconds until the next connection, from the server's reply.
   // Steps of `wanted` that were committed already, on this connection or one before.
   private given = 0;
   // What its stream began with: exactly these steps come again after a lost connection.
@@ -131,7 +131,7 @@ export class Conversation {
   }
 
   // How large a surface would be. One question is under way at a time; of those that come meanwhile
-  // the last one follows. Without a connection nothing is asked.
+  // the last one follows. Without a connection nothing is requested.
   askSize(order: Wanted): Effect[] {
     if (this.phase !== "ready") return [];
     if (this.question) {
@@ -152,7 +152,7 @@ export class Conversation {
     return this.turn("connecting");
   }
 
-  // What was postponed is asked for again, unless something else is wanted by now.
+  // Repeats what was postponed, unless it was superseded.
   again(): Effect[] {
     const isRunning = this.assembler !== null && !this.assembler.hasEnded;
     return this.phase === "ready" && this.wanted && !isRunning ? this.openStream() : [];

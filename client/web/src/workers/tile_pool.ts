@@ -91,7 +91,7 @@ export class TilePool {
     return this.ask((request) => ({ kind: "file", request, drawn, format, toWorld }));
   }
 
-  // All workers end; what was asked is never answered.
+  // Ends all workers; pending jobs are never answered.
   dispose(): void {
     for (const worker of [this.keeper, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }

@@ -43,7 +43,7 @@ TEST_P(FirstStages, KeepTopologyBorderAndVertices) {
   }
 }
 
-// One way point by point, with the error that is told there; the other way with the largest.
+// One way point by point, with the error there; the other way with the largest.
 TEST_P(FirstStages, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);
