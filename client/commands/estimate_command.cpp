@@ -25,7 +25,7 @@ void print(const EstimateReply& reply, const IsosurfaceRequest& request, const D
 
 void add_estimate(Command& app, EstimateArguments& a) {
   Command* command =
-      app.add_subcommand("estimate", "Tell how large an isosurface would be, without making it");
+      app.add_subcommand("estimate", "Estimate the size of an isosurface without making it");
   add_order_options(*command, a.order,
                     {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   command->add_flag("--json", a.json, "Print JSON");

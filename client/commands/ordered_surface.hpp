@@ -48,8 +48,9 @@ struct OrderedSurface {
   Client client;
   DatasetInfo info;
   std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
-  std::optional<ScalarRequest> scalars;     // Of each of them; none: no colors.
-  Notices notices;                          // What is odd about the requests.
+  // The colors of every surface; absent: no colors.
+  std::optional<ScalarRequest> scalars;
+  Notices notices;  // What is odd about the requests.
 };
 
 [[nodiscard]] OrExitCode<OrderedSurface> ordered(const SurfaceOrder& order,

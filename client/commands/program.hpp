@@ -21,11 +21,11 @@ inline ExitCode complain(ExitCode code, const std::string& text) {
 }
 
 inline ExitCode complain(const ClientError& trouble) {
-  const std::string who = trouble.trouble == Trouble::kServer  ? "server: "
-                          : trouble.trouble == Trouble::kCheck ? "a check failed: "
-                                                               : "";
+  const std::string prefix = trouble.trouble == Trouble::kServer  ? "server: "
+                             : trouble.trouble == Trouble::kCheck ? "a check failed: "
+                                                                  : "";
   return complain(trouble.trouble == Trouble::kCheck ? kCheckFailed : kFailed,
-                  who + trouble.error.text);
+                  prefix + trouble.error.text);
 }
 
 }  // namespace multitetra

@@ -59,9 +59,7 @@ void add_server_options(Command& command, ServerArguments& a) {
       ->type_name("SECONDS")
       ->capture_default_str()
       ->group(group);
-  command
-      .add_option("--deadline", a.deadline,
-                  "Seconds after which to give up, however much comes; 0: none")
+  command.add_option("--deadline", a.deadline, "Timeout of the whole request in seconds; 0: none")
       ->within(0.0, 86400.0)
       ->type_name("SECONDS")
       ->capture_default_str()

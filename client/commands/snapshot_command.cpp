@@ -287,22 +287,24 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->add_flag("--wireframe", a.wireframe, "Draw the edges of the triangles as well")
       ->group(group);
   command
-      ->add_option("--opacity", a.opacities,
-                   "Of the surfaces, more than 0 and at most 1: one for all, or one for each with "
-                   "commas between them (default: 1)")
+      ->add_option(
+          "--opacity", a.opacities,
+          "Opacity of the surfaces, above 0 and at most 1: one for all, or one for each with "
+          "commas between them (default: 1)")
       ->repeatable()
       ->delimiter(',')
       ->type_name("FLOAT,...")
       ->group(group);
   command
-      ->add_option("--surface-color", a.surface_colors,
-                   "Of the surfaces, as #dd8265: one for all, or one for each with commas between "
-                   "them")
+      ->add_option(
+          "--surface-color", a.surface_colors,
+          "Color of the surfaces, as #dd8265: one for all, or one for each with commas between "
+          "them")
       ->repeatable()
       ->delimiter(',')
       ->type_name("COLOR,...")
       ->group(group);
-  command->add_option("--threads", a.threads, "For drawing (default: one per processor)")
+  command->add_option("--threads", a.threads, "Threads for drawing (default: one per processor)")
       ->within(1, 1024)
       ->group(group);
   // A picture shows creases where the triangles' own normals are averaged: the field's are smooth.

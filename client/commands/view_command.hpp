@@ -12,8 +12,10 @@
 namespace multitetra {
 
 struct ViewArguments {
-  std::string http = {};     // Where the server's HTTP listener is; empty: as
-  std::string server = {};   // this says, where other commands find the server.
+  // The address of the server's HTTP listener; empty: derived from `server`.
+  std::string http = {};
+  // The server, as other commands name it.
+  std::string server = {};
   std::string dataset = {};  // Empty: the first that is served.
   SurfaceQuery query = {};
   // Its fields that were given, by name and as the viewer reads them.

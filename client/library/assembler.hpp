@@ -98,7 +98,8 @@ class Assembler {
   [[nodiscard]] Result<LatticeMesh> welded_step() const;
   // The same of sample shells, and its topology.
   [[nodiscard]] JoinedTiles joined_step(const DataBorder& border) const;
-  [[nodiscard]] double largest_deviation() const;  // Of the scalars of the pending step.
+  // The largest deviation of the pending step's scalars.
+  [[nodiscard]] double largest_deviation() const;
   [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
                                                           const MeshTopology& topology);
 

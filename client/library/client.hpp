@@ -41,7 +41,8 @@ using ClientResult = tl::expected<T, ClientError>;
 }
 
 struct ClientOptions {
-  // Of silence. A server that gives signs of life is left after ten times that without progress.
+  // The longest silence. A server that answers pings is left after ten times as long without
+  // progress.
   std::chrono::milliseconds timeout{60'000};
   // When everything must be over, however much comes until then; none: whenever it is.
   std::optional<std::chrono::steady_clock::time_point> deadline = {};
@@ -97,10 +98,10 @@ class Client {
   [[nodiscard]] ClientResult<void> share_budget(const std::string& dataset,
                                                 std::vector<IsosurfaceRequest>& requests);
 
-  // The field on a plane. The reply has as many pixels as were asked for.
+  // The field on a plane. The reply has as many pixels as requested.
   [[nodiscard]] ClientResult<SliceReply> slice(const std::string& dataset,
                                                const SliceRequest& request);
-  // What the field is at some places. The reply has as many as were asked for.
+  // The field at some places. The reply has as many as requested.
   [[nodiscard]] ClientResult<ProbeReply> probe(const std::string& dataset,
                                                const ProbeRequest& request);
 
@@ -117,7 +118,7 @@ class Client {
 
   [[nodiscard]] ClientResult<void> send(const ClientMessage& message);
   // nullopt when no whole message came within `patience`. A server that is silent for half of
-  // the timeout is pinged, so that a busy server is told apart from one that is gone.
+  // the timeout is pinged, to distinguish a busy server from a lost one.
   [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds patience);
   [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }

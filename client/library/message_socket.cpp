@@ -125,9 +125,8 @@ struct MessageSocket::State {
   [[nodiscard]] tl::unexpected<Error> silent(const std::string& what) const {
     if (is_interrupted) return fail(ErrorCode::kCancelled, "The wait was interrupted.");
     if (Clock::now() >= deadline) {
-      return fail(ErrorCode::kLimitExceeded, "The time for it is over, and " +
-                                                 to_string(channel.server()) +
-                                                 " had not given all of it.");
+      return fail(ErrorCode::kLimitExceeded,
+                  "Timed out before " + to_string(channel.server()) + " sent the whole reply.");
     }
     const bool is_stalled = Clock::now() >= stalled_at();
     return fail(

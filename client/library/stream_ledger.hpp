@@ -68,8 +68,8 @@ class StreamLedger {
   std::set<ContentDigest> held_;
   std::optional<StepBegin> step_;
   bool is_step_open_ = false;
-  std::uint32_t tiles_received_ = 0;  // Of the step.
-  std::uint64_t bytes_received_ = 0;  // Of the step.
+  std::uint32_t tiles_received_ = 0;
+  std::uint64_t bytes_received_ = 0;
   std::uint32_t steps_ended_ = 0;
   // The announced tiles of all steps so far that were not held.
   ManifestTotals announced_;

@@ -52,7 +52,7 @@ class SurfaceStream {
   // Cancels the stream. Its end arrives as news: cancelled, or complete if it was sooner.
   [[nodiscard]] ClientResult<void> cancel();
 
-  // Waits for the next news of the running request, at most `patience` and the time that one
+  // Waits for the next update of the running request, at most `patience` and the time that one
   // message takes (0: takes one message, if it is there): a viewer has its turn also while many
   // tiles come. Without a running request there is nothing new. After a refusal or a failed check
   // the request is over; after trouble with the network, resume() may go on with it.

@@ -105,7 +105,7 @@ std::string table(const LoadStatistics& s) {
                               human_count(s.failed) + " failed, " + human_count(s.unfinished) +
                               " unfinished");
   if (s.told_to_come_again > 0) {
-    text += line("told to come again", human_count(s.told_to_come_again) + " times, and did");
+    text += line("rejected and retried", human_count(s.told_to_come_again) + " times");
   }
   const double bytes_per_second =
       s.seconds > 0 ? static_cast<double>(s.payload_bytes) / s.seconds : 0;

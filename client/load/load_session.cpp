@@ -26,8 +26,8 @@ class ClosesAfter {
   asio::steady_timer timer_;
 };
 
-// As the server wants it, and a little later: those who were sent away together do not come again
-// together.
+// Waits as long as the server asks and a little longer: clients that were rejected together do not
+// return together.
 std::chrono::milliseconds wait_after(const Error& refusal, std::mt19937_64& random) {
   const double later = 1 + 0.25 * static_cast<double>(random() >> 11) * 0x1p-53;
   return std::chrono::milliseconds(static_cast<std::int64_t>(1000 * refusal.retry_after * later));
@@ -45,10 +45,12 @@ struct LoadSession::RunningStream {
   const DatasetInfo& info;
   StreamChecks checks;
   LoadClock::time_point asked = LoadClock::now();
-  LoadClock::time_point sign = LoadClock::now();  // Of life, from the server.
-  bool is_asked_for_life = false;                 // Since then.
-  std::optional<LoadClock::time_point> again;     // When it is asked for once more.
-  std::set<ContentDigest> tiles;                  // That came, over all connections.
+  // The time of the last message from the server.
+  LoadClock::time_point sign = LoadClock::now();
+  bool is_asked_for_life = false;  // Since then.
+  // When the request is repeated.
+  std::optional<LoadClock::time_point> again;
+  std::set<ContentDigest> tiles;  // That came, over all connections.
   std::optional<StepBegin> begun;
   double last_tile = 0;
   bool has_step = false;
@@ -340,7 +342,7 @@ void LoadSession::take_progress(const StreamProgress& progress) {
       stream.ending = Ending::kComplete;
       notify();
     } else {
-      fail_check("The stream was ended before its final step, though nobody asked for that.");
+      fail_check("The server ended the stream before its final step.");
     }
   } else if (const auto* refusal = std::get_if<Refusal>(&progress)) {
     take_refusal(refusal->error);

@@ -36,7 +36,7 @@ struct LoadStatistics {
   std::uint64_t failed = 0;      // Refused by the server, or a check failed.
   std::uint64_t unfinished = 0;  // When the time and the grace after it were over.
 
-  // Answers to requests that said when to come again; the client did.
+  // Rejections with a retry delay, after which the client retried.
   std::uint64_t told_to_come_again = 0;
 
   std::uint64_t steps = 0;
@@ -45,8 +45,8 @@ struct LoadStatistics {
   std::uint64_t wire_bytes = 0;  // As received, above TLS.
   double seconds = 0;            // From the beginning of the run until the last tile came.
 
-  std::uint64_t connections = 0;                 // That were welcomed.
-  std::uint64_t lost_connections = 0;            // Of them.
+  std::uint64_t connections = 0;  // That were welcomed.
+  std::uint64_t lost_connections = 0;
   std::uint64_t failed_attempts = 0;             // To connect and be welcomed.
   std::uint64_t clients_without_connection = 0;  // To the end.
 
@@ -54,7 +54,8 @@ struct LoadStatistics {
   std::uint64_t tiles_decoded = 0;
   std::uint64_t steps_compared = 0;    // With the same step as another stream had it.
   std::uint64_t tiles_sent_twice = 0;  // To one client for one request, over all its connections.
-  std::vector<std::string> failed_checks;  // At most kMostTexts are told.
+  // At most kMostTexts are reported.
+  std::vector<std::string> failed_checks;
   std::uint64_t checks_failed = 0;
 
   struct Occurrences {
@@ -66,8 +67,9 @@ struct LoadStatistics {
   Times connect;     // Until the Welcome.
   Times first_tile;  // From asking, lost connections included, as are the next three.
   Times first_step;  // Complete and checked.
-  Times last_tile;   // Of complete streams.
-  Times whole;       // Likewise, until their end.
+  // Times of complete streams.
+  Times last_tile;
+  Times whole;  // Likewise, until their end.
 
   static constexpr std::size_t kMostTexts = 20;
   void add_error(const Error& error);

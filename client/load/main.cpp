@@ -78,7 +78,7 @@ void add_options(Command& app, LoadArguments& a) {
   app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
   app.add_flag("--json", a.json, "Print JSON");
   app.begin_group("Scripts");
-  app.add_option("--idle", a.idle, "Clients besides, who are there first and ask for nothing")
+  app.add_option("--idle", a.idle, "Number of additional idle connections, opened first")
       ->within(0, 100'000)
       ->capture_default_str();
   app.add_option("--ramp", a.ramp,

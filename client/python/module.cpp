@@ -216,7 +216,7 @@ void check_one_world(const DatasetInfo& surface, const DatasetInfo& values) {
   argument(check_colors({}, surface, values));
 }
 
-// Of every keyword its name, the form of its value, its default as text, and what it means.
+// Lists for every keyword its name, the form of its value, its default as text, and its meaning.
 py::list request_keywords() {
   py::list keywords;
   for (const RequestField& field : request_fields()) {
@@ -490,7 +490,7 @@ void define_datasets(py::module_& module) {
           "(4, 4): world coordinates of a sample are affine @ [x, y, z, 1].")
       .def_property_readonly(
           "unit", [](const DatasetInfo& info) { return info.meaning.length_unit; },
-          "Of spacing and world coordinates; empty where the file does not say it.")
+          "The unit of spacing and world coordinates; empty if unknown.")
       .def_property_readonly("type", [](const DatasetInfo& info) { return name(info.type); })
       .def_readonly("spacing", &DatasetInfo::spacing)
       .def_property_readonly(
@@ -561,16 +561,16 @@ void define_answers(py::module_& module) {
       .def_property_readonly("number", of_begin(&StepBegin::step))
       .def_property_readonly("is_final", of_begin(&StepBegin::is_final))
       .def_property_readonly("error_bound_world", of_begin(&StepBegin::error_bound_world),
-                             "Of the distance to the full surface, where spacing is 1.")
+                             "The bound of the distance to the full surface, where spacing is 1.")
       .def_property_readonly(
           "spacing", of_begin(&StepBegin::finest_spacing),
-          "Of a preview: it looks at one sample in so many along each axis, and has no bound. "
+          "The spacing of samples that a preview uses; a preview has no bound. "
           "Else 1.")
       .def_readonly("mesh", &Step::mesh)
       .def_readonly("empty_text", &Step::empty_text, "Why there is no triangle; else empty.")
       .def_property_readonly(
           "digest", [](const Step& step) { return step.committed->end.digest.hex(); },
-          "Of all triangles, as in reports of multitetra-client.")
+          "The digest of all triangles, as in reports of multitetra-client.")
       .def_property_readonly(
           "border_edges", [](const Step& step) { return step.committed->topology.border_edges; },
           "Edges of one triangle, all of them where the data ends.")
@@ -582,7 +582,7 @@ void define_answers(py::module_& module) {
       .def_property_readonly(
           "preserves_topology",
           [](const Step& step) { return preserves_topology(step.committed->begin); },
-          "Of the full-resolution surface.")
+          "Whether the topology is that of the full-resolution surface.")
       .def_property_readonly("tiles_received",
                              [](const Step& step) { return step.committed->end.tiles_sent; })
       .def_property_readonly("payload_bytes",

@@ -29,7 +29,8 @@ fs::path folder_of(const fs::path& path) {
 
 // What the names of all hidden files of `path` begin with.
 std::string hidden_begin(const fs::path& path) {
-  constexpr std::size_t kMaxNameBytes = 200;  // Of the 255 that file systems allow.
+  // Below the 255 bytes that file systems allow.
+  constexpr std::size_t kMaxNameBytes = 200;
   return "." + path.filename().string().substr(0, kMaxNameBytes) + ".";
 }
 
@@ -61,10 +62,10 @@ int open_nameless(const fs::path& folder) {
   return -1;
 }
 
-// Whoever has a hidden file open has it locked, so that others can tell whether its writer lives.
+// A writer keeps its hidden file locked, so that others can detect whether it is alive.
 bool lock(int descriptor) { return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0; }
 
-// A writer locks its file right after it has made it: an older one without a lock is nobody's.
+// A writer locks its file right after creating it: an older file without a lock is abandoned.
 bool is_abandoned(const fs::path& file) {
   constexpr std::time_t kLockedBySeconds = 60;
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -102,7 +103,7 @@ AtomicFile::AtomicFile(fs::path path, Before before) : path_(std::move(path)) {
   if (before == Before::kNameless) descriptor_ = open_nameless(folder_of(path_));
   if (descriptor_ < 0) create_hidden();
   if (!is_there) return;
-  // As far as this user may: a file of somebody else's stays readable to those who could read it.
+  // As far as this user may: the file stays readable to all users that could read it.
   (void)!::fchown(descriptor_, there.st_uid, there.st_gid);
   (void)!::fchmod(descriptor_, there.st_mode & 0777);
 }
@@ -114,7 +115,8 @@ void AtomicFile::create_hidden() {
     hidden_.clear();
     fail("Cannot create");
   }
-  (void)lock(descriptor_);  // Where there are no locks nobody can take the file for abandoned.
+  // Without locks no process takes the file for abandoned.
+  (void)lock(descriptor_);
 }
 
 AtomicFile::~AtomicFile() {
@@ -144,7 +146,8 @@ void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> into) const 
     const ssize_t count =
         ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
-    if (count == 0) errno = EIO;  // Somebody cut it.
+    // The file was truncated meanwhile.
+    if (count == 0) errno = EIO;
     if (count <= 0) fail("Cannot read");
     offset += static_cast<std::uint64_t>(count);
     into = into.subspan(static_cast<std::size_t>(count));

@@ -6,11 +6,11 @@
 //   file.commit(Durability::kMachineStop);
 //
 // What is written goes to a file without a name on the same disk, which takes the name in the end.
-// Guaranteed: whoever opens the name, at any moment, finds the old file (or none) or the new one;
-// and what somebody holds open never changes under him. Any number of writers of one name may work
-// at the same time: the last commit wins. Of a writer that is killed nothing stays, except on file
-// systems that know no files without names (some network disks): there ".NAME.<16 digits>.tmp",
-// until somebody calls require_writable for the name.
+// Guaranteed: a reader that opens the name, at any moment, finds the old file (or none) or the new
+// one; and a file that is open never changes. Any number of writers of one name may work at the
+// same time: the last commit wins. Of a writer that is killed nothing stays, except on file systems
+// that know no files without names (some network disks): there ".NAME.<16 digits>.tmp", until
+// require_writable is called for the name.
 #pragma once
 
 #include <cstddef>
@@ -41,8 +41,8 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // Nobody but its owner may read it. Without this it has mode and owner of the file that was
-  // there, and a new one those of any new file.
+  // Makes the file readable by its owner only. Without this it has mode and owner of the file that
+  // was there, and a new one those of any new file.
   void keep_private();
 
   // In any order; what is never written reads as zero. Requires that nothing is committed yet.

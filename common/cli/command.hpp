@@ -106,7 +106,8 @@ class Command {
   explicit Command(CLI::App& app);
   Option* added(CLI::Option& option);
 
-  std::unique_ptr<CLI::App> own_;  // Of the program; subcommands lie in it.
+  // The program's parser, which owns those of subcommands.
+  std::unique_ptr<CLI::App> own_;
   CLI::App* app_;
   std::vector<std::unique_ptr<Option>> options_;
   std::vector<std::unique_ptr<Command>> subcommands_;

@@ -94,7 +94,8 @@ std::string config_text(const Command& command) {
   std::istringstream lines(
       command.app().config_to_str(/*default_also=*/true, /*write_description=*/true));
   std::string text;
-  std::string comment;  // Of the command, a group or the next option.
+  // The comment of the command, a group or the next option.
+  std::string comment;
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("#")) {
       text += comment;

@@ -58,8 +58,10 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // A surface there, with its normals, without the components that are too small.
 struct OutputSurface {
   PositionedMesh mesh;
-  std::size_t components = 0;               // That are in it,
-  std::size_t components_of = 0;            // of so many of the surface.
+  // Components in the mesh.
+  std::size_t components = 0;
+  // Components of the whole surface.
+  std::size_t components_of = 0;
   std::vector<std::uint32_t> largest = {};  // The vertices of the largest component.
 };
 [[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,

@@ -18,7 +18,7 @@ enum class Style { kBold, kRed, kYellow, kGreen, kDim };
 // The text in that style if the descriptor has colours, else as it is.
 [[nodiscard]] std::string styled(Style style, std::string_view text, int descriptor);
 
-// What somebody should know though nothing failed: said on the standard error, each sentence once.
+// Warnings, printed to the standard error, each sentence once.
 class Notices {
  public:
   void tell(const std::string& text);

@@ -107,7 +107,8 @@ bool read_values(HeaderReader& in, ShellHeader& header) {
     header.layer_is_positive = static_cast<double>(header.layer_value) > header.isovalue;
     return is_within(header.layer_value, -__FLT_MAX__, __FLT_MAX__);
   }
-  constexpr int32_t kMaxExponent = 1100;  // Of doubles, about.
+  // Slightly above the largest exponent of doubles.
+  constexpr int32_t kMaxExponent = 1100;
   header.first_level = in.signed_varint();
   const uint32_t levels = in.varint();
   header.unit_exponent = in.signed_varint();

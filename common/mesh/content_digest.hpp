@@ -6,7 +6,7 @@
 // z). The digest is the sum of the hashes, the two 64-bit halves added separately modulo 2^64. So
 // digests of tiles add up to the digest of the mesh, and neither Draco's nor protobuf's bytes,
 // which differ between versions, take part. It protects against mistakes and damage, not against an
-// adversary who constructs collisions.
+// adversary that constructs collisions.
 #pragma once
 
 #include <array>

@@ -19,7 +19,8 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 struct TileSeam {
   std::vector<std::uint32_t> vertices;              // On the cube's faces.
   std::vector<std::array<std::uint32_t, 2>> edges;  // Directed, between two of these.
-  std::vector<std::uint32_t> component_of;          // Of these vertices.
+  // The component of each of these vertices.
+  std::vector<std::uint32_t> component_of;
   std::uint32_t components = 0;
   std::vector<std::uint32_t> number_of;  // In the whole mesh; kNone until it is known.
   MeshTopology alone;

@@ -8,7 +8,7 @@
 //   const Result<std::string> content = co_await channel.receive();
 //
 // At most one send and one receive are under way at a time, and everything runs on the one thread
-// of the executor. There is no limit on any wait: who has waited long enough calls close(), and
+// of the executor. No wait has a limit: a caller that times out calls close(), and
 // what is under way ends with kUnavailable. The channel must outlive what is under way.
 //
 // Errors are whole sentences: those of message_transport.hpp; kUnavailable when the server cannot

@@ -23,7 +23,7 @@
 namespace multitetra {
 
 struct TransportOptions {
-  std::uint32_t max_message_bytes = kMaxServerFrameBytes;  // Of a received message.
+  std::uint32_t max_message_bytes = kMaxServerFrameBytes;
   std::size_t read_buffer_bytes = 64 * 1024;
 };
 

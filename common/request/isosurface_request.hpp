@@ -44,7 +44,8 @@ struct IsosurfaceRequest {
   // The threshold where `thresholds` say nothing else, >= 0 and finite, in `unit`. 0 is the
   // full-resolution surface.
   double error = 1;
-  LengthUnit unit = LengthUnit::kVoxel;  // Of all thresholds of the request.
+  // The unit of all thresholds.
+  LengthUnit unit = LengthUnit::kVoxel;
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule topology_rule = TopologyRule::kExact;
   double topology_tolerance =

@@ -11,7 +11,7 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMaxProbedPlaces = 1024;  // Of one request.
+inline constexpr std::size_t kMaxProbedPlaces = 1024;
 
 struct ProbeRequest {
   CoordinateSystem coordinates = CoordinateSystem::kWorld;

@@ -10,8 +10,10 @@ namespace {
 // A rectangle of the plane, in the slice's coordinates: the middles of its outermost pixels.
 struct Rectangle {
   Vec3 first;  // Above, left.
-  Vec3 right;  // From the left to the right,
-  Vec3 down;   // and from above to below, as directions of length 1.
+  // From the left to the right, of length 1.
+  Vec3 right;
+  // From above to below, of length 1.
+  Vec3 down;
   double width = 0;
   double height = 0;
   double width_in_world = 0;  // The same lengths in the world, where pixels are square.

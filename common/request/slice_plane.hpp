@@ -31,9 +31,10 @@ inline constexpr std::uint32_t kUsualSlicePixels = 1024;
 struct ObliquePlane {
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Vec3 centre = {0, 0, 0};
-  Vec3 normal = {0, 0, 1};           // Not 0; of any length.
-  std::optional<Vec3> up = {};       // In the picture; none: the third axis, or the second.
-  std::optional<double> width = {};  // Of the visible part, > 0; none: all of the data.
+  Vec3 normal = {0, 0, 1};      // Not 0; of any length.
+  std::optional<Vec3> up = {};  // In the picture; none: the third axis, or the second.
+  // The width of the visible part, > 0; absent: all of the data.
+  std::optional<double> width = {};
   std::optional<double> height = {};
 };
 // kInvalidArgument where the normal has no direction, or up is along it.
@@ -43,8 +44,10 @@ struct ObliquePlane {
 // A slice as it is typed: its plane is named in one of three ways, or is the middle layer along the
 // third axis.
 struct NamedSlice {
-  std::optional<std::size_t> axis = {};  // 0 to 2,
-  std::optional<double> at = {};         // and where along it, in sample indices.
+  // The axis of the plane, 0 to 2.
+  std::optional<std::size_t> axis = {};
+  // The position along the axis, in samples.
+  std::optional<double> at = {};
   std::optional<Vec3> normal = {}, centre = {}, up = {};
   std::optional<std::vector<double>> extent = {};  // Width, or width and height, > 0.
   std::optional<Vec3> origin = {}, right = {}, down = {};

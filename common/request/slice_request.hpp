@@ -33,12 +33,14 @@ enum class SliceDetail {
 
 // Pixel (i, j), from the left and from above, is the field at origin + i right + j down.
 struct SliceRequest {
-  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of the three vectors.
+  // The coordinates of the three vectors.
+  CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Vec3 origin = {0, 0, 0};  // Coordinates from -kMaxCoordinate to kMaxCoordinate, as of the others.
   Vec3 right = {1, 0, 0};
   Vec3 down = {0, 1, 0};
-  std::uint32_t width = 1;   // Pixels, at least 1,
-  std::uint32_t height = 1;  // and at most kMaxSlicePixels together.
+  // Pixels, at least 1; width times height is at most kMaxSlicePixels.
+  std::uint32_t width = 1;
+  std::uint32_t height = 1;
   Interpolation interpolation = Interpolation::kLinear;
   SliceDetail detail = SliceDetail::kAuto;
 

@@ -159,8 +159,10 @@ class MaximumSearch {
   const NearestTriangle& other_;
   const DistanceSearch& search_;
   SurfaceDistance result_;
-  double decided_ = 0;   // The largest bound of what needs not be looked at further,
-  double given_up_ = 0;  // and of what would be too much.
+  // The largest bound of the triangles that need not be searched.
+  double decided_ = 0;
+  // The largest bound of the triangles beyond the limit of the search.
+  double given_up_ = 0;
 };
 
 void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,

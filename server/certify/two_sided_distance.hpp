@@ -17,7 +17,8 @@ namespace multitetra {
 
 struct DistanceSearch {
   std::uint64_t samples = 200'000;  // For mean and 99th percentile.
-  double tolerance = 0;             // Of the maximum, in the unit of the coordinates.
+  // The tolerance of the maximum, in the unit of the coordinates.
+  double tolerance = 0;
   // The search goes on below the tolerance until it is decided whether a point is farther than
   // this.
   std::optional<double> limit = std::nullopt;

@@ -119,7 +119,8 @@ std::optional<Clock::time_point> Conversation::resting_since() const {
 
 asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
   const auto self = shared_from_this();
-  leaving_.reset();  // Whoever asks for another message has sent the one before.
+  // The caller has sent the previous message.
+  leaving_.reset();
   leaving_room_ = {};
   for (;;) {
     if (!replies_.empty()) {

@@ -8,7 +8,7 @@
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
 // list of datasets and some are slices, and reading pauses while it is full or has one of those;
 // stream messages are made when the writing loop asks for them. What waits has room in the
-// admission's queue, or is refused; who sends long messages too often is not read from for a while.
+// admission's queue, or is refused; clients that send large messages too often are paused.
 //
 // Not thread-safe: everything runs on the executor, of which one thread runs at a time.
 #pragma once
@@ -47,7 +47,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // instead, and the session goes on.
   void give_up(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
-  // Since when nothing was asked or answered; nullopt while something is.
+  // Idle since then; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> resting_since() const;
   // What the way to the client was found to carry.
   void link_carries(double bytes_per_second) { caller_->link_carries(bytes_per_second); }
@@ -103,14 +103,17 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   Session session_;
   ClientContextPtr client_;
   bool is_over_ = false;
-  bool is_greeting_ = false;                // What there is for this client is being found out.
-  ByteReservations::Reservation new_room_;  // Of the request that is about to begin.
+  // The dataset listing for the new client is in progress.
+  bool is_greeting_ = false;
+  // The memory reserved for the request that is about to start.
+  ByteReservations::Reservation new_room_;
   std::deque<Reply> replies_;
-  ByteReservations::Reservation leaving_room_;  // Of the reply that was taken last.
-  // Until then nothing is read.
+  // The memory of the reply that is being sent.
+  ByteReservations::Reservation leaving_room_;
+  // Reading is paused until then (rate limit).
   std::chrono::steady_clock::time_point quiet_until_ = {};
   std::optional<Stream> stream_;
-  // Of the stream that has ended last, until its last message has left.
+  // Set while the final message of the previous stream is still queued.
   std::unique_ptr<RequestRecord> leaving_;
   std::map<std::uint64_t, RunningQuestion> questions_;  // By a number of their own.
   std::uint64_t last_question_ = 0;

@@ -14,7 +14,8 @@ namespace multitetra {
 namespace {
 
 constexpr const char* kSuffix = ".mtd";
-constexpr int kMostDepth = 16;  // Of folders in folders.
+// The deepest nesting of folders.
+constexpr int kMostDepth = 16;
 
 IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes) {
   const auto fail_with = [&](const std::string& what) {

@@ -37,7 +37,7 @@ class Fields {
     complain(key, "is no text");
     return {};
   }
-  // Of a field that is there only when something is known; empty without it.
+  // The text of an optional field; empty if it is absent.
   std::string later_text(const char* key) { return has(key) ? text(key) : std::string(); }
   std::optional<double> later_number(const char* key) {
     return has(key) ? std::optional(number(key)) : std::nullopt;

@@ -25,7 +25,8 @@ struct DatasetMetadata {
   DatasetInfo info;
   std::optional<LabelVolume> label_volume = std::nullopt;  // None: not a label's, or not known.
   SourceNote source;
-  std::string program_version;  // Of the program that wrote the file.
+  // The version of the program that wrote the file.
+  std::string program_version;
 
   friend bool operator==(const DatasetMetadata&, const DatasetMetadata&) = default;
 };

@@ -28,7 +28,8 @@ struct PrepareOptions {
   std::string name;
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
-  int bins = IsovalueBins::kDefaultCount;        // Of the error spectrum, 1 to kMaxCount.
+  // Bins of the error spectrum, 1 to kMaxCount.
+  int bins = IsovalueBins::kDefaultCount;
   std::optional<SeriesMember> member = std::nullopt;
   std::optional<LabelVolume> label_volume = std::nullopt;
   // Where these are given: instead of those that the histogram suggests, and of even bins. Edges
@@ -38,8 +39,8 @@ struct PrepareOptions {
   // Bounds of memory; the result is the same for any.
   std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
   std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.
-  // Is told now and then what is going on ("range", "errors") and how many of how many samples of
-  // that pass are done.
+  // Called now and then with the current pass ("range", "errors") and how many of how many samples
+  // of that pass are done.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
 };
 

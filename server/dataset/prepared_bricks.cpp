@@ -7,8 +7,8 @@
 namespace multitetra {
 namespace {
 
-// Of a far file: what a first preview reads lies in its first bytes, which come in one request
-// after that of the opening. Behind them so many bytes after a brick are fetched ahead.
+// The start of a remote file: what a first preview reads lies in its first bytes, which come in one
+// request after that of the opening. Behind them so many bytes after a brick are fetched ahead.
 constexpr std::uint64_t kPreviewBytes = std::uint64_t{512} << 10;
 constexpr std::uint64_t kBytesAhead = std::uint64_t{1} << 20;
 

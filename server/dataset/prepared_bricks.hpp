@@ -88,7 +88,8 @@ class PreparedBricks : public BrickSource {
   const std::uint64_t owner_ = MemoryCache::new_owner();
   // Below, what threads write: away from what they only read.
   alignas(64) mutable std::atomic<std::uint64_t> reads_ = 0;
-  mutable ConcurrentSet verified_;  // Of those in place.
+  // Which of the bricks in place were verified.
+  mutable ConcurrentSet verified_;
 };
 
 // The section "samples". Its index is read at the first look, of a far file.

@@ -11,15 +11,15 @@
 
 #include "server/dataset/brick_order.hpp"
 #include "server/dataset/checksum.hpp"
-#include "server/dataset/prepared_format.hpp"
 #include "server/dataset/detail/sample_facts.hpp"
+#include "server/dataset/prepared_format.hpp"
 
 namespace multitetra {
 namespace {
 
 using namespace section_names;
 
-// Tells about each further percent.
+// Reports each further percent.
 class Ticker {
  public:
   Ticker(std::uint64_t total, const VerificationProgress& progress)

@@ -21,7 +21,8 @@ namespace {
 constexpr double kFirstPart = 1.5;
 constexpr double kLeastFirstPart = 0.5;
 constexpr double kLittleLess = 0.985;  // A smaller surface has a few more bytes a triangle.
-constexpr double kEnoughBytes = 0.93;  // Of the budget.
+// The share of a byte budget that is enough.
+constexpr double kEnoughBytes = 0.93;
 constexpr int kMostCorrections = 8;
 
 double triangles_of(const TiledSurface& surface) {

@@ -71,7 +71,7 @@ class ShellTiles {
     volume_.samples->will_need(bricks);
   }
 
-  // Of one cube: none, one, or several smaller ones.
+  // Makes the tiles of one cube: none, one, or several smaller ones.
   void add_tiles(const OctreeCube& cube, std::vector<EncodedTile>& tiles) const {
     const auto box = level_box(volume_.info, cube, level_.finest_spacing);
     if (!box) return;

@@ -35,7 +35,7 @@ constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
 // A simplified triangle in a tile, of the bytes of one in a block, where more of them are small
 // ones at the border: 0.7 to 0.9 on public volumes.
 constexpr double kBytesInTiles = 0.82;
-// Of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
+// Triangles of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 
 // The fewer, the more there is to simplify in each.
@@ -54,7 +54,7 @@ SurfaceSize size_with(double triangles, double extracted, const StepRequest& ste
           .extracted = extracted};
 }
 
-// Of a surface that was made to see.
+// The size of a surface that was extracted.
 SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume,
                        const StepRequest& step) {
   const Shading shading(volume, step);
@@ -94,8 +94,8 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
   return size_with(step.request.simplify ? kLeftOfPreview * triangles : triangles, triangles, step);
 }
 
-// Of the whole surface, from the spectrum and the thresholds alone: where a map allows less, there
-// is more.
+// Estimates the whole surface from the spectrum and the thresholds alone: where a map allows less,
+// there is more.
 SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
                        const std::stop_token& stop) {
   double extracted = 0;

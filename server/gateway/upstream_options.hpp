@@ -1,4 +1,4 @@
-// Which servers are behind a gateway, and how much patience it has with them.
+// The servers behind a gateway, and the time limits for them.
 #pragma once
 
 #include <chrono>
@@ -14,13 +14,17 @@ struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  std::chrono::milliseconds silence{10'000};         // Of a server that is listened to.
-  std::chrono::milliseconds patience{30'000};     // Without a server for a stream, before it fails.
-  std::chrono::milliseconds least_backoff{100};   // Before a server that failed is tried again,
-  std::chrono::milliseconds most_backoff{5'000};  // doubled each time up to this.
-  std::chrono::milliseconds left_out{60'000};     // After a tile that is damaged.
-  std::chrono::milliseconds list_lifetime{2'000};   // How long what servers offer is believed.
-  std::size_t tile_bytes = std::size_t{256} << 20;  // Of tiles that passed and are kept.
+  // The longest silence of a connected server.
+  std::chrono::milliseconds silence{10'000};
+  std::chrono::milliseconds patience{30'000};  // Without a server for a stream, before it fails.
+  // The wait before a failed server is tried again, doubled from time to time up to the longest.
+  std::chrono::milliseconds least_backoff{100};
+  std::chrono::milliseconds most_backoff{5'000};
+  std::chrono::milliseconds left_out{60'000};  // After a tile that is damaged.
+  // How long a listing is cached.
+  std::chrono::milliseconds list_lifetime{2'000};
+  // Bytes of cached tiles.
+  std::size_t tile_bytes = std::size_t{256} << 20;
 };
 
 }  // namespace multitetra

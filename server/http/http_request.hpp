@@ -61,7 +61,7 @@ class RequestReader {
   std::uint32_t max_header_bytes_;
   std::string buffer_;
   std::size_t consumed_ = 0;
-  // For a request that has begun.
+  // For a request that was started.
   std::optional<Parser> parser_;
   std::optional<BrokenRequest> broken_;
 };

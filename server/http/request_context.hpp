@@ -21,8 +21,9 @@ struct RequestContext {
   const char* kind = "malformed";  // As name(Route) has it.
   // The service that answers, for requests that need it.
   CallerPtr caller = nullptr;
-  std::stop_source stop{};  // Of work on other threads.
-  // What is told of it in the log and counted, and its outcome there; null for what is quick.
+  // Stops the request's work on other threads.
+  std::stop_source stop{};
+  // Its log record and outcome; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
   std::string_view outcome = "complete";
   // For the answer's body, until it has left.
@@ -30,7 +31,7 @@ struct RequestContext {
   // Called before what may take long: from then on the client is watched for hanging up.
   std::function<void()> watch = {};
 
-  // The answer that tells an error; counted, and the outcome in the log.
+  // The reply for an error, which is counted and logged.
   [[nodiscard]] Answer refused(const Error& error);
   // The client is gone: what is done for it ends soon.
   void leave() {

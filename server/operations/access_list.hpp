@@ -1,4 +1,4 @@
-// Who may see which datasets: the tokens file, as a value.
+// The tokens file as a value: which token may see which datasets.
 //
 //   # name    SHA-256 of the token, in hex       datasets, with * and ?
 //   alice     9f86d081884c7d659a2feaa0c55ad0...  head-* embryo
@@ -6,7 +6,7 @@
 //   guests    none                               public-* only=surfaces
 //
 //   const auto list = parse_access_list(text);
-//   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: nobody's token.
+//   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: an unknown token.
 //   if (!rights->may_see("head-1")) ...                // Then it does not exist for this client.
 //
 // No token is stored, only its hash: tokens are random and long, so that the hash gives nothing
@@ -74,9 +74,9 @@ class AccessList {
     AccessRights rights = {};
   };
 
-  // The rights of who shows this token, empty for none. kUnauthenticated, with a text for the
-  // client, unless the list knows it and it has not expired `now`. The time it takes tells nothing
-  // about the list's tokens.
+  // The rights of this token, empty for none. kUnauthenticated, with a text for the
+  // client, unless the list knows it and it has not expired `now`. The time it takes reveals
+  // nothing about the list's tokens.
   [[nodiscard]] Result<AccessRights> rights_of(
       std::string_view token,
       std::chrono::system_clock::time_point now = std::chrono::system_clock::now()) const;
@@ -89,7 +89,8 @@ class AccessList {
 
  private:
   std::vector<Entry> entries_;
-  std::vector<AccessRights> strangers_;  // Of clients without a token; at most one.
+  // The rights of clients without a token; at most one entry.
+  std::vector<AccessRights> strangers_;
 };
 
 // Null where everybody may see everything.

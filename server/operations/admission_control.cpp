@@ -17,7 +17,8 @@ using Clock = std::chrono::steady_clock;
 // Refused connections linger for a moment; beyond so many they are dropped without a word.
 constexpr std::size_t kMostRefusedAtOnce = 64;
 
-constexpr double kPartOfAShare = 0.25;  // Of the queue's bytes that the others leave.
+// The part of the remaining queue bytes that one share may reserve.
+constexpr double kPartOfAShare = 0.25;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -39,7 +40,7 @@ ClientContext::~ClientContext() {
   admission_.clients_.erase(this);
   try {
     admission_.observer().disconnected(facts_, seconds_since(since_));
-  } catch (...) {  // A log that cannot be written takes nobody else down.
+  } catch (...) {  // A log that cannot be written must not end the server.
   }
 }
 
@@ -127,7 +128,7 @@ AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
                                                    const std::string& address,
                                                    const std::string& peer) {
   ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
-  // A trusted proxy brings many; who they are is known when they ask.
+  // A trusted proxy has many clients; their addresses come with their requests.
   const bool is_proxy = options_.trusted_proxies.contains(address);
   const std::string name = is_proxy ? "" : limited_name(address);
   if (connections_.is_full()) make_room_for(name);

@@ -1,11 +1,10 @@
-// Who may come in and how much they may ask: one admission for all listeners of a server.
+// Admission control shared by all listeners: connections, rate limits, tokens, draining.
 //
 //   auto admitted = admission.admit("tcp", address, peer);   // A connection was accepted.
 //   if (!admitted.client) drop it;                         // Too many of those that are refused.
-//   if (admitted.refusal) tell why, then close;
+//   if (admitted.refusal) send it, then close;
 //   if (const auto asked = admitted.client->may_ask(); !asked) answer asked.error();
-//   RequestRecord record(admitted.client, {.kind = "stream", ...});   // While a request is
-//   answered.
+//   RequestRecord record(admitted.client, {.kind = "stream", ...});  // Lives as long as the request.
 //
 // It holds what may change while the server runs: certificate, access list, whether it drains.
 //
@@ -36,12 +35,15 @@ struct AdmissionOptions {
   std::optional<TlsFiles> tls = {};                  // None: plain TCP.
   std::optional<std::filesystem::path> tokens = {};  // None: everybody may see everything.
   ConnectionLimits connections = {.total = 1024, .per_name = 256};  // Names are addresses.
-  RequestRate requests = {.per_second = 200, .burst = 600};         // Of a token, else an address.
-  // Of all that waits: requests for workers, steps, lists and HTTP answers for their clients. One
-  // share (an address, a token) has at most a quarter of what the others leave.
+  // The rate limit of a token, or of an address without one.
+  RequestRate requests = {.per_second = 200, .burst = 600};
+  // The bytes of everything that waits: requests for workers, steps, lists and HTTP answers for
+  // their clients. One share (an address, a token) has at most a quarter of what the others leave.
   std::size_t queue_bytes = std::size_t{1} << 30;
-  AddressRanges trusted_proxies = {};  // Whose X-Forwarded-For is believed.
-  ServiceObserverPtr observer = {};    // Null: nobody is told.
+  // Proxies whose X-Forwarded-For is trusted.
+  AddressRanges trusted_proxies = {};
+  // May be null: no events are reported.
+  ServiceObserverPtr observer = {};
 };
 
 class AdmissionControl;
@@ -53,7 +55,7 @@ struct RestingConnection {
   std::function<void(const Error& why)> end;
 };
 
-// Somebody on a connection, from accepting it to its end.
+// The state of one connection, from accept to close.
 class ClientContext {
  public:
   ClientContext(AdmissionControl& admission, ClientFacts facts, std::string address,
@@ -66,7 +68,7 @@ class ClientContext {
   [[nodiscard]] AdmissionControl& admission() const { return admission_; }
 
   // The values of X-Forwarded-For of a request, joined by commas. If a trusted proxy says so,
-  // limits count for who is behind it from now on. An error when there are too many connections
+  // limits then apply to the forwarded client. An error when there are too many connections
   // from there.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
   // When there are too many connections, this one may be ended while it rests.
@@ -113,8 +115,9 @@ class AdmissionControl {
   AdmissionControl& operator=(const AdmissionControl&) = delete;
 
   struct Admitted {
-    ClientContextPtr client;       // Null: not even worth words.
-    std::optional<Error> refusal;  // What to tell the client before hanging up.
+    ClientContextPtr client;  // Null: not even worth words.
+    // The error to send before closing.
+    std::optional<Error> refusal;
   };
   [[nodiscard]] Admitted admit(ProtocolName protocol, const std::string& address,
                                const std::string& peer);
@@ -152,7 +155,8 @@ class AdmissionControl {
   TlsContextPtr tls_;
   AccessListPtr access_;
   ConnectionLimiter connections_;
-  ConnectionLimiter refused_;  // Those who are being told why.
+  // Connections that are being refused.
+  ConnectionLimiter refused_;
   std::set<ClientContext*> clients_;  // Those that were not refused.
   RatePerName rates_;
   ByteReservations queue_;
@@ -163,7 +167,7 @@ class AdmissionControl {
   std::function<void()> when_idle_;
 };
 
-// A request while it is answered. Its facts are told to the observer when it ends.
+// A request in progress. Its facts are reported to the observer when it ends.
 class RequestRecord {
  public:
   RequestRecord(ClientContextPtr client, RequestFacts facts);

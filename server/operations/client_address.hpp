@@ -22,8 +22,8 @@ struct ShareLevel {
   friend bool operator==(const ShareLevel&, const ShareLevel&) = default;
 };
 // The share itself first. A share that ends in an IPv6 network, as limited_name() gives it, also
-// belongs to the /56 and the /48 around it, which count for 2 and for 4 shares: whoever has a large
-// network has many /64 networks, but no more than that of the server.
+// belongs to the /56 and the /48 around it, which count for 2 and for 4 shares: a client with a
+// large network has many /64 networks, but no more than that of the server.
 [[nodiscard]] std::vector<ShareLevel> share_levels(const std::string& share);
 
 // Addresses and networks.

@@ -33,11 +33,11 @@ class ConnectionLimiter {
 
   // kUnavailable, with a text for the client, when there are too many.
   [[nodiscard]] Result<Ticket> enter(const std::string& name);
-  // Somebody who is trusted to bring many: the total counts alone.
+  // For a trusted proxy: counts towards the total only.
   [[nodiscard]] Result<Ticket> enter();
   [[nodiscard]] std::size_t inside() const { return inside_; }
   [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }
-  // How many connections a name has; the networks around it may have more for each share that they
+  // The connections of a name; the networks around it may have more for each share that they
   // count for.
   [[nodiscard]] double crowd_of(const std::string& name) const;
 

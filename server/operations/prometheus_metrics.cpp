@@ -35,7 +35,7 @@ Family<Histogram>& histogram(Registry& registry, const char* name, const char* h
   return BuildHistogram().Name(name).Help(help).Register(registry);
 }
 
-// A counter that somebody else keeps: it is raised to what they say.
+// Mirrors a counter kept elsewhere: raises it to that value.
 void raise_to(Counter& counter, std::uint64_t value) {
   const double more = static_cast<double>(value) - counter.Value();
   if (more > 0) counter.Increment(more);
@@ -77,9 +77,8 @@ struct PrometheusMetrics::Families {
   Counter& cache_hits =
       counter(registry, "multitetra_cache_hits_total", "Tiles that were found in the cache.")
           .Add({});
-  Counter& cache_misses = counter(registry, "multitetra_cache_misses_total",
-                                  "Tiles that were looked for in the cache in vain.")
-                              .Add({});
+  Counter& cache_misses =
+      counter(registry, "multitetra_cache_misses_total", "Misses of the tile cache.").Add({});
   Gauge& cached_tiles = gauge(registry, "multitetra_cached_tiles", "Tiles in the cache.");
   Gauge& cache_bytes = gauge(registry, "multitetra_cache_bytes", "Bytes of the cache.");
   Gauge& waiting_jobs =

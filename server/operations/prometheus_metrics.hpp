@@ -1,4 +1,4 @@
-// Counts what a service tells about its work, and gives it as Prometheus text.
+// Counts what a service reports about its work, as Prometheus text.
 //
 // Names begin with multitetra_; server/operations/README.md lists them. Labels are few and chosen
 // by us: nothing that a client says becomes one.
@@ -21,7 +21,8 @@ struct BlockState {
   std::uint64_t disk_hits = 0;
   std::uint64_t fetched = 0;  // From their stores,
   std::uint64_t fetched_bytes = 0;
-  std::uint64_t retries = 0;       // Of requests to stores.
+  // Repeated requests to stores.
+  std::uint64_t retries = 0;
   std::uint64_t failures = 0;      // Requests that failed for good.
   std::uint64_t evictions = 0;     // From memory.
   std::uint64_t memory_bytes = 0;  // Now.
@@ -34,18 +35,21 @@ struct UpstreamState {
   std::uint64_t damaged_tiles = 0;
 };
 
-// What is looked at when somebody reads the metrics.
+// Values sampled on each scrape.
 struct ServiceState {
   std::uint64_t cache_hits = 0;
   std::uint64_t cache_misses = 0;
   std::size_t cached_tiles = 0;
   std::size_t cache_bytes = 0;
-  std::size_t waiting_jobs = 0;   // For a worker.
-  std::size_t waiting_bytes = 0;  // Of steps, for their clients.
+  std::size_t waiting_jobs = 0;  // For a worker.
+  // Bytes of steps that wait for their clients.
+  std::size_t waiting_bytes = 0;
   std::size_t datasets = 0;
   bool is_draining = false;
-  std::optional<BlockState> blocks = {};  // Of a server.
-  std::vector<UpstreamState> upstreams = {};  // Of a gateway.
+  // Set for a server.
+  std::optional<BlockState> blocks = {};
+  // Set for a gateway.
+  std::vector<UpstreamState> upstreams = {};
 };
 
 class PrometheusMetrics : public ServiceObserver {
@@ -64,7 +68,7 @@ class PrometheusMetrics : public ServiceObserver {
   void step_made(double seconds) override;
   void sent(ProtocolName protocol, std::size_t bytes) override;
 
-  // Text format 0.0.4. The state's counts are told as they are.
+  // Text format 0.0.4. The state's values are written as they are.
   [[nodiscard]] std::string text(const ServiceState& state);
 
  private:
@@ -73,7 +77,7 @@ class PrometheusMetrics : public ServiceObserver {
   std::unique_ptr<Families> families_;
 };
 
-// Of this process, in bytes; 0 where the system does not say.
+// The memory of this process, in bytes; 0 where the system does not report it.
 [[nodiscard]] std::size_t resident_bytes();
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// How often somebody may ask: so many times a second on average, and some more in one go. What is
+// A token-bucket rate limiter: so many requests a second on average, and a burst. What is
 // large counts for several requests, and is owed where so much is not left.
 //
 // Pure: the clock is the caller's, in seconds that never go back.
@@ -21,7 +21,7 @@ class RateAllowance {
  public:
   RateAllowance(const RequestRate& rate, double now) : left_(rate.burst), since_(now) {}
 
-  // 0 when another request may be asked now: it is counted then, for `cost`. Else the seconds until
+  // 0 when another request is allowed now: it is counted then, for `cost`. Else the seconds until
   // then; what it costs beyond 1, which is the work to look at it, is counted nevertheless.
   [[nodiscard]] double take(const RequestRate& rate, double now, double cost) {
     left_ = left_at(rate, now);
@@ -31,7 +31,7 @@ class RateAllowance {
     left_ = std::max(left_ - (may_ask ? cost : cost - needed), -kLongestDebt * rate.per_second);
     return may_ask ? 0 : (needed - left_) / rate.per_second;
   }
-  // As if nobody had ever asked.
+  // Whether the allowance is as full as without any requests.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {
     return left_at(rate, now) >= rate.burst;
   }
@@ -47,7 +47,7 @@ class RateAllowance {
   double since_;
 };
 
-// One allowance for each name, such as a client's address. Memory is bounded: who has a full
+// One allowance for each name, such as a client's address. Memory is bounded: a name with a full
 // allowance is forgotten, and beyond `most_names` newcomers share one.
 class RatePerName {
  public:

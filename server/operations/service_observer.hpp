@@ -37,8 +37,9 @@ struct RequestFacts {
   std::string dataset = {};
   std::optional<double> isovalue = {};
   std::optional<double> error = {};
-  std::string_view unit = {};  // Of the error: "voxel" or "world".
-  std::uint32_t steps = 0;     // Whole ones.
+  // The unit of `error`: "voxel" or "world".
+  std::string_view unit = {};
+  std::uint32_t steps = 0;  // Whole ones.
   std::uint64_t tiles = 0;
   // Bytes of tiles, or of the mesh.
   std::uint64_t bytes = 0;

@@ -152,7 +152,9 @@ void add_certify_command(Command& program, Run& run) {
                    "Grid steps around the data; 1 with a value closes surfaces on all sides")
       ->within(0, 4096)
       ->capture_default_str();
-  command->add_option("--coordinates", a->coordinates, "Of the mesh: world, or index for samples")
+  command
+      ->add_option("--coordinates", a->coordinates,
+                   "Coordinates of the mesh: world, or index for samples")
       ->one_of({"world", "index"})
       ->capture_default_str();
   command

@@ -63,10 +63,10 @@ void write_into(const std::filesystem::path& folder, const std::filesystem::path
   exported.bytes += bytes.size();
 }
 
-// Of one isovalue.
+// Writes the files of one isovalue.
 class Exporter {
  public:
-  // `tell` is told how many of a hundred parts are done.
+  // `report` receives the percentage that is done.
   Exporter(const SurfaceExtractor& extractor, const CellTree& tree, std::filesystem::path folder,
            std::function<void(double)> tell)
       : extractor_(extractor), tree_(tree), folder_(std::move(folder)), tell_(std::move(tell)) {}
@@ -184,7 +184,8 @@ class Exporter {
   std::filesystem::path folder_;
   std::function<void(double)> tell_;
   Exported exported_;
-  double percent_ = 0;  // Of the grid.
+  // The percentage of the grid that is done.
+  double percent_ = 0;
 };
 
 // As below /v1/neuroglancer/NAME/surfaces, with these segments.

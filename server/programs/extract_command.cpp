@@ -145,7 +145,7 @@ void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& req
   }
 }
 
-// The model as the reference way makes it, where it is asked for.
+// The model of the reference extractor, on request.
 struct ReferenceModel {
   std::unique_ptr<const ReferenceExtractor> extractor;
   std::shared_ptr<const Model> model;

@@ -30,7 +30,7 @@ int list_formats(bool as_json) {
 
 void add_formats_command(Command& program, Run& run) {
   const auto as_json = std::make_shared<bool>(false);
-  Command* command = program.add_subcommand("formats", "Tell which volume files prepare reads");
+  Command* command = program.add_subcommand("formats", "List the supported volume formats");
   command->add_flag("--json", *as_json, "Print JSON");
   command->footer(
       "Examples:\n"

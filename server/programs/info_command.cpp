@@ -153,7 +153,7 @@ int info(const InfoArguments& arguments) {
 
 void add_info_command(Command& program, Run& run) {
   const auto arguments = std::make_shared<InfoArguments>();
-  Command* command = program.add_subcommand("info", "Tell what a dataset holds");
+  Command* command = program.add_subcommand("info", "Print the properties of a dataset");
   command
       ->add_option("file", arguments->file,
                    "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); of a "

@@ -141,7 +141,8 @@ int revoke_token(const TokenArguments& arguments) {
   TokenFile file(arguments.file);
   const WithoutName without = without_name(file.text(), name);
   if (without.removed == 0) {
-    throw std::runtime_error("Nobody named \"" + name + "\" is in " + arguments.file + ".");
+    throw std::runtime_error("The token file " + arguments.file + " has no token named \"" + name +
+                             "\".");
   }
   file.replace(without.text);
   if (arguments.json) {
@@ -174,9 +175,10 @@ void add_token_command(Command& program, Run& run) {
   Command* command = program.add_subcommand(
       "token", "Make a token for a client, list those of a file of serve --tokens, or revoke one");
   command
-      ->add_option("name", a->words,
-                   "NAME: whose token to make, for the log; list: tell whose there are; revoke "
-                   "NAME: make it invalid")
+      ->add_option(
+          "name", a->words,
+          "NAME: the new token's name in the log; list: print all tokens; revoke NAME: make "
+          "it invalid")
       ->required()
       ->type_name("NAME|list|revoke NAME");
   command
@@ -188,7 +190,7 @@ void add_token_command(Command& program, Run& run) {
       ->add_option(
           "--file,--append", a->file,
           "Token file. A new token's line is added to it, and the token alone is printed; a "
-          "file that is not there is made, for its owner alone")
+          "missing file is created, readable by its owner only")
       ->type_name("FILE");
   command
       ->add_option("--expires", a->expires,

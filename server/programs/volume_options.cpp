@@ -23,7 +23,7 @@ std::optional<double> outside_from(const std::string& text) {
     std::size_t used = 0;
     const double value = std::stod(text, &used);
     if (used == text.size() && std::isfinite(value)) return value;
-  } catch (const std::exception&) {  // Told below.
+  } catch (const std::exception&) {  // Reported below.
   }
   throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
 }
@@ -44,11 +44,12 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--array", array,
                      "Array inside the source: a path (Zarr, N5, HDF5) or a name (.vti)");
   command.add_option("--level", level, "OME-Zarr: level of the pyramid, 0 the finest");
-  command.add_option("--time", time, "Of several times, this one, from 0 on");
-  command.add_option("--channel", channel, "Of several channels, this one, from 0 on");
+  command.add_option("--time", time, "Which of several times, from 0 on");
+  command.add_option("--channel", channel, "Which of several channels, from 0 on");
   command.add_option("--series", series, "DICOM: UID or number of the series");
-  command.add_option("--component", component,
-                     "Of several numbers a sample: one from 0 on, magnitude, or luminance (RGB)");
+  command.add_option(
+      "--component", component,
+      "Which of several numbers a sample: one from 0 on, magnitude, or luminance (RGB)");
   command.add_flag("--follow", follow,
                    "Read data files that lie outside the folder of the header that names them");
   command.add_flag("--resample", resample,

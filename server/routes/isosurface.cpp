@@ -16,10 +16,10 @@
 namespace multitetra {
 namespace {
 
-// Of what this program makes of a request: to be raised when the same request gives other bytes.
+// The version of the output: increase it when equal requests give different bytes.
 constexpr std::string_view kFormVersion = "4";
 
-// Of a mesh that takes its time.
+// A mesh of so many triangles takes noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
 // nullopt when the temporary folder does not take the file.

@@ -147,7 +147,8 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   const MeshPtr* const known = meshes_.find(key);
   MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
   const auto until = std::chrono::steady_clock::now() + kPatience;
-  ByteReservations::Reservation room;  // Of what was made: it may be evicted meanwhile.
+  // The memory of the files, which may be evicted from their cache meanwhile.
+  ByteReservations::Reservation room;
   while (!mesh->left.empty()) {
     if (std::chrono::steady_clock::now() > until) {
       co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,

@@ -55,7 +55,8 @@ class NeuroglancerRoute {
                                                             RequestContext& context);
 
   static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
-  static constexpr std::size_t kMostBytes = kKeptBytes / 2;  // Of one mesh.
+  // The most bytes of one mesh.
+  static constexpr std::size_t kMostBytes = kKeptBytes / 2;
   static constexpr std::chrono::seconds kPatience{8};
 
   const RouteOptions& options_;

@@ -46,7 +46,8 @@ struct TilesetFile {
 struct NeuroglancerFile {
   std::string dataset;
   bool is_image = false;
-  double error = 0.25;  // Of the finest level, voxels.
+  // The error of the finest level, in voxels.
+  double error = 0.25;
   std::string path;
   std::string token;
 };

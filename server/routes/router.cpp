@@ -25,7 +25,7 @@ std::string_view bearer_token(const HttpRequest& request) {
   return said.substr(kScheme.size());
 }
 
-// Of the path, for viewers that send no header, or of the header.
+// Returns the token in the path, for viewers that send no header, or in the header.
 std::string token_of(const Route& route, const HttpRequest& request) {
   std::string token;
   if (const auto* tileset = std::get_if<TilesetFile>(&route)) token = tileset->token;

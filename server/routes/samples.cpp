@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// Of what this program makes of a slice: to be raised when the same query gives other bytes.
+// The version of the output: increase it when equal queries give different bytes.
 constexpr std::string_view kSliceForm = "1";
 
 std::string text_of(const Vec3& v) {
@@ -113,7 +113,7 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
     answer.is_length_known = false;
   } else {
     if (context.watch) context.watch();
-    // Of a picture, as pixels and as a file; the service has room for the samples themselves.
+    // The bytes of a picture, as pixels and as a file; the service reserves those of the samples.
     const std::size_t picture_bytes = 2 * sizeof(Pixel) * slice->width * slice->height;
     const auto room = context.client->reserve(is_raw ? 0 : picture_bytes);
     if (!room) co_return context.refused(room.error());

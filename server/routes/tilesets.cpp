@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// Of what this program makes of a cell: to be raised when the same path gives other bytes.
+// The version of the output: increase it when equal paths give different bytes.
 constexpr std::string_view kTilesetForm = "2 ";
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";
@@ -129,9 +129,9 @@ asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const Http
   Answer answer;
   add_field(answer, "Content-Type",
             wanted->is_surface ? media_type(MeshFormat::kGlb) : "application/json");
-  const std::string who = permit.is_for_all() ? "public" : "private";
+  const std::string scope = permit.is_for_all() ? "public" : "private";
   add_field(answer, "Cache-Control",
-            who + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
+            scope + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
   const bool needs_none = request.method() == http::verb::head ||
                           names_tag(field(request, http::field::if_none_match), tag);
   const SharedBytes* const known = kept_.find(wanted->key);

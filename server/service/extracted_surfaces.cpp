@@ -95,7 +95,8 @@ TiledStep ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop)
   TiledStep made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
     return extract_in_shells(step, all_stop);
   });
-  sort_by_importance(made.tiles, resolved_step(step, info(), stop));  // Of this request.
+  // The order depends on the request.
+  sort_by_importance(made.tiles, resolved_step(step, info(), stop));
   return made;
 }
 

@@ -3,7 +3,7 @@
 // A *share* is what one client has, however many connections it opens: an address, or a token. If
 // all shares that have something to do were served at the same time, each with the same part of the
 // workers, a job would be done at its virtual finish time. Jobs are taken in the order of these
-// times. So a small job passes long ones, whoever asks for it; a hundred connections from one
+// times. So a small job passes long ones of any client; a hundred connections from one
 // address get no more than a single one from another; and a long job is done about as soon as if
 // everything were served at the same time, however many small ones come. Within a share the same
 // holds for its clients. What a job is expected to take counts from its beginning, what it has
@@ -54,7 +54,8 @@ class FairQueue {
   struct Taken {
     Client client = {};
     Job job;
-    double weight = 1;  // Of the share when the job was taken.
+    // The weight of the share when the job was taken.
+    double weight = 1;
   };
 
   // At most `max_long` long jobs run at the same time; at least 1.
@@ -153,16 +154,17 @@ class FairQueue {
   struct Queue : Served {
     std::deque<Job> jobs;
   };
-  // Of shares that have a network in common.
+  // Counts the shares that have a network in common.
   struct Network {
-    int shares = 1;         // For how many they count at most.
-    std::size_t known = 0;  // Of them.
+    int shares = 1;  // For how many they count at most.
+    std::size_t known = 0;
     std::size_t busy = 0;
   };
   using Networks = std::map<std::string, Network>;
   struct Share : Served {
     std::vector<Networks::iterator> networks;  // None for most.
-    double expected_seconds = 0;  // Of all that waits or runs.
+    // The estimated seconds of all waiting and running jobs.
+    double expected_seconds = 0;
     std::size_t running_long = 0;
     double now = 0;  // The virtual time among its clients.
     std::map<std::uint64_t, Queue> clients;

@@ -66,8 +66,9 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
 
   LocalService& service_;
   std::uint64_t queue_number_;
-  double bytes_per_second_ = kUsualBytesPerSecond;  // Of the way to the client.
-  StreamPtr stream_;                                // Null when none runs.
+  // The bandwidth to the client.
+  double bytes_per_second_ = kUsualBytesPerSecond;
+  StreamPtr stream_;  // Null when none runs.
   std::set<JobPtr> jobs_;
   bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
 };
@@ -105,7 +106,7 @@ class LocalCaller::Stream : public ProgressiveStream {
     const auto caller = caller_.lock();
     if (caller && caller->stream_.get() == this) caller->stream_.reset();
   }
-  // Before anybody was told of it.
+  // Before the client received anything of the step.
   void refuse(Error error) { messages.fail(std::move(error)); }
   void supply(MadeStep step, double seconds) {
     messages.supply(std::move(step), seconds);
@@ -115,9 +116,11 @@ class LocalCaller::Stream : public ProgressiveStream {
   StreamMessages messages;
   const StartStream action;
   std::stop_source stop;
-  double worker_seconds = 0;                  // Of the steps that were made.
-  Deadline worker;                            // While a step is with a worker.
-  ByteReservations::Reservation memory = {};  // Of the step that is being sent.
+  // The time of the steps that were made.
+  double worker_seconds = 0;
+  Deadline worker;  // While a step is with a worker.
+  // The memory of the step that is being sent.
+  ByteReservations::Reservation memory = {};
 
  private:
   std::function<void()> changed_;

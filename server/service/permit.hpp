@@ -24,8 +24,9 @@ using SurfaceProviderPtr = std::shared_ptr<const SurfaceProvider>;
 struct StartStream {
   OpenStream open;
   SurfaceProviderPtr source;
-  SurfaceProviderPtr scalars = nullptr;  // Of open.scalars; null without.
-  bool shells = false;                   // Its steps may have them.
+  // The provider of open.scalars; null without scalars.
+  SurfaceProviderPtr scalars = nullptr;
+  bool shells = false;  // Its steps may have them.
 };
 // A question that was found good.
 struct AnswerQuestion {
@@ -35,8 +36,8 @@ struct AnswerQuestion {
 
 // What a server allows of a request, though the protocol would allow more.
 struct RequestLimits {
-  std::size_t max_regions = kMaxThresholdRegions;  // Of one threshold map.
-  bool surfaces_only = false;                      // Nothing that holds samples, for anyone.
+  std::size_t max_regions = kMaxThresholdRegions;
+  bool surfaces_only = false;  // Nothing that holds samples, for anyone.
 };
 
 class Permit {

@@ -16,14 +16,14 @@
 
 namespace multitetra {
 
-// Of tiles in sample shells, which are none of plain triangles.
+// The appearance of tiles in sample shells, which differ from plain triangles.
 inline constexpr std::uint64_t kShellAppearance = ~std::uint64_t{0};
 
 // What an encoded tile is a function of. The digest covers the lattice resolution.
 struct TileKey {
   ContentDigest digest;
   OctreeCube cube;
-  // Of what is not geometry (normals), kShellAppearance of a sample shell; 0 without.
+  // Identifies what is not geometry (normals); kShellAppearance for a sample shell; else 0.
   std::uint64_t appearance = 0;
   // The same triangles may be what is left of different ones.
   double simplification_bound = 0;

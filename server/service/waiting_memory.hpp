@@ -14,7 +14,7 @@ namespace multitetra {
 [[nodiscard]] std::size_t waiting_bytes(const OpenStream& open);
 // With its reply, whose size follows from the question: until that has been sent.
 [[nodiscard]] std::size_t waiting_bytes(const Question& question);
-// Of a reply without a question until it has been sent; 0 for those of a few bytes, of which only
+// For a reply without a question until it has been sent; 0 for those of a few bytes, of which only
 // so many may wait.
 [[nodiscard]] std::size_t waiting_bytes(const ServerMessage& message);
 

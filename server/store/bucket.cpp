@@ -15,8 +15,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{16} << 20;
-constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;  // At least 5 MiB,
-constexpr std::uint64_t kMostParts = 9999;                     // of at most 10 000.
+// The size of the parts of an upload.
+constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
+// The most parts of an upload.
+constexpr std::uint64_t kMostParts = 9999;
 
 std::string text_of(const HttpAnswer& answer) {
   return {reinterpret_cast<const char*>(answer.bytes.data()), answer.bytes.size()};

@@ -284,7 +284,7 @@ void RemoteFiles::fetch_ahead(const OpenFilePtr& file, std::span<const FileRange
     added += blocks;
     i += blocks;
   }
-  // What was asked for before, and never fetched, may not be needed any more.
+  // Earlier prefetch requests that have not started may not be needed any more.
   while (job_blocks_ > most + kRunBlocks) {
     job_blocks_ -= jobs_.front().blocks;
     jobs_.pop_front();

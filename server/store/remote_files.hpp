@@ -7,8 +7,8 @@
 //
 // Guaranteed: all that is read of an open file is of the version that was there when it was opened.
 // Requests carry If-Match with its ETag (If-Unmodified-Since where it has none), and answers are
-// compared with it; a file that was replaced is a StoreError. A server that ignores ranges, or says
-// nothing that tells versions apart, is refused at the opening.
+// compared with it; a file that was replaced is a StoreError. A server that ignores ranges, or
+// sends neither ETag nor Last-Modified, is refused at the opening.
 //
 // A file is fetched in blocks of 128 KiB. Blocks that follow each other are one request, and a
 // block that several threads ask for is fetched once. Blocks are kept in the memory cache and,
@@ -42,7 +42,8 @@ class RemoteFile;
 
 struct RemoteFilesOptions {
   std::size_t memory_bytes = std::size_t{512} << 20;
-  std::filesystem::path folder = {};  // Of the disk cache; empty: none.
+  // The folder of the disk cache; empty: none.
+  std::filesystem::path folder = {};
   std::uint64_t folder_bytes = std::uint64_t{16} << 30;
   std::size_t fetchers = 8;  // Threads that fetch what will be needed.
   HttpStoreOptions http = {};
@@ -59,7 +60,8 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
  public:
   static constexpr std::size_t kBlockBytes = std::size_t{128} << 10;
   static constexpr std::size_t kOpeningBlocks = 3;  // Fetched with the opening, in one request.
-  static constexpr std::size_t kRunBlocks = 8;      // Of one request ahead, at most.
+  // The most blocks of one prefetch request.
+  static constexpr std::size_t kRunBlocks = 8;
 
   // Throws std::filesystem::filesystem_error when the folder cannot be made.
   explicit RemoteFiles(const RemoteFilesOptions& options = {});
@@ -80,8 +82,9 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
     std::uint64_t disk_hits = 0;
     std::uint64_t fetched = 0;  // from their stores.
     std::uint64_t fetched_bytes = 0;
-    std::uint64_t requests = 0;   // For ranges, the opening ones included.
-    std::uint64_t retries = 0;    // Of such requests.
+    std::uint64_t requests = 0;  // For ranges, the opening ones included.
+    // Repeated requests.
+    std::uint64_t retries = 0;
     std::uint64_t failures = 0;   // Requests that failed for good.
     std::uint64_t evictions = 0;  // From memory: blocks, and what others keep there.
     std::uint64_t memory_bytes = 0;

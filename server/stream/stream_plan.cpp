@@ -241,7 +241,7 @@ PlanLimits plan_limits(const StreamState& state, const MakingLimits& limits) {
   return of_plan;
 }
 
-// A cell is made as it was asked for: it is too small for previews, and has no budget.
+// A cell is made as requested: it is too small for previews, and has no budget.
 Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
                            const std::stop_token& stop, const MakingLimits& limits) {
   MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
@@ -296,7 +296,7 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
   if (made.is_over) return made;
   if (!made.is_final || next.step.shell) {
     made.encoded = source.make(next.step, stop);
-    // The plan has kept to the limit as far as it could tell; whoever names steps has not.
+    // The plan keeps to the limit as far as it can estimate; requests that name steps may not.
     Result<void> allowed;
     if (made.is_final || (is_repeated && next.step.finest_spacing == 1)) {
       allowed = limit.check_made(next.step.request, made.encoded);

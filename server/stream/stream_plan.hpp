@@ -18,11 +18,14 @@ namespace multitetra {
 struct StreamState {
   IsosurfaceRequest request = {};  // As it was made.
   StepPolicy steps = StepPolicy::kProgressive;
-  std::vector<Preview> begun = {};  // With these it begins, whatever the plan would be.
+  // The stream starts with these previews, regardless of the plan.
+  std::vector<Preview> begun = {};
   std::vector<ShownStep> shown = {};
-  double triangles_per_second = 0;  // Of the client; 0: not known.
-  std::optional<int> level = {};    // Of its budget's schedule, once it is known what fits.
-  bool shells = false;              // The client decodes them, and may.
+  // The client's speed; 0: unknown.
+  double triangles_per_second = 0;
+  // The level of the budget's error schedule, once it is known.
+  std::optional<int> level = {};
+  bool shells = false;  // The client decodes them, and may.
   MeshUse use = MeshUse::kKeep;
 };
 
@@ -38,11 +41,13 @@ struct MadeStep {
 };
 
 struct MakingLimits {
-  // Of a final step; 0: no limit.
+  // The most triangles of a final step; 0: no limit.
   std::uint64_t max_triangles = 0;
-  double bytes_per_second = kUsualBytesPerSecond;  // Of the link to the client.
+  // The bandwidth to the client.
+  double bytes_per_second = kUsualBytesPerSecond;
   bool others_wait = false;  // For the threads: nothing is made that only comes sooner.
-  bool as_meshes = false;    // A final step is wanted as meshes (see SurfaceProvider::make_meshes).
+  // Make a final step as meshes (see SurfaceProvider::make_meshes).
+  bool as_meshes = false;
 };
 
 // A final step with a budget is within it, and has most of it or the request's own error; and it

@@ -19,12 +19,15 @@ namespace multitetra {
 // A complete conforming model in tiles: encoded to be sent, or as meshes to be used in this
 // process.
 struct TiledStep {
-  std::uint64_t tetrahedra = 0;         // Of the model.
-  std::uint64_t active_tetrahedra = 0;  // Of them crossed by the surface.
-  std::vector<EncodedTile> tiles;       // In the order they are sent.
-  std::uint64_t appearance = 0;         // As in TileKey,
-  std::string dataset = {};             // and this as well.
-  std::uint32_t crossed_octants = 0;    // As in StepBegin.
+  // Tetrahedra of the model.
+  std::uint64_t tetrahedra = 0;
+  // Those that the surface crosses.
+  std::uint64_t active_tetrahedra = 0;
+  std::vector<EncodedTile> tiles;  // In the order they are sent.
+  std::uint64_t appearance = 0;    // As in TileKey,
+  // As in TileKey.
+  std::string dataset = {};
+  std::uint32_t crossed_octants = 0;  // As in StepBegin.
   bool is_in_shells = false;
   // With a budget and simplification: the least threshold that the budget needed.
   double at_least = 0;

@@ -16,7 +16,7 @@ class Connection {
 
   // Since when it has had nothing to do; nullopt while it has.
   [[nodiscard]] virtual std::optional<Clock::time_point> resting_since() const = 0;
-  // Tells why, where there are words for it, and ends; within the linger time the connection is
+  // Sends the error if the protocol has one, then closes; within the linger time the connection is
   // closed whatever the client does.
   virtual void end(const Error& why) = 0;
   // Ends what takes too long. Called again and again with the time that it is: so thousands of

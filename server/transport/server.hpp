@@ -34,7 +34,7 @@ struct ServerOptions {
   AdmissionOptions admission = {};
   LocalServiceOptions service = {};
   SessionOptions session = {};
-  // Of a conversation without messages or work; 0: no limit.
+  // The longest time without messages or work; 0: no limit.
   std::chrono::milliseconds idle_time{0};
   ConnectionOptions connection = {};
   // On the thread of run(), when certificate and tokens were read again.

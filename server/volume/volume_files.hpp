@@ -33,7 +33,7 @@ struct VolumeFileOptions {
   std::optional<RawLayout> raw = std::nullopt;  // Given: the file is read as raw bytes.
   VolumeChoice choice = {};  // Where the source holds several volumes, or numbers a sample.
   Placement placement = {};  // What the file does not say of places, or says wrongly.
-  // Told of conversions, a sentence each. A source from open_volume tells while it is read.
+  // Receives a sentence for each conversion, from open_volume while the source is read.
   std::function<void(const std::string&)> notice = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// Simulates a user who drags the isovalue: a running server gets a hundred isovalues, thirty a
+// Simulates dragging the isovalue: a running server gets a hundred isovalues, thirty a
 // second, and a client assembles and checks the steps. Prints how many of them were shown, how long
 // the last one took to be complete, and the memory in between.
 //

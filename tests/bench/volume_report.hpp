@@ -39,9 +39,9 @@ struct BrickReads {
 struct VolumeReport {
   DatasetInfo info;
   double isovalue = 0;
-  std::uint64_t file_bytes = 0;           // The size of the prepared file.
-  double open_seconds = 0;                // Median.
-  int processors = 0;                     // Of this machine.
+  std::uint64_t file_bytes = 0;  // The size of the prepared file.
+  double open_seconds = 0;       // Median.
+  int processors = 0;
   std::vector<int> threads;               // As requested.
   std::vector<std::string> flying_edges;  // How it ran, per number of threads; empty without VTK.
   // For the first preview; none where there is no preview.

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs the commands of README.md and of client/FETCHING.md as they stand, on a small generated volume, and checks that every
-# option that a guide names exists.
+# Runs the commands of README.md, client/FETCHING.md, server/volume/FORMATS.md and server/operations/DEPLOYMENT.md as they
+# stand, on small generated volumes, and checks that every option that a guide names exists.
 # Usage: guides_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
@@ -34,6 +34,43 @@ done
 commands_of README.md >commands
 grep -q 'certify head.ply' commands || fail "README.md has no commands: $(cat commands)"
 bash -euo pipefail commands >out 2>&1 || fail "README.md: $(tail -n 5 out)"
+
+# Every command of the formats' guide whose input tests/e2e/guide_volumes.py can write.
+commands_of server/volume/FORMATS.md >formats
+mkdir formats_work
+cp head.nrrd head.mtd formats_work/
+(cd formats_work && python3 "$root/tests/e2e/guide_volumes.py") || fail "guide_volumes.py"
+runs=0
+while IFS= read -r line; do
+  input=$(sed "s/^multitetra-server [a-z]* //; s/ .*//; s/'//g" <<<"$line")
+  compgen -G "formats_work/$input" >/dev/null || continue
+  runs=$((runs + 1))
+  (cd formats_work && bash -euo pipefail -c "$line") >out 2>&1 || fail "server/volume/FORMATS.md: $line ($(tail -n 3 out))"
+done < <(sed 's/  *#.*//' formats)
+[ "$runs" -ge 14 ] || fail "server/volume/FORMATS.md: only $runs commands were run"
+
+# Tokens, a certificate, a configuration, and a server with them.
+mkdir deployment volumes
+cp head.mtd volumes/
+commands_of server/operations/DEPLOYMENT.md | sed 's|/srv/volumes|../volumes|; s/0\.0\.0\.0:[0-9]*/127.0.0.1:0/g' >commands
+{ grep '^multitetra-server token\|^openssl\|--print-config' commands | sed 's/  *#.*//'; } >setup
+[ "$(wc -l <setup)" = 6 ] || fail "server/operations/DEPLOYMENT.md has other commands: $(cat setup)"
+(cd deployment && bash -euo pipefail ../setup) >out 2>&1 || fail "server/operations/DEPLOYMENT.md: $(tail -n 5 out)"
+grep -m 1 -o '^mt_[^ ]*' out >deployment/token || fail "no token is printed: $(cat out)"
+cd deployment
+serve=$(grep -- '--tls-cert' ../commands)
+start guarded $serve
+guarded=$(url_of guarded tls | sed 's/127\.0\.0\.1/localhost/')
+guarded_page=$(url_of guarded https | sed 's/127\.0\.0\.1/localhost/')
+list=$(grep '^multitetra-client list' ../commands | sed "s|tls://volumes.example.org|$guarded --ca tls.pem|")
+$list >out 2>&1 || fail "server/operations/DEPLOYMENT.md: $list ($(cat out))"
+grep -q head out || fail "$list does not list the dataset: $(cat out)"
+fetch=$(grep '^curl' ../commands | sed "s|mt_\.\.\.|$(cat token)|; s|https://volumes.example.org:7480/|${guarded_page%/}/|")
+bash -c "$fetch -sf --cacert tls.pem" >out 2>&1 || fail "server/operations/DEPLOYMENT.md: $fetch ($(cat out))"
+grep -q '"head"' out || fail "the list over HTTPS has no dataset: $(cat out)"
+start configured $(grep -- '--config server.toml' ../commands)
+url_of configured http >/dev/null || fail "server.toml does not start a server: $(cat configured.log)"
+cd ..
 
 # The addresses for other viewers: of a first file, or of a folder that has one named info.
 grep -o 'http://127.0.0.1:7480/v1/\(3dtiles\|neuroglancer\)/[^ `]*' "$root/client/paraview/README.md" | sed 's|");||' | sort -u >addresses

@@ -241,7 +241,7 @@ grep -q "The file has $few of .* components, those with a diagonal of 12 samples
 [ "$(stat -c %s large.ply)" -lt "$(stat -c %s whole.ply)" ] || fail "no triangle is left out"
 ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 1000 -o none.ply
 # A client gives up when its time is over, however much would come.
-ends 1 "The time for it is over" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
+ends 1 "Timed out before" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
 ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply
 "$client" fetch --server "$url" --dataset gyroid --error 1 --deadline 60 -o x.ply --quiet || fail "a long deadline is too short"
 # Errors are printed in the unit of the request.

@@ -143,7 +143,7 @@ assert [d["member"]["label"] for d in datasets] == [
     {"value": 3, "name": "hepar", "color": "#010203"}, {"value": 7, "name": "rest of it", "color": None}], datasets
 assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
-"$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not tell members: $("$client" list --server "$url")"
+"$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
 ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --server "$url" --dataset organs -o x.ply
 "$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o coloured.ply --report report.json --quiet
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"

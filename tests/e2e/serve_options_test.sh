@@ -42,11 +42,11 @@ ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem
 ends 4 'tokens file' "$server" serve v.mtd --tokens nowhere
 ends 5 'no dataset' "$server" serve nowhere.mtd
 
-# A damaged dataset is told and left out; the others are served until SIGTERM, with exit code 0.
+# A damaged dataset is logged and left out; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
 start server "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off
 url=$(url_of server tcp)
-grep -q 'left out' server.log || fail "the damaged dataset is not told: $(cat server.log)"
+grep -q 'left out' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
 ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"
@@ -59,7 +59,7 @@ printf %s "$(cat tokens)" >tokens  # Without its last line's end.
 "$server" token bob --append tokens >/dev/null
 [ "$(wc -l <tokens)" = 2 ] || fail "a line was glued to another: $(cat tokens)"
 
-# What others could do is told when they can connect.
+# The log warns about what others could do when they can connect.
 openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=other.example \
   -addext subjectAltName=DNS:other.example -keyout tls.key -out tls.pem 2>/dev/null
 chmod 644 tls.key
@@ -70,17 +70,17 @@ port=$(url_of guarded tls 2>/dev/null || url_of guarded tcp)
 alone_tcp=$(url_of alone tcp)
 alone_http=$(url_of alone http)
 url_of open tcp >/dev/null
-grep -q 'every client may see all datasets' open.log || fail "an open server is not told: $(cat open.log)"
-grep -q 'traffic is not encrypted' open.log || fail "a server without TLS is not told"
-grep -q 'the TLS key is readable by all users' guarded.log || fail "a key for all is not told: $(cat guarded.log)"
-! grep -q 'every client may\|not encrypted' guarded.log || fail "a guarded server is told to be open"
+grep -q 'every client may see all datasets' open.log || fail "no warning about an open server: $(cat open.log)"
+grep -q 'traffic is not encrypted' open.log || fail "no warning about missing TLS"
+grep -q 'the TLS key is readable by all users' guarded.log || fail "no warning about a readable key: $(cat guarded.log)"
+! grep -q 'every client may\|not encrypted' guarded.log || fail "a warning about a guarded server"
 # A page of another site cannot give this machine a name of its own and read what is for those on it alone.
 status_as() { curl -s -o /dev/null -w '%{http_code}' -H "Host: $1" "$alone_http/v1/datasets"; }
 [ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine is asked by any name"
 ends 2 'no name of a host' "$server" serve v.mtd --allow-host https://example.org
-! grep -q 'warning' alone.log || fail "a server for this machine is told to be open: $(cat alone.log)"
+! grep -q 'warning' alone.log || fail "a warning about a local server: $(cat alone.log)"
 
-# Which port is which, and which name is whose, is told.
+# Ports and names are printed.
 client=$(realpath "$(dirname "$server")")/multitetra-client
 ends 1 'for this port write ws://' "$client" list --server "tcp://${alone_http#http://}"
 ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"

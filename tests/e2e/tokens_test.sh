@@ -41,7 +41,7 @@ heeded is_out || fail "a revoked token still lets in"
 new=$("$server" token bob --replace --file tokens)
 heeded lets_in "$new" || fail "a replaced token is not known"
 ! lets_in "$bob" || fail "what was replaced still lets in"
-ends 1 'Nobody named "alice"' "$server" token revoke alice --file tokens
+ends 1 'has no token named "alice"' "$server" token revoke alice --file tokens
 ends 1 "nowhere" "$server" token revoke alice --file nowhere
 ends 2 "--file" "$server" token list
 ends 2 "revoke NAME" "$server" token revoke --file tokens

@@ -27,9 +27,11 @@ struct Sample {
 
 // What a triangle that is seen through puts into a pixel.
 struct Fragment {
-  std::uint32_t pixel = 0;   // Among those that are drawn together.
-  std::uint8_t covered = 0;  // A bit for each sample,
-  std::uint8_t wires = 0;    // and which of them lie on a wire.
+  std::uint32_t pixel = 0;  // Among those that are drawn together.
+  // A bit for each covered sample.
+  std::uint8_t covered = 0;
+  // A bit for each covered sample that lies on a wire.
+  std::uint8_t wires = 0;
   float opacity = 1;
   Light light = {};
   Light wire = {};

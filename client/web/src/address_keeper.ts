@@ -58,7 +58,7 @@ export class AddressKeeper {
     if (said.length === 0) return;
     const words = said.slice(0, 3).map((word) => (word.length > 40 ? `${word.slice(0, 39)}…` : word));
     const rest = said.length > words.length ? " and more" : "";
-    this.viewer.notices.tell(`Passed over in the address, as it means nothing here: ${words.join(", ")}${rest}.`, true);
+    this.viewer.notices.tell(`Ignored in the URL: ${words.join(", ")}${rest}.`, true);
   }
 
   private rememberSoon(): void {

@@ -62,7 +62,7 @@ export class Downloads {
       this.save(await make(this.viewer.stage, animation, background, tell), form === "video" ? "webm" : "zip");
       this.viewer.notices.clear();
     } catch (error) {
-      this.viewer.notices.tell(`There is no film: ${(error as Error).message}`, true);
+      this.viewer.notices.tell(`Recording failed: ${(error as Error).message}`, true);
     }
     this.isFilming = false;
   }

@@ -16,7 +16,7 @@ interface Question {
 }
 
 export class Embedding {
-  private origin: string | null = null; // Of the parent page, after its first message.
+  private origin: string | null = null; // The origin of the parent page, after its first message.
   private timer = 0;
 
   constructor(

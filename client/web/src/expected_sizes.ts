@@ -1,4 +1,4 @@
-// How large surfaces will be: when the server is asked, and what is too large to be sent unasked.
+// Estimated sizes of surfaces: when they are requested, and which need a confirmation.
 import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
 import type { SurfaceSize } from "./state/progress";
 import { Store } from "./state/store";
@@ -6,11 +6,13 @@ import type { Effect, Wanted } from "./stream/conversation";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 
-const costly = 5_000_000; // Triangles that are not sent unasked, for one of at most two surfaces,
-const modest = 2_000_000; // and what every machine takes.
+// More triangles are requested only after a confirmation.
+const costly = 5_000_000;
+// So many triangles fit every machine.
+const modest = 2_000_000;
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
-  private last: { info: DatasetInfo; request: Wanted["request"] } | null = null; // Asked for.
+  private last: { info: DatasetInfo; request: Wanted["request"] } | null = null; // The last request.
   among = 1; // So many surfaces there are in the view: they share what it can have.
   private insisted = 0; // Triangles that the user wants to see.
 
@@ -18,7 +20,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     super({ expected: null });
   }
 
-  // Whether the server is to be asked for the size of this order now. While the isovalue is dragged
+  // Whether to request the size of this order now. While the isovalue is dragged
   // there are better things to do for it; then no size is known.
   isWanted(order: Wanted, isDragging: boolean): boolean {
     const { last } = this;
@@ -29,7 +31,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return true;
   }
 
-  // The connection is lost, and with it what was asked.
+  // The connection is lost, and with it the pending requests.
   forget(): void {
     this.last = null;
   }

@@ -9,7 +9,7 @@ import type { ScalarWish } from "./stream/conversation";
 
 export interface Scene {
   moment: Moment;
-  infos: readonly (DatasetInfo | null)[]; // Of each surface; null: unknown dataset.
+  infos: readonly (DatasetInfo | null)[]; // The dataset of each surface; null: unknown.
   scalars?: ScalarWish;
 }
 

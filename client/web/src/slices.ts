@@ -44,7 +44,7 @@ export class Slices {
   }
 }
 
-// `usual`: the window where none is said; all values if there is none.
+// `usual`: the default window; all values if there is none.
 export type ValueRange = Pick<DatasetInfo, "min" | "max"> & { usual?: { level: number; width: number } };
 
 interface Place {
@@ -60,7 +60,7 @@ export function slicePlace({ slice, sliceAt, clip, clipAt, filled }: Settings): 
   return null;
 }
 
-// The values of the first and the last colour: as said, else the usual ones, else all that the data has.
+// The values of the first and the last colour: as set, else the defaults, else the range of the data.
 export function windowOf(
   level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange,
 ): { low: number; high: number } {

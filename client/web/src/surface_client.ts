@@ -36,7 +36,7 @@ export interface SurfaceClientEvents extends SurfaceStepsEvents {
   settled: () => void; // Nothing is under way, or will not be soon.
 }
 
-// What a surface is wanted for.
+// How a surface is requested.
 export interface Wish {
   moment: Moment;
   scalars?: ScalarWish;
@@ -61,7 +61,7 @@ export class SurfaceClient implements SlotHolder {
   private isUnderWay = false; // A stream, or what leads to it.
   private isFinishing = false; // It is the rest of a stream whose previews came.
   private hasFinal = false; // The final step of the stream has begun.
-  private postponed = 0; // The timer of a stream that is asked for later.
+  private postponed = 0; // The timer of a postponed stream.
 
   constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
     const { number, address, token, surface, speed, isPrefetch } = parts;
@@ -104,7 +104,7 @@ export class SurfaceClient implements SlotHolder {
     this.parts.slots.leave(this);
   }
 
-  // For good: nothing is asked or shown any more.
+  // Ends for good.
   close(): void {
     clearTimeout(this.postponed);
     clearTimeout(this.dragTimer);
@@ -140,7 +140,7 @@ export class SurfaceClient implements SlotHolder {
     return this.steps.drawn;
   }
 
-  // Components smaller than so many samples; nothing is asked for that.
+  // Components smaller than so many samples; needs no request.
   hide(minComponent: number): void {
     this.steps.hide(minComponent);
   }
@@ -164,7 +164,7 @@ export class SurfaceClient implements SlotHolder {
     return !this.isUnderWay && !this.isPreviewed && this.steps.isChosen;
   }
 
-  // What was asked for ends here, and nothing follows.
+  // Cancels the current request.
   stop(): void {
     this.next = this.asked = this.current = null;
     clearTimeout(this.postponed);

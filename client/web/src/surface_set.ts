@@ -55,7 +55,7 @@ export class SurfaceSet {
   private isConnected = false;
   private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
   private readonly slots = new Slots(mostConnections);
-  private readonly speed = new StepSpeed(); // Of this page.
+  private readonly speed = new StepSpeed(); // The decoding speed of this page.
   private readonly swapGroup = new SwapGroup<Member>(() => this.seen, () => this.redress());
 
   constructor(

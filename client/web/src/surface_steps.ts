@@ -25,7 +25,7 @@ export interface SurfaceStepsParts {
   pool: TilePool;
   surface: Surface;
   frames: Frames;
-  speed: StepSpeed; // Of the shown step.
+  speed: StepSpeed; // The decoding speed of this page.
   isPrefetch?: boolean; // Steps are kept, and never shown.
 }
 
@@ -43,7 +43,7 @@ export interface StepChecks {
   certified: (stream: number, step: StepOfTiles, topology: MeshTopology) => void;
 }
 
-// What was asked for, and for which moment.
+// The request and its moment.
 export interface Asked {
   order: Wanted;
   moment: Moment;
@@ -60,7 +60,7 @@ export class SurfaceSteps {
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
-  private colouring: Promise<void>[] = []; // Of the running stream.
+  private colouring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
   constructor(
@@ -234,7 +234,7 @@ export class SurfaceSteps {
     this.parts.surface.show([]);
   }
 
-  // `elapsed`: milliseconds after the request; null: nothing was asked.
+  // `elapsed`: milliseconds after the request; null: without a request.
   private show(frame: Frame, elapsed: number | null): void {
     const { ids, shown, chosen } = frame;
     const before = this.shown;

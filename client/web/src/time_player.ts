@@ -1,5 +1,5 @@
 // Shows one time after the other: the next when it is due, and not before all of it is here. While it
-// plays the times to come are asked for ahead; as soon as it does not, nothing is.
+// plays, the next times are prefetched; as soon as it stops, nothing is.
 export interface Played {
   times: readonly number[]; // Ascending; two or more.
   now: number; // One of them.
@@ -10,7 +10,7 @@ export interface Played {
 
 export interface PlayerActs {
   isReady: (time: number) => boolean;
-  prepare: (times: readonly number[]) => void; // The soonest first; none: nothing is wanted ahead.
+  prepare: (times: readonly number[]) => void; // The soonest first; none: no prefetch.
   show: (time: number) => void;
   stop: () => void; // The end is reached.
 }
@@ -42,7 +42,7 @@ export class TimePlayer {
   update(): void {
     const played = this.played();
     if (!played?.playing) return this.stop();
-    this.prepared = ""; // What is wanted ahead may be something else now.
+    this.prepared = ""; // The times to prefetch may have changed.
     if (this.isRunning) return;
     this.isRunning = true;
     this.shown = [];

@@ -51,7 +51,7 @@ import { TilePool } from "./workers/tile_pool";
 export type { Settings } from "./state/settings";
 
 export interface ViewerOptions extends Partial<Settings> {
-  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own if not said.
+  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own by default.
   server?: string;
   token?: string | TokenPlace;
 }
@@ -420,7 +420,7 @@ export class Viewer {
     return info && { ...rangeOf(this.list, info), valueUnit: info.valueUnit };
   }
 
-  // Of samples on slices; the colours of a series mean the same at all its times.
+  // The range of samples on slices, the same at all times of a series.
   private sampleRange(): LegendValues | null {
     const { info } = this;
     const range = this.rangeOf(info);

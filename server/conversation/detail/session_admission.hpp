@@ -1,5 +1,5 @@
 // A session under the admission control's eyes: what holds before a message reaches it, and how its
-// requests are told. For all kinds of sessions.
+// requests are reported. For all kinds of sessions.
 #pragma once
 
 #include <cstdint>

@@ -38,11 +38,12 @@ struct FineErrorsOptions {
 // between two uses means nothing.
 struct FineArrays {
   std::vector<float> values;
-  std::vector<float> errors;  // Of points that do not exceed the threshold.
-  BitGrid above;              // The value is greater than the isovalue.
-  BitGrid below;              // It is not, and it is not void.
-  BitGrid mixed;              // The diamond has values of both kinds.
-  BitGrid active;             // The error is not 0.
+  // The errors of points that do not exceed the threshold.
+  std::vector<float> errors;
+  BitGrid above;   // The value is greater than the isovalue.
+  BitGrid below;   // It is not, and it is not void.
+  BitGrid mixed;   // The diamond has values of both kinds.
+  BitGrid active;  // The error is not 0.
   // The error is greater than the largest threshold.
   BitGrid exceeding;
 };

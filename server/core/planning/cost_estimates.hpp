@@ -19,9 +19,11 @@ enum class StepForm { kPlain, kSimplified, kShells };
 
 // In seconds, for each triangle that is extracted; all threads together.
 struct CostEstimates {
-  double plain = 0.4e-6;       // To extract and to encode it,
-  double simplified = 2.5e-6;  // and to simplify it as well;
-  double shells = 0.03e-6;     // to encode the samples around it.
+  // Seconds a triangle to extract and encode it.
+  double plain = 0.4e-6;
+  // Seconds a triangle to extract, simplify and encode it.
+  double simplified = 2.5e-6;
+  double shells = 0.03e-6;  // to encode the samples around it.
   double bytes_per_second = kUsualBytesPerSecond;
   double client_triangles_per_second = 0;  // 0: it takes no time.
 

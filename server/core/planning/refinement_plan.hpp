@@ -98,7 +98,7 @@ inline constexpr double kSoonSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
 // More are not worth decoding and drawing for a moment.
 inline constexpr double kMostCertifiedTriangles = 2.5e6;
-// Of a certified step of shells, which is quickly made and decoded.
+// The most triangles of a certified step of shells, which is quickly made and decoded.
 inline constexpr double kMostShellTriangles = 12e6;
 // The levels an octave of previews, the fewest bytes: what they move, 0.29 of the spacing, is small
 // beside what the spacing leaves out.
@@ -111,7 +111,7 @@ struct PlanLimits {
   double certified_triangles = kMostCertifiedTriangles;
   bool shells = false;      // The client decodes them.
   bool is_display = false;  // It keeps no mesh.
-  // Of a final step of shells.
+  // The most triangles of a final step of shells.
   double shell_triangles = kMostShellTriangles;
 };
 

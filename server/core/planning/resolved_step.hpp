@@ -42,7 +42,8 @@ class ResolvedStep {
  private:
   StepRequest step_;
   Vec3 lattice_step_;
-  ThresholdMap thresholds_;        // Of the request.
+  // The request's threshold map.
+  ThresholdMap thresholds_;
   ThresholdMap model_thresholds_;  // The same without simplification.
 };
 

@@ -126,7 +126,7 @@ class SimplifiedPiece::Run {
     }
     return true;
   }
-  // Of collapses onto the vertices of the ring.
+  // The costs of collapses onto the vertices of the ring.
   void find_costs(std::uint32_t u) {
     mesh_.ring(u, ring_);
     ring_costs_.resize(ring_.size());
@@ -142,7 +142,7 @@ class SimplifiedPiece::Run {
       }
     }
   }
-  // Where planes do not tell much, as on flat pieces, the shorter edge goes: it leaves fewer long
+  // Where quadrics decide little, as on flat pieces, the shorter edge goes: it leaves fewer long
   // and thin triangles.
   float cost(std::uint32_t u, std::uint32_t v) const {
     const Vec3 along = difference(positions_[v], positions_[u]);
@@ -200,7 +200,7 @@ class SimplifiedPiece::Run {
     }
     return true;
   }
-  // Tells w that its neighbour u is gone, and v is one.
+  // Replaces w's neighbour u by v.
   void replace(std::uint32_t w, std::uint32_t u, std::uint32_t v) {
     State& state = states_[w];
     reopen(w);
@@ -222,18 +222,22 @@ class SimplifiedPiece::Run {
   CollapsingMesh mesh_;
   SuccessiveMapping carried_;
   std::optional<Embedding> embedding_;
-  std::vector<Quadric> quadrics_;  // Of vertices, seen from there.
+  // The quadrics of the vertices, relative to them.
+  std::vector<Quadric> quadrics_;
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // Vertices that may move some time.
   std::span<const LatticePoint> vertices_;
   CollapseHistory* history_;  // Null: none is kept.
-  float dearest_ = 0;         // Of a pass: the largest cost.
+  // The largest cost of a pass.
+  float dearest_ = 0;
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
   std::vector<float> ring_costs_;
-  std::vector<std::uint32_t> turned_;  // The ring from the collapse's goal on,
-  std::vector<Vec3> places_;           // and where its vertices are.
+  // The ring from the collapse's target on.
+  std::vector<std::uint32_t> turned_;
+  // The places of the ring's vertices.
+  std::vector<Vec3> places_;
 };
 
 SimplifiedPiece::SimplifiedPiece(LatticeMesh mesh, const Vec3& step)

@@ -1,7 +1,7 @@
 // The same surface with fewer triangles.
 //
-//   const Simplified tile = simplified(mesh, {.lattice_step = {delta, delta, delta}, .max_distance
-//   = 0.25});
+//   const Simplified tile =
+//       simplified(mesh, {.lattice_step = {delta, delta, delta}, .max_distance = 0.25});
 //
 // Edges collapse onto one of their ends, so that every vertex that is left is one of the vertices
 // before. What is guaranteed:
@@ -16,7 +16,7 @@
 //  * the topology is the same: what was a manifold is one, with the same components and Euler
 //    characteristic; a component without border keeps four triangles at least;
 //  * no triangle turns by as much as a right angle in a collapse, and none is degenerate;
-//  * where it is asked for, a surface that does not cut itself still does not (see embedding.hpp);
+//  * with `embedded`, a surface without self-intersections stays so (see embedding.hpp);
 //  * the result is a function of the arguments alone, to the bit.
 //
 // Where the `max_distance` is 0 nothing changes.
@@ -125,7 +125,7 @@ class SimplifiedPiece {
 
   void reserve(std::span<const SimplifiedPiece> pieces);
   void append(SimplifiedPiece piece, VertexNumbers& shared);
-  // Of its triangles, to the quadrics.
+  // Adds its triangles to the quadrics.
   void add_planes();
   // In units, so that it does not matter in which unit datasets are measured. Requires a vertex.
   [[nodiscard]] PieceFrame frame() const;
@@ -134,13 +134,15 @@ class SimplifiedPiece {
   LatticeMesh mesh_;
   Vec3 step_ = {1, 1, 1};
   double unit_ = 1;  // The shortest of them.
-  // Of every triangle, as SuccessiveMapping takes them: in which of the pieces that were joined it
+  // For every triangle, as SuccessiveMapping takes them: in which of the pieces that were joined it
   // is.
   std::vector<std::uint32_t> parts_;
   bool is_new_ = false;
-  std::vector<float> errors_;      // Of the vertices, after the first stage; in units.
-  std::vector<Quadric> quadrics_;  // Of the vertices, seen from there; in units.
-  StoredMapping map_;              // In units.
+  // The errors of the vertices after the first stage, in units.
+  std::vector<float> errors_;
+  // The quadrics of the vertices, relative to them, in units.
+  std::vector<Quadric> quadrics_;
+  StoredMapping map_;  // In units.
   std::optional<CollapseHistory> history_;
   // Limit, in units: no collapse within it is left inside of the parts.
   double least_tried_ = 0;

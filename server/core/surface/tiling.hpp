@@ -22,8 +22,8 @@ namespace multitetra {
 struct SurfaceOptions {
   double isovalue = 0;
   int lattice_resolution = kDefaultLatticeResolution;
-  std::size_t max_triangles =
-      16000;  // Of a tile. Exceeded only where one octree cube of side 2 holds more.
+  // The most triangles of a tile, exceeded only where one octree cube of side 2 holds more.
+  std::size_t max_triangles = 16000;
 };
 
 // Memory to work in, some 40 MB for the largest cubes and the largest mesh in one of them: worth to

@@ -31,7 +31,8 @@ class Brickwork {
 
 class BrickLayers {
  public:
-  static constexpr std::int32_t kSlices = BrickLayout::kSampleSide;  // Of a whole layer.
+  // Slices of a whole layer.
+  static constexpr std::int32_t kSlices = BrickLayout::kSampleSide;
 
   // The sink must outlive it.
   BrickLayers(const VolumeHeader& header, PreparedSink& sink);

@@ -187,8 +187,10 @@ class PartMerger {
   const std::vector<PartBox> boxes_;
   ScratchFile ranges_;
   ScratchFile coarse_;
-  std::vector<BrickPlace> places_;      // By brick: where it is in the file of its part,
-  std::vector<std::uint16_t> part_of_;  // and which part that is.
+  // The place of each brick in the file of its part.
+  std::vector<BrickPlace> places_;
+  // The part of each brick.
+  std::vector<std::uint16_t> part_of_;
   std::vector<std::unique_ptr<FileSource>> bricks_;  // By part.
   std::vector<std::unique_ptr<CurvesReader>> readers_;
   std::vector<KeptCurves> curves_;

@@ -12,7 +12,7 @@ namespace {
 // Edges of a uniform level go along axes and diagonals: a surface crosses three times as many as
 // along axes alone, whatever way it faces on average.
 constexpr double kVerticesAnAxisCrossing = 3;
-// Of a level with half the spacing.
+// The factor from the triangles of a level to those of one with half the spacing.
 constexpr double kTrianglesAHalvedLevel = 4.3;
 
 // Neighbours along an axis on different sides, of the coarse samples at every `step`-th.

@@ -49,7 +49,7 @@ bool keep_holders_of_scalars(StartStream& action) {
   return is_held;
 }
 
-// Of a mesh that takes its time.
+// A mesh of so many triangles takes noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
 class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
@@ -117,8 +117,9 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   std::string token_;
   bool is_closed_ = false;
   bool is_bringing_ = false;
-  StreamPtr stream_;                              // Null when none runs.
-  std::optional<UpstreamPool::Reached> reached_;  // Of the last stream, for the next.
+  StreamPtr stream_;  // Null when none runs.
+  // The connection of the last stream, reused by the next one.
+  std::optional<UpstreamPool::Reached> reached_;
   AsyncEvent change_;
 };
 
@@ -153,7 +154,7 @@ class RemoteCaller::Stream : public ProgressiveStream {
     stop();
   }
 
-  // Before anybody was told of it.
+  // Before the client received anything of the step.
   void refuse(Error error) {
     waiting_.push_back(ErrorReply{.request_id = id(), .error = std::move(error)});
     is_finished_ = is_stopped = true;
@@ -170,8 +171,9 @@ class RemoteCaller::Stream : public ProgressiveStream {
 
   ForwardedStream forwarded;
   std::shared_ptr<const UpstreamDataset> dataset;
-  const bool shells;      // Its steps may have them; the same for all streams of a client.
-  bool is_asked = false;  // A server was asked for it, and has not ended it.
+  const bool shells;  // Its steps may have them; the same for all streams of a client.
+  // A server is working on it.
+  bool is_asked = false;
   bool is_stopped = false;
   std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
 
@@ -184,7 +186,7 @@ class RemoteCaller::Stream : public ProgressiveStream {
     stop();
     changed_();
   }
-  // Nothing more is wanted of it: the server is told, and ends it. Then its link is free for the
+  // Cancels the stream at the server. Then its link is free for the
   // next stream.
   void stop() {
     is_stopped = true;
@@ -293,7 +295,7 @@ asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
     if (co_await forward(stream)) co_return;
     stream->is_asked = false;
     if (may_be_stale) continue;
-    log_line(LogLevel::kWarning, "a server was lost in a stream; another one is asked",
+    log_line(LogLevel::kWarning, "upstream lost in a stream; trying another one",
              {{"connection", client()->facts().connection}, {"request", stream->id()}});
     upstreams_->lost(reached_->upstream);
     const Stream::Clock::time_point now = Stream::Clock::now();
@@ -338,7 +340,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
       return;
     case ForwardedStream::Verdict::kDiffers:
       stream->fail({ErrorCode::kUnavailable,
-                    "A server was lost, and the one that goes on answers differently; ask again."});
+                    "A server was lost, and another one has a different answer; try again."});
       return;
     case ForwardedStream::Verdict::kForward:
       break;

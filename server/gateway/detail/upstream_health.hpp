@@ -1,5 +1,5 @@
-// Whether a server is there, as far as was noticed, and when it may be asked again. Pure: the time
-// is brought by who asks.
+// Whether a server was reachable, and when it is tried again. Pure: the time
+// is passed by the caller.
 #pragma once
 
 #include <algorithm>
@@ -51,7 +51,7 @@ class UpstreamHealth {
   [[nodiscard]] bool may_be_asked(Clock::time_point now) const {
     return now >= not_before_ && !is_left_out(now);
   }
-  // Of one that has failed.
+  // The time at which a failed server is tried again.
   [[nodiscard]] Clock::time_point next_try() const { return not_before_; }
 
  private:

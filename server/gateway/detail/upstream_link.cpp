@@ -87,7 +87,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
     is_sign_asked_ = false;
     if (!content) {
       close();
-      co_return lost_link(is_silent_ ? "it says nothing any more" : content.error().text);
+      co_return lost_link(is_silent_ ? "no reply to pings" : content.error().text);
     }
     auto message = parse_server_message(*content);
     if (!message) {

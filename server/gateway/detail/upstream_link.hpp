@@ -18,7 +18,8 @@ namespace multitetra {
 struct LinkOptions {
   TlsContextPtr tls = nullptr;                       // Needed for tls://.
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  std::chrono::milliseconds silence{10'000};         // Of a server from which a reply is expected.
+  // The longest silence of a server that owes a reply.
+  std::chrono::milliseconds silence{10'000};
 };
 
 class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {

@@ -51,9 +51,9 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
     if (one.watched) one.watched->close();
   }
   if (change == Change::kLost) {
-    log_line(LogLevel::kWarning, "a server is lost", {{"upstream", one.name}, {"why", why}});
+    log_line(LogLevel::kWarning, "upstream unreachable", {{"upstream", one.name}, {"why", why}});
   } else if (change == Change::kThere) {
-    log_line(LogLevel::kInfo, "a server is there", {{"upstream", one.name}});
+    log_line(LogLevel::kInfo, "upstream reachable", {{"upstream", one.name}});
   }
 }
 
@@ -123,8 +123,8 @@ void UpstreamPool::look_after_upstreams() {
 asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
-    const UpstreamClient nobody;  // Named for the same reason as below.
-    const auto link = co_await link_to(upstream, nobody);
+    const UpstreamClient no_client;  // Named for the same reason as below.
+    const auto link = co_await link_to(upstream, no_client);
     const Clock::time_point since = Clock::now();
     Clock::time_point next = since + options_.silence;
     if (link) {

@@ -1,4 +1,4 @@
-// Servers behind a gateway: which are there, what they offer, and who is asked for what.
+// Tracks the upstreams: which are reachable, what they serve, and which one serves a request.
 //
 // One thread: everything runs on the executor.
 #pragma once
@@ -33,14 +33,14 @@ class UpstreamDataset : public SurfaceProvider {
   [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
-  std::vector<std::size_t> holders =
-      {};  // Upstreams that have exactly this one, first to ask first.
+  // Upstreams with exactly this dataset, the preferred one first.
+  std::vector<std::size_t> holders = {};
 
  private:
   DatasetInfo info_;
 };
 
-// For whom a server is asked.
+// The client on whose behalf a request is forwarded.
 struct UpstreamClient {
   std::string token = {};
   std::string share = {};  // As ClientContext::share(); empty: for the gateway itself.
@@ -53,7 +53,7 @@ class UpstreamPool {
 
   // What the servers that can be reached offer to the bearer of the token (unless the gateway has
   // its own): of datasets with the same name that differ, that of the first server. An error when
-  // none can be reached, or all refuse the token. Whoever asks at the same time is answered
+  // none can be reached, or all refuse the token. Concurrent callers are answered
   // together.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
@@ -62,7 +62,8 @@ class UpstreamPool {
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;
-    bool was_used = false;  // For a stream before: it may have ended since without anybody seeing.
+    // An earlier stream used it: it may have closed unnoticed.
+    bool was_used = false;
   };
   [[nodiscard]] asio::awaitable<Result<Reached>> reach(
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
@@ -78,7 +79,7 @@ class UpstreamPool {
   // Whether a server is there.
   [[nodiscard]] bool is_ready() const;
   [[nodiscard]] std::vector<UpstreamState> upstreams() const;
-  // How many datasets were offered when somebody asked last.
+  // The number of datasets in the last listing.
   [[nodiscard]] std::size_t datasets() const { return datasets_; }
   // Keeps a link to every server, to know at once when it goes and when it is back. Until stop().
   void look_after_upstreams();
@@ -101,7 +102,7 @@ class UpstreamPool {
     Clock::time_point at = {};
     CataloguePtr catalogue;
   };
-  // Somebody asks the servers, for all who want the same.
+  // A listing in progress, shared by all callers with the same token.
   struct Asking {
     explicit Asking(asio::any_io_executor executor) : done(executor) {}
     AsyncEvent done;

@@ -1,6 +1,5 @@
-// Which lines of a log are written where somebody could make it grow without end: of each name (an
-// address) so many a second, of all together so many. A line that is written tells how many before
-// it were not.
+// Limits log lines per name (an address) and in total, so that clients cannot flood the log. The
+// next line that is written has the number of those that were not.
 //
 // Pure: the clock is the caller's, in seconds that never go back. One thread at a time.
 #pragma once

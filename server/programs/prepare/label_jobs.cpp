@@ -72,7 +72,8 @@ std::vector<PrepareJob> LabelJobs::of_layers(const PrepareJob& volume) const {
   for (const auto& [layer, segments] : layers) {
     PrepareJob map = volume;  // A layer is one.
     map.choice.component = {.kind = ComponentChoice::Kind::kIndex, .index = layer};
-    std::vector<double> there;  // Of all, those are wanted that are not empty.
+    // With "all", empty labels are skipped.
+    std::vector<double> there;
     if (arguments_.series.wants_all_labels()) there = found_in(map);
     for (const auto& [label, stored, of_layer] : segments) {
       const bool is_there = std::find(there.begin(), there.end(), stored) != there.end();

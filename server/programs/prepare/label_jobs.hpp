@@ -25,9 +25,9 @@ class LabelJobs {
   // What a person should know of the labels' numbers; empty: nothing.
   [[nodiscard]] const std::string& notice() const { return notice_; }
 
-  // A job for each label of a volume that is wanted; the volume's own where no labels are. Those of
+  // A job for each selected label of a volume; the volume itself without labels. Those of
   // one map follow each other. Reads the volume for --label all. Throws ExitError (kUsage) when
-  // what is wanted is not there, VolumeFileError when the volume cannot be read.
+  // a selected label is missing, VolumeFileError when the volume cannot be read.
   [[nodiscard]] std::vector<PrepareJob> of(const PrepareJob& volume) const;
 
  private:

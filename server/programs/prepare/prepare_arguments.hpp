@@ -1,4 +1,4 @@
-// What `prepare` is told.
+// The options of `prepare`.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct PrepareArguments {
   // Throws std::invalid_argument unless `outside` is "void" (none) or a number.
   [[nodiscard]] std::optional<double> outside_value() const;
   [[nodiscard]] std::int32_t margin_steps() const;
-  // What was asked for beyond the source, as text: another text, another dataset.
+  // The options that change the dataset, as text: another text, another dataset.
   [[nodiscard]] std::string told() const;
 };
 

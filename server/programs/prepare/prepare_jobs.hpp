@@ -15,8 +15,10 @@ namespace multitetra {
 struct PrepareJob {
   std::string input;
   std::filesystem::path output;
-  std::string name;          // Of the dataset.
-  VolumeChoice choice = {};  // Of what the input holds.
+  // The dataset's name.
+  std::string name;
+  // The volume of the input.
+  VolumeChoice choice = {};
   std::optional<SeriesMember> member = std::nullopt;
   double stored_label = 0;             // What samples of the member's label have in the label map.
   std::vector<std::string> told = {};  // What was chosen for a member: "--time 3".
@@ -36,7 +38,7 @@ struct PrepareJob {
                                                const std::filesystem::path& folder);
 
 // Whether the job's dataset is there, whole, under its name, what it is in its series, and made
-// from a source and with options that `note` tells. Data files that a header names are not in its
+// from the source and options in `note`. Data files that a header names are not in its
 // digest, so the dataset must also be newer than all files beside the source. No for one in a
 // bucket.
 [[nodiscard]] bool is_up_to_date(const PrepareJob& job, const SourceNote& note);

@@ -110,7 +110,8 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
     } catch (const MissingLabel& missing) {
       const bool comes_and_goes = job.member && job.member->time;
       failed += comes_and_goes ? 0 : 1;
-      if (comes_and_goes) std::filesystem::remove(job.output);  // Of an earlier run.
+      // Removes the dataset of an earlier run.
+      if (comes_and_goes) std::filesystem::remove(job.output);
       tell((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
       if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";
       reports.push_back({{"input", without_password(job.input)},

@@ -1,4 +1,4 @@
-// What `prepare` can be told about series: which labels, times and fields become datasets.
+// The options of `prepare` for series: which labels, times and fields become datasets.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,7 @@ struct SeriesArguments {
   }
   [[nodiscard]] bool wants_all_labels() const { return labels == std::vector<std::string>{"all"}; }
   [[nodiscard]] bool wants_all_fields() const { return fields == std::vector<std::string>{"all"}; }
-  // Requires that not all are wanted. Throws ExitError (kUsage) when one is no whole number.
+  // Requires that not all are selected. Throws ExitError (kUsage) when one is no whole number.
   [[nodiscard]] std::vector<double> label_values() const;
   // `count` times; none without --times. Throws ExitError (kUsage) unless they are so many numbers
   // that increase.

@@ -27,7 +27,8 @@ struct SeriesSource {
   std::string name;
   std::vector<Moment> moments;
   std::string time_unit = {};
-  SourceMembers members = {};  // Of the first volume.
+  // The members of the first volume.
+  SourceMembers members = {};
 };
 
 // What a volume holds.
@@ -70,8 +71,7 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
   }
   if (times.empty()) {
     notice("'" + input + "' " +
-           (count > 1 ? "does not tell its times: they are frames 0, 1, 2, ..."
-                      : "has one time only."));
+           (count > 1 ? "has no time stamps; using frames 0, 1, 2, ..." : "has one time only."));
     times = frame_numbers(count);
   }
   if (!asked.time_unit.empty()) series.time_unit = asked.time_unit;

@@ -12,8 +12,8 @@ namespace multitetra {
 inline constexpr std::size_t kMostSeriesJobs = 16'384;
 
 // Requires arguments.series.are_given(). Looks into the volumes, and with --label all reads them.
-// Labels of one map follow each other. `notice` is told what a person should know. Throws ExitError
-// (kUsage) when what is asked for is not there, VolumeFileError when a volume cannot be read.
+// Labels of one map follow each other. `notice` receives warnings. Throws ExitError
+// (kUsage) when a selected member is missing, VolumeFileError when a volume cannot be read.
 [[nodiscard]] std::vector<PrepareJob> series_jobs(
     const PrepareArguments& arguments, LatestLabelMap& maps,
     const std::function<void(const std::string&)>& notice);

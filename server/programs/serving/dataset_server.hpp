@@ -12,7 +12,8 @@ namespace multitetra {
 
 // A server whose listeners are open.
 struct OpenServer {
-  std::vector<std::string> urls;  // Of the listeners: first TCP if there is one, then HTTP.
+  // The listeners' addresses: TCP first if there is one, then HTTP.
+  std::vector<std::string> urls;
   // Reads the folders of datasets again, on a thread of its own. From any thread, until the work
   // that was given this has returned.
   std::function<void()> read_again;

@@ -30,14 +30,15 @@ void add_gateway_options(Command& command, GatewayOptions& o) {
                   "Trust these authorities (PEM) and no others, for tls://. Read again on SIGHUP")
       ->group(group);
   command
-      .add_option("--upstream-token-file", o.upstream_token_file,
-                  "A file whose first line is the token that servers are shown, instead of the "
-                  "clients' own: who comes in here has its rights, so far as --tokens does not "
-                  "say less. Read again on SIGHUP")
+      .add_option(
+          "--upstream-token-file", o.upstream_token_file,
+          "A file whose first line is the token that servers receive instead of the clients' "
+          "own: all clients then have its rights, unless --tokens limits them. Read again "
+          "on SIGHUP")
       ->group(group);
   add_listener_options(command, o.listeners);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
-            "Memory for tiles that have passed, which are given to whoever asks by their digest")
+            "Memory for forwarded tiles, which are served by their digests")
       ->group(kLimitsGroup);
 }
 

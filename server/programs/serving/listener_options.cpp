@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLongestSeconds = 1e7;
 
-// What must not be endless: where no limit is wanted it is a hundred days.
+// A limit that must be finite: no limit means a hundred days.
 std::chrono::milliseconds bounded(double seconds) {
   return milliseconds(seconds > 0 ? seconds : kLongestSeconds);
 }
@@ -96,12 +96,12 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
             "Estimates, slices and probes under way on one connection, beside its one stream")
       ->within(1, 64)
       ->group(kLimitsGroup);
-  add_count(command, "--max-regions", o.requests.max_regions, "Of one threshold map")
+  add_count(command, "--max-regions", o.requests.max_regions, "Regions of one threshold map")
       ->within(std::size_t{0}, kMaxThresholdRegions)
       ->group(kLimitsGroup);
   command
       .add_flag("--surfaces-only", o.requests.surfaces_only,
-                "Give meshes alone: no sample shells, slices or probes, which hold samples")
+                "Serve meshes alone: no sample shells, slices or probes, which hold samples")
       ->group(kLimitsGroup);
   add_bytes(command, "--max-message-bytes", o.session.max_message_bytes, "A client's message")
       ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes})
@@ -109,19 +109,19 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
   add_bytes(command, "--max-hello-bytes", o.max_hello_bytes, "A client's first message")
       ->within(std::size_t{64}, std::size_t{kMaxHelloFrameBytes})
       ->group(kLimitsGroup);
-  add_bytes(command, "--max-header-bytes", o.max_header_bytes, "Of an HTTP request")
+  add_bytes(command, "--max-header-bytes", o.max_header_bytes, "Header of an HTTP request")
       ->within(std::size_t{512}, std::size_t{1} << 20)
       ->group(kLimitsGroup);
 }
 
 void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
   add_seconds(command, "--handshake-seconds", o.handshake_seconds,
-              "For TLS, an HTTP header, and from connecting to Hello")
+              "Time for TLS, for an HTTP header, and from connecting to Hello")
       ->group(kLimitsGroup);
-  add_seconds(command, "--write-seconds", o.write_seconds, "For a client to take one message")
+  add_seconds(command, "--write-seconds", o.write_seconds, "Time for a client to take one message")
       ->group(kLimitsGroup);
   add_seconds(command, "--idle-seconds", o.idle_seconds,
-              "Without a message from the client or a stream to it")
+              "Time without a message from the client or a stream to it")
       ->group(kLimitsGroup);
   command
       .add_option("--max-mesh-triangles", o.routes.max_mesh_triangles,
@@ -131,18 +131,18 @@ void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
       ->group(kLimitsGroup);
   add_bytes(
       command, "--mesh-cache-bytes", o.routes.mesh_cache_bytes,
-      "Disk for mesh files of HTTP in the temporary folder: those that are being sent, and with "
-      "what they leave those that are kept for the next request; 0 keeps none")
+      "Disk for mesh files of HTTP in the temporary folder: those being sent and those cached for "
+      "the next request; 0 caches none")
       ->group(kLimitsGroup);
   add_bytes(command, "--min-mesh-bytes-per-second", o.min_mesh_bytes_per_second,
-            "Who takes a mesh file more slowly than that is given up")
+            "Minimum transfer rate of mesh files; slower clients are disconnected")
       ->group(kLimitsGroup);
 }
 
 void add_operations(Command& command, ListenerOptions& o) {
   const std::string group = "Operations";
   add_seconds(command, "--drain-seconds", o.drain_seconds,
-              "For running requests to end after SIGTERM; a second SIGTERM stops at once")
+              "Time for running requests to end after SIGTERM; a second SIGTERM stops at once")
       ->group(group);
   command.add_option("--log-format", o.log_format, "text or json")
       ->one_of({"text", "json"})

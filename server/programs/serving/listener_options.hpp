@@ -1,4 +1,4 @@
-// What programs with listeners can be told about them, and what follows from it: addresses,
+// The options of programs with listeners, and what follows from them: addresses,
 // security, limits, and how they are operated.
 #pragma once
 
@@ -75,12 +75,12 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 [[nodiscard]] RouteOptions route_options(const ListenerOptions& options);
 [[nodiscard]] LogOptions log_options(const ListenerOptions& options);
 
-// Tells in the log what others could do because of them: everybody may see everything, everything
+// Logs what others could do because of them: every client may see everything, everything
 // can be read on its way, the key can be read by others on this machine. A gateway's clients may
 // see what the servers behind it let them see.
 void warn_of_open_listeners(const ListenerOptions& options, bool is_gateway = false);
 
-// So many open files as the system allows, for connections are some. Tells in the log when that is
+// So many open files as the system allows, for connections are some. Logs when that is
 // not enough for the connections that are allowed.
 void make_room_for(const ListenerOptions& options);
 

@@ -1,4 +1,4 @@
-// Work that is done again whenever somebody asks, on a thread of its own.
+// A task that runs again on request, on a thread of its own.
 //
 //   RepeatedWork rescan([&] { server.offer(datasets.read()); });
 //   rescan.ask();  // From any thread; returns at once.
@@ -13,7 +13,7 @@
 
 namespace multitetra {
 
-// Who asks while it is being done gets it once more, from the beginning. Ends after what is under
+// Requests during a run cause one more run. Ends after what is under
 // way. The work must not throw.
 class RepeatedWork {
  public:

@@ -20,45 +20,43 @@ void add_serve_options(Command& command, ServeOptions& o) {
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command
-      .add_option("--max-triangles", o.max_triangles,
-                  "Of a stream's final step; the refusal tells an error at which it fits")
+      .add_option(
+          "--max-triangles", o.max_triangles,
+          "Most triangles of a final step; the reply to a larger one names an error that fits")
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_seconds(command, "--max-request-seconds", o.max_request_seconds,
-              "Of workers' time for one request")
+              "Workers' time for one request")
       ->group(kLimitsGroup);
   add_seconds(
       command, "--max-waiting-seconds", o.max_waiting_seconds,
-      "Of workers' time, as far as can be foreseen, for all that one address or token waits "
-      "for; the refusal tells when to come again")
+      "Estimated workers' time of all waiting requests of an address or token; rejections have a "
+      "retry delay")
       ->group(kLimitsGroup);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
-            "Memory for encoded tiles that are kept for the next request, for example 512MiB; 0 "
-            "keeps none")
+            "Memory for cached tiles, for example 512MiB; 0 caches none")
       ->group(kLimitsGroup);
-  add_bytes(command, "--queue-bytes", o.queue_bytes,
-            "Memory for steps that wait for their clients, all together")
+  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for requests and replies that wait")
       ->group(kLimitsGroup);
   add_bytes(command, "--brick-bytes", o.brick_bytes,
-            "Memory for unpacked bricks, and for what was fetched of files behind addresses")
+            "Memory for unpacked bricks and for blocks of remote datasets")
       ->group(kStoresGroup);
   command
       .add_option(
           "--cache-dir", o.cache_dir,
-          "Folder of this machine that keeps what was fetched of files behind addresses; several "
-          "servers may share it")
+          "Local folder that caches blocks of remote datasets; several servers may share it")
       ->group(kStoresGroup);
   add_bytes(command, "--cache-dir-bytes", o.cache_dir_bytes,
-            "Of that folder; what was not used for longest is removed first")
+            "Size of that folder; the least recently used blocks are removed first")
       ->group(kStoresGroup);
   command
       .add_option("--store-connections", o.store_connections,
-                  "To one host at the same time, and requests that fetch ahead")
+                  "Connections to one host at the same time, and concurrent prefetch requests")
       ->within(1, 256)
       ->capture_default_str()
       ->group(kStoresGroup);
   add_seconds(command, "--store-seconds", o.store_seconds,
-              "For one request to a store, with all its retries")
+              "Time for one request to a store, with all its retries")
       ->group(kStoresGroup);
 }
 

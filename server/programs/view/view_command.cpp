@@ -132,7 +132,7 @@ class ViewedVolumes {
   [[nodiscard]] const std::vector<std::string>& places() const { return places_; }
 
   // Prepares until a dataset is there. Returns its name; none where all is prepared that can be.
-  // What cannot be prepared is told on the standard error. Throws PreparationStopped.
+  // Prints what cannot be prepared to the standard error. Throws PreparationStopped.
   std::optional<std::string> prepare_next(const std::stop_token& stop) {
     for (; !waiting_.empty(); waiting_.pop_front()) {
       PrepareArguments& arguments = waiting_.front();
@@ -217,7 +217,7 @@ class ViewedVolumes {
   std::unique_ptr<Work> work_;
 };
 
-// Of a listener on all addresses, one that works on this machine.
+// Returns an address that works on this machine, also for a listener on all addresses.
 std::string local(std::string url) {
   for (const std::string all : {"//0.0.0.0:", "//[::]:"}) {
     if (const std::size_t at = url.find(all); at != std::string::npos) {

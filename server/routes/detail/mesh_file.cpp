@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-// Whoever holds the file holds its room.
+// The file owns its disk reservation.
 struct FileInItsRoom {
   FileInItsRoom(const std::filesystem::path& folder, ByteReservations::Reservation room_of_it)
       : room(std::move(room_of_it)), file(folder) {}
@@ -29,7 +29,7 @@ Result<MeshTopology> checked(const Surface& surface, const DatasetInfo& info) {
       topology(surface.mesh, data_border(info, request.lattice_resolution,
                                          request.topology_tolerance, surface.finest_spacing));
   if (found.is_sound()) return found;
-  return fail(ErrorCode::kDamagedData, "The mesh has a crack: this is the server's mistake.");
+  return fail(ErrorCode::kDamagedData, "Internal error: the mesh has a crack.");
 }
 
 // Why a mesh may not be what its reader meant, a field each.

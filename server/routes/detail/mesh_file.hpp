@@ -21,13 +21,14 @@ namespace multitetra {
 struct StoredMesh {
   SharedFile file;
   std::uint64_t bytes = 0;
-  std::string fields;  // Header fields that tell what it is.
+  // Header fields that describe the mesh.
+  std::string fields;
 };
 
 struct MeshForm {
   MeshFormat format = MeshFormat::kGlb;
   bool is_in_world = true;  // Else in sample indices.
-  // Of scalars, where there are some; its ends are those of the step's scalars.
+  // The color map of scalars, if any; its ends are those of the step's scalars.
   ColorScale colors = {.map = ColorMap::kViridis};
   double min_component = 0;  // Components of a shorter diagonal, in samples, are left out.
 };

@@ -33,7 +33,7 @@ class MeshFileCache {
   void keep(const std::string& key, const StoredMesh& mesh);
 
  private:
-  // Of a mesh among those that are kept.
+  // The weight of a cached mesh.
   [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
 
   const std::uint64_t capacity_;

@@ -15,7 +15,8 @@
 
 namespace multitetra {
 
-// What takes about as long each time, and whether that is long, as far as can be told at once.
+// Kinds of work that take about as long each time, and whether that is long, as far as is known at
+// once.
 struct WorkKind {
   std::string kind;
   bool is_long = false;
@@ -23,7 +24,7 @@ struct WorkKind {
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const StreamState& state);
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const Question& question);
 
-// Of a step that may be long: what the final step takes, from the spectrum alone, where that need
+// For a step that may be long: what the final step takes, from the spectrum alone, where that need
 // not be fetched. None for a cell, which is small, nor within a budget, which many steps may be
 // made for.
 [[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
@@ -41,7 +42,7 @@ struct WorkKind {
 [[nodiscard]] Result<QuestionReply> make_answer(const AnswerQuestion& action,
                                                 const std::stop_token& stop);
 
-// What a client is answered who has asked for more than `limit` seconds of work already, or for
+// The error for a client that has requested more than `limit` seconds of work already, or for
 // something that takes too long.
 [[nodiscard]] Error come_again(const Backlog& backlog, double limit);
 [[nodiscard]] Error too_long(std::chrono::milliseconds limit);

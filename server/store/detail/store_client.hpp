@@ -1,7 +1,7 @@
 // HTTP requests with retries, over connections that are kept: libcurl (HTTP/1.1, or 2 where the
 // server offers it), which is seen by store_client.cpp alone.
 //
-// Answers are checked: a 206 must be of the range that was asked for, and a body as long as its
+// Responses are checked: a 206 must be of the requested range, and a body as long as its
 // header promised. What may pass (no connection, a body that ends too early, 429, 5xx) is tried
 // again after a pause that doubles and is random between its half and its whole, or after what
 // Retry-After says.
@@ -28,7 +28,8 @@ namespace multitetra {
 struct HttpRequest {
   std::string address;
   std::string method = "GET";
-  std::optional<ByteRange> range = std::nullopt;  // Of at least one byte; none: the whole.
+  // At least one byte; absent: the whole object.
+  std::optional<ByteRange> range = std::nullopt;
   std::vector<std::string> headers = {};
   std::span<const std::byte> body = {};
   std::uint64_t most = 0;  // Bytes of the answer; a larger one is an error.
@@ -39,7 +40,8 @@ struct HttpAnswer {
   std::vector<std::byte> bytes;
   std::string etag;
   std::string last_modified;
-  std::uint64_t total = 0;  // Of a 206: the size of the whole, 0 where it is not said.
+  // The size of the whole object after a 206; 0 if unknown.
+  std::uint64_t total = 0;
 
   [[nodiscard]] bool is_good() const { return status >= 200 && status < 300; }
 };

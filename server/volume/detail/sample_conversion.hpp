@@ -43,7 +43,7 @@ class SampleConversion {
   // `into` is of type().
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
-  // What happened to the samples that were converted, if anything did and there is someone to tell.
+  // Reports what happened to the converted samples, if anything did.
   void tell(const Notice& notice) const;
 
  private:
@@ -57,7 +57,8 @@ class SampleConversion {
   ComponentChoice choice_;
   SampleType type_ = SampleType::kU8;
   bool is_none_ = false;
-  double largest_error_ = 0;     // Of a value that became f32.
+  // The largest rounding error of a value that became f32.
+  double largest_error_ = 0;
   std::uint64_t saturated_ = 0;  // Values beyond their integer type.
 };
 

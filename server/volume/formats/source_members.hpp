@@ -1,5 +1,5 @@
 // What a source holds beside one volume, all of it on the same places: times, fields, and the
-// names of labels. Readers tell what they know of it; who prepares a series asks.
+// names of labels. Readers fill in what they know; `prepare` reads it for series.
 #pragma once
 
 #include <cstddef>
@@ -35,9 +35,11 @@ struct SourceField {
 
 // A label that the source names.
 struct SourceLabel {
-  Label label = {};   // No two have the same value.
-  double stored = 0;  // What its samples have,
-  int layer = 0;      // in this component of them.
+  Label label = {};  // No two have the same value.
+  // The value of the label in the samples.
+  double stored = 0;
+  // The component of the samples that has the label.
+  int layer = 0;
 
   friend bool operator==(const SourceLabel&, const SourceLabel&) = default;
 };
@@ -49,7 +51,7 @@ struct SourceMembers {
   std::vector<SourceLabel> labels = {};
   // What would be fields, if its name could be one's.
   std::vector<std::string> unnamed = {};
-  // Of the surface that the makers of the source recommend.
+  // The isovalue that the authors of the source recommend.
   std::optional<double> recommended_isovalue = std::nullopt;
 
   friend bool operator==(const SourceMembers&, const SourceMembers&) = default;

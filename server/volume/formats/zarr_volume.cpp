@@ -22,7 +22,8 @@ using Json = nlohmann::json;
 
 // What an OME-Zarr image says of one of its levels; all in the order of the array's dimensions.
 struct Placement {
-  std::vector<std::string> names;  // Of dimensions: "t", "c", "z", "y", "x"; empty: not told.
+  // The names of dimensions: "t", "c", "z", "y", "x"; empty: unknown.
+  std::vector<std::string> names;
   std::vector<std::string> units = {};
   std::vector<double> scale = {};
   std::vector<double> translation = {};
@@ -227,7 +228,7 @@ std::optional<double> label_value_of(const Json& entry) {
   return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
 }
 
-// Of an image of labels: names stand among its properties, under what key is up to their writer.
+// Reads the names of a label image from its properties, whose key depends on the writer.
 std::vector<SourceLabel> labels_of(const Json& attributes) {
   const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
   const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();

@@ -26,15 +26,17 @@ struct Shortfall {
 
 // From one border sample to another one of its label, a neighbour or itself.
 struct Link {
-  std::uint32_t number = 0;  // In its slice,
-  std::int32_t above = 0;    // which is so far above.
+  // The number in its slice.
+  std::uint32_t number = 0;
+  // The offset of the slice.
+  std::int32_t above = 0;
   float weight = 0;
 };
 
 struct BorderSlice {
   std::int32_t z = -1;
   std::vector<std::uint32_t> numbers;  // For every sample: of a border sample, from 1; else 0.
-  // Of the border samples:
+  // For the border samples:
   std::vector<std::uint32_t> places;  // In the slice, increasing.
   std::vector<std::int32_t> labels;
   std::vector<std::uint8_t> magnitudes;
@@ -57,10 +59,10 @@ void mark_mixed(const LabelBorders::Dims& dims, std::span<const std::int32_t> lo
   for (std::size_t row = 0; row + width < lower.size(); row += width) {
     for (std::size_t x = row; x + 1 < row + width; ++x) {
       const std::int32_t label = lower[x];
-      const std::int32_t difference =
-          (lower[x + 1] ^ label) | (lower[x + width] ^ label) | (lower[x + width + 1] ^ label) |
-          (upper[x] ^ label) | (upper[x + 1] ^ label) | (upper[x + width] ^ label) |
-          (upper[x + width + 1] ^ label);
+      const std::int32_t difference = (lower[x + 1] ^ label) | (lower[x + width] ^ label) |
+                                      (lower[x + width + 1] ^ label) | (upper[x] ^ label) |
+                                      (upper[x + 1] ^ label) | (upper[x + width] ^ label) |
+                                      (upper[x + width + 1] ^ label);
       if (difference == 0) continue;
       for (const std::span<std::uint8_t> marks : {lower_marks, upper_marks}) {
         marks[x] = marks[x + 1] = marks[x + width] = marks[x + width + 1] = 1;
@@ -127,8 +129,7 @@ class BorderSearch {
       }
     }
     const int above = smoothed_steps(sum) - kFieldSteps / 2;
-    return static_cast<std::uint8_t>(
-        std::clamp(above, LabelBorders::kLeast, LabelBorders::kMost));
+    return static_cast<std::uint8_t>(std::clamp(above, LabelBorders::kLeast, LabelBorders::kMost));
   }
 
   const LabelBorders::Dims& dims_;
@@ -235,8 +236,8 @@ class LabelBorders::Round {
         shares[corner] = &slice.shortfalls[0][number - 1];
       }
       if (!is_mixed) continue;
-      cell.even_corner = static_cast<unsigned>((x & 1) | (y & 1) << 1) |
-                         (static_cast<unsigned>(z) & 1U) << 2;
+      cell.even_corner =
+          static_cast<unsigned>((x & 1) | (y & 1) << 1) | (static_cast<unsigned>(z) & 1U) << 2;
       add_cell(cell, shares, seen);
     }
   }
@@ -314,8 +315,8 @@ class LabelBorders::Round {
     std::fill(stored_.begin(), stored_.end(), std::uint8_t{0});
     for (std::size_t i = 0; i < slice.places.size(); ++i) {
       const Shortfall& shortfall = slice.shortfalls[kAveragings][i];
-      const double change = kGain * static_cast<double>(shortfall.volume) /
-                            static_cast<double>(shortfall.weight);
+      const double change =
+          kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
       const double magnitude = std::floor(slice.magnitudes[i] + change + 0.5);
       stored_[slice.places[i]] = static_cast<std::uint8_t>(
           std::clamp(magnitude, static_cast<double>(kLeast), static_cast<double>(kMost)));

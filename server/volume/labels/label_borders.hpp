@@ -35,8 +35,8 @@ class LabelBorders {
   static constexpr int kLeast = 4;
   static constexpr int kMost = 128;
 
-  // Reads slices several times, each time in order. Magnitudes are put into a file without a name in
-  // `scratch_folder`. Throws what `read` does, and std::system_error when the disk fails.
+  // Reads slices several times, each time in order. Magnitudes are put into a file without a name
+  // in `scratch_folder`. Throws what `read` does, and std::system_error when the disk fails.
   LabelBorders(const Dims& dims, const ReadSlice& read,
                const std::filesystem::path& scratch_folder);
 
@@ -51,7 +51,8 @@ class LabelBorders {
 
   Dims dims_;
   std::unique_ptr<ScratchFile> scratch_;
-  std::vector<std::uint32_t> border_samples_;  // Of every slice.
+  // Border samples of every slice.
+  std::vector<std::uint32_t> border_samples_;
   std::map<std::int32_t, double> shortfalls_;
 };
 

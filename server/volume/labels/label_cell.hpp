@@ -34,17 +34,22 @@ struct LabelCell {
       outside[outsides++] = -value;
     }
   }
-  // Of the edge from a to b, the part beside a.
+  // The part of the edge from a to b that belongs to a.
   const auto part = [](double a, double b) { return a / (a + b); };
   const auto corner = [&](double a, const std::array<double, 4>& b) {
     return part(a, b[0]) * part(a, b[1]) * part(a, b[2]);
   };
   switch (insides) {
-    case 0: return 0;
-    case 1: return corner(inside[0], outside);
-    case 3: return 1 - corner(outside[0], inside);
-    case 4: return 1;
-    default: break;
+    case 0:
+      return 0;
+    case 1:
+      return corner(inside[0], outside);
+    case 3:
+      return 1 - corner(outside[0], inside);
+    case 4:
+      return 1;
+    default:
+      break;
   }
   // A wedge, as three tetrahedra.
   const double t00 = part(inside[0], outside[0]);

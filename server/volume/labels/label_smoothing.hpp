@@ -10,7 +10,8 @@
 namespace multitetra {
 
 inline constexpr std::int32_t kSmoothingReach = 2;
-inline constexpr int kFieldSteps = 256;  // Of the field's values from 0 to 1.
+// Steps of the field's values from 0 to 1.
+inline constexpr int kFieldSteps = 256;
 
 [[nodiscard]] constexpr std::uint32_t smoothing_weight(std::int32_t away) {
   constexpr std::array<std::uint32_t, 3> kWeights = {6, 4, 1};

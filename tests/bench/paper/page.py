@@ -198,23 +198,23 @@ def page(measured):
     same_triangles = 100 * (box0["triangles"] / PAPER["box"][0][1] - 1)
     return f"""# The paper, point by point
 
-Y. Zhou, B. Chen, A. Kaufman, *Multiresolution Tetrahedral Framework for Visualizing Regular Volume Data*, IEEE
-Visualization 1997: its tables, figures and claims beside this project. Made by `bash tests/bench/paper.sh`, all numbers in
-[paper.json](paper.json).
+Compares the tables, figures and claims of Y. Zhou, B. Chen, A. Kaufman, *Multiresolution Tetrahedral Framework for Visualizing Regular Volume
+Data* (IEEE Visualization 1997) with this project. All numbers are in [paper.json](paper.json); [claims](../../../tests/bench/paper/claims.md) names code and
+test of each claim.
+
+    bash tests/bench/paper.sh      # makes this page
 
 * **box**: {measured.note("box.about")}; the paper's own is not public.
 * **head**: {measured.note("head.about")}; the paper's isovalue is 55.5, of other values.
 
-Both lie in a grid of {head["grid_points_a_side"]}^3 points, padded with zero as in the paper, whose finest level has
-{count(head["all_tetrahedra"])} tetrahedra. Errors are in voxels. "Ours" is marching tetrahedra on the exact error-based model, with
-the paper's error and rule of topology where nothing else is said.
+Both lie in a grid of {head["grid_points_a_side"]}^3 points, padded with zero as in the paper, with {count(head["all_tetrahedra"])} tetrahedra in the finest level. Errors are in
+voxels. "Ours" uses the paper's error and rule of topology unless stated otherwise.
 
 ## Table 1: preparing
 
 {table_1(measured)}
-The least of some runs, on {head["processors"]} processors ({platform.machine()}). The framework is implicit: what a dividing point
-divides, and what depends on it, follows from its coordinates. The errors of all isovalues ([the spectrum](../README.md)) are
-computed once, when a dataset is prepared; after that another isovalue takes no pass over the volume.
+The minimum of several runs on {head["processors"]} processors ({platform.machine()}). The framework is implicit. The errors of all isovalues
+([the spectrum](../README.md)) are computed once, when a dataset is prepared.
 
 ## Figure 5: error against size
 
@@ -222,22 +222,18 @@ computed once, when a dataset is prepared; after that another isovalue takes no 
 
 ![head: tetrahedra and triangles by error](figure_5_head.svg)
 
-The curves of the spectrum lie on those of the exact errors. The certified bound keeps more than the paper's error where errors
-are small, since it really bounds the distance, and the exact rule less where they are large, since it keeps only what the
-topology needs: at error {at_8["paper"]["error"]:.0f} {count(at_8["certified"]["triangles"])} triangles of the head instead of
-{count(at_8["paper"]["triangles"])}.
+The certified bound keeps more than the paper's error where errors are small, since it bounds the distance. The exact rule keeps less where
+they are large: at error {at_8["paper"]["error"]:.0f} {count(at_8["certified"]["triangles"])} triangles of the head instead of {count(at_8["paper"]["triangles"])}.
 
 ## Figures 6 to 11
 
 {table(header, box_figures(measured), names + ["---:"] * 6)}
 {other}{table(head_header, head_figures(measured), names + ["---:"] * (len(head_header) - 2))}
-*Fused* is the share of the finest level's tetrahedra that are gone. The border between the halves, which runs through the
-middle, six times as near: triangles grow within a few voxels beyond it, and every edge has its two triangles.
+*Fused* is the share of the finest level's tetrahedra that are gone. The border between the halves, enlarged:
 
 ![The border between the halves: fine triangles to the left, coarse ones to the right, no crack](head_border.png)
 
-With simplification (certified bound, exact rule) the map pays more: the right half keeps a few large triangles. The whole has
-{count(halves_simplified["triangles"])} triangles instead of {count(halves["triangles"])}, no open edge, and the same topology.
+With simplification the whole has {count(halves_simplified["triangles"])} triangles instead of {count(halves["triangles"])}, no open edge, and the same topology.
 
 ![The left half at error 0, the right half simplified within error 4](head_halves_simplified.png)
 
@@ -245,22 +241,16 @@ With simplification (certified bound, exact rule) the map pays more: the right h
 
 * **The box at error 0**: {count(box0["triangles"])} triangles, the paper's {count(PAPER["box"][0][1])} ({same_triangles:+.1f} %). The
   paper counts {PAPER["box"][0][0] / box0["tetrahedra"]:.1f} times as many tetrahedra, and
-  {PAPER["head"][0][0] / head0["tetrahedra"]:.1f} times as many for the head: in ours, all are fused at error 0 where that does not
-  change this isosurface.
-* **The box at larger errors**: {count(PAPER["box"][4][1])} triangles in the paper, {count(box4["triangles"])} in ours. Here a point
-  stays that lies between two of the other side, so flat faces fuse. No other reading of the paper's guard against flips that we
-  measured (`readings` in [paper.json](paper.json)) gives its numbers.
+  {PAPER["head"][0][0] / head0["tetrahedra"]:.1f} times as many for the head: ours fuses all that do not change this isosurface.
+* **The box at larger errors**: {count(PAPER["box"][4][1])} triangles in the paper, {count(box4["triangles"])} in ours. No reading of the paper's guard
+  against flips that we measured (`readings` in [paper.json](paper.json)) gives its numbers.
 * **The head** has other values than the paper's and one slice less. {few_triangles(measured)} At error 4 the tetrahedra agree
   within {abs(100 * (head4["tetrahedra"] / PAPER["head"][4][0] - 1)):.0f} %.
 
 ## What the conclusions promise
 
-* **Smooth change between levels in one image**: the two halves above, one mesh of {count(halves["triangles"])} triangles with
-  {halves["open_edges"]} open edges, {halves["components"]} components and Euler characteristic {halves["euler_characteristic"]}; with error 0
-  everywhere there are {head0["components"]} and {head0["euler_characteristic"]}, with error 4 {head4["components"]} and
-  {head4["euler_characteristic"]}.
-* **Errors that depend on the view**: `--view eye=X,Y,Z,fov=40,height=1080,pixels=1`, and the viewer's camera.
-* **Cracks solved**: by the model itself, without any repair; the client counts open edges in everything it shows.
+* **Smooth change between levels in one image**: the two halves above have
+  {halves["open_edges"]} open edges, {halves["components"]} components and Euler characteristic {halves["euler_characteristic"]}, as with error 0 ({head0["components"]}, {head0["euler_characteristic"]}) and 4 ({head4["components"]}, {head4["euler_characteristic"]}) everywhere.
 * **Meshes simplified by simplifying volumes**: {count(head0["triangles"])} triangles at error 0 become {count(head4["triangles"])} at
   error 4. Simplifying the mesh as well, within the same certified error, leaves {count(simplified["triangles"])}.
 * **Direct projection and splatting**: `extract --model` writes the tetrahedra with their values. {volumes["0"]["renderer"]} draws
@@ -271,9 +261,7 @@ With simplification (certified bound, exact rule) the map pays more: the right h
     ["tetrahedra"] + [count(volume["tetrahedra"]) for volume in volumes.values()],
     ["a picture takes"] + [f'{volume["seconds"]:.1f} s' for volume in volumes.values()],
 ])}
-  The error holds at the isosurface only: transfer functions for other values need a smaller error or another model.
-
-Each claim of the paper with its place in the code and its test: [claims](../../../tests/bench/paper/claims.md).
+  The error holds at the isosurface only.
 """
 
 

@@ -1,4 +1,4 @@
-// The load generator: users whose scripts are repeatable, and who notice what is wrong.
+// The load generator: scripts are repeatable, and clients detect faults.
 #include <gtest/gtest.h>
 
 #include "client/library/message_socket.hpp"
@@ -251,7 +251,7 @@ TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
     EXPECT_GE(statistics.complete, 2U);
     EXPECT_GT(statistics.thorough_streams, 0U);
     EXPECT_GT(statistics.tiles_decoded, 0U);
-    // Of the whole run, the streams that end after its time included.
+    // Counts the whole run, the streams that end after its time included.
     EXPECT_GE(statistics.seconds, statistics.last_tile.quantile(1));
     EXPECT_GT(statistics.steps_compared, 0U);
     EXPECT_EQ(statistics.whole.count(), statistics.complete);

@@ -175,7 +175,7 @@ async function cutsOpen(page) {
   await page.waitForFunction(() => /clip=x/.test(location.hash));
   const half = await surfacePixels(page);
   assert(half.share < 0.7 * whole.share && half.share > 0.2 * whole.share, `${half.share} of ${whole.share}`);
-  // A click where the surface was cut away meets nothing; on the other side it tells the place.
+  // A click where the surface was cut away meets nothing; on the other side it returns the place.
   const canvas = await page.locator(".stage canvas").boundingBox();
   const click = (share) => page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
   await click(0.42);

@@ -130,7 +130,7 @@ async function takesOverTheAddress(page) {
   await edit(page, "dataset=head");
   await complete(page, ({ digest }) => digest !== after.digest);
   assert.equal(await page.getAttribute('.dataset[data-name="head"]', "aria-pressed"), "true");
-  await edit(page, "error=1.5"); // Of whatever is shown.
+  await edit(page, "error=1.5"); // Applies to whatever is shown.
   await saysSettings(page, "dataset=head&error=1.5");
 }
 
@@ -149,7 +149,7 @@ async function tellsWhatItPassesOver(page) {
   assert.equal((await complete(page)).digest, shown.digest);
 }
 
-// As somebody does in the address line.
+// As an edit of the address line does.
 async function edit(page, hash) {
   await page.evaluate((said) => (location.hash = said), `${hash}&follow_view=false`);
 }

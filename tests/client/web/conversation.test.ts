@@ -167,7 +167,7 @@ describe("Conversation", () => {
     expect(opened(conversation.again())).toMatchObject({ requestId: 2n, dataset: dataset().name });
     expect(conversation.again()).toEqual([]); // It runs.
     conversation.cancel();
-    expect(conversation.again()).toEqual([]); // Nobody wants it any more.
+    expect(conversation.again()).toEqual([]); // It was cancelled.
   });
 
   test("ComesBackNoSoonerThanTheServerWants", () => {

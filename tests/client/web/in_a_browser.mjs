@@ -15,7 +15,7 @@ import { Server } from "./viewer_host.mjs";
 const [program, viewer, scratchFolder] = process.argv.slice(2);
 const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 export const scratch = scratchFolder;
-export const patience = Number(process.env.PATIENCE ?? 120_000); // Of a loaded machine that draws in software.
+export const patience = Number(process.env.PATIENCE ?? 120_000); // Enough for a loaded machine that draws in software.
 
 function skip(what) {
   console.log(`!! ${what}: the viewer is NOT TESTED in a browser.`);

@@ -112,7 +112,7 @@ async function playsTimes(page) {
   assert.match(await page.evaluate(() => location.hash), /isovalue=0\.5/);
 }
 
-// Two surfaces, of which one is larger with every time: what the picture's two rows of facts tell belongs together.
+// Two surfaces, of which one is larger with every time: the picture's two rows of facts belong together.
 async function showsOneTime(page) {
   const state = "isovalue=0.5&error=1&simplify=false&occlusion=false&surfaces=0.8,7fb3d5&speed=30&playing=true";
   await open(page, `#dataset=flow&${state}`, series);

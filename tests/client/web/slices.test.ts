@@ -101,7 +101,7 @@ describe("ColourMaps", () => {
     expect([...colourRow("gray", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
   });
 
-  // Except where there is a middle, more is lighter: in print, and to who sees few colours.
+  // Except where there is a middle, more is lighter: in print, and for color-blind readers.
   test("TellMoreFromLessByTheirLightness", () => {
     for (const map of colourMaps.filter((one) => one !== "coolwarm")) {
       const lightness = (share: number) => {

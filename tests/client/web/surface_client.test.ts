@@ -55,12 +55,12 @@ function clientOf(token = "", parts = partsOf(token)) {
 const moment = { scene: "gyroid", time: null };
 const settings = { ...defaults, isovalue: 0.1, error: 0.5 };
 
-// What was asked for last.
+// The last request.
 function openStream(): OpenStream | undefined {
   return link.sent.filter(({ case: kind }) => kind === "openStream").at(-1)?.value as OpenStream | undefined;
 }
 
-// The server takes the connection and tells what it has; what the client then says.
+// Accepts the connection and lists datasets; returns what the client then sends.
 function accept(): string[] {
   link.sent.length = 0;
   link.events!.opened();
@@ -177,7 +177,7 @@ describe("SurfaceClient", () => {
     const [four, twelve] = selections.asked;
     expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
     twelve.answer(selectionOf(2));
-    four.answer(selectionOf(3)); // Nobody wants it any more.
+    four.answer(selectionOf(3)); // It was cancelled.
     await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
     expect(client.drawn.leastDiagonal).toBe(12 * 32);
     client.hide(0);
@@ -195,7 +195,7 @@ describe("SurfaceClient", () => {
   });
 });
 
-// A client that wants what is kept; the selections that its surface was told to show.
+// A client of cached surfaces, and the selections that its surface was to show.
 function keptAndWanted(wanted: Settings) {
   link.sent.length = selections.asked.length = 0;
   const shows: (Selection | null)[] = [];

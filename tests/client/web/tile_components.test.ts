@@ -62,7 +62,7 @@ describe("TileComponents", () => {
   });
 
   test("OfExactlyThatDiagonalAreLargeEnough", () => {
-    const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // Of 2, 3 and 6 it is 7.
+    const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // The diagonal of 2, 3 and 6 is 7.
     expect(largeComponents([box], 7).shown).toBe(1);
     expect(largeComponents([box], 7 * (1 + Number.EPSILON)).shown).toBe(0);
   });

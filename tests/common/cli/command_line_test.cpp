@@ -1,4 +1,4 @@
-// What our programs tell of themselves, and how they answer a wrong line.
+// What our programs print about themselves, and how they reject wrong command lines.
 #include "common/cli/command_line.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-// The example on the page proto/README.md equals the bytes of our code.
+// The example conversation in tests/golden/conversation.txt equals the bytes of our code.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -17,20 +17,18 @@ struct Spoken {
   std::string frame;  // Header and content.
 };
 
-// The fenced block: a title at the start of a line, then indented lines of hexadecimal bytes.
+// The file has a title at the start of a line, then indented lines of hexadecimal bytes.
 std::vector<Spoken> example() {
-  const auto page =
-      std::filesystem::path(MULTITETRA_TEST_DATA).parent_path().parent_path() / "proto/README.md";
-  std::ifstream file(page);
-  EXPECT_TRUE(file) << page;
+  const auto path = std::filesystem::path(MULTITETRA_TEST_DATA) / "conversation.txt";
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
   std::vector<Spoken> spoken;
-  bool inside = false;
   for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("```")) {
-      inside = line == "```hex";
-    } else if (inside && !line.starts_with(' ')) {
+    if (!line.starts_with(' ')) {
       spoken.push_back({line, ""});
-    } else if (inside) {
+    } else {
+      EXPECT_FALSE(spoken.empty()) << "bytes before the first title";
+      if (spoken.empty()) return spoken;
       std::istringstream bytes(line);
       for (std::string byte; bytes >> byte;) {
         spoken.back().frame.push_back(static_cast<char>(std::stoi(byte, nullptr, 16)));
@@ -69,7 +67,7 @@ std::string shell_example() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// What the page shall say, given the payload of its tile: Draco's bytes may change between
+// What the file shall contain, given the payload of its tile: Draco's bytes may change between
 // versions, their meaning may not.
 std::vector<Spoken> expected(const std::string& payload) {
   const IsosurfaceRequest request{.isovalue = 60.5};
@@ -139,30 +137,30 @@ std::vector<Spoken> expected(const std::string& payload) {
   };
 }
 
-std::string page_payload(const std::vector<Spoken>& spoken) {
+std::string golden_payload(const std::vector<Spoken>& spoken) {
   for (const Spoken& s : spoken) {
     if (s.title != "server: Tile" || s.frame.size() <= kFrameHeaderBytes) continue;
     const auto message = parse_server_message(s.frame.substr(kFrameHeaderBytes));
     if (message && std::holds_alternative<Tile>(*message)) return *std::get<Tile>(*message).payload;
   }
-  ADD_FAILURE() << "The page has no tile. One would be:"
+  ADD_FAILURE() << "The file has no tile. One would be:"
                 << hex(*encode_tile(triangle(), {1, 0, 0, 0}).payload);
   return *encode_tile(triangle(), {1, 0, 0, 0}).payload;
 }
 
-TEST(ConversationExample, MatchesTheBytesOnThePage) {
-  const std::vector<Spoken> page = example();
-  const std::vector<Spoken> said = expected(page_payload(page));
+TEST(ConversationExample, MatchesTheGoldenBytes) {
+  const std::vector<Spoken> golden = example();
+  const std::vector<Spoken> computed = expected(golden_payload(golden));
   std::string all;
-  for (const Spoken& s : said) all += s.title + hex(s.frame) + "\n";
-  ASSERT_EQ(page.size(), said.size()) << "Expected on the page:\n" << all;
-  for (std::size_t i = 0; i < said.size(); ++i) {
-    EXPECT_EQ(page[i].title, said[i].title);
-    EXPECT_EQ(hex(page[i].frame), hex(said[i].frame)) << said[i].title;
+  for (const Spoken& s : computed) all += s.title + hex(s.frame) + "\n";
+  ASSERT_EQ(golden.size(), computed.size()) << "Expected in the file:\n" << all;
+  for (std::size_t i = 0; i < computed.size(); ++i) {
+    EXPECT_EQ(golden[i].title, computed[i].title);
+    EXPECT_EQ(hex(golden[i].frame), hex(computed[i].frame)) << computed[i].title;
   }
 }
 
-TEST(ConversationExample, OfThePageGivesTheTriangle) {
+TEST(ConversationExample, DecodesToTheDocumentedTriangle) {
   FrameReader reader(kMaxServerFrameBytes);
   for (const Spoken& spoken : example()) {
     if (spoken.title.starts_with("server")) reader.feed(spoken.frame);

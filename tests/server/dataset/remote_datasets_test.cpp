@@ -54,7 +54,7 @@ class RemoteDatasets : public ::testing::Test {
   [[nodiscard]] std::string address(const std::string& lie = "") const {
     return server_.address() + lie + "/noise.mtd";
   }
-  // What is said where no surface is made.
+  // The error where no surface is made.
   [[nodiscard]] std::string trouble(const DatasetPtr& dataset) const {
     try {
       (void)digests(dataset);

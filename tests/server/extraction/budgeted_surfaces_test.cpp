@@ -157,7 +157,7 @@ TEST_P(BudgetedSurfaces, AreTheCoarsestWhereNothingFits) {
   expect_good(made, request);
 }
 
-// And where it is asked for, none cuts itself, whatever was undone.
+// With `embedded`, none intersects itself, whatever was undone.
 TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
   std::mt19937_64 random(17);
   for (int i = 0; i < 2; ++i) {

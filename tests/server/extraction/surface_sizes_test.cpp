@@ -1,4 +1,4 @@
-// Sizes that are told before anything is extracted.
+// Sizes that are estimated before anything is extracted.
 #include "server/extraction/surface_sizes.hpp"
 
 #include <cmath>

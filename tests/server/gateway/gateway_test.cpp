@@ -165,9 +165,9 @@ TEST(GatewayTest, RelaysShellsToClientsThatDecodeThem) {
 }
 
 TEST(GatewayTest, ReportsThatNoServerIsReachable) {
-  Endpoint nobody;
-  { nobody = Upstream(octahedron()).endpoint(); }
-  RunningGateway gateway({.upstream = {.upstreams = {nobody}}});
+  Endpoint unreachable;
+  { unreachable = Upstream(octahedron()).endpoint(); }
+  RunningGateway gateway({.upstream = {.upstreams = {unreachable}}});
   WebSocketClient client(gateway.http());
   client.send(Hello{});
   EXPECT_EQ(client.receive_a<ErrorReply>().error.code, ErrorCode::kUnavailable);
@@ -244,7 +244,7 @@ TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
   Upstream sound(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {damaged.endpoint(), sound.endpoint()}}});
   HttpClient http(gateway.http());
-  // Whichever is asked first: after one damaged surface the sound server is.
+  // Whichever is first: after one damaged surface the sound server serves the request.
   int refused = 0;
   for (int i = 0; i < 4; ++i) {
     const auto mesh = http.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");

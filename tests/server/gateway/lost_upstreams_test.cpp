@@ -172,7 +172,7 @@ TEST(LostUpstreams, StopsWhileAServerHangs) {
   (void)client.receive_a<Pong>();
 }  // Whose end waits for the gateway's.
 
-// Counts the connections that a server has ended because nothing was asked on them.
+// Counts the idle connections that a server has closed.
 class IdleCount : public ServiceObserver {
  public:
   void refused(const ClientFacts&, const char* reason) override {

@@ -72,7 +72,7 @@ TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
   EXPECT_EQ(rate.take("b", 0), 0);
   EXPECT_EQ(rate.take("c", 0), 0);
   EXPECT_GT(rate.take("d", 0), 0);
-  EXPECT_EQ(rate.take("a", 1.5), 0) << "Who is known keeps an allowance of its own.";
+  EXPECT_EQ(rate.take("a", 1.5), 0) << "A known name keeps its own allowance.";
 }
 
 // ---- connections

@@ -144,7 +144,7 @@ class NeuroglancerFiles : public TreeFiles {
  protected:
   static std::string at(const std::string& path) { return "/v1/neuroglancer/gyroid/" + path; }
 
-  // As neuroglancer asks: again when it is told that the file is being made.
+  // Like neuroglancer: retries while the file is being made.
   auto answer(const std::string& path) {
     for (int attempt = 1;; ++attempt) {
       auto response = client_.get(path);

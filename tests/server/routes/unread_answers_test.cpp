@@ -28,7 +28,7 @@ using testing::RunningHttpServer;
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may have a quarter.
 constexpr std::size_t kClients = 60;
-// Of one connection: coroutines, a header, a piece of a file.
+// Bytes of one connection: coroutines, a header, a piece of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;
 // Two workers, each with a slice of 2 MiB twice and as a picture, and what the allocator keeps.
 constexpr std::size_t kWorkerBytes = 24 * kMiB;

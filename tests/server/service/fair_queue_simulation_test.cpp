@@ -75,7 +75,7 @@ class Stream {
       });
     });
   }
-  // Of each surface, from asking to its end.
+  // Seconds of each surface, from its request to its end.
   [[nodiscard]] const std::vector<double>& seconds() const { return seconds_; }
 
  private:
@@ -118,7 +118,7 @@ TEST(FairQueueSimulation, LongStepsAreDoneHoweverManySmallOnesCome) {
   const Streams small_ones = started(workers, 50, "address 192.0.2.%d", 0.02);
   Stream large(workers, {"address 198.51.100.1", 1000}, 0.02, 2.0);
   large.start();
-  // Of 51 shares each has 3/51 of the time of three workers: 2 s take 34 s.
+  // Each of 51 shares has 3/51 of the time of three workers: 2 s take 34 s.
   workers.run_until(45);
   EXPECT_GE(large.seconds().size(), 1U);
 }

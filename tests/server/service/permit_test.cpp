@@ -120,7 +120,8 @@ TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
   permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
   OpenStream open = testing::open_fake(1, "head");
-  open.begun = {{.finest_spacing = 64, .shell = quantized_shells(2)}};  // Of 64 steps a side.
+  // The grid has 64 steps a side.
+  open.begun = {{.finest_spacing = 64, .shell = quantized_shells(2)}};
   EXPECT_FALSE(permit.accept(open));
   open.begun = {{.finest_spacing = 32, .shell = quantized_shells(2)}};
   EXPECT_TRUE(permit.accept(open));

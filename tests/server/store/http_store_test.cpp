@@ -117,7 +117,7 @@ TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
   options.rest_after_failure = std::chrono::hours(1);
   const auto failing = store("/lies/503/3", options);
   EXPECT_NE(trouble([&] { return whole(*failing); }).find("status 503"), std::string::npos);
-  // It would answer now; nobody asks.
+  // It would answer now, but gets no request.
   EXPECT_NE(trouble([&] { return whole(*failing); }).find("failed a moment ago"),
             std::string::npos);
 }

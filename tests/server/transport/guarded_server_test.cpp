@@ -1,4 +1,4 @@
-// What a server on a network keeps up: who may see what, how much may be asked, and how it stops.
+// Limits of a server on a network: rights, rates, memory, and how it stops.
 #include <signal.h>
 #include <unistd.h>
 
@@ -54,7 +54,7 @@ Error error_of(const ServerMessage& message) {
   return reply == nullptr ? Error{} : reply->error;
 }
 
-// Remembers what it is told.
+// Records all events.
 class Notes : public ServiceObserver {
  public:
   void refused(const ClientFacts&, const char* limit) override { add(limit); }
@@ -339,7 +339,7 @@ TEST(Limits, WorkersTimeForOneRequest) {
   EXPECT_EQ(given_up.error.code, ErrorCode::kLimitExceeded);
   EXPECT_NE(given_up.error.text.find("than the 0.05 s"), std::string::npos) << given_up.error.text;
   EXPECT_EQ(given_up.request_id, 1U);
-  EXPECT_TRUE(running.reaches(0)) << "The worker still works for nobody.";
+  EXPECT_TRUE(running.reaches(0)) << "The worker still works although its client is gone.";
   ASSERT_TRUE(socket.send(Ping{1}));
   (void)receive<Pong>(socket);
 }
@@ -553,7 +553,7 @@ TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
   EXPECT_EQ(running, 0);
 }
 
-// ---- what is told
+// ---- events
 
 TEST(Observer, AStreamIsToldOnceWithItsFacts) {
   const auto notes = std::make_shared<Notes>();
@@ -626,7 +626,7 @@ TEST_F(SharesTest, WhoComesByManyConnectionsLeavesWorkersToOthers) {
   EXPECT_EQ(running_, 1);
 }
 
-// A gateway brings many, and says who they are; nobody else does.
+// Only a gateway names the clients behind it.
 TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
   for (const bool is_trusted : {true, false}) {
     testing::Count running;

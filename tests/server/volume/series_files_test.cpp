@@ -1,4 +1,4 @@
-// Files that hold several volumes: which times they tell, and that each time is its volume.
+// Files that hold several volumes: their times, and that each time is its volume.
 
 #include <gtest/gtest.h>
 

@@ -238,7 +238,7 @@ def dicom():
     series("oblique", (0.36, -0.8, 0.48), (0.48, 0.6, 0.64), (-1.6, 0, 1.2))
     series("tilted", step=(0, 0.5, 2))
 
-    # All slices in one file, each told apart (Enhanced CT).
+    # All slices in one file, each described separately (Enhanced CT).
     data = image(1, kind="1.2.840.10008.5.1.4.1.1.2.1")
     data.NumberOfFrames = SHAPE[0]
     data.SharedFunctionalGroupsSequence = items(

@@ -40,7 +40,7 @@ export function massProperties(
   return measured(part, numbers.coordinates(), toWorld);
 }
 
-// The triangles that hang together with one of them.
+// The connected component of one of the triangles.
 function partAt(corners: Uint32Array, wanted: number, points: number): Uint32Array {
   const parts = new Components(points);
   for (let t = 0; t < corners.length; t += 3) {

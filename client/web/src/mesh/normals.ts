@@ -52,7 +52,7 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
 }
 
 // Each vertex takes the sums of its triangles' corners, `rounds` times: directions of a neighbourhood that reaches as far.
-// Triangles of quantized samples are uneven, and single ones tell little of the surface's direction.
+// Triangles of quantized samples are uneven, and single ones say little about the surface's direction.
 export function spreadSums(sums: Float32Array, triangles: Uint32Array, rounds: number): Float32Array {
   let from = sums;
   for (let round = 0; round < rounds; ++round) {

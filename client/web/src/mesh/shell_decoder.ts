@@ -24,7 +24,7 @@ export function normalRounds({ values, levelsPerOctave }: ShellMode): number {
 
 export interface MarchedTile {
   mesh: LatticeMesh;
-  box: LatticeBox; // Of the samples.
+  box: LatticeBox;
   hasVoid: boolean; // The surface may end inside of the box.
 }
 

@@ -1,6 +1,6 @@
 // The connected components of a surface in tiles, and the surface without the small ones: noise in scans makes
 // thousands around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
-// with a common vertex hang together, and a component is as large as the diagonal of its bounding box.
+// with a common vertex are connected, and a component is as large as the diagonal of its bounding box.
 //
 // A tile's own components are found once; what a surface adds takes time in proportion to the tiles' rims.
 import { Components } from "./components";

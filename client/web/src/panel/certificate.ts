@@ -132,7 +132,7 @@ function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
       : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
     row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
       "Edges of more than two triangles, and triangles without area."),
-    row("Connected components", grouped(topology.components), "Pieces that hang together."),
+    row("Connected components", grouped(topology.components), "Parts of the surface that are not connected to each other."),
     row("Euler characteristic", String(topology.eulerCharacteristic),
       "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
     ...(shown.sameTopologyAs === null ? [] : [row("Topology", `same as in step ${shown.sameTopologyAs + 1}`,

@@ -14,7 +14,7 @@ export class DatasetList {
   constructor(
     private readonly events: {
       chosen: (entry: Entry) => void;
-      becameVisible: (name: string) => void; // Its picture is wanted.
+      becameVisible: (name: string) => void; // Its thumbnail is needed.
     },
   ) {
     this.seen = new IntersectionObserver((entries) => {

@@ -15,7 +15,7 @@ export interface FieldPart extends Part {
 }
 
 interface Offer {
-  name: string; // Of the dataset, or of its series.
+  name: string; // The name of the dataset or of its series.
   words: string;
 }
 
@@ -32,7 +32,7 @@ export function fieldPart(change: Change): FieldPart {
   });
   const none = h("input", { type: "color", "aria-label": "Colour where there is no value" });
   none.addEventListener("input", () => change({ noValueColor: none.value }));
-  const noneRow = h("label", { class: "control toggle", "data-tip": "Of places where the field has no value." },
+  const noneRow = h("label", { class: "control toggle", "data-tip": "The color of places where the field has no value." },
     h("span", {}, "Where there is none"), none);
   const told = h("p", { class: "hint", "data-tip":
     "Colours are exact at vertices, to a 65534th of the range; between them they are interpolated." });

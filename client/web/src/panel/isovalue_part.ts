@@ -43,7 +43,7 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
   const filter = componentFilter("the surface", (minComponent) => change({ minComponent }), () => keepLargest(0));
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
   const chip = (value: number, of: DatasetInfo) => {
-    const button = h("button", { type: "button", "data-tip": "A value that parts the data well." },
+    const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
       `${inDigits(value)} ${tissueAt(value, of)}`.trim());
     button.dataset.value = String(value);
     button.addEventListener("click", () => change({ isovalue: value }));

@@ -145,7 +145,7 @@ function labelRow(change: (said: Partial<SurfaceSettings>) => void, isolate: () 
 
 function opacityOf(what: string, turned: (value: number) => void): HTMLInputElement {
   const input = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${what}` });
-  input.setAttribute("data-tip", "How much of what lies behind is hidden.");
+  input.setAttribute("data-tip", "The opacity of the surface.");
   input.addEventListener("input", () => turned(Number(input.value)));
   return input;
 }

@@ -20,7 +20,7 @@ export interface LegendValues {
   min: number;
   max: number;
   valueUnit: string;
-  usual?: { level: number; width: number }; // The window where none is said; all values if there is none.
+  usual?: { level: number; width: number }; // The default window; all values if there is none.
 }
 
 const keys: Record<string, [number, number]> = {

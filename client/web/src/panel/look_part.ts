@@ -4,7 +4,7 @@ import type { Change, Part } from "./part";
 import { SettingControls } from "./setting_controls";
 
 export function lookPart(change: Change, roll: (radians: number) => void): Part {
-  // The server makes nothing new of these: who drags one keeps it from nothing.
+  // These need no new surface, so dragging them costs the server nothing.
   const controls = new SettingControls((said) => change(said));
   const colouring = controls.choice("colouring", {
     label: "Colours", tip: "See the method at work.",

@@ -1,4 +1,4 @@
-// What a user must know: a lost connection, a token that is wanted, a refused request, a failed check,
+// Notices: a lost connection, a required token, a refused request, a failed check,
 // a surface too large to be sent unasked.
 //
 // What the keyboard is at stays in the page while the matter is the same, also over an attempt to
@@ -25,7 +25,7 @@ export class Notices {
   private progress: Progress | null = null;
   private empty: string | null = null;
   private kind: Kind = "nothing"; // What the element holds; its parts stay while that is the same.
-  private readonly seconds = h("span", { "aria-hidden": "true" }); // Not said aloud twice a second.
+  private readonly seconds = h("span", { "aria-hidden": "true" }); // Hidden from screen readers, as it changes twice a second.
   private readonly words = h("span");
   private form: TokenForm | null = null;
 

@@ -40,8 +40,10 @@ export class Panel {
   private readonly labels: LabelsPart;
   private readonly downloads: DownloadsPart;
   private list: readonly DatasetInfo[] = [];
-  private readonly ofValues: HTMLElement[]; // What means nothing of labels, which have one isovalue,
-  private readonly ofLabels: HTMLElement[]; // and of anything else.
+  // Elements that mean nothing for labels.
+  private readonly ofValues: HTMLElement[];
+  // Elements that mean something for labels only.
+  private readonly ofLabels: HTMLElement[];
   private readonly expected = h("p", { class: "expected", "data-tip":
     "How large the surface with these settings is, as the server estimates it before making it." });
   private info: DatasetInfo | null = null;

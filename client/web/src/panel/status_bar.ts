@@ -1,5 +1,5 @@
 // One line about the surfaces that are shown and what comes: the error first. The certificate behind it has the rest, also
-// how the surface came. What comes is told of the first surface that is seen, what is there of all: none is called complete while another one comes.
+// how the surface came. Progress is that of the first visible surface, totals are of all: none is called complete while another one comes.
 import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
 import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf, withinWords } from "./certificate";
 import { h } from "../shared/elements";

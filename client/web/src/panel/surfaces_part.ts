@@ -96,12 +96,12 @@ function surfaceRow(
   const isovalue = numberInput(`Isovalue of ${name}`, (value) => change({ isovalue: value }));
   const error = numberInput(`Allowed error of ${name}, in voxels`,
     (value) => change({ error: Math.max(0, value) }), () => change({ error: null }));
-  error.element.setAttribute("data-tip", "The error allowed, in voxels; empty: as the first surface has it.");
+  error.element.setAttribute("data-tip", "The allowed error in voxels; empty: that of the first surface.");
   error.element.setAttribute("placeholder", "error");
   const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
-  opacity.setAttribute("data-tip", "How much of what lies behind it is hidden.");
+  opacity.setAttribute("data-tip", "The opacity of the surface.");
   opacity.addEventListener("input", () => change({ opacity: Number(opacity.value) }));
-  const eye = h("button", { type: "button", class: "eye", "aria-label": `Show ${name}`, "data-tip": "Shown or hidden." }, "◉");
+  const eye = h("button", { type: "button", class: "eye", "aria-label": `Show ${name}`, "data-tip": "Shows or hides the surface." }, "◉");
   let isVisible = true;
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");

@@ -28,7 +28,7 @@ export class TokenForm {
     this.send.textContent = "Connecting…";
   }
 
-  // The server has said no.
+  // The server has refused the token.
   refuse(text: string): void {
     this.send.textContent = "Connect";
     this.words.textContent = text;

@@ -15,7 +15,7 @@ export function angleAt(corner: Vec3, a: Vec3, b: Vec3): number | null {
   return cross === 0 && dot === 0 ? null : (Math.atan2(cross, dot) * 180) / Math.PI;
 }
 
-// What an area can tell depends on how far its surface may be off; nothing bounds its error then.
+// The error of an area has no bound; it depends on how far the surface may be off.
 export function areaText(area: number, { lengthUnit }: { lengthUnit: string }, isExact: boolean): string {
   return `${isExact ? "" : "about "}${inDigits(area, isExact ? 5 : 2)} ${lengthUnit || "unit"}²`;
 }

@@ -1,4 +1,4 @@
-// What is told of picked places: where they are, what the field is there, the length between two, the angle at the second of
+// Measurements of picked places: positions, field values, the length between two, the angle at the second of
 // three, and the area and volume of the part that was picked last. A fourth place begins anew. Numbers carry their bounds
 // and no digit that means nothing.
 import * as THREE from "three";
@@ -132,7 +132,7 @@ export class Measuring {
     return angle ? [`Angle at B: ${inDigits(angle, 3)}°`] : [];
   }
 
-  // The place stays where what is there is not told.
+  // The place stays if the server returns no value.
   private fieldAt(info: DatasetInfo, world: readonly number[]): HTMLElement {
     const line = h("p", { class: "field" }, "\u00a0");
     this.probe(info, [...world] as Vec3).then(

@@ -64,7 +64,7 @@ export class Surroundings {
     this.stage.invalidate();
   }
 
-  // Of the scale bar, in CSS pixels; null: it is not shown.
+  // The length of the scale bar in CSS pixels; null: not shown.
   get scale(): { pixels: number; text: string } | null {
     const pixels = parseFloat(this.scaleBar.style.width);
     return this.scaleBar.hidden || !(pixels > 0) ? null : { pixels, text: this.scaleBar.textContent ?? "" };

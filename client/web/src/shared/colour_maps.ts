@@ -1,7 +1,7 @@
-// Colours for numbers: maps whose lightness tells more from less also in print and to those who see few
+// Color maps for numbers: lightness orders the values, also in print and for those with low color
 // colours (viridis, cividis), one with a middle (coolwarm), and gray. The same as those of
 // common/image/color_map.cpp, to the byte, and a scale means here what it means there; where the maps
-// come from is told there.
+// come from is documented there.
 const maps = {
   gray: ["#000000", "#ffffff"],
   viridis: ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"],

@@ -1,6 +1,6 @@
-// Which values of a dataset the colours of its samples span where nothing else is said, and which samples are air.
+// The default range of a dataset's sample colours, and which samples are air.
 //
-// Values of computed tomography are known: Hounsfield units, where air is -1000 and water 0. Elsewhere the histogram tells:
+// Values of computed tomography are known: Hounsfield units, where air is -1000 and water 0. Elsewhere the histogram decides:
 // a peak at its low end that holds a large share of all samples is the background, and the colours span what most of the other
 // samples have.
 import type { DatasetInfo } from "../protocol/messages";
@@ -26,7 +26,7 @@ const tissues = [
   { from: -500, name: "skin" }, { from: -Infinity, name: "" },
 ];
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
-const backgroundShare = 0.15; // Of all samples, and of the range from its low end: a background's peak.
+const backgroundShare = 0.15; // The share of all samples, and of the range from its low end, of a background's peak.
 
 // Also where the file does not name the unit: samples from air to bone are hardly anything else.
 export function isCt({ min, max, valueUnit }: WindowedDataset): boolean {
@@ -43,7 +43,7 @@ export function tissueAt(isovalue: number, info: WindowedDataset): string {
   return isCt(info) ? tissues.find(({ from }) => isovalue >= from)!.name : "";
 }
 
-// Where nothing is said.
+// The default window.
 export function usualWindow(info: WindowedDataset): { level: number; width: number } {
   if (isCt(info)) return ctWindows[0];
   const [low, high] = [percentile(info, spread.low), percentile(info, spread.high)];

@@ -26,6 +26,6 @@ function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | 
     const read = fromAddress(toAddress({ ...defaults, [name]: value }));
     return Object.hasOwn(read, name) ? { [name]: read[name] } : undefined;
   } catch {
-    return undefined; // Of another form.
+    return undefined; // Settings of another form.
   }
 }

@@ -14,8 +14,8 @@ export interface StepFacts {
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
   shell: ShellMode | null; // It came as samples; null: as triangles.
-  spacing: number; // Of a preview's samples: every such one is looked at; 1: it is of all of them.
-  pixels: number | null; // Of the screen: the error allowed where the camera looked, if it was followed.
+  spacing: number; // The spacing of a preview's samples; 1: all samples.
+  pixels: number | null; // The allowed error in pixels, if the camera was followed.
   preservesTopology: boolean;
   tolerance: number;
   isovalue: number;
@@ -28,8 +28,8 @@ export interface StepFacts {
 // What of the surface is shown where small components are hidden.
 export interface ShownComponents {
   minComponent: number; // Samples: those whose bounding box has a shorter diagonal are hidden.
-  components: number; // Components of the whole surface,
-  shown: number; // and of them those that are shown.
+  components: number; // Components of the whole surface.
+  shown: number; // Components that are shown.
   triangles: number; // That are shown.
 }
 
@@ -50,15 +50,15 @@ export interface Progress {
   step: number; // That is being received.
   tilesToCome: number;
   tilesReceived: number;
-  bytesReceived: number; // Of all steps.
+  bytesReceived: number; // The bytes of all steps.
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
-  shown: StepFacts | null; // Facts of the whole surface,
+  shown: StepFacts | null; // Facts of the whole surface.
   components: ShownComponents | null; // and what of it is shown; null: all.
   // The server is busy: why, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
-  heldBack: SurfaceSize | null; // What was asked for is this large: less of it was sent.
+  heldBack: SurfaceSize | null; // The size of the requested surface, of which less was sent.
   // A second field on the surface: the range of its values, and the largest difference between the field and the
   // interpolated colours.
   scalars: { low: number; high: number; deviation: number } | null;
@@ -74,11 +74,11 @@ export interface DrawnSurface {
 
 // All visible surfaces.
 export interface SurfacesStatus {
-  progress: Progress; // Of the first visible one; without any, of the first one.
+  progress: Progress; // Values of the first visible surface, else of the first one.
   isLead: boolean; // That is the first there is.
   drawn: DrawnSurface[];
-  done: number; // Those with a final step, or that will never have one,
-  seen: number; // of so many that are seen.
+  done: number; // Surfaces with a final step, or that will never have one.
+  seen: number; // Visible surfaces.
 }
 
 export const noProgress: Progress = {

@@ -35,7 +35,7 @@ export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
   });
 }
 
-// Null: it belongs to none, or to one of which there is nobody else.
+// Null: it is in no series, or its only member.
 export function seriesOf(list: readonly DatasetInfo[], info: DatasetInfo): Series | null {
   const name = info.member?.series;
   if (!name) return null;

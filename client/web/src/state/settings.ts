@@ -1,4 +1,4 @@
-// Everything that a user can turn, as one plain value: what is asked of the server, and how it is
+// All settings of a user as one plain value: the request, and how it is
 // shown. The whole of it is in the page's address.
 import type { ColourMap } from "../shared/colour_maps";
 
@@ -35,7 +35,7 @@ export interface MeasuredPlace {
 
 // A surface beside the first one, of the same dataset or of another one in the same world.
 export interface FurtherSurface {
-  dataset?: string; // Empty or not said: that of the first one.
+  dataset?: string; // Empty or absent: that of the first one.
   isovalue: number;
   error: number | null; // Voxels; null: as the first one.
   colour: string; // "#rrggbb"
@@ -46,7 +46,7 @@ export interface FurtherSurface {
 }
 
 export interface Settings {
-  // What is asked for.
+  // The request.
   dataset: string; // Or a series of datasets: the first of it.
   t: number | null; // The time that is shown, of a series that has times: the nearest. Null: the dataset's own.
   isovalue: number | null; // Null: the dataset's own suggestion.
@@ -67,7 +67,7 @@ export interface Settings {
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
   colorBy: string; // A dataset whose values colour the surfaces; empty: none.
-  colors: ColourMap; // Of those values, as are the next two.
+  colors: ColourMap; // These three are settings of those values.
   fieldLevel: number | null;
   fieldWindow: number | null;
   fieldLog: boolean; // Equal factors of the values have equal steps of colour.
@@ -80,7 +80,7 @@ export interface Settings {
   clipFlipped: boolean;
   filled: boolean; // The cut shows the samples inside of the surfaces.
   slice: Axis; // A plane of samples in the picture.
-  transparentAir: boolean; // Of its samples, those of air are not shown.
+  transparentAir: boolean; // Samples of air are hidden.
   sliceAt: number; // 0 to 1 along the axis.
   layout: Layout; // The surface alone, or with three slices beside it that meet
   cross: [number, number, number] | null; // there, in world coordinates; null: in the middle of the data.
@@ -96,7 +96,7 @@ export interface Settings {
   playing: boolean; // One time after the other.
   speed: number; // Times a second, 0.1 to 60.
   loop: boolean; // After the last time comes the first.
-  up: [number, number, number]; // Of length 1: what is above in the picture, in world coordinates.
+  up: [number, number, number]; // A unit vector in world coordinates: up in the picture.
   eye: [number, number, number] | null; // World coordinates; null: the default view.
   target: [number, number, number] | null;
   places: readonly MeasuredPlace[]; // At most three.
@@ -157,8 +157,8 @@ export const defaults: Settings = {
   places: [],
 };
 
-// Whether the server is asked for something else now. Not for another dataset or time: whoever changes
-// that asks when the dataset is there. Surfaces beside the first are asked for when they are seen.
+// Whether a new request is needed now. Not for another dataset or time: the code that changes
+// those requests when the dataset is there. Surfaces beside the first are requested when they are visible.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const hasNormals = (s: Settings) => s.shading === "field";

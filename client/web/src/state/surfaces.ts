@@ -6,13 +6,15 @@ export interface SurfaceSettings extends Omit<FurtherSurface, "isovalue"> {
   isovalue: number | null; // Null, of the first alone: the dataset's own suggestion.
 }
 
-export const mostSurfaces = 8; // That one adds by hand,
-export const mostLabels = 1024; // and that a segmentation has.
+// The most surfaces that a user adds by hand.
+export const mostSurfaces = 8;
+// The most labels of a segmentation.
+export const mostLabels = 1024;
 export const maxMinComponent = 1e6; // Samples, as everywhere in the project.
 
 const outerOpacity = 0.35;
 
-// Told apart by people who see few colours as well; the first two are bone and skin.
+// Distinguishable for color-blind users; the first two are bone and skin.
 const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
@@ -20,7 +22,7 @@ export function surfacesOf(settings: Settings): SurfaceSettings[] {
   return [{ isovalue, error, colour, opacity, visible, minComponent, material }, ...settings.surfaces];
 }
 
-// As if this surface were the only one: what the server is asked for it. Null: there is none.
+// The request for this surface alone. Null: there is none.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;

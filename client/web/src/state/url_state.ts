@@ -6,7 +6,7 @@
 // The names are those of the settings in snake_case; what a request has is called as in an HTTP query, and
 // `quality` may stand for an error there, too.
 //
-// Whatever cannot be read is passed over and can be told: an address from elsewhere never breaks the
+// Unreadable settings are ignored and reported: an address from elsewhere never breaks the
 // page.
 import { colourMaps } from "../shared/colour_maps";
 import { defaults, type FurtherSurface, materials, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";

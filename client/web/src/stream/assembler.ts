@@ -19,7 +19,7 @@ import { manifestFault, parameterFault, preservesTopology, promiseOf } from "./s
 
 export interface StreamOrder {
   info: DatasetInfo;
-  request: IsosurfaceRequest; // Every field said, none left to its default.
+  request: IsosurfaceRequest; // Every field is set, none left to its default.
   requestId: bigint;
   isPreviewsOnly?: boolean; // The stream may end before the final step.
 }
@@ -28,7 +28,7 @@ export interface StepOfTiles {
   begin: StepBegin;
   end: StepEnd;
   tiles: TilePromise[];
-  digest: ContentDigest; // Of all triangles, as computed here.
+  digest: ContentDigest; // The digest of all triangles, computed here.
   held: number; // Tiles that did not have to be sent.
 }
 
@@ -39,7 +39,7 @@ export type AssemblerEffect =
   // `sameAs`: an earlier step that was found to have the same topology, if one had to.
   | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
   | { kind: "ended"; outcome: StreamOutcome }
-  | { kind: "refused"; code: number; text: string; retryAfter: number } // Seconds; 0: not said.
+  | { kind: "refused"; code: number; text: string; retryAfter: number } // Seconds; 0: unknown.
   | { kind: "failed"; text: string };
 
 interface Pending {

@@ -54,11 +54,11 @@ export type Effect =
 export interface Wanted {
   info: DatasetInfo;
   request: IsosurfaceRequest;
-  steps?: "all" | "previews" | "final"; // All if nothing is said.
+  steps?: "all" | "previews" | "final"; // All by default.
   scalars?: ScalarWish;
 }
 
-// A dataset whose values are wanted at the vertices, too, and what they are to span.
+// A dataset whose values are requested at the vertices, and their range.
 export interface ScalarWish {
   dataset: string;
   low?: number; // Both or none: what the dataset has.
@@ -85,9 +85,9 @@ export interface ConversationOptions {
   token: () => string;
   // Keys of the tiles that are kept and fit this request; the most useful first.
   held: (order: Wanted) => string[];
-  priority?: Priority; // Of all that is asked; normal if nothing is said.
-  trianglesPerSecond?: () => number; // That are decoded, checked and shown here; not told if nothing is said.
-  isListing?: () => boolean; // Whether a new connection asks what is served; yes if nothing is said.
+  priority?: Priority; // The priority of all requests; normal by default.
+  trianglesPerSecond?: () => number; // The triangles a second that this page decodes, checks and shows; optional.
+  isListing?: () => boolean; // Whether a new connection lists the datasets; yes by default.
 }
 
 const policies = { all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY };
@@ -99,8 +99,8 @@ const longestWait = 600_000; // The longest delay that a server may require.
 export class Conversation {
   private phase: Phase = "connecting";
   private retry = firstRetry;
-  private lastRequestId = 0n; // Of streams and questions.
-  private streamId = 0n; // Of the stream opened last.
+  private lastRequestId = 0n; // The last request id of streams and queries.
+  private streamId = 0n; // The request id of the last stream.
   private question: { id: bigint; order: Wanted } | null = null; // Under way.
   private nextQuestion: Wanted | null = null;
   private datasets: DatasetInfo[] = [];
@@ -109,13 +109,13 @@ export class Conversation {
   private order: Wanted | null = null; // The request of the assembler.
   private stream = 0;
   private isGivenUp = false;
-  private wait = 0; // Milliseconds until the next connection, as the server has said.
+  private wait = 0; // Milliseconds until the next connection, from the server's reply.
   // Steps of `wanted` that were committed already, on this connection or one before.
   private given = 0;
   // What its stream began with: exactly these steps come again after a lost connection.
   private begun: Preview[] = [];
   private hasFinalBegun = false;
-  private lastStep: StepBegin | null = null; // Of the running stream.
+  private lastStep: StepBegin | null = null; // The last step of the running stream.
 
   constructor(private readonly options: ConversationOptions) {}
 
@@ -131,7 +131,7 @@ export class Conversation {
   }
 
   // How large a surface would be. One question is under way at a time; of those that come meanwhile
-  // the last one follows. Without a connection nothing is asked.
+  // the last one follows. Without a connection nothing is requested.
   askSize(order: Wanted): Effect[] {
     if (this.phase !== "ready") return [];
     if (this.question) {
@@ -152,7 +152,7 @@ export class Conversation {
     return this.turn("connecting");
   }
 
-  // What was postponed is asked for again, unless something else is wanted by now.
+  // Repeats what was postponed, unless it was superseded.
   again(): Effect[] {
     const isRunning = this.assembler !== null && !this.assembler.hasEnded;
     return this.phase === "ready" && this.wanted && !isRunning ? this.openStream() : [];

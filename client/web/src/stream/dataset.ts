@@ -30,13 +30,13 @@ export function voxelLength(info: DatasetInfo): number {
   return Math.min(...info.spacing);
 }
 
-// Of a cell of eight samples, in world units.
+// The diagonal of a cell of eight samples, in world units.
 export function longestCellDiagonal({ indexToWorld: m }: DatasetInfo): number {
   const lengths = [1, -1].flatMap((j) => [1, -1].map((k) => Math.hypot(...[0, 1, 2].map((row) => m[row] + j * m[3 + row] + k * m[6 + row]))));
   return Math.max(...lengths);
 }
 
-// "1.5 mm"; where nobody has told the unit, "1.5 units".
+// "1.5 mm", or "1.5 units" if the unit is unknown.
 export function lengthText(
   length: number,
   { lengthUnit }: Pick<DatasetInfo, "lengthUnit">,

@@ -1,5 +1,5 @@
 // Single questions about samples: a slice, the field at some places. They have a connection of their own
-// beside the streams, made when something is asked, so that no tile is in their way.
+// beside the streams, opened with the first query, so that tiles do not delay replies.
 import {
   create, HelloSchema, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema, PayloadCodec,
 } from "../protocol/messages";
@@ -75,7 +75,7 @@ export class Questions {
 
   close(): void {
     this.link.leave();
-    this.lose("Nobody asks any more.");
+    this.lose("Cancelled.");
   }
 
   private ask(send: (id: bigint) => void): Promise<Answer> {

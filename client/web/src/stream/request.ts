@@ -1,4 +1,4 @@
-// Settings -> what is asked of the server. Every field is said, so that what the server repeats can
+// Settings -> the request. All fields are set, so that what the server repeats can
 // be compared with it.
 import { create, equals } from "@bufbuild/protobuf";
 

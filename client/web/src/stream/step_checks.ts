@@ -16,7 +16,7 @@ import {
 } from "../protocol/messages";
 import { longestCellDiagonal } from "./dataset";
 
-const maxTriangles = 60_000_000; // Of a step: about what a browser's memory takes.
+const maxTriangles = 60_000_000; // The most triangles of a step: about what a browser's memory takes.
 const maxTileTriangles = 2 ** 20;
 
 export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
@@ -91,10 +91,10 @@ export function manifestFault(begin: StepBegin, info: DatasetInfo): string | nul
   return null;
 }
 
-// A preview may be coarser than the request; everything else is as it was asked for.
+// A preview may be coarser than the request; everything else is as requested.
 export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): string | null {
   const given = begin.request;
-  if (!given?.threshold || !asked.threshold) return "it tells no parameters";
+  if (!given?.threshold || !asked.threshold) return "it has no parameters";
   const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
   if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
     return "it is said to be finer than the request";

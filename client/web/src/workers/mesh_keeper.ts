@@ -12,10 +12,10 @@ import { largeComponents, withLargeComponents } from "../mesh/tile_components";
 import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay, Selection } from "./worker_messages";
 
 const tiles = new Map<string, KeptTile>();
-// Tiles come from other workers: a step may be asked for before the last of them is here.
+// Tiles come from other workers: a step may be requested before its last tile arrives.
 let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
-// What was asked for of steps without their small components, the latest last.
+// Requests for steps without their small components, the latest last.
 let drawn: { name: string; tiles: KeptTile[] }[] = [];
 const mostDrawn = 8;
 

@@ -52,7 +52,7 @@ export class TilePool {
   forget(owner: object): void {
     const gone = this.queue.filter((one) => one.owner === owner);
     this.queue.splice(0, Infinity, ...this.queue.filter((one) => one.owner !== owner));
-    for (const { done } of gone) done.reject(new Error("Nobody waits for it."));
+    for (const { done } of gone) done.reject(new Error("Cancelled."));
   }
 
   drop(ids: string[]): void {
@@ -91,7 +91,7 @@ export class TilePool {
     return this.ask((request) => ({ kind: "file", request, drawn, format, toWorld }));
   }
 
-  // All workers end; what was asked is never answered.
+  // Ends all workers; pending jobs are never answered.
   dispose(): void {
     for (const worker of [this.keeper, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }

@@ -17,8 +17,8 @@ export interface TileJob {
   payload: Uint8Array;
   promised: TilePromise;
   resolution: number;
-  shell: ShellMode | null; // Null: it is a Draco mesh,
-  hasNormals: boolean; // maybe with normals.
+  shell: ShellMode | null; // Null: it is a Draco mesh.
+  hasNormals: boolean; // Whether a Draco mesh has normals.
   linear: number[]; // Lattice -> world, 3 x 3 by columns.
 }
 
@@ -91,8 +91,8 @@ export interface Hit {
 }
 // Which components of a step are drawn.
 export interface Selection {
-  components: number; // Of the whole step,
-  shown: number; // and of them those that are drawn.
+  components: number; // Components of the whole step.
+  shown: number; // Components that are drawn.
   triangles: number; // That are drawn.
   largest: LatticeBox | null; // Around the largest component; null: none is drawn.
   diagonals: [number, number]; // The two longest of the whole step, in lattice steps; 0 where there is none.

@@ -63,8 +63,10 @@ class CollapseFan {
     Vec3 along;
     double squared_length;
     double low_along;  // dot(low, along)
-    double error;      // At the low end,
-    double rise;       // and how much more it is at the high one.
+    // The error at the low end.
+    double error;
+    // The difference of the errors at the high and the low end.
+    double rise;
   };
 
   [[nodiscard]] bool is_near(const SeenEdge& edge, const Spoke& spoke);

@@ -192,7 +192,8 @@ class SuccessiveMapping {
   std::vector<Half> halves_;
   std::vector<Vertex> vertices_;
   std::vector<std::uint8_t> is_carried_;
-  std::vector<std::uint32_t> first_carried_;  // Of a triangle.
+  // The first vertex that each triangle carries.
+  std::vector<std::uint32_t> first_carried_;
   std::vector<Crossing> crossings_;
   std::uint32_t free_ = kNone;
   double largest_ = 0;

@@ -2,7 +2,7 @@
 // and larger than what successive_mapping.hpp finds.
 //
 // The argument. The *error* at a point of the simplified surface N is linear in each triangle, so
-// one number a vertex tells it. Points of the original M belong to points of N, at least one to
+// one number a vertex bounds it. Points of the original M belong to points of N, at least one to
 // each on either side, and where x belongs to y the distance between them is at most the error at
 // y. So no point of either surface is farther from the other than the largest error.
 //

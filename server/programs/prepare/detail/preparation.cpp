@@ -181,7 +181,7 @@ void Preparation::see_prepared(const PrepareJob& job) {
   see(job, {info.dims, info.index_to_world, info.meaning});
 }
 
-// What the table tells of a member that lies elsewhere than the first.
+// The note in the table for a member that lies elsewhere than the first.
 void Preparation::require_same_places(const PrepareJob& job, const Places& found,
                                       const Places& first, const std::string& first_input) {
   const auto size = [](const Places& places) {

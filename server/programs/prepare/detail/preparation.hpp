@@ -81,7 +81,7 @@ class Preparation {
   [[nodiscard]] SourceNote note_of(const PrepareJob& job);
 
  private:
-  // Of members of a series, which lie on the same places.
+  // The placement of a series' members, which share their grid.
   struct Places {
     std::array<std::int32_t, 3> dims{};
     Affine index_to_world;

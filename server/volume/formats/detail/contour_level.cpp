@@ -25,8 +25,9 @@ constexpr std::uint64_t kMostContourBytes = std::uint64_t{16} << 20;
 
 // <contour primary="true"><level>0.05</level>, before version 3 <contourLevel>0.05</contourLevel>.
 struct ContourHandler {
-  bool is_primary = false;  // Of the contour that is open.
-  bool is_open = false;     // A level is.
+  // Whether the open contour is the primary one.
+  bool is_primary = false;
+  bool is_open = false;  // A level is.
   std::string text;
   std::optional<double> level;  // The first one, unless a primary one follows.
   bool has_primary = false;
@@ -37,7 +38,8 @@ struct ContourHandler {
     if (element == "contour") {
       handler.is_primary = false;
       for (const XML_Char** at = attributes; *at != nullptr; at += 2) {
-        handler.is_primary |= std::string_view(at[0]) == "primary" && std::string_view(at[1]) == "true";
+        handler.is_primary |=
+            std::string_view(at[0]) == "primary" && std::string_view(at[1]) == "true";
       }
     }
     handler.is_open = element == "level" || element == "contourLevel";
@@ -69,7 +71,8 @@ std::string entry_number(const std::string& name) {
 
 std::optional<double> contour_level_in(const fs::path& file) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMostContourBytes || error) {
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMostContourBytes ||
+      error) {
     return std::nullopt;
   }
   const std::string text = InputFile(file).beginning(kMostContourBytes);

@@ -1,4 +1,4 @@
-// The contour level that the authors of a map recommend, as the EMDB tells it beside the map.
+// The contour level that the authors of a map recommend, from the EMDB header beside the map.
 #pragma once
 
 #include <filesystem>

@@ -162,7 +162,7 @@ void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHe
   place_by_coordinates(path, coordinates, axes, header, notices);
 }
 
-// As the scale of the first dimension tells them.
+// From the scale of the first dimension.
 SourceTimes times_along(hid_t dataset, hsize_t count) {
   SourceTimes times{.count = static_cast<std::int64_t>(std::min<hsize_t>(count, hsize_t{1} << 62))};
   if (count < 2 || H5DSget_num_scales(dataset, 0) <= 0) return times;

@@ -210,7 +210,7 @@ TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {.triangles = 1e4}).size(), 1U);
 }
 
-// The step before the last has the request's own model, and all that is asked of it.
+// The step before the last has the request's own model with all its options.
 bool has_certified(const std::vector<Shown>& steps, const IsosurfaceRequest& request) {
   if (steps.size() < 2) return false;
   const StepRequest& step = steps[steps.size() - 2].step;
@@ -323,7 +323,8 @@ TEST(RefinementPlan, PreviewsHaveShellsWhereTheClientDecodesThem) {
     EXPECT_FALSE(step.request.simplify);
     EXPECT_TRUE(step.finest_spacing > 1 || i + 2 == steps.size()) << "the certified one";
   }
-  EXPECT_EQ(steps.back().step, final_step(kHalf)) << "who keeps the mesh gets what it asked for";
+  EXPECT_EQ(steps.back().step, final_step(kHalf))
+      << "a client that keeps the mesh gets the requested step";
 }
 
 TEST(RefinementPlan, ShellsOfPreviewsHaveTheFewestLevels) {

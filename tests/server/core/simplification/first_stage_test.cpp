@@ -12,7 +12,7 @@ namespace {
 
 class FirstStages : public Simplifying {
  protected:
-  // Of a lattice step; the shortest is 1.
+  // Edge lengths in lattice steps; the shortest is 1.
   Vec3 proportions_ = scaled(step_, 1 / *std::min_element(step_.begin(), step_.end()));
 
   [[nodiscard]] FirstStage simplified(double limit) const {
@@ -43,7 +43,7 @@ TEST_P(FirstStages, KeepTopologyBorderAndVertices) {
   }
 }
 
-// One way point by point, with the error that is told there; the other way with the largest.
+// One way point by point, with the error there; the other way with the largest.
 TEST_P(FirstStages, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);

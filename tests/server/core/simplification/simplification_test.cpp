@@ -173,7 +173,7 @@ TEST(Simplification, OfAPlaneLeavesItsBorder) {
   EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
 }
 
-// Of a triangle: 1 with equal sides, 0 when it is degenerate.
+// The quality of a triangle: 1 with equal sides, 0 when it is degenerate.
 double regularity(const SurfaceTriangle& t) {
   const Vec3 a = difference(t[1], t[0]);
   const Vec3 b = difference(t[2], t[0]);

@@ -43,7 +43,7 @@ IsosurfaceRequest random_request(const DatasetInfo& info, std::mt19937_64& rando
   return request;
 }
 
-// Within the extent of the samples, where thresholds are asked for.
+// Within the extent of the samples, where thresholds are evaluated.
 Vec3 random_grid_place(const DatasetInfo& info, std::mt19937_64& random) {
   Vec3 place;
   for (std::size_t axis = 0; axis < 3; ++axis) {

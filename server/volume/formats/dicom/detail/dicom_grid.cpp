@@ -14,10 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kOnGrid = 0.1;      // Of a step: how far a slice may be from its place.
-constexpr double kTold = 0.01;       // Of a step: a deviation that is worth a notice.
-constexpr double kTilt = 1e-3;       // Cosine of an axis with the step from slice to slice.
-constexpr double kMostSlices = 1e5;  // Of a grid that slices are interpolated to.
+// How far a slice may be from its place, in steps.
+constexpr double kOnGrid = 0.1;
+// The least deviation that gives a warning, in steps.
+constexpr double kTold = 0.01;
+constexpr double kTilt = 1e-3;  // Cosine of an axis with the step from slice to slice.
+// The most slices of an interpolated grid.
+constexpr double kMostSlices = 1e5;
 
 double usual_gap(const std::vector<DicomImage>& stack) {
   std::vector<double> gaps;
