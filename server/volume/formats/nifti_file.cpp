@@ -81,12 +81,23 @@ bool is_version_2(std::string_view beginning) {
   return magic == std::string_view("n+2\0", 4) || magic == std::string_view("ni2\0", 4);
 }
 
-// Analyze 7.5: the same places, without the mark, and always in two files.
+// The bits of a sample agree with its type, as they do in every header of Analyze.
+bool has_bits_of_its_type(const HeaderBytes& header) {
+  constexpr std::array<std::pair<int, int>, 5> kBits = {
+      {{2, 8}, {4, 16}, {8, 32}, {16, 32}, {64, 64}}};
+  const std::pair<int, int> stated{header.at<std::int16_t>(70), header.at<std::int16_t>(72)};
+  return std::find(kBits.begin(), kBits.end(), stated) != kBits.end();
+}
+
+// Analyze 7.5: the same places, without the mark, and always in two files. "regular" is 'r';
+// nibabel and others leave it 0.
 bool is_analyze(std::string_view beginning) {
   const auto endian = endian_of(beginning, kVersion1Bytes);
-  if (!endian || is_version_1(beginning) || beginning[38] != 'r') return false;
+  if (!endian || is_version_1(beginning)) return false;
   const HeaderBytes bytes(std::string(beginning.substr(0, kVersion1Bytes)), *endian);
-  return bytes.at<std::int16_t>(40) >= 1 && bytes.at<std::int16_t>(40) <= 7;
+  const bool is_marked =
+      beginning[38] == 'r' || (beginning[38] == 0 && has_bits_of_its_type(bytes));
+  return is_marked && bytes.at<std::int16_t>(40) >= 1 && bytes.at<std::int16_t>(40) <= 7;
 }
 
 NiftiHeader header_in(const std::string& beginning) {

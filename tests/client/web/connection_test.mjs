@@ -136,7 +136,7 @@ async function takesOverTheAddress(page) {
 
 async function tellsWhatItPassesOver(page) {
   await open(page, "#dataset=gyroid&isovalue=0.3&error=-4&shading=velvet");
-  await notice(page, /means nothing here: error=-4, shading=velvet\./);
+  await notice(page, /Ignored in the URL: error=-4, shading=velvet\./);
   const shown = await complete(page);
   await saysSettings(page, "dataset=gyroid&isovalue=0.3");
   await edit(page, "dataset=gyroid&isovalue=much&<b>x</b>=1");
