@@ -13,12 +13,10 @@
 
 #include <jpeglib.h>
 
-#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/image_slice.hpp"
 
 namespace multitetra {
 namespace {
-
-namespace fs = std::filesystem;
 
 // A JPEG in memory while libjpeg reads it. libjpeg's errors leave by longjmp, so the functions that
 // call it have no objects of their own.
@@ -99,47 +97,10 @@ class JpegReading {
   jpeg_decompress_struct jpeg_{};
 };
 
-class JpegSlice : public StoredSlices {
- public:
-  JpegSlice(fs::path file, std::unique_ptr<JpegReading> reading, const ImageHeader& header)
-      : file_(std::move(file)), reading_(std::move(reading)), header_(header) {}
-
-  void read(std::size_t /*first*/, std::size_t /*count*/, std::byte* into) override {
-    if (samples_.empty()) decode();
-    std::memcpy(into, samples_.data(), samples_.size());
-  }
-
- private:
-  void decode() {
-    std::vector<std::byte> samples(header_.slice_bytes());
-    const std::size_t row_bytes = samples.size() / static_cast<std::size_t>(header_.dims[1]);
-    if (!reading_->read_rows(samples.data(), row_bytes)) {
-      fail_reading(file_, "it is damaged (libjpeg: " + reading_->problem() + ")",
-                   "Get a whole copy of it");
-    }
-    reading_.reset();
-    samples_ = std::move(samples);
-  }
-
-  fs::path file_;
-  std::unique_ptr<JpegReading> reading_;  // Until the samples are decoded.
-  ImageHeader header_;
-  std::vector<std::byte> samples_;
-};
-
 }  // namespace
 
-StoredVolume open_jpeg(const fs::path& path) {
-  const InputFile file(path);
-  auto reading = std::make_unique<JpegReading>(file.beginning(file.size()));
-  if (!reading->read_header()) {
-    fail_reading(path, "it is no whole JPEG image (libjpeg: " + reading->problem() + ")",
-                 "Get a whole copy of it");
-  }
-  const ImageHeader header = reading->header();
-  check_header(path, header);
-  return {.header = header,
-          .slices = std::make_unique<JpegSlice>(path, std::move(reading), header)};
+StoredVolume open_jpeg(const std::filesystem::path& path) {
+  return open_image<JpegReading>(path, "JPEG", "libjpeg");
 }
 
 }  // namespace multitetra

@@ -8,12 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/image_slice.hpp"
 
 namespace multitetra {
 namespace {
-
-namespace fs = std::filesystem;
 
 // A PNG in memory while libpng reads it. libpng leaves its functions by longjmp, so those that call
 // it have no objects of their own.
@@ -38,11 +36,12 @@ class PngReading {
     png_read_update_info(png_, info_);
     return true;
   }
-  [[nodiscard]] bool read_rows(png_bytep* rows) {
-    if (setjmp(png_jmpbuf(png_)) != 0) return false;
-    png_read_image(png_, rows);
-    png_read_end(png_, nullptr);
-    return true;
+  [[nodiscard]] bool read_rows(std::byte* into, std::size_t row_bytes) {
+    rows_.clear();
+    for (std::uint32_t row = 0; row < png_get_image_height(png_, info_); ++row) {
+      rows_.push_back(reinterpret_cast<png_bytep>(into + row * row_bytes));
+    }
+    return read_rows();
   }
 
   [[nodiscard]] ImageHeader header() const {
@@ -55,6 +54,12 @@ class PngReading {
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
  private:
+  [[nodiscard]] bool read_rows() {
+    if (setjmp(png_jmpbuf(png_)) != 0) return false;
+    png_read_image(png_, rows_.data());
+    png_read_end(png_, nullptr);
+    return true;
+  }
   static void on_error(png_structp png, png_const_charp text) {
     static_cast<PngReading*>(png_get_error_ptr(png))->problem_ = text;
     png_longjmp(png, 1);
@@ -70,54 +75,15 @@ class PngReading {
   std::string bytes_;
   std::size_t at_ = 0;
   std::string problem_;
+  std::vector<png_bytep> rows_;
   png_structp png_;
   png_infop info_;
 };
 
-class PngSlice : public StoredSlices {
- public:
-  PngSlice(fs::path file, std::unique_ptr<PngReading> reading, const ImageHeader& header)
-      : file_(std::move(file)), reading_(std::move(reading)), header_(header) {}
-
-  void read(std::size_t /*first*/, std::size_t /*count*/, std::byte* into) override {
-    if (samples_.empty()) decode();
-    std::memcpy(into, samples_.data(), samples_.size());
-  }
-
- private:
-  void decode() {
-    std::vector<std::byte> samples(header_.slice_bytes());
-    const std::size_t row_bytes = samples.size() / static_cast<std::size_t>(header_.dims[1]);
-    std::vector<png_bytep> rows;
-    for (std::size_t at = 0; at < samples.size(); at += row_bytes) {
-      rows.push_back(reinterpret_cast<png_bytep>(samples.data() + at));
-    }
-    if (!reading_->read_rows(rows.data())) {
-      fail_reading(file_, "it is damaged (libpng: " + reading_->problem() + ")",
-                   "Get a whole copy of it");
-    }
-    reading_.reset();
-    samples_ = std::move(samples);
-  }
-
-  fs::path file_;
-  std::unique_ptr<PngReading> reading_;  // Until the samples are decoded.
-  ImageHeader header_;
-  std::vector<std::byte> samples_;
-};
-
 }  // namespace
 
-StoredVolume open_png(const fs::path& path) {
-  const InputFile file(path);
-  auto reading = std::make_unique<PngReading>(file.beginning(file.size()));
-  if (!reading->read_header()) {
-    fail_reading(path, "it is no whole PNG image (libpng: " + reading->problem() + ")",
-                 "Get a whole copy of it");
-  }
-  const ImageHeader header = reading->header();
-  check_header(path, header);
-  return {.header = header, .slices = std::make_unique<PngSlice>(path, std::move(reading), header)};
+StoredVolume open_png(const std::filesystem::path& path) {
+  return open_image<PngReading>(path, "PNG", "libpng");
 }
 
 }  // namespace multitetra

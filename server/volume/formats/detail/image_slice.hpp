@@ -1,0 +1,71 @@
+// The one slice of an image file, decoded when it is first read. `Reading` is a decoder of one
+// format: read_rows(into, row_bytes) fills all rows, false with problem() where the image is
+// damaged.
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/volume/formats/detail/input_file.hpp"
+
+namespace multitetra {
+
+template <typename Reading>
+class ImageSlice : public StoredSlices {
+ public:
+  // `library` is named where the image is damaged.
+  ImageSlice(std::filesystem::path file, std::string_view library, std::unique_ptr<Reading> reading,
+             const ImageHeader& header)
+      : file_(std::move(file)), library_(library), reading_(std::move(reading)), header_(header) {}
+
+  void read(std::size_t /*first*/, std::size_t /*count*/, std::byte* into) override {
+    if (samples_.empty()) decode();
+    std::memcpy(into, samples_.data(), samples_.size());
+  }
+
+ private:
+  void decode() {
+    std::vector<std::byte> samples(header_.slice_bytes());
+    const std::size_t row_bytes = samples.size() / static_cast<std::size_t>(header_.dims[1]);
+    if (!reading_->read_rows(samples.data(), row_bytes)) {
+      fail_reading(file_,
+                   "it is damaged (" + library_ + ": " + std::string(reading_->problem()) + ")",
+                   "Get a whole copy of it");
+    }
+    reading_.reset();
+    samples_ = std::move(samples);
+  }
+
+  std::filesystem::path file_;
+  std::string library_;
+  std::unique_ptr<Reading> reading_;  // Until the samples are decoded.
+  ImageHeader header_;
+  std::vector<std::byte> samples_;
+};
+
+// The volume of one image. `format` and `library` are named where its header cannot be read.
+template <typename Reading>
+StoredVolume open_image(const std::filesystem::path& path, const std::string& format,
+                        const std::string& library) {
+  const InputFile file(path);
+  auto reading = std::make_unique<Reading>(file.beginning(file.size()));
+  if (!reading->read_header()) {
+    fail_reading(path,
+                 "it is no whole " + format + " image (" + library + ": " +
+                     std::string(reading->problem()) + ")",
+                 "Get a whole copy of it");
+  }
+  const ImageHeader header = reading->header();
+  check_header(path, header);
+  return {
+      .header = header,
+      .slices = std::make_unique<ImageSlice<Reading>>(path, library, std::move(reading), header)};
+}
+
+}  // namespace multitetra
