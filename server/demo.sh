@@ -64,7 +64,7 @@ if [ -z "$volume" ]; then
   # Skin over bone, without dust.
   picture=(--isovalue -300.5,300.5 --surface-color '#e0ac8d,#f3ead6' --opacity 0.45,1 --min-component 20 --azimuth 40)
   dataset=(--dataset visible_female_head)
-  look='&isovalue=-300.5&colour=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20&axes=false'
+  look='&isovalue=-300.5&color=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20&axes=false'
 fi
 
 echo "== Preparing $volume"

@@ -41,17 +41,17 @@ void add_estimate(Command& app, EstimateArguments& a) {
 
 int estimate(const EstimateArguments& arguments) {
   if (arguments.order.surface.query.isovalues.size() > 1) {
-    return complain(kUsage, "--isovalue: an estimate is about one surface; give one isovalue.");
+    return print_error(kUsage, "--isovalue: an estimate is about one surface; give one isovalue.");
   }
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
   const auto reply = surface->client.estimate(surface->info.name, surface->requests.front());
-  if (!reply) return complain(reply.error());
+  if (!reply) return print_error(reply.error());
   if (arguments.json) {
     const Json report = {{"server", to_string(surface->server)},
                          {"dataset", surface->info.name},
                          {"parameters", json_of(surface->requests.front())},
-                         {"notices", surface->notices.told()},
+                         {"notices", surface->notices.texts()},
                          {"triangles", reply->triangles},
                          {"bytes", reply->bytes},
                          {"threshold_world", reply->threshold_world}};

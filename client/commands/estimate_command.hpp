@@ -1,7 +1,7 @@
 // `multitetra-client estimate`: how large a mesh would be, before it is fetched.
 #pragma once
 
-#include "client/commands/ordered_surface.hpp"
+#include "client/commands/connected_request.hpp"
 #include "common/cli/command.hpp"
 
 namespace multitetra {

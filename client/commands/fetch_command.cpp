@@ -10,7 +10,7 @@
 #include "client/commands/program.hpp"
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"
-#include "client/library/tile_folder.hpp"
+#include "client/library/tile_disk_cache.hpp"
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
@@ -134,9 +134,9 @@ class KeptTiles {
   [[nodiscard]] FetchOptions fetch_options(FetchReport& report) {
     report.tiles_held = memory_.size();
     RetryOptions retries = retry_options(arguments_);
-    retries.on_retry = [&report, tell = std::move(retries.on_retry)](const Retry& retry) {
+    retries.on_retry = [&report, print_retry = std::move(retries.on_retry)](const Retry& retry) {
       ++report.reconnections;
-      tell(retry);
+      print_retry(retry);
     };
     return {.retries = std::move(retries),
             .tiles = &memory_,
@@ -153,8 +153,8 @@ class KeptTiles {
  private:
   const FetchArguments& arguments_;
   AssemblerLimits limits_;
-  TileMemory memory_;
-  std::optional<TileFolder> folder_;
+  DecodedTileCache memory_;
+  std::optional<TileDiskCache> folder_;
 };
 
 // The step without its mesh, which a report does not need.
@@ -170,7 +170,7 @@ FetchedStep for_report(const FetchedStep& fetched) {
 
 // Fetches and checks one surface.
 ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
-                                       OrderedSurface& surface, const Output& output,
+                                       ConnectedRequest& surface, const Output& output,
                                        KeptTiles& kept, FetchReport& report) {
   const DatasetInfo& info = surface.info;
   const auto final_step = surface.client.fetch(
@@ -182,13 +182,13 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
       kept.fetch_options(report));
   if (!final_step) return tl::unexpected(final_step.error());
   if (final_step->step->topology.triangles == 0) {
-    surface.notices.tell(empty_surface_text(report.open.request, info));
+    surface.notices.add(empty_surface_text(report.open.request, info));
   }
   const LatticeMesh& mesh = final_step->step->mesh;
   report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
   OutputSurface written = output.surface_of(*final_step);
   const std::string left_out = left_out_text(written, arguments.order.surface);
-  if (!left_out.empty()) surface.notices.tell("The file has " + left_out + ".");
+  if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
   const std::string accuracy = accuracy_text(*final_step->step);
   if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
   return written;
@@ -199,9 +199,9 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
 int fetch(const FetchArguments& arguments) {
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
-    return complain(kUsage, "\"" + arguments.mesh +
-                                "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb, "
-                                ".drc or .vtp.");
+    return print_error(kUsage, "\"" + arguments.mesh +
+                                   "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb, "
+                                   ".drc or .vtp.");
   }
 
   const std::vector<Part> parts = parts_of(arguments, *format);
@@ -233,9 +233,9 @@ int fetch(const FetchArguments& arguments) {
          .open = {.dataset = info.name,
                   .request = surface->requests[i],
                   .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
-                  .held = {},
+                  .cached_tile_digests = {},
                   .scalars = surface->scalars},
-         .notices = surface->notices.told(),
+         .notices = surface->notices.texts(),
          .coordinates = std::string(name(arguments.order.surface.query.coordinates)),
          .mesh_file = {},
          .steps = {}});
@@ -243,15 +243,15 @@ int fetch(const FetchArguments& arguments) {
     if (!part) {
       reports.back().error = part.error().error;
       output.report(reports);
-      return complain(part.error());
+      return print_error(part.error());
     }
     surfaces.push_back(*std::move(part));
-    reports.back().notices = surface->notices.told();
+    reports.back().notices = surface->notices.texts();
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (surfaces[i].components > 0 || arguments.order.surface.allow_empty) continue;
     output.report(reports);
-    return complain(kEmptySurface, not_written_text(parts[i].mesh_file));
+    return print_error(kEmptySurface, not_written_text(parts[i].mesh_file));
   }
   output.final_steps(parts, surfaces);
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -263,8 +263,8 @@ int fetch(const FetchArguments& arguments) {
 }
 
 void add_fetch(Command& app, FetchArguments& a) {
-  Command* command = app.add_subcommand(
-      "fetch", "Fetch an isosurface, check it and write it as a mesh file");
+  Command* command =
+      app.add_subcommand("fetch", "Fetch an isosurface, check it and write it as a mesh file");
   add_order_options(
       *command, a.order,
       {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize, FieldGroup::kColors});

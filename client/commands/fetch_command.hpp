@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "client/commands/ordered_surface.hpp"
+#include "client/commands/connected_request.hpp"
 #include "common/cli/command.hpp"
 
 namespace multitetra {

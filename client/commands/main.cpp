@@ -2,9 +2,9 @@
 #include <iostream>
 #include <string>
 
+#include "client/commands/connected_request.hpp"
 #include "client/commands/estimate_command.hpp"
 #include "client/commands/fetch_command.hpp"
-#include "client/commands/ordered_surface.hpp"
 #include "client/commands/program.hpp"
 #include "client/commands/snapshot_command.hpp"
 #include "client/commands/view_command.hpp"

@@ -15,17 +15,17 @@ inline const std::string kExitCodes =
     "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed,\n"
     "6 the surface is empty.";
 
-inline ExitCode complain(ExitCode code, const std::string& text) {
-  complain(kProgram, text);
+inline ExitCode print_error(ExitCode code, const std::string& text) {
+  print_error(kProgram, text);
   return code;
 }
 
-inline ExitCode complain(const ClientError& trouble) {
-  const std::string prefix = trouble.trouble == Trouble::kServer  ? "server: "
-                             : trouble.trouble == Trouble::kCheck ? "a check failed: "
-                                                                  : "";
-  return complain(trouble.trouble == Trouble::kCheck ? kCheckFailed : kFailed,
-                  prefix + trouble.error.text);
+inline ExitCode print_error(const ClientError& failure) {
+  const std::string prefix = failure.source == ErrorSource::kServer  ? "server: "
+                             : failure.source == ErrorSource::kCheck ? "a check failed: "
+                                                                     : "";
+  return print_error(failure.source == ErrorSource::kCheck ? kCheckFailed : kFailed,
+                     prefix + failure.error.text);
 }
 
 }  // namespace multitetra

@@ -69,7 +69,7 @@ Json surface_json(const TakenSurface& surface) {
           {"bytes", surface.bytes}};
 }
 
-Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface,
+Json report_of(const SnapshotArguments& arguments, const ConnectedRequest& surface,
                const PictureSize& size, const Taken& taken) {
   Json json = {{"server", to_string(surface.server)}, {"dataset", surface.info.name}};
   if (taken.surfaces.size() == 1) {
@@ -78,7 +78,7 @@ Json report_of(const SnapshotArguments& arguments, const OrderedSurface& surface
     json["surfaces"] = Json::array();
     for (const TakenSurface& each : taken.surfaces) json["surfaces"].push_back(surface_json(each));
   }
-  json.update({{"notices", surface.notices.told()},
+  json.update({{"notices", surface.notices.texts()},
                {"picture_file", arguments.picture},
                {"width", size.width},
                {"height", size.height},
@@ -104,8 +104,8 @@ void print(const SnapshotArguments& arguments, const PictureSize& size, const Ta
             << ", drawn in " << human_seconds(taken.draw_seconds) << "\n";
 }
 
-// How the surfaces look: as many as isovalues, each with its opacity and colour. One alone has the
-// usual colour. kInvalidArgument, naming the option.
+// How the surfaces look: as many as isovalues, each with its opacity and color. One alone has the
+// usual color. kInvalidArgument, naming the option.
 Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
   const auto wrong = [](const std::string& text) {
     return fail(ErrorCode::kInvalidArgument, text);
@@ -134,7 +134,7 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
       const std::string& text = arguments.surface_colors[i % arguments.surface_colors.size()];
       const auto color = color_from(text);
       if (!color) {
-        return wrong("--surface-color: \"" + text + "\" is no colour; one looks like #dd8265.");
+        return wrong("--surface-color: \"" + text + "\" is no color; one looks like #dd8265.");
       }
       const auto part = [&](int shift) {
         return light_of(static_cast<int>(*color >> shift & 255));
@@ -150,7 +150,7 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
 }
 
 // Fetches every surface that was ordered.
-ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSurface& surface) {
+ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surface) {
   Taken taken;
   const auto asked = Clock::now();
   for (const IsosurfaceRequest& request : surface.requests) {
@@ -158,7 +158,7 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSu
                                               {.dataset = surface.info.name,
                                                .request = request,
                                                .steps = StepPolicy::kFinalOnly,
-                                               .held = {},
+                                               .cached_tile_digests = {},
                                                .scalars = surface.scalars},
                                               [](const FetchedStep&) {});
     if (!fetched) return tl::unexpected(fetched.error());
@@ -172,10 +172,10 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, OrderedSu
     const std::string accuracy = accuracy_text(step);
     if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
     if (each.topology.triangles == 0) {
-      surface.notices.tell(empty_surface_text(request, surface.info));
+      surface.notices.add(empty_surface_text(request, surface.info));
     }
     const std::string left_out = left_out_text(each.drawn, arguments.order.surface);
-    if (!left_out.empty()) surface.notices.tell("The picture has " + left_out + ".");
+    if (!left_out.empty()) surface.notices.add("The picture has " + left_out + ".");
     taken.surfaces.push_back(std::move(each));
   }
   taken.fetch_seconds = seconds_since(asked);
@@ -210,26 +210,26 @@ Result<PictureSize> parse_picture_size(const std::string& text) {
 
 int snapshot(const SnapshotArguments& arguments) {
   if (!arguments.picture.ends_with(".png")) {
-    return complain(kUsage, "\"" + arguments.picture +
-                                "\" is no name of a picture; pictures are PNG files, *.png.");
+    return print_error(kUsage, "\"" + arguments.picture +
+                                   "\" is no name of a picture; pictures are PNG files, *.png.");
   }
   const auto size = parse_picture_size(arguments.size);
-  if (!size) return complain(kUsage, size.error().text);
+  if (!size) return print_error(kUsage, size.error().text);
   auto looks = looks_of(arguments);
-  if (!looks) return complain(kUsage, looks.error().text);
+  if (!looks) return print_error(kUsage, looks.error().text);
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();
   if (const auto shared = share_budget(*surface); !shared) return shared.error();
   auto taken = taken_surfaces(arguments, *surface);
-  if (!taken) return complain(taken.error());
+  if (!taken) return print_error(taken.error());
   const bool is_any_empty =
       std::any_of(taken->surfaces.begin(), taken->surfaces.end(),
                   [](const TakenSurface& each) { return each.topology.triangles == 0; });
   if (is_any_empty && !arguments.order.surface.allow_empty) {
     if (arguments.json) std::cout << text_of(report_of(arguments, *surface, *size, *taken));
-    return complain(kEmptySurface, not_written_text(arguments.picture));
+    return print_error(kEmptySurface, not_written_text(arguments.picture));
   }
   const auto came = Clock::now();
   const Camera camera = framing(middle_of(*taken), arguments.azimuth, arguments.elevation,

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "client/commands/ordered_surface.hpp"
+#include "client/commands/connected_request.hpp"
 #include "client/picture/camera.hpp"
 #include "common/cli/command.hpp"
 

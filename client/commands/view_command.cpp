@@ -74,7 +74,7 @@ void add_view(Command& app, ViewArguments& a) {
       continue;
     }
     add_request_option(*command, field, [&a, &field](const std::string& text) {
-      const Objection wrong = field.set(field, text, a.query);
+      const FieldError wrong = field.set(field, text, a.query);
       const bool is_count = field.name == "max_triangles";
       a.fields.emplace_back(field.name,
                             is_count ? std::to_string(a.query.request.max_triangles) : text);
@@ -121,7 +121,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
 
 int view(const ViewArguments& arguments) {
   const auto address = viewer_address(arguments);
-  if (!address) return complain(kUsage, address.error().text);
+  if (!address) return print_error(kUsage, address.error().text);
   std::cout << *address << "\n";
   return kOk;
 }

@@ -64,12 +64,12 @@ std::optional<double> distance_bound(const StepBegin& begin) {
 
 Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, AssemblerLimits limits)
     : info_(std::move(info)),
-      held_(named_in(std::move(held), open.held)),
-      ledger_(info_, std::move(open), digests_of(held_), limits) {}
+      held_(named_in(std::move(held), open.cached_tile_digests)),
+      validator_(info_, std::move(open), digests_of(held_), limits) {}
 
 Result<Progress> Assembler::receive(const ServerMessage& message) {
   if (failed_) return tl::unexpected(*failed_);
-  const auto accepted = ledger_.accept(message);
+  const auto accepted = validator_.accept(message);
   if (accepted && !*accepted) return Progress{};
   auto progress = accepted ? std::visit([this](const auto& m) { return take(m); }, message)
                            : Result<Progress>(tl::unexpected(accepted.error()));
@@ -101,7 +101,7 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
 }
 
 Result<Progress> Assembler::take(const Tile& tile) {
-  const StepBegin& begin = ledger_.step();
+  const StepBegin& begin = validator_.step();
   const TileSummary& promised = begin.tiles[tile.index];
   if (begin.shell) {
     const auto checked = check_shell_tile(*tile.payload, promised, shell_form(begin));
@@ -130,7 +130,7 @@ Result<void> Assembler::decode_waiting() {
   const std::vector<WaitingTile> waiting = std::exchange(waiting_, {});
   waiting_triangles_ = 0;
   if (waiting.empty()) return {};
-  const StepBegin& begin = ledger_.step();
+  const StepBegin& begin = validator_.step();
   const ShellTileForm form = shell_form(begin);
   std::vector<Result<LatticeMesh>> decoded(waiting.size());
   in_parallel(waiting.size(), [&](std::size_t i) {
@@ -150,7 +150,7 @@ Result<void> Assembler::decode_waiting() {
 }
 
 Result<Progress> Assembler::take(const TileScalars& scalars) {
-  const StepBegin& begin = ledger_.step();
+  const StepBegin& begin = validator_.step();
   const std::string name = tile_name(begin, scalars.index);
   auto values = decode_scalars(*scalars.codes, tiles_[scalars.index]->vertices, *begin.scalars);
   if (!values) return step_fault(scalars.step, name + ": " + values.error().text);
@@ -163,7 +163,7 @@ Result<Progress> Assembler::take(const TileScalars& scalars) {
 }
 
 Result<LatticeMesh> Assembler::welded_step() const {
-  const StepBegin& begin = ledger_.step();
+  const StepBegin& begin = validator_.step();
   const int resolution = begin.request.lattice_resolution;
   if (!begin.scalars) return welded(tiles_, resolution);
   std::vector<TilePtr> tiles;
@@ -179,8 +179,8 @@ Result<LatticeMesh> Assembler::welded_step() const {
   return welded(tiles, resolution);
 }
 
-JoinedTiles Assembler::joined_step(const DataBorder& border) const {
-  const StepBegin& begin = ledger_.step();
+MergedTiles Assembler::joined_step(const DataBorder& border) const {
+  const StepBegin& begin = validator_.step();
   std::vector<TileInCube> tiles;
   for (std::size_t i = 0; i < tiles_.size(); ++i) {
     tiles.push_back({.mesh = tiles_[i].get(), .cube = begin.tiles[i].cube, .marched = marched_[i]});
@@ -188,12 +188,12 @@ JoinedTiles Assembler::joined_step(const DataBorder& border) const {
   const ForEachTile for_each = [](std::size_t count, const std::function<void(std::size_t)>& body) {
     in_parallel(count, body);
   };
-  return joined_tiles(tiles, begin.request.lattice_resolution, border, for_each);
+  return merged_tiles(tiles, begin.request.lattice_resolution, border, for_each);
 }
 
 double Assembler::largest_deviation() const {
   double largest = 0;
-  for (const TileSummary& tile : ledger_.step().tiles) {
+  for (const TileSummary& tile : validator_.step().tiles) {
     const auto values = scalars_.find(tile.digest);
     if (values != scalars_.end()) largest = std::max(largest, values->second.largest_deviation);
   }
@@ -201,7 +201,7 @@ double Assembler::largest_deviation() const {
 }
 
 Result<Progress> Assembler::take(const StepEnd& end) {
-  const StepBegin& begin = ledger_.step();
+  const StepBegin& begin = validator_.step();
   if (const auto decoded = decode_waiting(); !decoded) return tl::unexpected(decoded.error());
   auto step = std::make_shared<CommittedStep>();
   step->begin = begin;
@@ -209,7 +209,7 @@ Result<Progress> Assembler::take(const StepEnd& end) {
   const DataBorder border = data_border(info_, begin.request.lattice_resolution,
                                         begin.request.topology_tolerance, begin.finest_spacing);
   if (begin.shell) {
-    JoinedTiles joined = joined_step(border);
+    MergedTiles joined = joined_step(border);
     step->mesh = std::move(joined.mesh);
     step->topology = joined.topology;
   } else {

@@ -4,10 +4,10 @@
 //   Result<Progress> progress = assembler.receive(message);
 //
 // A step is returned only when all its tiles have arrived and every check has passed; until then
-// the previous step stays shown, so no state has a crack. The checks: those of StreamLedger (order,
-// manifest, counts, digests); each tile against the manifest; that the welded mesh is sound, its
-// edges shared by two triangles everywhere but on the data's border; and that all steps which
-// preserve the topology have the same Euler characteristic and number of components.
+// the previous step stays shown, so no state has a crack. The checks: those of StreamValidator
+// (order, manifest, counts, digests); each tile against the manifest; that the welded mesh is
+// sound, its edges shared by two triangles everywhere but on the data's border; and that all steps
+// which preserve the topology have the same Euler characteristic and number of components.
 //
 // Nothing that the server sends is trusted. A failed check is an Error that names the step and, if
 // it concerns one, the tile; from then on the assembler returns that error only.
@@ -21,8 +21,8 @@
 #include <variant>
 #include <vector>
 
-#include "client/library/stream_ledger.hpp"
-#include "common/mesh/joined_tiles.hpp"
+#include "client/library/stream_validator.hpp"
+#include "common/mesh/merged_tiles.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/wire/messages.hpp"
@@ -97,7 +97,7 @@ class Assembler {
   // The tiles of the pending step as one mesh, with their scalars if it has some.
   [[nodiscard]] Result<LatticeMesh> welded_step() const;
   // The same of sample shells, and its topology.
-  [[nodiscard]] JoinedTiles joined_step(const DataBorder& border) const;
+  [[nodiscard]] MergedTiles joined_step(const DataBorder& border) const;
   // The largest deviation of the pending step's scalars.
   [[nodiscard]] double largest_deviation() const;
   [[nodiscard]] std::optional<std::string> topology_fault(const StepBegin& begin,
@@ -116,7 +116,7 @@ class Assembler {
 
   DatasetInfo info_;
   HeldTiles held_;
-  StreamLedger ledger_;
+  StreamValidator validator_;
   std::vector<TilePtr> tiles_;  // Of the step; null: not there yet.
   // Where a tile was marched by this assembler; none of those that were held before.
   std::vector<std::optional<MarchedBox>> marched_;

@@ -9,7 +9,7 @@ using Clock = std::chrono::steady_clock;
 namespace {
 
 tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
-  return fail(Trouble::kServer,
+  return fail(ErrorSource::kServer,
               {ErrorCode::kUnexpectedMessage,
                std::string("The server answered with another message than ") + awaited + "."});
 }
@@ -18,9 +18,9 @@ tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
 template <typename Awaited>
 ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
   auto message = socket.receive();
-  if (!message) return fail(Trouble::kNetwork, message.error());
+  if (!message) return fail(ErrorSource::kNetwork, message.error());
   if (const auto* refused = std::get_if<ErrorReply>(&*message)) {
-    return fail(Trouble::kServer, refused->error);
+    return fail(ErrorSource::kServer, refused->error);
   }
   if (auto* answer = std::get_if<Awaited>(&*message)) return std::move(*answer);
   return unexpected_answer(awaited);
@@ -31,17 +31,17 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsCon
                                             const ClientOptions& options) {
   auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls}, options.deadline,
                                        options.interrupt);
-  if (!socket) return fail(Trouble::kNetwork, socket.error());
+  if (!socket) return fail(ErrorSource::kNetwork, socket.error());
   const Hello hello{.min_version = kProtocolVersion,
                     .max_version = kProtocolVersion,
                     .codecs = options.codecs,
                     .token = options.token,
                     .agent = options.agent};
-  if (auto sent = socket->send(hello); !sent) return fail(Trouble::kNetwork, sent.error());
+  if (auto sent = socket->send(hello); !sent) return fail(ErrorSource::kNetwork, sent.error());
   const auto welcome = receive<Welcome>(*socket, "Welcome");
   if (!welcome) return tl::unexpected(welcome.error());
   if (welcome->version != kProtocolVersion) {
-    return fail(Trouble::kServer,
+    return fail(ErrorSource::kServer,
                 {ErrorCode::kUnsupportedVersion,
                  "It welcomes with protocol version " + std::to_string(welcome->version) +
                      "; this client supports version " + std::to_string(kProtocolVersion) + "."});
@@ -61,7 +61,7 @@ ClientResult<Client> Client::connect(const Endpoint& server, ClientOptions optio
   TlsContextPtr tls;
   if (server.is_secure()) {
     auto trusting = client_tls(options.trust);
-    if (!trusting) return fail(Trouble::kNetwork, trusting.error());
+    if (!trusting) return fail(ErrorSource::kNetwork, trusting.error());
     tls = *std::move(trusting);
   }
   auto socket = welcomed_socket(server, tls, options);
@@ -94,7 +94,7 @@ ClientResult<EstimateReply> Client::estimate(const std::string& dataset,
 
 ClientResult<void> Client::share_budget(const std::string& dataset,
                                         std::vector<IsosurfaceRequest>& requests) {
-  if (!must_share(requests)) return {};
+  if (!needs_shared_budget(requests)) return {};
   std::vector<EstimatedSize> sizes;
   for (IsosurfaceRequest alone : requests) {
     alone.max_triangles = alone.max_bytes = 0;
@@ -111,7 +111,7 @@ ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRe
   if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
   auto reply = receive<SliceReply>(socket_, "SliceReply");
   if (reply && (reply->width != request.width || reply->height != request.height)) {
-    return fail(Trouble::kCheck,
+    return fail(ErrorSource::kCheck,
                 {ErrorCode::kDamagedData, "The slice that came has other pixels than requested."});
   }
   return reply;
@@ -122,32 +122,32 @@ ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRe
   if (auto sent = send(asked); !sent) return tl::unexpected(sent.error());
   auto reply = receive<ProbeReply>(socket_, "ProbeReply");
   if (reply && reply->places.size() != request.places.size()) {
-    return fail(Trouble::kCheck,
+    return fail(ErrorSource::kCheck,
                 {ErrorCode::kDamagedData, "The answer has other places than requested."});
   }
   return reply;
 }
 
 ClientResult<void> Client::send(const ClientMessage& message) {
-  if (auto sent = socket_.send(message); !sent) return fail(Trouble::kNetwork, sent.error());
-  ask_for_life_at_ = Clock::now() + options_.timeout / 2;
+  if (auto sent = socket_.send(message); !sent) return fail(ErrorSource::kNetwork, sent.error());
+  next_ping_at_ = Clock::now() + options_.timeout / 2;
   return {};
 }
 
 ClientResult<std::optional<ServerMessage>> Client::receive_within(
-    std::chrono::milliseconds patience) {
-  const Clock::time_point until = Clock::now() + patience;
+    std::chrono::milliseconds max_wait) {
+  const Clock::time_point until = Clock::now() + max_wait;
   for (;;) {
-    const auto left = std::min(until, ask_for_life_at_) - Clock::now();
+    const auto left = std::min(until, next_ping_at_) - Clock::now();
     auto message = socket_.receive_within(
         std::max(std::chrono::ceil<std::chrono::milliseconds>(left), std::chrono::milliseconds(0)));
-    if (!message) return fail(Trouble::kNetwork, message.error());
-    if (*message) ask_for_life_at_ = Clock::now() + options_.timeout / 2;
+    if (!message) return fail(ErrorSource::kNetwork, message.error());
+    if (*message) next_ping_at_ = Clock::now() + options_.timeout / 2;
     if (*message && !std::holds_alternative<Pong>(**message)) return *std::move(message);
     if (Clock::now() >= until) return std::nullopt;
-    if (Clock::now() >= ask_for_life_at_) {
+    if (Clock::now() >= next_ping_at_) {
       if (auto sent = send(Ping{}); !sent) return tl::unexpected(sent.error());
-      ask_for_life_at_ = Clock::time_point::max();
+      next_ping_at_ = Clock::time_point::max();
     }
   }
 }

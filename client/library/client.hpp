@@ -15,29 +15,29 @@
 #include <vector>
 
 #include "client/library/assembler.hpp"
+#include "client/library/decoded_tile_cache.hpp"
 #include "client/library/message_socket.hpp"
 #include "client/library/retries.hpp"
-#include "client/library/tile_memory.hpp"
 #include "common/net/trust.hpp"
 
 namespace multitetra {
 
 // What kind of failure it is: of the network, a refusal by the server, or data that failed a check.
-enum class Trouble { kNetwork, kServer, kCheck };
+enum class ErrorSource { kNetwork, kServer, kCheck };
 
 struct ClientError {
-  Trouble trouble = Trouble::kNetwork;
+  ErrorSource source = ErrorSource::kNetwork;
   Error error;
 };
-[[nodiscard]] inline tl::unexpected<ClientError> trouble(Trouble kind, Error error) {
+[[nodiscard]] inline tl::unexpected<ClientError> client_error(ErrorSource kind, Error error) {
   return tl::unexpected(ClientError{kind, std::move(error)});
 }
 
 template <typename T>
 using ClientResult = tl::expected<T, ClientError>;
 
-[[nodiscard]] inline tl::unexpected<ClientError> fail(Trouble trouble, Error error) {
-  return tl::unexpected(ClientError{trouble, std::move(error)});
+[[nodiscard]] inline tl::unexpected<ClientError> fail(ErrorSource source, Error error) {
+  return tl::unexpected(ClientError{source, std::move(error)});
 }
 
 struct ClientOptions {
@@ -75,8 +75,9 @@ using TileListener =
     std::function<void(const TileSummary& tile, const StepBegin& step, const std::string& payload)>;
 
 struct FetchOptions {
-  RetryOptions retries = {};    // After a lost connection; a new tile is progress.
-  TileMemory* tiles = nullptr;  // What is held already and what comes; null: one for this fetch.
+  RetryOptions retries = {};  // After a lost connection; a new tile is progress.
+  DecodedTileCache* tiles =
+      nullptr;  // What is held already and what comes; null: one for this fetch.
   TileListener on_tile = {};
 };
 
@@ -108,8 +109,8 @@ class Client {
   // Runs one stream to its end and calls `on_step` with each step that passed all checks, once.
   // When the connection is lost it connects anew and repeats the request, naming the tiles that it
   // has: no tile is sent twice (as long as no more than kMaxHeldDigests are held, see
-  // TileMemory::digests_to_name). `open` gets its request id and the digests held here. Gives the
-  // final step.
+  // DecodedTileCache::digests_to_name). `open` gets its request id and the digests held here. Gives
+  // the final step.
   [[nodiscard]] ClientResult<FetchedStep> fetch(
       const DatasetInfo& info, OpenStream open,
       const std::function<void(const FetchedStep&)>& on_step, const FetchOptions& options = {});
@@ -120,7 +121,7 @@ class Client {
   // nullopt when no whole message came within `patience`. A server that is silent for half of
   // the timeout is pinged, to distinguish a busy server from a lost one.
   [[nodiscard]] ClientResult<std::optional<ServerMessage>> receive_within(
-      std::chrono::milliseconds patience);
+      std::chrono::milliseconds max_wait);
   [[nodiscard]] std::uint64_t next_request_id() { return ++last_request_id_; }
   [[nodiscard]] const ClientOptions& options() const { return options_; }
 
@@ -132,7 +133,7 @@ class Client {
   MessageSocket socket_;
   ClientOptions options_;
   std::uint64_t last_request_id_ = 0;
-  std::chrono::steady_clock::time_point ask_for_life_at_ = {};  // When it is silent until then.
+  std::chrono::steady_clock::time_point next_ping_at_ = {};  // When it is silent until then.
 };
 
 }  // namespace multitetra

@@ -15,7 +15,7 @@ Fetch::Fetch(Client& client, const DatasetInfo& info, OpenStream open, const Fet
 ClientResult<std::optional<FetchedStep>> Fetch::next() {
   for (;;) {
     auto news = asked_ ? stream_.next(client_.options().timeout)
-                       : ClientResult<StreamNews>(tl::unexpected(asked_.error()));
+                       : ClientResult<StreamUpdate>(tl::unexpected(asked_.error()));
     if (!news) {
       if (stream_.received().tiles > tiles_before_) retries_.progress();
       tiles_before_ = stream_.received().tiles;
@@ -23,9 +23,9 @@ ClientResult<std::optional<FetchedStep>> Fetch::next() {
       asked_ = stream_.resume();
     } else if (auto* step = std::get_if<FetchedStep>(&*news)) {
       return *std::move(step);
-    } else if (const auto* end = std::get_if<StreamIsOver>(&*news)) {
+    } else if (const auto* end = std::get_if<StreamEnded>(&*news)) {
       if (end->outcome == StreamOutcome::kComplete) return std::nullopt;
-      return fail(Trouble::kServer,
+      return fail(ErrorSource::kServer,
                   {ErrorCode::kCancelled, "The server ended the stream before its final step."});
     } else if (!stream_.is_running()) {
       return std::nullopt;

@@ -26,7 +26,7 @@ class Fetch {
 
  private:
   Client& client_;
-  TileMemory own_tiles_;
+  DecodedTileCache own_tiles_;
   SurfaceStream stream_;
   Retries retries_;
   std::uint64_t tiles_before_ = 0;  // Received before the last lost connection.

@@ -175,10 +175,10 @@ Result<ServerMessage> MessageSocket::receive() {
 }
 
 Result<std::optional<ServerMessage>> MessageSocket::receive_within(
-    std::chrono::milliseconds patience) {
+    std::chrono::milliseconds max_wait) {
   State& state = *state_;
   const Clock::time_point until =
-      std::min(Clock::now() + patience + std::chrono::milliseconds(1), state.deadline);
+      std::min(Clock::now() + max_wait + std::chrono::milliseconds(1), state.deadline);
   state.receive_from_now_on();
   const auto silent_at = [&state] {
     return std::min(std::max(state.channel.last_sign(), state.asked) + state.timeout,

@@ -42,7 +42,7 @@ class MessageSocket {
   // The same with a limit of its own: nullopt when no whole message came within `patience`,
   // which is no error. The part of one that came is kept.
   [[nodiscard]] Result<std::optional<ServerMessage>> receive_within(
-      std::chrono::milliseconds patience);
+      std::chrono::milliseconds max_wait);
 
  private:
   struct State;

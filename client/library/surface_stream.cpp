@@ -10,7 +10,8 @@ using Clock = std::chrono::steady_clock;
 
 }  // namespace
 
-SurfaceStream::SurfaceStream(Client& client, TileMemory& tiles) : client_(client), tiles_(tiles) {}
+SurfaceStream::SurfaceStream(Client& client, DecodedTileCache& tiles)
+    : client_(client), tiles_(tiles) {}
 
 double SurfaceStream::seconds() const {
   return std::chrono::duration<double>(Clock::now() - started_).count();
@@ -32,7 +33,8 @@ ClientResult<void> SurfaceStream::ask() {
   }
   arrived_.clear();
   open_.request_id = client_.next_request_id();
-  open_.held = tiles_.digests_to_name(kMaxHeldDigests, open_.request.normal_bits != 0);
+  open_.cached_tile_digests =
+      tiles_.digests_to_name(kMaxHeldDigests, open_.request.normal_bits != 0);
   begun_.reset();
   assembler_.emplace(info_, open_, tiles_.tiles(), client_.options().limits);
   return client_.send(open_);
@@ -49,7 +51,7 @@ ClientResult<void> SurfaceStream::resume() {
   const auto datasets = client_.list_datasets();
   if (!datasets) return tl::unexpected(datasets.error());
   if (std::find(datasets->begin(), datasets->end(), info_) == datasets->end()) {
-    return fail(Trouble::kServer,
+    return fail(ErrorSource::kServer,
                 {ErrorCode::kUnknownDataset,
                  "After the connection was lost the server has another or no dataset \"" +
                      info_.name + "\"; fetch it anew."});
@@ -57,13 +59,13 @@ ClientResult<void> SurfaceStream::resume() {
   return ask();
 }
 
-ClientResult<StreamNews> SurfaceStream::next(std::chrono::milliseconds patience) {
-  const Clock::time_point until = Clock::now() + patience;
+ClientResult<StreamUpdate> SurfaceStream::next(std::chrono::milliseconds max_wait) {
+  const Clock::time_point until = Clock::now() + max_wait;
   while (is_running()) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(until - Clock::now());
     const auto message = client_.receive_within(std::max(left, std::chrono::milliseconds::zero()));
     if (!message) return tl::unexpected(message.error());
-    if (!*message) return NothingNew{};
+    if (!*message) return NoUpdate{};
     auto news = take(**message);
     if (!news) {
       // A server that shuts down may be restarted: such a request can be resumed.
@@ -73,30 +75,30 @@ ClientResult<StreamNews> SurfaceStream::next(std::chrono::milliseconds patience)
     if (*news) return **std::move(news);
     if (Clock::now() >= until) break;  // However much has come, there may be more.
   }
-  return NothingNew{};
+  return NoUpdate{};
 }
 
-ClientResult<std::optional<StreamNews>> SurfaceStream::take(const ServerMessage& message) {
+ClientResult<std::optional<StreamUpdate>> SurfaceStream::take(const ServerMessage& message) {
   const auto progress = assembler_->receive(message);
-  if (!progress) return fail(Trouble::kCheck, progress.error());
+  if (!progress) return fail(ErrorSource::kCheck, progress.error());
   keep(message);
   if (const auto* step = std::get_if<CommittedStepPtr>(&*progress)) return take_step(*step);
   if (const auto* refusal = std::get_if<Refusal>(&*progress)) {
-    return fail(Trouble::kServer, refusal->error);
+    return fail(ErrorSource::kServer, refusal->error);
   }
   if (const auto* end = std::get_if<StreamEnd>(&*progress)) {
     assembler_.reset();
-    return StreamIsOver{end->outcome};
+    return StreamEnded{end->outcome};
   }
   return std::nullopt;
 }
 
 // The very steps that were given before a connection was lost come again after it.
-ClientResult<std::optional<StreamNews>> SurfaceStream::take_step(const CommittedStepPtr& step) {
+ClientResult<std::optional<StreamUpdate>> SurfaceStream::take_step(const CommittedStepPtr& step) {
   const std::size_t number = step->begin.step;
   if (number < given_.size()) {
     if (given_[number] == step->end.digest) return std::nullopt;
-    return fail(Trouble::kCheck,
+    return fail(ErrorSource::kCheck,
                 {ErrorCode::kDamagedData,
                  "Step " + std::to_string(number) +
                      ": it is not the one that came before the connection was lost."});
@@ -113,7 +115,7 @@ void SurfaceStream::keep(const ServerMessage& message) {
     if (begin->step >= given_.size()) first_byte_seconds_ = seconds();
     for (const TileSummary& tile : begin->tiles) tiles_.use(tile.digest);
     begun_ = *begin;
-    note_begun(*begin, open_);
+    record_started_step(*begin, open_);
   } else if (const auto* tile = std::get_if<Tile>(&message)) {
     if (tile->request_id != open_.request_id) return;
     const TileSummary& summary = begun_->tiles[tile->index];

@@ -1,6 +1,6 @@
 // The surface that a viewer shows, across changes of the request and lost connections.
 //
-//   TileMemory tiles;
+//   DecodedTileCache tiles;
 //   SurfaceStream stream(client, tiles);
 //   stream.open(info, {.dataset = info.name, .request = first});
 //   while (...) {
@@ -15,8 +15,8 @@
 // still under way are passed over.
 //
 // Tiles that came, also those of steps that were never finished, are kept in the memory and not
-// sent again within its limits. Memory: what TileMemory allows, the tiles of the running stream
-// (AssemblerLimits), and the step shown.
+// sent again within its limits. Memory: what DecodedTileCache allows, the tiles of the running
+// stream (AssemblerLimits), and the step shown.
 #pragma once
 
 #include <chrono>
@@ -29,21 +29,21 @@
 
 #include "client/library/assembler.hpp"
 #include "client/library/client.hpp"
-#include "client/library/tile_memory.hpp"
+#include "client/library/decoded_tile_cache.hpp"
 
 namespace multitetra {
 
 // No step was completed yet; there may have been messages.
-struct NothingNew {};
-struct StreamIsOver {
+struct NoUpdate {};
+struct StreamEnded {
   StreamOutcome outcome = StreamOutcome::kComplete;
 };
-using StreamNews = std::variant<NothingNew, FetchedStep, StreamIsOver>;
+using StreamUpdate = std::variant<NoUpdate, FetchedStep, StreamEnded>;
 
 class SurfaceStream {
  public:
   // Both must outlive the stream, and nothing else may use the client while a request runs.
-  SurfaceStream(Client& client, TileMemory& tiles);
+  SurfaceStream(Client& client, DecodedTileCache& tiles);
 
   // Requests another surface, which supersedes a running one. The request id and the tiles held are
   // filled in here.
@@ -56,7 +56,7 @@ class SurfaceStream {
   // message takes (0: takes one message, if it is there): a viewer has its turn also while many
   // tiles come. Without a running request there is nothing new. After a refusal or a failed check
   // the request is over; after trouble with the network, resume() may go on with it.
-  [[nodiscard]] ClientResult<StreamNews> next(std::chrono::milliseconds patience);
+  [[nodiscard]] ClientResult<StreamUpdate> next(std::chrono::milliseconds max_wait);
 
   // Connects anew and repeats the request that ran when the connection was lost. Steps that were
   // given already are not given again. An error when the server now has another dataset under the
@@ -74,14 +74,14 @@ class SurfaceStream {
 
  private:
   ClientResult<void> ask();
-  ClientResult<std::optional<StreamNews>> take(const ServerMessage& message);
-  ClientResult<std::optional<StreamNews>> take_step(const CommittedStepPtr& step);
+  ClientResult<std::optional<StreamUpdate>> take(const ServerMessage& message);
+  ClientResult<std::optional<StreamUpdate>> take_step(const CommittedStepPtr& step);
   void keep(const ServerMessage& message);
   void keep_decoded();
   [[nodiscard]] double seconds() const;
 
   Client& client_;
-  TileMemory& tiles_;
+  DecodedTileCache& tiles_;
   TileListener listener_;
   CommittedStepPtr shown_;
   ReceivedTiles received_;

@@ -5,12 +5,13 @@ namespace multitetra {
 Agreement::Verdict Agreement::compare(const std::string& dataset, const StepBegin& begin,
                                       const ContentDigest& digest) {
   // The bytes of a request for this very step name it.
-  std::string step = serialize(OpenStream{.request_id = 1,
-                                          .dataset = dataset,
-                                          .request = begin.request,
-                                          .held = {},
-                                          .begun = {{.finest_spacing = begin.finest_spacing,
-                                                     .is_unsimplified = begin.is_unsimplified}}});
+  std::string step =
+      serialize(OpenStream{.request_id = 1,
+                           .dataset = dataset,
+                           .request = begin.request,
+                           .cached_tile_digests = {},
+                           .resumed_previews = {{.finest_spacing = begin.finest_spacing,
+                                                 .is_unsimplified = begin.is_unsimplified}}});
   const std::lock_guard lock(mutex_);
   const auto known = digests_.find(step);
   if (known != digests_.end()) {

@@ -74,7 +74,7 @@ std::string json_report(const LoadOptions& options, const LoadStatistics& s) {
   Json json = json_of_run(options, name(options.session.script));
   json["streams"] = {{"started", s.streams},       {"complete", s.complete},
                      {"replaced", s.replaced},     {"failed", s.failed},
-                     {"unfinished", s.unfinished}, {"told_to_come_again", s.told_to_come_again}};
+                     {"unfinished", s.unfinished}, {"retried_after_delay", s.retried_after_delay}};
   json["steps"] = s.steps;
   json["tiles"] = s.tiles;
   json["tiles_sent_twice"] = s.tiles_sent_twice;
@@ -104,8 +104,8 @@ std::string table(const LoadStatistics& s) {
                               human_count(s.replaced) + " replaced by the user, " +
                               human_count(s.failed) + " failed, " + human_count(s.unfinished) +
                               " unfinished");
-  if (s.told_to_come_again > 0) {
-    text += line("rejected and retried", human_count(s.told_to_come_again) + " times");
+  if (s.retried_after_delay > 0) {
+    text += line("rejected and retried", human_count(s.retried_after_delay) + " times");
   }
   const double bytes_per_second =
       s.seconds > 0 ? static_cast<double>(s.payload_bytes) / s.seconds : 0;

@@ -281,7 +281,7 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   RunningStream& stream = *stream_;
   OpenStream open = stream.act.open;
   open.request_id = ++last_request_id_;
-  open.held = stream.checks.held_digests();
+  open.cached_tile_digests = stream.checks.held_digests();
   statistics_.tiles_decoded += stream.checks.tiles_decoded();
   stream.checks = stream.checks.again(stream.info, open);
   stream.begun.reset();
@@ -352,7 +352,7 @@ void LoadSession::take_progress(const StreamProgress& progress) {
 void LoadSession::take_refusal(const Error& error) {
   RunningStream& stream = *stream_;
   if (error.retry_after > 0) {
-    ++statistics_.told_to_come_again;
+    ++statistics_.retried_after_delay;
     stream.again = LoadClock::now() + wait_after(error, random_);
     stream.sign = *stream.again;
     notify();

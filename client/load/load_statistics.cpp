@@ -36,7 +36,7 @@ void LoadStatistics::add(const LoadStatistics& other) {
   using Count = std::uint64_t LoadStatistics::*;
   for (const Count count :
        {&LoadStatistics::streams, &LoadStatistics::complete, &LoadStatistics::replaced,
-        &LoadStatistics::failed, &LoadStatistics::unfinished, &LoadStatistics::told_to_come_again,
+        &LoadStatistics::failed, &LoadStatistics::unfinished, &LoadStatistics::retried_after_delay,
         &LoadStatistics::steps, &LoadStatistics::tiles, &LoadStatistics::payload_bytes,
         &LoadStatistics::wire_bytes, &LoadStatistics::connections,
         &LoadStatistics::lost_connections, &LoadStatistics::failed_attempts,

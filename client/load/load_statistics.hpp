@@ -37,7 +37,7 @@ struct LoadStatistics {
   std::uint64_t unfinished = 0;  // When the time and the grace after it were over.
 
   // Rejections with a retry delay, after which the client retried.
-  std::uint64_t told_to_come_again = 0;
+  std::uint64_t retried_after_delay = 0;
 
   std::uint64_t steps = 0;
   std::uint64_t tiles = 0;

@@ -154,7 +154,7 @@ class MisbehavingClient {
     return {.request_id = id,
             .dataset = dataset,
             .request = {.isovalue = isovalue_, .error = 0.5},
-            .held = {}};
+            .cached_tile_digests = {}};
   }
 
   // Never reads, so that the server's data fills all buffers.

@@ -16,7 +16,9 @@ constexpr std::array<std::pair<ScriptKind, std::string_view>, 4> kScriptNames = 
      {ScriptKind::kMixed, "mixed"}}};
 
 OpenStream surface(const DatasetInfo& info, double isovalue, double error) {
-  return {.dataset = info.name, .request = {.isovalue = isovalue, .error = error}, .held = {}};
+  return {.dataset = info.name,
+          .request = {.isovalue = isovalue, .error = error},
+          .cached_tile_digests = {}};
 }
 
 }  // namespace

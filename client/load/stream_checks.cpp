@@ -8,8 +8,8 @@ StreamChecks StreamChecks::thorough(DatasetInfo info, OpenStream open, HeldTiles
 
 StreamChecks StreamChecks::cheap(DatasetInfo info, OpenStream open,
                                  std::uint32_t tiles_per_decoded) {
-  std::set<ContentDigest> held(open.held.begin(), open.held.end());
-  return StreamChecks(StreamLedger(std::move(info), std::move(open), std::move(held)),
+  std::set<ContentDigest> held(open.cached_tile_digests.begin(), open.cached_tile_digests.end());
+  return StreamChecks(StreamValidator(std::move(info), std::move(open), std::move(held)),
                       tiles_per_decoded);
 }
 
@@ -17,21 +17,22 @@ Result<StreamProgress> StreamChecks::receive(const ServerMessage& message) {
   return std::visit([&](auto& checks) { return receive(checks, message); }, checks_);
 }
 
-Result<StreamProgress> StreamChecks::receive(StreamLedger& ledger, const ServerMessage& message) {
-  const auto accepted = ledger.accept(message);
+Result<StreamProgress> StreamChecks::receive(StreamValidator& validator,
+                                             const ServerMessage& message) {
+  const auto accepted = validator.accept(message);
   if (!accepted) return tl::unexpected(accepted.error());
   if (!*accepted) return StreamProgress{};
   if (const auto* end = std::get_if<StepEnd>(&message)) {
-    return StepIsWhole{ledger.step(), end->digest};
+    return StepIsWhole{validator.step(), end->digest};
   }
   if (const auto* end = std::get_if<StreamEnd>(&message)) return *end;
   if (const auto* reply = std::get_if<ErrorReply>(&message)) return Refusal{reply->error};
   const auto* tile = std::get_if<Tile>(&message);
   if (tile == nullptr || tiles_per_decoded_ == 0) return StreamProgress{};
-  const TileSummary& promised = ledger.step().tiles[tile->index];
+  const TileSummary& promised = validator.step().tiles[tile->index];
   if (promised.digest.low % tiles_per_decoded_ != 0) return StreamProgress{};
   ++tiles_decoded_;
-  const IsosurfaceRequest& request = ledger.step().request;
+  const IsosurfaceRequest& request = validator.step().request;
   const auto mesh =
       decode_tile(*tile->payload, promised, request.lattice_resolution, request.normal_bits);
   if (!mesh) return fail(ErrorCode::kDamagedData, "A tile is damaged: " + mesh.error().text);
@@ -58,8 +59,8 @@ StreamChecks StreamChecks::again(const DatasetInfo& info, const OpenStream& open
 
 std::vector<ContentDigest> StreamChecks::held_digests() const {
   std::vector<ContentDigest> digests;
-  if (const auto* ledger = std::get_if<StreamLedger>(&checks_)) {
-    digests.assign(ledger->held().begin(), ledger->held().end());
+  if (const auto* validator = std::get_if<StreamValidator>(&checks_)) {
+    digests.assign(validator->held().begin(), validator->held().end());
   } else {
     for (const auto& [digest, mesh] : std::get<Assembler>(checks_).held())
       digests.push_back(digest);

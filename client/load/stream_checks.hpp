@@ -36,13 +36,13 @@ class StreamChecks {
   [[nodiscard]] bool is_thorough() const { return std::holds_alternative<Assembler>(checks_); }
 
  private:
-  explicit StreamChecks(std::variant<Assembler, StreamLedger> checks, std::uint32_t sampling)
+  explicit StreamChecks(std::variant<Assembler, StreamValidator> checks, std::uint32_t sampling)
       : checks_(std::move(checks)), tiles_per_decoded_(sampling) {}
 
-  Result<StreamProgress> receive(StreamLedger& ledger, const ServerMessage& message);
+  Result<StreamProgress> receive(StreamValidator& validator, const ServerMessage& message);
   Result<StreamProgress> receive(Assembler& assembler, const ServerMessage& message);
 
-  std::variant<Assembler, StreamLedger> checks_;
+  std::variant<Assembler, StreamValidator> checks_;
   std::uint32_t tiles_per_decoded_ = 0;
   std::uint64_t tiles_decoded_ = 0;
 };

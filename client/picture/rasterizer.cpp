@@ -106,7 +106,7 @@ struct SeenSurface {
   std::optional<Light> color;  // None: the usual one.
   // The normals of a mesh that needs them and has none.
   std::vector<UnitVector> own_normals;
-  // The colours of the vertices, if they have some.
+  // The colors of the vertices, if they have some.
   std::vector<Light> colors;
   std::vector<Corner> corners;
   std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.

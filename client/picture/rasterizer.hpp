@@ -1,4 +1,4 @@
-// Draws surfaces, in the colours of their vertices if they have some: perspective, hidden-surface
+// Draws surfaces, in the colors of their vertices if they have some: perspective, hidden-surface
 // removal, transparent surfaces, smooth or flat shading, antialiased edges, optional wireframes.
 //
 //   const Camera camera = framing(skin.positions, azimuth, elevation, 1280, 960);

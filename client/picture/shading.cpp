@@ -34,15 +34,15 @@ Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_i
   double shine = std::max(0.0, dot(normal, half));
   for (int doubling = 0; doubling < 5; ++doubling) shine *= shine;  // To the power of 32.
   constexpr float kDarkerInside = 0.5F;
-  Light colour = is_inside ? kInside : kOutside;
+  Light color = is_inside ? kInside : kOutside;
   if (own_color) {
     const float part = is_inside ? kDarkerInside : 1;
-    colour = {part * (*own_color)[0], part * (*own_color)[1], part * (*own_color)[2]};
+    color = {part * (*own_color)[0], part * (*own_color)[1], part * (*own_color)[2]};
   }
   const double light = 0.08 + 0.10 * from_above + 0.86 * facing;
   Light result;
   for (std::size_t i = 0; i < 3; ++i) {
-    result[i] = std::min(1.0F, static_cast<float>(light * colour[i] + 0.05 * shine));
+    result[i] = std::min(1.0F, static_cast<float>(light * color[i] + 0.05 * shine));
   }
   return result;
 }

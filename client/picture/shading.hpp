@@ -1,4 +1,4 @@
-// How a surface and what is behind it look: colours, and the light that comes from the eye.
+// How a surface and what is behind it look: colors, and the light that comes from the eye.
 #pragma once
 
 #include <array>
@@ -21,14 +21,14 @@ enum class Background { kDark, kLight, kTransparent };
   return size > 0 ? scaled(v, 1 / size) : Vec3{0, 0, 1};
 }
 
-// The colour of a surface at a place. All directions have length 1 and are those of Camera::seen.
+// The color of a surface at a place. All directions have length 1 and are those of Camera::seen.
 //
 // normal        Out of the side of low values.
 // to_eye        From the place to the eye.
 // upwards       The world's z axis: what faces it is a little brighter.
 //
-// Where the eye looks at the inside, which it sees where the surface ends, the colour is darker and
-// redder, as in the browser viewer; a surface of a colour of its own is darker there.
+// Where the eye looks at the inside, which it sees where the surface ends, the color is darker and
+// redder, as in the browser viewer; a surface of a color of its own is darker there.
 [[nodiscard]] Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
                         const std::optional<Light>& own_color = {});
 

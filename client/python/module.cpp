@@ -35,11 +35,11 @@ PyObject* check_error = nullptr;
   throw py::error_already_set();
 }
 
-[[noreturn]] void raise(const ClientError& trouble) {
+[[noreturn]] void raise(const ClientError& failure) {
   if (PyErr_Occurred() != nullptr) throw py::error_already_set();  // KeyboardInterrupt.
-  const auto& [code, text, retry_after] = trouble.error;
-  if (trouble.trouble == Trouble::kCheck) raise(check_error, text);
-  if (trouble.trouble == Trouble::kNetwork) raise(PyExc_ConnectionError, text);
+  const auto& [code, text, retry_after] = failure.error;
+  if (failure.source == ErrorSource::kCheck) raise(check_error, text);
+  if (failure.source == ErrorSource::kNetwork) raise(PyExc_ConnectionError, text);
   const std::string code_name(name(code));
   py::object error = py::handle(server_error)(text + " (" + code_name + ")");
   error.attr("code") = code_name;
@@ -131,7 +131,8 @@ void save_mesh(const std::string& path, const Rows<float>& vertices,
                const std::optional<py::array_t<float, py::array::forcecast>>& scalars) {
   const auto format = mesh_format_from(std::filesystem::path(path).extension().string());
   if (!format) {
-    raise(PyExc_ValueError, "\"" + path + "\" is no name of a mesh; meshes are *.ply, *.stl, *.obj, "
+    raise(PyExc_ValueError, "\"" + path +
+                                "\" is no name of a mesh; meshes are *.ply, *.stl, *.obj, "
                                 "*.glb, *.drc and *.vtp.");
   }
   PositionedMesh mesh{.positions = rows_from(vertices, "Vertices"),
@@ -184,7 +185,7 @@ bool is_keyword(const RequestField& field) {
 
 void set(const RequestField& field, const py::handle& value, SurfaceQuery& query) {
   const std::string text = text_of(value);
-  if (const Objection wrong = field.set(field, text, query)) {
+  if (const FieldError wrong = field.set(field, text, query)) {
     raise(PyExc_ValueError, keyword_of(field) + " " + text + ": " + *wrong + ".");
   }
 }
@@ -333,13 +334,13 @@ class Connection {
     const auto step =
         value_of(unlocked([this, stream]() -> ClientResult<std::optional<FetchedStep>> {
           if (stream != streams_) {
-            return fail(Trouble::kServer,
+            return fail(ErrorSource::kServer,
                         {ErrorCode::kCancelled,
                          "Another request on this connection has ended this stream."});
           }
           if (!fetch_) return std::nullopt;
           auto next = fetch_->next();
-          if (!next) is_lost_ |= next.error().trouble != Trouble::kServer;
+          if (!next) is_lost_ |= next.error().source != ErrorSource::kServer;
           if (!next || !*next) fetch_.reset();
           return next;
         }));
@@ -347,8 +348,8 @@ class Connection {
     const LatticeMesh& mesh = step->step->mesh;
     std::string empty_text;
     if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
-    return Step{step->step, std::move(empty_text), mesh_of(mesh, grid_to_world(open_info_),
-                        distance_bound(step->step->begin))};
+    return Step{step->step, std::move(empty_text),
+                mesh_of(mesh, grid_to_world(open_info_), distance_bound(step->step->begin))};
   }
 
   // Stops the stream if it is the one that runs.
@@ -384,7 +385,7 @@ class Connection {
   // Ends a stream that runs, and connects anew where the connection was lost.
   ClientResult<void> free_client() {
     if (!client_) {
-      return fail(Trouble::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
+      return fail(ErrorSource::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
     }
     ++streams_;
     stop_stream();
@@ -399,7 +400,7 @@ class Connection {
     return value_of(unlocked([&]() -> Answer {
       if (auto free = free_client(); !free) return tl::unexpected(free.error());
       Answer answer = question(*client_);
-      if (!answer) is_lost_ |= answer.error().trouble != Trouble::kServer;
+      if (!answer) is_lost_ |= answer.error().source != ErrorSource::kServer;
       return answer;
     }));
   }
@@ -412,7 +413,7 @@ class Connection {
   std::mutex mutex_;                // Guards what follows.
   std::uint64_t streams_ = 0;       // Requests so far; the last one may be a stream.
   std::optional<Client> client_;    // None: closed.
-  TileMemory tiles_;
+  DecodedTileCache tiles_;
   std::optional<Fetch> fetch_;  // The stream that runs.
   bool is_lost_ = false;
 };
@@ -562,10 +563,9 @@ void define_answers(py::module_& module) {
       .def_property_readonly("is_final", of_begin(&StepBegin::is_final))
       .def_property_readonly("error_bound_world", of_begin(&StepBegin::error_bound_world),
                              "The bound of the distance to the full surface, where spacing is 1.")
-      .def_property_readonly(
-          "spacing", of_begin(&StepBegin::finest_spacing),
-          "The spacing of samples that a preview uses; a preview has no bound. "
-          "Else 1.")
+      .def_property_readonly("spacing", of_begin(&StepBegin::finest_spacing),
+                             "The spacing of samples that a preview uses; a preview has no bound. "
+                             "Else 1.")
       .def_readonly("mesh", &Step::mesh)
       .def_readonly("empty_text", &Step::empty_text, "Why there is no triangle; else empty.")
       .def_property_readonly(
@@ -590,7 +590,7 @@ void define_answers(py::module_& module) {
       .def_property_readonly(
           "scalar_deviation",
           [](const Step& step) { return step.committed->largest_scalar_deviation; },
-          "How far colours between vertices may be off, in values of color_by.");
+          "How far colors between vertices may be off, in values of color_by.");
 }
 
 void define_connection(py::module_& module) {

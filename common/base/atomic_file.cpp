@@ -93,14 +93,14 @@ void remove_abandoned(const fs::path& path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path, Before before) : path_(std::move(path)) {
+AtomicFile::AtomicFile(fs::path path, TemporaryKind before) : path_(std::move(path)) {
   struct stat there {};
   const bool is_there = ::stat(path_.c_str(), &there) == 0;
   if (is_there && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
     fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Will not replace what is no regular file:");
   }
-  if (before == Before::kNameless) descriptor_ = open_nameless(folder_of(path_));
+  if (before == TemporaryKind::kNameless) descriptor_ = open_nameless(folder_of(path_));
   if (descriptor_ < 0) create_hidden();
   if (!is_there) return;
   // As far as this user may: the file stays readable to all users that could read it.
@@ -124,7 +124,7 @@ AtomicFile::~AtomicFile() {
   if (!hidden_.empty()) ::unlink(hidden_.c_str());
 }
 
-void AtomicFile::keep_private() {
+void AtomicFile::make_private() {
   if (::fchmod(descriptor_, S_IRUSR | S_IWUSR) != 0) fail("Cannot make private");
 }
 
@@ -158,16 +158,16 @@ void AtomicFile::commit(Durability durability) {
   assert(descriptor_ >= 0);
   const bool durable = durability == Durability::kMachineStop;
   if (durable && ::fsync(descriptor_) != 0) fail("Cannot bring to the disk:");
-  if (hidden_.empty()) give_hidden_name();
+  if (hidden_.empty()) link_hidden_name();
   // Some network disks report only here that they are full.
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("Cannot finish");
   if (::rename(hidden_.c_str(), path_.c_str()) != 0) fail("Cannot replace");
   hidden_.clear();
-  if (durable) bring_folder_to_disk();
+  if (durable) sync_folder();
 }
 
 // A file without a name can get a new one only; replacing is for files with names.
-void AtomicFile::give_hidden_name() {
+void AtomicFile::link_hidden_name() {
   (void)lock(descriptor_);
   const fs::path hidden = hidden_beside(path_);
   if (::linkat(AT_FDCWD, path_of(descriptor_).c_str(), AT_FDCWD, hidden.c_str(),
@@ -184,7 +184,7 @@ void AtomicFile::fail(const std::string& what) const {
 
 // The name itself. A folder that may be written but not read, and file systems that know no such
 // thing, keep the name without this as well as they can.
-void AtomicFile::bring_folder_to_disk() const {
+void AtomicFile::sync_folder() const {
   const int descriptor = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;
   const bool failed = ::fsync(descriptor) != 0 && errno == EIO;

@@ -32,18 +32,18 @@ enum class Durability {
 class AtomicFile {
  public:
   // Where the files live until they have their name.
-  enum class Before { kNameless, kHidden };
+  enum class TemporaryKind { kNameless, kHidden };
 
   // Throws also where something is that no file shall replace: a folder, a device. kHidden is what
   // is done anyway where there are no files without names.
-  explicit AtomicFile(std::filesystem::path path, Before before = Before::kNameless);
+  explicit AtomicFile(std::filesystem::path path, TemporaryKind before = TemporaryKind::kNameless);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
   // Makes the file readable by its owner only. Without this it has mode and owner of the file that
   // was there, and a new one those of any new file.
-  void keep_private();
+  void make_private();
 
   // In any order; what is never written reads as zero. Requires that nothing is committed yet.
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
@@ -58,8 +58,8 @@ class AtomicFile {
  private:
   [[noreturn]] void fail(const std::string& what) const;
   void create_hidden();
-  void give_hidden_name();
-  void bring_folder_to_disk() const;
+  void link_hidden_name();
+  void sync_folder() const;
 
   std::filesystem::path path_;
   std::filesystem::path hidden_;  // Its name until the commit; empty while it has none.

@@ -37,11 +37,11 @@ ScratchFile::~ScratchFile() { ::close(descriptor_); }
 
 std::uint64_t ScratchFile::put(std::span<const std::byte> bytes) {
   const std::uint64_t offset = size_.fetch_add(bytes.size());
-  put_at(offset, bytes);
+  write_at(offset, bytes);
   return offset;
 }
 
-void ScratchFile::put_at(std::uint64_t offset, std::span<const std::byte> bytes) {
+void ScratchFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t count =
         ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));

@@ -26,7 +26,7 @@ class ScratchFile : public Scratch {
   [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;
   void get(std::uint64_t offset, std::span<std::byte> into) const override;
   // In any order. Not together with put().
-  void put_at(std::uint64_t offset, std::span<const std::byte> bytes);
+  void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
 
  private:
   int descriptor_ = -1;

@@ -24,7 +24,7 @@ void flush_output() {
 
 }  // namespace
 
-void complain(const std::string& program, std::string_view text) {
+void print_error(const std::string& program, std::string_view text) {
   std::cerr << styled(Style::kRed, program + ":", STDERR_FILENO) << " " << printable(text) << "\n";
 }
 
@@ -34,18 +34,18 @@ int run_program(const std::string& program, const std::function<int()>& body) {
     flush_output();
     return code;
   } catch (const ExitError& error) {
-    complain(program, error.what());
+    print_error(program, error.what());
     return error.code();
   } catch (const std::invalid_argument& error) {  // An option that only the work could judge.
-    complain(program, error.what());
+    print_error(program, error.what());
     return kUsage;
   } catch (const std::bad_alloc&) {
-    complain(
+    print_error(
         program,
         "This machine has not enough memory for it, or this process may not have more; allow a "
         "larger error, or take another machine.");
   } catch (const std::exception& error) {
-    complain(program, error.what());
+    print_error(program, error.what());
   }
   return kFailed;
 }

@@ -12,7 +12,7 @@
 namespace multitetra {
 
 // Prints an error to the standard error, with the program's name. Control characters are escaped.
-void complain(const std::string& program, std::string_view text);
+void print_error(const std::string& program, std::string_view text);
 
 // Returns the exit code of `body`. An exception is printed and gives the code of an ExitError,
 // kUsage for a std::invalid_argument, else kFailed; so does output that could not be written, as on

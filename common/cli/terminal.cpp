@@ -32,26 +32,26 @@ bool is_set(const char* variable) {
 
 }  // namespace
 
-bool has_colours(int descriptor) {
+bool has_colors(int descriptor) {
   const char* const terminal = std::getenv("TERM");
   return isatty(descriptor) == 1 && !is_set("NO_COLOR") && terminal != nullptr &&
          std::string_view(terminal) != "dumb";
 }
 
 std::string styled(Style style, std::string_view text, int descriptor) {
-  if (!has_colours(descriptor)) return std::string(text);
+  if (!has_colors(descriptor)) return std::string(text);
   return std::string("\033[") + code_of(style) + "m" + std::string(text) + "\033[0m";
 }
 
-void Notices::tell(const std::string& text) {
-  if (std::find(told_.begin(), told_.end(), text) != told_.end()) return;
-  told_.push_back(text);
+void Notices::add(const std::string& text) {
+  if (std::find(texts_.begin(), texts_.end(), text) != texts_.end()) return;
+  texts_.push_back(text);
   std::cerr << styled(Style::kYellow, "Notice:", STDERR_FILENO) << " " << printable(text)
             << std::endl;
 }
 
-void Notices::tell(const std::vector<std::string>& texts) {
-  for (const std::string& text : texts) tell(text);
+void Notices::add(const std::vector<std::string>& texts) {
+  for (const std::string& text : texts) add(text);
 }
 
 }  // namespace multitetra

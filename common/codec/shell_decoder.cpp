@@ -106,7 +106,7 @@ template <typename Magnitudes, typename Kept, typename Cuts>
 bool ShellDecoder::decode_slices(RangeDecoder& coder, const ShellHeader& header,
                                  const Magnitudes& magnitudes, const Kept& kept, const Cuts& cuts,
                                  ShellVertex* vertices, ShellTriangle* triangles) {
-  RecentMeans recent = Magnitudes::start();
+  RunningMeans recent = Magnitudes::start();
   const DataBox data(header);
   for (int z = 0; z < header.samples[2]; ++z) {
     edges_.find(z);

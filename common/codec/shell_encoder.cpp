@@ -341,7 +341,7 @@ void ShellEncoder::Work::code_samples(const SampleBlock<Sample>& block, const Sh
   const bool has_corrections = options.values == ShellValues::kLatticeExact;
   const int ny = header_.samples[1];
   const DataBox data(header_);
-  RecentMeans recent = Magnitudes::start();
+  RunningMeans recent = Magnitudes::start();
   const std::int32_t* next = magnitudes_.data();
   rings_.begin();
   if (has_corrections) edges_.begin(signs_, present(), header_.origin);

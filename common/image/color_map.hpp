@@ -1,4 +1,4 @@
-// Maps from values to colours, in which equal steps of the value look like equal steps, and the
+// Maps from values to colors, in which equal steps of the value look like equal steps, and the
 // range of values that they cover.
 #pragma once
 
@@ -16,7 +16,7 @@ using Rgb = std::array<std::uint8_t, 3>;  // Red, green, blue in sRGB.
 enum class ColorMap {
   kGray,     // Black to white.
   kViridis,  // Blue, green, yellow; lightness grows evenly.
-  // Blue to yellow, equal for people with red-green colour blindness.
+  // Blue to yellow, equal for people with red-green color blindness.
   kCividis,
   kCoolwarm,  // Blue, grey, red: for values around a middle.
 };
@@ -26,17 +26,17 @@ inline constexpr std::string_view kColorMapNames = "gray, viridis, cividis or co
 [[nodiscard]] std::string_view name(ColorMap map);
 [[nodiscard]] std::optional<ColorMap> color_map_from(std::string_view name);
 
-// The colour at `part` of the way, 0 to 1; what is beyond has the colour of the end.
+// The color at `part` of the way, 0 to 1; what is beyond has the color of the end.
 [[nodiscard]] Rgb color_at(ColorMap map, double part);
 
-// Which values have which colours.
+// Which values have which colors.
 struct ColorScale {
   ColorMap map = ColorMap::kGray;
-  double low = 0;   // Has the map's first colour.
+  double low = 0;   // Has the map's first color.
   double high = 1;  // Has its last one; where it is not above `low`, values above low have it.
   bool is_logarithmic =
-      false;  // Requires 0 < low < high; what is not positive has the first colour.
-  Rgb no_value = {128, 128, 128};  // The colour of NaN.
+      false;  // Requires 0 < low < high; what is not positive has the first color.
+  Rgb no_value = {128, 128, 128};  // The color of NaN.
 
   [[nodiscard]] Rgb operator()(double value) const;
 };

@@ -25,7 +25,7 @@ struct LatticeMesh {
   std::vector<TriangleIndices> triangles;
   // Either none, or one a vertex: the directions in which the field falls, in world coordinates.
   std::vector<UnitVector> normals = {};
-  // Either none, or one a vertex: values of a field that colours the surface; NaN for none.
+  // Either none, or one a vertex: values of a field that colors the surface; NaN for none.
   std::vector<float> scalars = {};
 };
 

@@ -52,7 +52,7 @@ asio::awaitable<Result<void>> MessageChannel::connect() {
   co_return Result<void>();
 }
 
-asio::awaitable<Result<void>> MessageChannel::shake_hands() {
+asio::awaitable<Result<void>> MessageChannel::perform_handshake() {
   stream_.emplace(std::move(socket_), server_.is_secure() ? options_.tls : nullptr);
   const auto trusted = co_await stream_->handshake_as_client(server_.host, options_.ca_option);
   if (trusted) co_return Result<void>();
@@ -63,7 +63,7 @@ asio::awaitable<Result<void>> MessageChannel::shake_hands() {
 asio::awaitable<Result<void>> MessageChannel::open() {
   assert(!transport_);
   if (auto connected = co_await connect(); !connected) co_return connected;
-  if (auto secured = co_await shake_hands(); !secured) co_return secured;
+  if (auto secured = co_await perform_handshake(); !secured) co_return secured;
   const TransportOptions options = {.max_message_bytes = options_.max_message_bytes,
                                     .read_buffer_bytes = options_.read_buffer_bytes};
   if (!server_.is_web_socket()) {

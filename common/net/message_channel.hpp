@@ -55,7 +55,7 @@ class MessageChannel {
 
  private:
   asio::awaitable<Result<void>> connect();
-  asio::awaitable<Result<void>> shake_hands();
+  asio::awaitable<Result<void>> perform_handshake();
   tl::unexpected<Error> unreachable(const error_code& error);
   tl::unexpected<Error> not_open();
   tl::unexpected<Error> lost_in_use(Error error);

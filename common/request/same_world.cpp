@@ -38,7 +38,7 @@ std::string extent_text(const WorldBox& box, std::size_t axis) {
 
 }  // namespace
 
-std::string why_not_one_world(const DatasetInfo& surface, const DatasetInfo& values) {
+std::string world_mismatch(const DatasetInfo& surface, const DatasetInfo& values) {
   const std::string both = "\"" + values.name + "\" and \"" + surface.name + "\"";
   const PhysicalMeaning& a = values.meaning;
   const PhysicalMeaning& b = surface.meaning;
@@ -47,7 +47,8 @@ std::string why_not_one_world(const DatasetInfo& surface, const DatasetInfo& val
            std::string(name(b.space)) + ".";
   }
   if (a.length_unit != b.length_unit && !a.length_unit.empty() && !b.length_unit.empty()) {
-    return both + " have different units of length: " + a.length_unit + " and " + b.length_unit + ".";
+    return both + " have different units of length: " + a.length_unit + " and " + b.length_unit +
+           ".";
   }
   const WorldBox first = box_of(values);
   const WorldBox second = box_of(surface);

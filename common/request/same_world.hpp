@@ -1,4 +1,4 @@
-// Whether two datasets lie in one world, so that the values of one can colour a surface of the
+// Whether two datasets lie in one world, so that the values of one can color a surface of the
 // other.
 #pragma once
 
@@ -11,6 +11,6 @@ namespace multitetra {
 // Why they do not: a sentence; empty when they do. Their world axes and length units are the same
 // as far as both are known, and the boxes of their samples overlap. Two datasets without names of
 // axes and units pass by their boxes alone.
-[[nodiscard]] std::string why_not_one_world(const DatasetInfo& surface, const DatasetInfo& values);
+[[nodiscard]] std::string world_mismatch(const DatasetInfo& surface, const DatasetInfo& values);
 
 }  // namespace multitetra

@@ -42,7 +42,7 @@ Result<void> check_same_world(const DatasetInfo& surface, const DatasetInfo& fie
   const PhysicalMeaning& a = surface.meaning;
   const PhysicalMeaning& b = field.meaning;
   const auto differ = [&](const std::string& what) {
-    return fail(ErrorCode::kInvalidArgument, "Dataset \"" + field.name + "\" cannot colour \"" +
+    return fail(ErrorCode::kInvalidArgument, "Dataset \"" + field.name + "\" cannot color \"" +
                                                  surface.name + "\": " + what +
                                                  " of their world coordinates differ.");
   };

@@ -1,4 +1,4 @@
-// The values of a field at the vertices of a surface, to colour it: which field, and how they are
+// The values of a field at the vertices of a surface, to color it: which field, and how they are
 // rounded to codes.
 #pragma once
 

@@ -23,12 +23,12 @@ std::vector<std::uint64_t> shares_of(std::uint64_t budget, std::span<const std::
   return shares;
 }
 
-bool must_share(std::span<const IsosurfaceRequest> requests) {
+bool needs_shared_budget(std::span<const IsosurfaceRequest> requests) {
   return requests.size() > 1 && (requests[0].max_triangles > 0 || requests[0].max_bytes > 0);
 }
 
 Result<void> check_shared_budget(std::span<const IsosurfaceRequest> requests) {
-  if (!must_share(requests)) return {};
+  if (!needs_shared_budget(requests)) return {};
   for (const std::uint64_t budget : {requests[0].max_triangles, requests[0].max_bytes}) {
     if (budget == 0 || budget >= requests.size()) continue;
     return fail(ErrorCode::kInvalidArgument, "A budget of " + std::to_string(budget) +
@@ -39,7 +39,7 @@ Result<void> check_shared_budget(std::span<const IsosurfaceRequest> requests) {
 }
 
 void share_budget(std::span<IsosurfaceRequest> requests, std::span<const EstimatedSize> sizes) {
-  assert(must_share(requests) && sizes.size() == requests.size());
+  assert(needs_shared_budget(requests) && sizes.size() == requests.size());
   std::vector<std::uint64_t> triangles;
   std::vector<std::uint64_t> bytes;
   for (const EstimatedSize& size : sizes) {

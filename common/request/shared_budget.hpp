@@ -24,13 +24,13 @@ struct EstimatedSize {
 
 // Whether the requests, of which there is at least one and which all have the first one's budget,
 // are several that must share it.
-[[nodiscard]] bool must_share(std::span<const IsosurfaceRequest> requests);
+[[nodiscard]] bool needs_shared_budget(std::span<const IsosurfaceRequest> requests);
 
 // kInvalidArgument where they must, and are more than the budget has triangles or bytes.
 [[nodiscard]] Result<void> check_shared_budget(std::span<const IsosurfaceRequest> requests);
 
-// Gives each of them its share. Requires must_share(), a good check_shared_budget(), and the size
-// of each.
+// Gives each of them its share. Requires needs_shared_budget(), a good check_shared_budget(), and
+// the size of each.
 void share_budget(std::span<IsosurfaceRequest> requests, std::span<const EstimatedSize> sizes);
 
 }  // namespace multitetra

@@ -42,7 +42,7 @@ std::string alternatives(std::string_view form) {
 }
 
 template <auto Member, auto Read>
-Objection set_word(const F& field, std::string_view text, Q& query) {
+FieldError set_word(const F& field, std::string_view text, Q& query) {
   const auto value = Read(text);
   if (!value) return "must be " + alternatives(field.form);
   member_of<Member>(query) = *value;
@@ -50,7 +50,7 @@ Objection set_word(const F& field, std::string_view text, Q& query) {
 }
 
 template <auto Member>
-Objection set_number(const F&, std::string_view text, Q& query) {
+FieldError set_number(const F&, std::string_view text, Q& query) {
   auto& place = member_of<Member>(query);
   const auto value = parse_number<std::remove_reference_t<decltype(place)>>(text);
   if (!value) return "must be a number";
@@ -65,38 +65,38 @@ std::optional<bool> is_on(std::string_view text) {
 }
 
 template <auto Member>
-Objection set_switch(const F&, std::string_view text, Q& query) {
+FieldError set_switch(const F&, std::string_view text, Q& query) {
   const auto value = is_on(text);
   if (!value) return "must be on, off, true or false";
   member_of<Member>(query) = *value;
   return std::nullopt;
 }
 
-Objection add_isovalues(const F&, std::string_view text, Q& query) {
+FieldError add_isovalues(const F&, std::string_view text, Q& query) {
   const auto values = parse_number_list<double>(text, 1, SIZE_MAX);
   if (!values) return "must be a number, or several as A,B,C";
   query.isovalues.insert(query.isovalues.end(), values->begin(), values->end());
   return std::nullopt;
 }
 
-Objection set_error(const F& field, std::string_view text, Q& query) {
+FieldError set_error(const F& field, std::string_view text, Q& query) {
   query.has_error = true;
   return set_number<&R::error>(field, text, query);
 }
 
-Objection set_quality(const F& field, std::string_view text, Q& query) {
+FieldError set_quality(const F& field, std::string_view text, Q& query) {
   query.has_quality = true;
   return set_word<&R::error, quality_error_from>(field, text, query);
 }
 
-Objection add_region(const F&, std::string_view text, Q& query) {
+FieldError add_region(const F&, std::string_view text, Q& query) {
   const auto region = parse_region(text);
   if (!region) return region.error().text;
   query.request.thresholds.regions.push_back(*region);
   return std::nullopt;
 }
 
-Objection set_view(const F&, std::string_view text, Q& query) {
+FieldError set_view(const F&, std::string_view text, Q& query) {
   const auto view = parse_view(text);
   if (!view) return view.error().text;
   query.request.thresholds.view = *view;
@@ -104,7 +104,7 @@ Objection set_view(const F&, std::string_view text, Q& query) {
 }
 
 template <auto Member, auto Parse>
-Objection set_amount(const F& field, std::string_view text, Q& query) {
+FieldError set_amount(const F& field, std::string_view text, Q& query) {
   const auto amount = Parse(text);
   if (!amount)
     return "must be a whole number, such as " +
@@ -113,7 +113,7 @@ Objection set_amount(const F& field, std::string_view text, Q& query) {
   return std::nullopt;
 }
 
-Objection set_min_component(const F&, std::string_view text, Q& query) {
+FieldError set_min_component(const F&, std::string_view text, Q& query) {
   const auto diagonal = parse_number<double>(text);
   if (!diagonal || !(*diagonal >= 0 && *diagonal <= 1e6))
     return "must be a number of samples from 0 to 1e6";
@@ -121,13 +121,13 @@ Objection set_min_component(const F&, std::string_view text, Q& query) {
   return std::nullopt;
 }
 
-Objection set_color_by(const F&, std::string_view text, Q& query) {
+FieldError set_color_by(const F&, std::string_view text, Q& query) {
   if (text.empty()) return "must be the name of a dataset";
   query.color_by = text;
   return std::nullopt;
 }
 
-Objection set_color_range(const F&, std::string_view text, Q& query) {
+FieldError set_color_range(const F&, std::string_view text, Q& query) {
   const auto ends = parse_numbers<double>(text, 2);
   if (!ends) return "must be two numbers, LOW,HIGH, such as -10,250.5";
   query.color_range = {ends->front(), ends->back()};
@@ -293,7 +293,7 @@ Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
 
 Result<void> check_colors(const SurfaceQuery& query, const DatasetInfo& surface,
                           const DatasetInfo& values) {
-  const std::string why = query.color_anyway ? "" : why_not_one_world(surface, values);
+  const std::string why = query.color_anyway ? "" : world_mismatch(surface, values);
   if (why.empty()) return {};
   return fail(ErrorCode::kInvalidArgument, why + " color_anyway colors by it all the same.");
 }

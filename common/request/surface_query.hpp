@@ -45,7 +45,7 @@ enum class FieldGroup {
 [[nodiscard]] std::string_view title(FieldGroup group);
 
 // What is wrong with a value, such as "must be voxel or world"; nullopt if nothing is.
-using Objection = std::optional<std::string>;
+using FieldError = std::optional<std::string>;
 
 struct RequestField {
   std::string_view name;  // In snake_case.
@@ -56,7 +56,7 @@ struct RequestField {
   bool is_everyday;  // Whether --help lists it.
   bool is_repeatable;
   std::string_view help;  // One sentence, without range and default.
-  Objection (*set)(const RequestField& field, std::string_view text, SurfaceQuery& query);
+  FieldError (*set)(const RequestField& field, std::string_view text, SurfaceQuery& query);
 };
 
 // In the order of documentation.

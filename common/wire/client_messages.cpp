@@ -30,10 +30,11 @@ std::uint64_t u64_at(std::string_view bytes) {
   return value;
 }
 
-std::vector<ContentDigest> read_held(std::string_view bytes, FieldChecks& checks) {
-  checks.require(bytes.size() % kDigestBytes == 0, "OpenStream.held",
+std::vector<ContentDigest> read_tile_digests(std::string_view bytes, FieldChecks& checks) {
+  checks.require(bytes.size() % kDigestBytes == 0, "OpenStream.cached_tile_digests",
                  "must have 16 bytes for each digest.");
-  checks.at_most("OpenStream.held", bytes.size() / kDigestBytes, kMaxHeldDigests, "digests");
+  checks.at_most("OpenStream.cached_tile_digests", bytes.size() / kDigestBytes, kMaxHeldDigests,
+                 "digests");
   std::vector<ContentDigest> held;
   if (checks.first()) return held;
   held.reserve(bytes.size() / kDigestBytes);
@@ -43,9 +44,9 @@ std::vector<ContentDigest> read_held(std::string_view bytes, FieldChecks& checks
   return held;
 }
 
-std::vector<Preview> read_begun(const google::protobuf::RepeatedPtrField<v1::Preview>& wire,
-                                FieldChecks& checks) {
-  checks.at_most("OpenStream.begun", static_cast<std::size_t>(wire.size()), kMaxPreviews,
+std::vector<Preview> read_resumed_previews(
+    const google::protobuf::RepeatedPtrField<v1::Preview>& wire, FieldChecks& checks) {
+  checks.at_most("OpenStream.resumed_previews", static_cast<std::size_t>(wire.size()), kMaxPreviews,
                  "previews");
   std::vector<Preview> begun;
   std::uint32_t coarser = 2 * kMaxPreviewSpacing;
@@ -54,14 +55,15 @@ std::vector<Preview> read_begun(const google::protobuf::RepeatedPtrField<v1::Pre
     const std::uint32_t least = preview.is_unsimplified() || preview.has_shell() ? 1 : 2;
     checks.require(
         std::has_single_bit(finest) && finest >= least && finest < coarser,
-        "OpenStream.begun.finest_spacing",
+        "OpenStream.resumed_previews.finest_spacing",
         "must be a power of two from 2 (1 of an unsimplified one and of shells) to 2^19, each less "
         "than the one before.");
     coarser = finest;
     begun.push_back({.finest_spacing = static_cast<std::int32_t>(finest),
                      .is_unsimplified = preview.is_unsimplified()});
     if (preview.has_shell()) {
-      begun.back().shell = read_shell_step("OpenStream.begun.shell", preview.shell(), checks);
+      begun.back().shell =
+          read_shell_step("OpenStream.resumed_previews.shell", preview.shell(), checks);
     }
     if (checks.first()) return {};
   }
@@ -107,13 +109,13 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
   wire.set_dataset(open.dataset);
   write_request(open.request, *wire.mutable_request());
   wire.set_steps(to_wire<v1::StepPolicy>(open.steps));
-  wire.mutable_held()->reserve(open.held.size() * kDigestBytes);
-  for (const ContentDigest& digest : open.held) {
-    append_u64(digest.high, *wire.mutable_held());
-    append_u64(digest.low, *wire.mutable_held());
+  wire.mutable_cached_tile_digests()->reserve(open.cached_tile_digests.size() * kDigestBytes);
+  for (const ContentDigest& digest : open.cached_tile_digests) {
+    append_u64(digest.high, *wire.mutable_cached_tile_digests());
+    append_u64(digest.low, *wire.mutable_cached_tile_digests());
   }
-  for (const Preview& preview : open.begun) {
-    v1::Preview& begun = *wire.add_begun();
+  for (const Preview& preview : open.resumed_previews) {
+    v1::Preview& begun = *wire.add_resumed_previews();
     begun.set_finest_spacing(static_cast<std::uint32_t>(preview.finest_spacing));
     begun.set_is_unsimplified(preview.is_unsimplified);
     if (preview.shell) write_shell_step(*preview.shell, *begun.mutable_shell());
@@ -135,15 +137,15 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.request = read_request(wire.request(), checks);
   open.steps = checks.enumerator<StepPolicy>("OpenStream.steps", wire.steps(),
                                              StepPolicy::kPreviewsOnly, StepPolicy::kProgressive);
-  open.held = read_held(wire.held(), checks);
-  open.begun = read_begun(wire.begun(), checks);
+  open.cached_tile_digests = read_tile_digests(wire.cached_tile_digests(), checks);
+  open.resumed_previews = read_resumed_previews(wire.resumed_previews(), checks);
   open.priority = checks.enumerator<Priority>("OpenStream.priority", wire.priority(),
                                               Priority::kBackground, Priority::kNormal);
   if (wire.has_scalars()) open.scalars = wire::read(wire.scalars(), checks);
   checks.not_negative("OpenStream.triangles_per_second", wire.triangles_per_second());
   open.triangles_per_second = wire.triangles_per_second();
-  open.use = checks.enumerator<MeshUse>("OpenStream.use", wire.use(), MeshUse::kDisplay,
-                                        MeshUse::kKeep);
+  open.use =
+      checks.enumerator<MeshUse>("OpenStream.use", wire.use(), MeshUse::kDisplay, MeshUse::kKeep);
   return open;
 }
 
@@ -210,14 +212,14 @@ std::string serialize(const ClientMessage& message) {
   return bytes.SerializeAsString();
 }
 
-void note_begun(const StepBegin& step, OpenStream& open) {
-  if (step.step < open.begun.size()) return;  // It has come again.
+void record_started_step(const StepBegin& step, OpenStream& open) {
+  if (step.step < open.resumed_previews.size()) return;  // It has come again.
   if (step.is_final && !step.shell) {
     open.steps = StepPolicy::kFinalOnly;
-  } else if (open.begun.size() < kMaxPreviews) {
-    open.begun.push_back({.finest_spacing = step.finest_spacing,
-                          .is_unsimplified = step.is_unsimplified,
-                          .shell = step.shell});
+  } else if (open.resumed_previews.size() < kMaxPreviews) {
+    open.resumed_previews.push_back({.finest_spacing = step.finest_spacing,
+                                     .is_unsimplified = step.is_unsimplified,
+                                     .shell = step.shell});
   }
 }
 

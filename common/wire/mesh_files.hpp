@@ -26,7 +26,7 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 // has one: GLB then has a scene without mesh; DRC has none, and no bytes are returned. The
 // mesh's normals are in all files but STL, which has those of its triangles; GLB has smooth ones of
 // the triangles around a vertex if the mesh has none, and a double-sided material. Scalars and
-// colours are in PLY, GLB (see scene_file.hpp) and VTP. DRC is quantized to 20 bits over the
+// colors are in PLY, GLB (see scene_file.hpp) and VTP. DRC is quantized to 20 bits over the
 // bounding box. Throws std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format);
 

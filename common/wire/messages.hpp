@@ -84,10 +84,10 @@ struct OpenStream {
   IsosurfaceRequest request = {};
   StepPolicy steps = StepPolicy::kProgressive;
   // Tiles that the client has already, at most kMaxHeldDigests.
-  std::vector<ContentDigest> held = {};
+  std::vector<ContentDigest> cached_tile_digests = {};
   // The previews that the stream began with elsewhere, at most kMaxPreviews, each finer than the
   // one before: exactly these previews come again, and then those of `steps`.
-  std::vector<Preview> begun = {};
+  std::vector<Preview> resumed_previews = {};
   Priority priority = Priority::kNormal;
   std::optional<ScalarRequest> scalars = {};
   // That the client decodes, checks and shows; finite, >= 0. 0: it does not say.
@@ -173,7 +173,7 @@ struct StepBegin {
 };
 
 // The request of a stream of which that much has come: it goes on where it was, on any server.
-void note_begun(const StepBegin& step, OpenStream& open);
+void record_started_step(const StepBegin& step, OpenStream& open);
 
 struct Tile {
   std::uint64_t request_id = 0;

@@ -152,7 +152,7 @@ class SceneWriter {
     return what;
   }
 
-  // Colours of vertices count as they are.
+  // Colors of vertices count as they are.
   static nlohmann::json material_of(const PositionedMesh& mesh, std::size_t color) {
     nlohmann::json material = surface_material();
     auto base = part_color(color);

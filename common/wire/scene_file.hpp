@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// The colour of a surface among several: red, green and blue, 0 to 1 in linear light.
+// The color of a surface among several: red, green and blue, 0 to 1 in linear light.
 [[nodiscard]] std::array<double, 3> part_color(std::size_t number);
 
 struct ScenePart {
@@ -21,9 +21,9 @@ struct ScenePart {
 
 // The bytes of the whole file. Each node has a matrix that turns z-up into glTF's y-up; the
 // positions themselves are unchanged. A mesh without normals gets smooth normals of its triangles;
-// its colours become COLOR_0, in linear light as glTF requires; and its scalars _SCALAR where every
+// its colors become COLOR_0, in linear light as glTF requires; and its scalars _SCALAR where every
 // vertex has one, as glTF has no NaN. Materials are double-sided, those of several parts have
-// different colours. Throws std::system_error beyond glTF's 4 GiB.
+// different colors. Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts);
 
 struct LevelOfDetail {

@@ -141,9 +141,8 @@ StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
   checks.require(std::has_single_bit(spacing) && spacing <= kMaxGridSteps,
                  "StepBegin.finest_spacing", "must be a power of two from 1 to 2^19.");
   begin.finest_spacing = static_cast<std::int32_t>(spacing);
-  const auto codec =
-      checks.enumerator<PayloadCodec>("StepBegin.codec", wire.codec(), PayloadCodec::kSampleShell,
-                                      PayloadCodec::kDracoLattice);
+  const auto codec = checks.enumerator<PayloadCodec>(
+      "StepBegin.codec", wire.codec(), PayloadCodec::kSampleShell, PayloadCodec::kDracoLattice);
   checks.require(wire.has_shell() == (codec == PayloadCodec::kSampleShell), "StepBegin.shell",
                  "must be set exactly where the codec is 2 (sample shells).");
   if (wire.has_shell()) begin.shell = read_shell_step("StepBegin.shell", wire.shell(), checks);
@@ -230,11 +229,11 @@ void write(const ErrorReply& reply, v1::ServerMessage& message) {
 ErrorReply read(const v1::ErrorReply& wire) {
   constexpr std::size_t kMostText = 1000;
   const bool known = v1::ErrorCode_IsValid(wire.code());
-  const bool is_said = std::isfinite(wire.retry_after()) && wire.retry_after() > 0;
+  const bool has_retry_after = std::isfinite(wire.retry_after()) && wire.retry_after() > 0;
   return {.request_id = wire.request_id(),
           .error = {.code = known ? static_cast<ErrorCode>(wire.code()) : ErrorCode::kUnknown,
                     .text = printable_line(wire.text(), kMostText),
-                    .retry_after = is_said ? wire.retry_after() : 0}};
+                    .retry_after = has_retry_after ? wire.retry_after() : 0}};
 }
 
 void write(const Pong& pong, v1::ServerMessage& message) {

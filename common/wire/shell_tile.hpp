@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "common/base/result.hpp"
-#include "common/mesh/joined_tiles.hpp"
+#include "common/mesh/merged_tiles.hpp"
 #include "common/mesh/mesh.hpp"
 #include "common/request/shell_step.hpp"
 #include "common/wire/tile.hpp"

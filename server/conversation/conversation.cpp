@@ -6,13 +6,13 @@
 #include "common/net/coroutines.hpp"
 #include "common/net/frame.hpp"
 #include "server/conversation/detail/session_admission.hpp"
-#include "server/service/waiting_memory.hpp"
+#include "server/service/waiting_bytes.hpp"
 #include "server/session/answers.hpp"
 
 namespace multitetra {
 
 using Clock = std::chrono::steady_clock;
-using Room = ByteReservations::Reservation;
+using Reservation = ByteReservations::Reservation;
 
 namespace {
 
@@ -22,7 +22,7 @@ constexpr std::size_t kMaxWaitingReplies = 64;
 }  // namespace
 
 Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
-                           ClientContextPtr client, std::chrono::milliseconds idle_time)
+                           ConnectionContextPtr client, std::chrono::milliseconds idle_time)
     : executor_(executor),
       caller_(std::move(caller)),
       session_(std::move(session)),
@@ -78,9 +78,9 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
     const std::chrono::duration<double> quiet(std::min(received.retry_after, kLongestQuiet));
     quiet_until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(quiet);
   }
-  new_room_ = std::move(received.room);
+  request_reservation_ = std::move(received.reservation);
   perform(std::move(received.actions));
-  new_room_ = {};
+  request_reservation_ = {};
 }
 
 void Conversation::end(const Error& error) { perform(session_.end(error)); }
@@ -110,7 +110,7 @@ void Conversation::keep_time(Clock::time_point now) {
        "Idle timeout: there was no request for a long time. Connect again for the next one."});
 }
 
-std::optional<Clock::time_point> Conversation::resting_since() const {
+std::optional<Clock::time_point> Conversation::idle_since() const {
   const bool is_resting = !is_busy() && replies_.empty() && !leaving_;
   return is_resting ? std::optional(idleness_.last()) : std::nullopt;
 }
@@ -121,22 +121,22 @@ asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
   const auto self = shared_from_this();
   // The caller has sent the previous message.
   leaving_.reset();
-  leaving_room_ = {};
+  reply_reservation_ = {};
   for (;;) {
     if (!replies_.empty()) {
       Reply reply = std::move(replies_.front());
       replies_.pop_front();
-      leaving_room_ = std::move(reply.room);
+      reply_reservation_ = std::move(reply.reservation);
       replies_taken_.notify_all();
-      co_return told(std::move(reply.message));
+      co_return note_reply(std::move(reply.message));
     }
     if (is_over_) co_return std::nullopt;
-    if (auto message = take_stream_message()) co_return message;
+    if (auto message = next_stream_message()) co_return message;
     co_await something_to_send_.wait();
   }
 }
 
-std::optional<ServerMessage> Conversation::take_stream_message() {
+std::optional<ServerMessage> Conversation::next_stream_message() {
   if (!stream_) return std::nullopt;
   auto message = stream_->messages->take();
   if (!message) return std::nullopt;
@@ -150,10 +150,10 @@ std::optional<ServerMessage> Conversation::take_stream_message() {
     session_.stream_ended(stream_->request_id);
     drop_stream();
   }
-  return told(*std::move(message));
+  return note_reply(*std::move(message));
 }
 
-ServerMessage Conversation::told(ServerMessage message) {
+ServerMessage Conversation::note_reply(ServerMessage message) {
   if (const auto* refusal = std::get_if<ErrorReply>(&message)) {
     client_->admission().observer().error_answered(client_->facts(), refusal->error,
                                                    refusal->request_id);
@@ -161,7 +161,7 @@ ServerMessage Conversation::told(ServerMessage message) {
   return message;
 }
 
-void Conversation::give_up(const ServerMessage& message) {
+void Conversation::reject_oversized_reply(const ServerMessage& message) {
   const std::string beyond = " has a message longer than " + std::to_string(kMaxServerFrameBytes) +
                              " bytes, the most that is sent";
   if (const auto* list = std::get_if<DatasetList>(&message)) {
@@ -174,7 +174,7 @@ void Conversation::give_up(const ServerMessage& message) {
   }
 }
 
-asio::awaitable<void> Conversation::room() {
+asio::awaitable<void> Conversation::until_readable() {
   const auto self = shared_from_this();
   while (!has_room()) co_await replies_taken_.wait();
 }
@@ -191,8 +191,8 @@ bool Conversation::has_room() const {
          std::none_of(replies_.begin(), replies_.end(), is_large);
 }
 
-void Conversation::reply(ServerMessage message, Room room) {
-  replies_.push_back({std::move(message), std::move(room)});
+void Conversation::reply(ServerMessage message, Reservation reservation) {
+  replies_.push_back({std::move(message), std::move(reservation)});
   something_to_send_.notify_all();
 }
 
@@ -206,13 +206,14 @@ void Conversation::perform(Actions actions) {
 }
 
 void Conversation::perform(Send action) {
-  auto room = client_->reserve(waiting_bytes(action.message));
+  auto reservation = client_->reserve(waiting_bytes(action.message));
   if (const auto* list = std::get_if<DatasetList>(&action.message)) {
     RequestRecord record(client_, {.kind = "list", .request = list->request_id});
-    record.end(room ? "complete" : name(room.error().code));
-    if (!room) action.message = ErrorReply{list->request_id, room.error()};
+    record.end(reservation ? "complete" : name(reservation.error().code));
+    if (!reservation) action.message = ErrorReply{list->request_id, reservation.error()};
   }
-  replies_.push_back({std::move(action.message), room ? *std::move(room) : Room()});
+  replies_.push_back(
+      {std::move(action.message), reservation ? *std::move(reservation) : Reservation()});
 }
 
 void Conversation::perform(StartStream action) {
@@ -221,25 +222,25 @@ void Conversation::perform(StartStream action) {
              .messages = nullptr,
              .record = std::make_unique<RequestRecord>(
                  client_, facts_of("stream", open.request_id, open.dataset, open.request)),
-             .room = std::move(new_room_)};
+             .reservation = std::move(request_reservation_)};
   stream_->messages = caller_->steps(std::move(action), [weak = weak_from_this()] {
     if (const auto self = weak.lock()) self->something_to_send_.notify_all();
   });
 }
 
-void Conversation::perform(AnswerQuestion action) {
+void Conversation::perform(RunQuery action) {
   const std::uint64_t number = ++last_question_;
   RunningQuestion& running = questions_[number];
   running.request_id = request_id_of(action.question);
-  running.room = std::move(new_room_);
+  running.reservation = std::move(request_reservation_);
   running.record = std::make_unique<RequestRecord>(client_, facts_of(action.question));
   caller_->answer(std::move(action), running.stop.get_token(),
-                  [self = shared_from_this(), number](Result<QuestionReply> made) {
+                  [self = shared_from_this(), number](Result<DatasetQueryReply> made) {
                     self->answer_made(number, std::move(made));
                   });
 }
 
-void Conversation::answer_made(std::uint64_t number, Result<QuestionReply> made) {
+void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> made) {
   session_.question_ended();
   const auto found = questions_.find(number);
   if (found == questions_.end()) return;  // The client has left.
@@ -249,7 +250,8 @@ void Conversation::answer_made(std::uint64_t number, Result<QuestionReply> made)
   idleness_.note(Clock::now());
   question.record->end(made ? "complete" : name(made.error().code));
   if (made) {
-    std::visit([&](auto& answer) { reply(std::move(answer), std::move(question.room)); }, *made);
+    std::visit([&](auto& answer) { reply(std::move(answer), std::move(question.reservation)); },
+               *made);
   } else {
     reply(ErrorReply{.request_id = question.request_id, .error = made.error()});
   }

@@ -1,7 +1,7 @@
 // A session at work: performs its actions, has the service make what is answered, and hands out the
 // messages to send, one at a time. It knows no socket, so that TCP and WebSockets share it:
 //
-//   reading:  co_await room(); read a message; receive(content)
+//   reading:  co_await until_readable(); read a message; receive(content)
 //   writing:  while (auto message = co_await next_message()) write it
 //   and, as time goes by, keep_time(now)
 //
@@ -35,7 +35,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // `idle_time` without a message from the client, a stream or an estimate ends it; 0: nothing
   // does.
   Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
-               ClientContextPtr client, std::chrono::milliseconds idle_time = {});
+               ConnectionContextPtr client, std::chrono::milliseconds idle_time = {});
 
   // The content of one frame or one WebSocket message, of untrusted bytes.
   void receive(std::string_view content);
@@ -45,17 +45,17 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void leave();
   // `message`, of next_message(), is too long to be sent: its request is answered with an error
   // instead, and the session goes on.
-  void give_up(const ServerMessage& message);
+  void reject_oversized_reply(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
   // Idle since then; nullopt while a request is in progress.
-  [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> resting_since() const;
+  [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const;
   // What the way to the client was found to carry.
-  void link_carries(double bytes_per_second) { caller_->link_carries(bytes_per_second); }
+  void set_bandwidth(double bytes_per_second) { caller_->set_bandwidth(bytes_per_second); }
 
   // The next message to send; nullopt when the session is over.
   [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
   // Returns when another message may be received.
-  [[nodiscard]] asio::awaitable<void> room();
+  [[nodiscard]] asio::awaitable<void> until_readable();
 
   // The longest message that may be received once the client is welcomed.
   [[nodiscard]] std::uint32_t max_message_bytes() const { return session_.max_message_bytes(); }
@@ -67,17 +67,17 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
     std::uint64_t request_id = 0;
     ProgressiveStreamPtr messages;
     std::unique_ptr<RequestRecord> record;
-    ByteReservations::Reservation room = {};
+    ByteReservations::Reservation reservation = {};
   };
   struct RunningQuestion {
     std::uint64_t request_id = 0;
     std::unique_ptr<RequestRecord> record;
     std::stop_source stop = {};
-    ByteReservations::Reservation room = {};
+    ByteReservations::Reservation reservation = {};
   };
   struct Reply {
     ServerMessage message;
-    ByteReservations::Reservation room = {};
+    ByteReservations::Reservation reservation = {};
   };
 
   void take(const tl::expected<ClientMessage, ParseError>& message, std::size_t message_bytes);
@@ -86,14 +86,14 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void perform(Actions actions);
   void perform(Send action);
   void perform(StartStream action);
-  void perform(AnswerQuestion action);
+  void perform(RunQuery action);
   void perform(StopStream action);
   void perform(Close action);
 
-  void answer_made(std::uint64_t number, Result<QuestionReply> made);
-  [[nodiscard]] std::optional<ServerMessage> take_stream_message();
-  [[nodiscard]] ServerMessage told(ServerMessage message);
-  void reply(ServerMessage message, ByteReservations::Reservation room = {});
+  void answer_made(std::uint64_t number, Result<DatasetQueryReply> made);
+  [[nodiscard]] std::optional<ServerMessage> next_stream_message();
+  [[nodiscard]] ServerMessage note_reply(ServerMessage message);
+  void reply(ServerMessage message, ByteReservations::Reservation reservation = {});
   void drop_stream();
   [[nodiscard]] bool has_room() const;
   [[nodiscard]] bool is_busy() const { return stream_ || !questions_.empty() || is_greeting_; }
@@ -101,15 +101,15 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   asio::any_io_executor executor_;
   CallerPtr caller_;
   Session session_;
-  ClientContextPtr client_;
+  ConnectionContextPtr client_;
   bool is_over_ = false;
   // The dataset listing for the new client is in progress.
   bool is_greeting_ = false;
   // The memory reserved for the request that is about to start.
-  ByteReservations::Reservation new_room_;
+  ByteReservations::Reservation request_reservation_;
   std::deque<Reply> replies_;
   // The memory of the reply that is being sent.
-  ByteReservations::Reservation leaving_room_;
+  ByteReservations::Reservation reply_reservation_;
   // Reading is paused until then (rate limit).
   std::chrono::steady_clock::time_point quiet_until_ = {};
   std::optional<Stream> stream_;

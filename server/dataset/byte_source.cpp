@@ -32,14 +32,14 @@ std::uint64_t size_of(const fs::path& file, int descriptor) {
 
 }  // namespace
 
-KeptBytes ByteSource::bytes(std::uint64_t offset, std::size_t size) const {
+RetainedBytes ByteSource::bytes(std::uint64_t offset, std::size_t size) const {
   auto copy = std::make_shared<std::vector<std::byte>>(size);
   read(offset, *copy);
   const std::span<const std::byte> bytes = *copy;
   return {bytes, std::move(copy)};
 }
 
-KeptBytes MemorySource::bytes(std::uint64_t offset, std::size_t size) const {
+RetainedBytes MemorySource::bytes(std::uint64_t offset, std::size_t size) const {
   assert(offset <= bytes_.size() && size <= bytes_.size() - offset);
   return bytes_.subspan(static_cast<std::size_t>(offset), size);
 }

@@ -32,12 +32,12 @@ class ByteSource {
   // Requires offset + into.size() <= size(). Throws what the source throws when it fails.
   virtual void read(std::uint64_t offset, std::span<std::byte> into) const = 0;
   // The same bytes where they lie, as long as the source lives; a copy where they lie nowhere.
-  [[nodiscard]] virtual KeptBytes bytes(std::uint64_t offset, std::size_t size) const;
+  [[nodiscard]] virtual RetainedBytes bytes(std::uint64_t offset, std::size_t size) const;
   // Throws when the source is not what it was when it was opened.
   virtual void check() const {}
 
   // For remote sources: begins to fetch these ranges. Returns at once and never throws.
-  virtual void will_need(std::span<const FileRange> ranges) const { (void)ranges; }
+  virtual void prefetch(std::span<const FileRange> ranges) const { (void)ranges; }
   // How many bytes must come from far away before these ranges can be read.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const {
     (void)ranges;
@@ -54,7 +54,7 @@ class MemorySource : public ByteSource {
   explicit MemorySource(std::span<const std::byte> bytes) : bytes_(bytes) {}
   [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
   void read(std::uint64_t offset, std::span<std::byte> into) const override;
-  [[nodiscard]] KeptBytes bytes(std::uint64_t offset, std::size_t size) const override;
+  [[nodiscard]] RetainedBytes bytes(std::uint64_t offset, std::size_t size) const override;
 
  private:
   std::span<const std::byte> bytes_;
@@ -68,7 +68,7 @@ class RemoteSource : public ByteSource {
   void read(std::uint64_t offset, std::span<std::byte> into) const override {
     file_->read(offset, into);
   }
-  void will_need(std::span<const FileRange> ranges) const override { file_->will_need(ranges); }
+  void prefetch(std::span<const FileRange> ranges) const override { file_->prefetch(ranges); }
   [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const override {
     return file_->missing_bytes(ranges);
   }

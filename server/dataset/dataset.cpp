@@ -45,8 +45,8 @@ DatasetPtr open_dataset(const std::string& place, std::shared_ptr<RemoteFiles> f
   return std::make_shared<const PreparedVolume>(
       PreparedVolume{.info = info,
                      .samples = file->samples(),
-                     .coarse = BytesOnDemand([file] { return file->coarse(); }),
-                     .ranges = BytesOnDemand([file] { return file->ranges(); }),
+                     .coarse = LazyBytes([file] { return file->coarse(); }),
+                     .ranges = LazyBytes([file] { return file->ranges(); }),
                      .spectrum = {.layout = SpectrumLayout(info),
                                   .bins = bins_of(place, file->bins()),
                                   .voxel = static_cast<float>(voxel_length(info)),
@@ -93,7 +93,7 @@ Volume whole_volume(const PreparedVolume& dataset) {
     for (std::size_t i = 0; i < layout.size(); ++i) {
       const GridCounts brick = layout.at(i);
       const GridCounts extent = layout.extent(brick);
-      const KeptBytes bytes = dataset.samples->brick(i);
+      const RetainedBytes bytes = dataset.samples->brick(i);
       const std::byte* from = bytes.data();
       const std::size_t row_bytes = static_cast<std::size_t>(extent[0]) * sizeof(Sample);
       for (std::int32_t z = 0; z < extent[2]; ++z) {

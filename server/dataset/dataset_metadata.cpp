@@ -26,7 +26,7 @@ class Fields {
   const Json& at(const char* key) {
     static const Json kNothing;
     if (!object_.is_object() || !object_.contains(key)) {
-      complain(key, "is missing");
+      add_error(key, "is missing");
       return kNothing;
     }
     return object_.at(key);
@@ -34,7 +34,7 @@ class Fields {
   std::string text(const char* key) {
     const Json& value = at(key);
     if (value.is_string()) return value.get<std::string>();
-    complain(key, "is no text");
+    add_error(key, "is no text");
     return {};
   }
   // The text of an optional field; empty if it is absent.
@@ -49,7 +49,7 @@ class Fields {
   std::uint64_t count(const char* key) { return count(key, at(key)); }
   std::int32_t integer(const char* key) {
     const std::uint64_t value = count(key, at(key));
-    if (value > std::numeric_limits<std::int32_t>::max()) complain(key, "is too large");
+    if (value > std::numeric_limits<std::int32_t>::max()) add_error(key, "is too large");
     return static_cast<std::int32_t>(value & 0x7FFFFFFFu);
   }
   std::optional<double> number_or_null(const char* key) {
@@ -70,7 +70,7 @@ class Fields {
   Vec3 vector(const char* key, const Json& value) {
     Vec3 result{};
     if (!value.is_array() || value.size() != 3) {
-      complain(key, "is not made of three numbers");
+      add_error(key, "is not made of three numbers");
       return result;
     }
     for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = number(key, value[axis]);
@@ -80,7 +80,7 @@ class Fields {
     const Json& value = at(key);
     Affine map;
     if (!value.is_array() || value.size() != 4) {
-      complain(key, "is not made of three columns and a translation");
+      add_error(key, "is not made of three columns and a translation");
       return map;
     }
     for (std::size_t column = 0; column < 3; ++column) {
@@ -89,7 +89,7 @@ class Fields {
     map.translation = vector(key, value[3]);
     return map;
   }
-  void complain(const std::string& key, const std::string& what) {
+  void add_error(const std::string& key, const std::string& what) {
     if (trouble_.empty()) trouble_ = "field \"" + key + "\" " + what;
   }
 
@@ -98,17 +98,17 @@ class Fields {
     static const Json kEmpty = Json::array();
     const Json& value = at(key);
     if (value.is_array()) return value;
-    complain(key, "is no list");
+    add_error(key, "is no list");
     return kEmpty;
   }
   double number(const char* key, const Json& value) {
     if (value.is_number()) return value.get<double>();
-    complain(key, "is no number");
+    add_error(key, "is no number");
     return 0;
   }
   std::uint64_t count(const char* key, const Json& value) {
     if (value.is_number_unsigned()) return value.get<std::uint64_t>();
-    complain(key, "is no whole number of at least 0");
+    add_error(key, "is no whole number of at least 0");
     return 0;
   }
 
@@ -144,7 +144,7 @@ SeriesMember member_from(const Json& json, std::string& trouble) {
   member.label = {.value = label.number("value"), .name = label.later_text("name")};
   if (label.has("color")) {
     member.label->color = color_from(label.text("color"));
-    if (!member.label->color) label.complain("color", "is no color such as \"#dd8265\"");
+    if (!member.label->color) label.add_error("color", "is no color such as \"#dd8265\"");
   }
   return member;
 }
@@ -174,12 +174,12 @@ std::string metadata_text(const DatasetMetadata& metadata) {
       {"program_version", metadata.program_version},
   };
   if (!metadata.source.options.empty()) json["source"]["options"] = metadata.source.options;
-  const auto tell = [&](const char* key, std::string_view text) {
+  const auto add_text = [&](const char* key, std::string_view text) {
     if (!text.empty()) json[key] = text;
   };
-  tell("space", name(info.meaning.space));
-  tell("length_unit", info.meaning.length_unit);
-  tell("value_unit", info.meaning.value_unit);
+  add_text("space", name(info.meaning.space));
+  add_text("length_unit", info.meaning.length_unit);
+  add_text("value_unit", info.meaning.value_unit);
   if (info.member) json["member"] = to_json(*info.member);
   if (metadata.label_volume) {
     json["label_volume"] = {{"samples", metadata.label_volume->samples},
@@ -208,14 +208,14 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
       info.dims[axis] = static_cast<std::int32_t>(dims[axis]);
     }
   }
-  if (dims.size() != 3) fields.complain("dims", "is not made of three numbers");
+  if (dims.size() != 3) fields.add_error("dims", "is not made of three numbers");
   const auto type = sample_type_from(fields.text("type"));
-  if (!type) fields.complain("type", "is none of u8, i8, u16, i16, f32");
+  if (!type) fields.add_error("type", "is none of u8, i8, u16, i16, f32");
   info.type = type.value_or(SampleType::kU8);
   info.spacing = fields.vector("spacing", fields.at("spacing"));
   info.index_to_world = fields.affine("index_to_world");
   const auto space = world_space_from(fields.later_text("space"));
-  if (!space) fields.complain("space", "is none of LPS, RAS and nothing");
+  if (!space) fields.add_error("space", "is none of LPS, RAS and nothing");
   info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
                   .length_unit = fields.later_text("length_unit"),
                   .value_unit = fields.later_text("value_unit")};

@@ -8,7 +8,7 @@
 
 #include "common/base/result.hpp"
 #include "common/request/dataset_info.hpp"
-#include "server/dataset/source_note.hpp"
+#include "server/dataset/provenance.hpp"
 
 namespace multitetra {
 
@@ -24,7 +24,7 @@ struct LabelVolume {
 struct DatasetMetadata {
   DatasetInfo info;
   std::optional<LabelVolume> label_volume = std::nullopt;  // None: not a label's, or not known.
-  SourceNote source;
+  Provenance source;
   // The version of the program that wrote the file.
   std::string program_version;
 

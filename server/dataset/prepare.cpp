@@ -178,7 +178,7 @@ VolumeSurvey survey(VolumeSource& source, const PrepareOptions& options) {
 }
 
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
-                    const std::filesystem::path& output, const SourceNote& note) {
+                    const std::filesystem::path& output, const Provenance& note) {
   const DatasetInfo geometry = checked_geometry(source, options);
   FileSink sink(output, geometry);
   SmallParts parts(geometry, sink);

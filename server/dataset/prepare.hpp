@@ -5,7 +5,7 @@
 // bytes for each brick of samples; what else grows with the volume waits in files without a name.
 //
 //   const auto source = open_volume("CThead.nhdr");
-//   prepare(*source, {.name = "head"}, "head.mtd", source_note("CThead.nhdr"));
+//   prepare(*source, {.name = "head"}, "head.mtd", provenance("CThead.nhdr"));
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@
 #include "server/core/spectrum/spectrum_builder.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/dataset_metadata.hpp"
-#include "server/dataset/source_note.hpp"
+#include "server/dataset/provenance.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {
@@ -57,7 +57,7 @@ struct VolumeSurvey {
 // threads. Throws std::invalid_argument when an option is outside its range or the volume does not
 // fit the largest grid, VolumeFileError when the source fails, DatasetFileError when the disk does.
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
-                    const std::filesystem::path& output, const SourceNote& note);
+                    const std::filesystem::path& output, const Provenance& note);
 
 // The same in memory, without a file.
 [[nodiscard]] DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options);

@@ -10,7 +10,7 @@ namespace {
 // The start of a remote file: what a first preview reads lies in its first bytes, which come in one
 // request after that of the opening. Behind them so many bytes after a brick are fetched ahead.
 constexpr std::uint64_t kPreviewBytes = std::uint64_t{512} << 10;
-constexpr std::uint64_t kBytesAhead = std::uint64_t{1} << 20;
+constexpr std::uint64_t kPrefetchBytes = std::uint64_t{1} << 20;
 
 // Marks the keys of constant bricks, which are shared by their values.
 constexpr std::uint64_t kConstantKey = std::uint64_t{1} << 63;
@@ -25,7 +25,7 @@ PreparedBricks::PreparedBricks(BrickFile file, const char* section, std::size_t 
       type_(type),
       verified_(file_.source->is_far() ? 0 : size) {}
 
-KeptBytes PreparedBricks::brick(std::size_t number) const {
+RetainedBytes PreparedBricks::brick(std::size_t number) const {
   assert(number < size_);
   file_.source->check();
   reads_.fetch_add(1, std::memory_order_relaxed);
@@ -43,9 +43,9 @@ KeptBytes PreparedBricks::brick(std::size_t number) const {
   return {span, std::move(bytes)};
 }
 
-KeptBytes PreparedBricks::in_place(std::size_t number, const BrickPlace& place) const {
+RetainedBytes PreparedBricks::in_place(std::size_t number, const BrickPlace& place) const {
   const FileRange range = range_of(place);
-  KeptBytes bytes = file_.source->bytes(range.offset, range.size);
+  RetainedBytes bytes = file_.source->bytes(range.offset, range.size);
   if (verified_.contains(number)) return bytes;
   (void)unpacked(number, place);
   verified_.add(number);
@@ -53,13 +53,13 @@ KeptBytes PreparedBricks::in_place(std::size_t number, const BrickPlace& place) 
 }
 
 // Bricks of one value share their bytes: those of the largest of them that was looked at.
-KeptBytes PreparedBricks::constant(std::size_t number, const BrickPlace& place) const {
+RetainedBytes PreparedBricks::constant(std::size_t number, const BrickPlace& place) const {
   const FileRange range = range_of(place);
   std::uint32_t value = 0;
   const std::size_t size = bytes_of(number);
   CachedBytes bytes;
   if (range.size == static_cast<std::uint64_t>(bytes_per_sample(*type_))) {
-    const KeptBytes packed = file_.source->bytes(range.offset, range.size);
+    const RetainedBytes packed = file_.source->bytes(range.offset, range.size);
     std::copy(packed.begin(), packed.end(), std::as_writable_bytes(std::span(&value, 1)).begin());
     if (brick_checksum({packed.data(), packed.size()}) == place.checksum) {
       bytes = file_.cache->find({.owner = owner_, .item = kConstantKey | value});
@@ -78,7 +78,7 @@ CachedBytes PreparedBricks::unpacked(std::size_t number, const BrickPlace& place
   const FileRange range = range_of(place);
   look_ahead(place);
   for (int attempt = 0;; ++attempt) {
-    const KeptBytes packed = file_.source->bytes(range.offset, range.size);
+    const RetainedBytes packed = file_.source->bytes(range.offset, range.size);
     auto bytes = std::make_shared<std::vector<std::byte>>();
     const auto whole = unpack_checked(section_.name, number, place, {packed.data(), packed.size()},
                                       type_, type_ ? bytes_of(number) : 0, *bytes);
@@ -96,10 +96,10 @@ std::vector<FileRange> PreparedBricks::ranges_of(std::span<const std::size_t> br
   return ranges;
 }
 
-void PreparedBricks::will_need(std::span<const std::size_t> bricks) const {
+void PreparedBricks::prefetch(std::span<const std::size_t> bricks) const {
   if (!is_far()) return;
   try {
-    file_.source->will_need(ranges_of(bricks));
+    file_.source->prefetch(ranges_of(bricks));
   } catch (const std::exception&) {  // NOLINT: the read that needs the index gets the error.
   }
 }
@@ -118,8 +118,8 @@ void PreparedBricks::look_ahead(const BrickPlace& place) const {
   }
   const FileRange ahead{
       .offset = range.offset,
-      .size = std::min(kBytesAhead, section_.offset + section_.size - range.offset)};
-  file_.source->will_need({&ahead, 1});
+      .size = std::min(kPrefetchBytes, section_.offset + section_.size - range.offset)};
+  file_.source->prefetch({&ahead, 1});
 }
 
 // ---- samples

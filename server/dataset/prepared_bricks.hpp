@@ -51,8 +51,8 @@ class PreparedBricks : public BrickSource {
  public:
   // Requires index < size(). Throws DatasetFileError, with the file, the section, the brick and
   // what to do, when the brick is damaged, and what the source throws.
-  [[nodiscard]] KeptBytes brick(std::size_t index) const final;
-  void will_need(std::span<const std::size_t> bricks) const final;
+  [[nodiscard]] RetainedBytes brick(std::size_t index) const final;
+  void prefetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] bool is_far() const final { return file_.source->is_far(); }
 
@@ -72,9 +72,9 @@ class PreparedBricks : public BrickSource {
   [[nodiscard]] virtual std::span<const BrickPlace> index() const = 0;
   // When it is unpacked; not asked for in the spectrum.
   [[nodiscard]] virtual std::size_t bytes_of(std::size_t index) const = 0;
-  [[nodiscard]] KeptBytes in_place(std::size_t index, const BrickPlace& place) const;
+  [[nodiscard]] RetainedBytes in_place(std::size_t index, const BrickPlace& place) const;
   [[nodiscard]] CachedBytes unpacked(std::size_t index, const BrickPlace& place) const;
-  [[nodiscard]] KeptBytes constant(std::size_t index, const BrickPlace& place) const;
+  [[nodiscard]] RetainedBytes constant(std::size_t index, const BrickPlace& place) const;
   [[nodiscard]] FileRange range_of(const BrickPlace& place) const {
     return {.offset = section_.offset + place.offset, .size = place.size()};
   }

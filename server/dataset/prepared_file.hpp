@@ -3,7 +3,7 @@
 //
 //   const PreparedFile head("head.mtd");
 //   const PreparedFile far("https://store.example/head.mtd", files);
-//   const KeptBytes first = head.samples()->brick(0);
+//   const RetainedBytes first = head.samples()->brick(0);
 //
 // Guaranteed: what is handed out is bit for bit what was written. Opening verifies the structure
 // and the small sections (of a far file those that it fetches); it takes milliseconds, or one

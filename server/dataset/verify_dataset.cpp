@@ -27,15 +27,15 @@ class Ticker {
   void add(std::uint64_t bytes) {
     done_ += bytes;
     const std::uint64_t percent = done_ * 100 / total_;
-    if (!progress_ || percent <= told_percent_) return;
-    told_percent_ = percent;
+    if (!progress_ || percent <= reported_percent_) return;
+    reported_percent_ = percent;
     progress_(static_cast<double>(percent) / 100);
   }
 
  private:
   std::uint64_t total_;
   std::uint64_t done_ = 0;
-  std::uint64_t told_percent_ = 0;
+  std::uint64_t reported_percent_ = 0;
   const VerificationProgress& progress_;
 };
 

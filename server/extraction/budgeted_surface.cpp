@@ -89,7 +89,7 @@ class BudgetedSimplification {
   }
   [[nodiscard]] SimplificationOptions options() const {
     SimplificationOptions options = spec().simplification();
-    options.goes_on = true;
+    options.is_resumable = true;
     return options;
   }
 

@@ -59,7 +59,7 @@ class ShellTiles {
     return cubes;
   }
 
-  void read_ahead(const std::vector<OctreeCube>& cubes) const {
+  void prefetch_bricks(const std::vector<OctreeCube>& cubes) const {
     if (level_.finest_spacing >= kSpectrumSpacing || !volume_.samples->is_far()) return;
     std::vector<std::size_t> bricks;
     for (const OctreeCube& cube : cubes) {
@@ -68,7 +68,7 @@ class ShellTiles {
     }
     std::sort(bricks.begin(), bricks.end());
     bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
-    volume_.samples->will_need(bricks);
+    volume_.samples->prefetch(bricks);
   }
 
   // Makes the tiles of one cube: none, one, or several smaller ones.
@@ -138,7 +138,7 @@ std::vector<EncodedTile> extract_shells(const PreparedVolume& volume, const Shel
                                         std::uint32_t max_triangles) {
   const ShellTiles shells(volume, level, max_triangles);
   const std::vector<OctreeCube> cubes = shells.cubes(max_cells);
-  shells.read_ahead(cubes);
+  shells.prefetch_bricks(cubes);
   std::vector<std::vector<EncodedTile>> parts(cubes.size());
   in_parallel(
       cubes.size(), [&](std::size_t i) { shells.add_tiles(cubes[i], parts[i]); }, stop);

@@ -6,7 +6,7 @@
 
 #include "server/core/fine_errors/prepared_model.hpp"
 #include "server/extraction/detail/parallel_surface.hpp"
-#include "server/extraction/detail/read_ahead.hpp"
+#include "server/extraction/detail/prefetch_bricks.hpp"
 #include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/reference_extractor.hpp"
 
@@ -19,7 +19,7 @@ class PreparedCubes : public CubeExtractor {
       : model_(model), options_(options), pool_(pool) {}
 
   void will_extract(std::span<const OctreeCube> cubes) const override {
-    read_ahead(model_.volume(), cubes, model_.fine_options().finest_spacing);
+    prefetch_bricks(model_.volume(), cubes, model_.fine_options().finest_spacing);
   }
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const override {
     return multitetra::is_refined(model_, cube);

@@ -15,7 +15,7 @@
 #include "server/core/planning/surface_size.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/extraction/detail/cubes_by_threshold.hpp"
-#include "server/extraction/detail/read_ahead.hpp"
+#include "server/extraction/detail/prefetch_bricks.hpp"
 #include "server/extraction/detail/shell_size.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/sampled_blocks.hpp"

@@ -33,13 +33,13 @@ class GatewayServer::Running {
         return http_listener(*options_.http, options_.routes)(server);
       });
     }
-    runtime_.build(
-        *service_,
-        {.new_conversation = [this](ClientContextPtr client) { return new_conversation(client); },
-         .state = [this] { return state(); },
-         .when_reloaded = [this] { reload_secrets(); },
-         .when_stopping = [this] { upstreams_->stop(); }},
-        listeners);
+    runtime_.build(*service_,
+                   {.new_conversation =
+                        [this](ConnectionContextPtr client) { return new_conversation(client); },
+                    .state = [this] { return state(); },
+                    .when_reloaded = [this] { reload_secrets(); },
+                    .when_stopping = [this] { upstreams_->stop(); }},
+                   listeners);
   }
 
   [[nodiscard]] ServerRuntime& runtime() { return runtime_; }
@@ -47,13 +47,13 @@ class GatewayServer::Running {
   [[nodiscard]] Endpoint http() const { return runtime_.endpoint(options_.tcp ? 1 : 0); }
 
   void run() {
-    upstreams_->look_after_upstreams();
+    upstreams_->monitor_upstreams();
     runtime_.run();
     service_->join();
   }
 
  private:
-  ConversationPtr new_conversation(ClientContextPtr client) {
+  ConversationPtr new_conversation(ConnectionContextPtr client) {
     return std::make_shared<Conversation>(
         runtime_.io().get_executor(), service_->open(client),
         Session(std::make_shared<const DatasetCatalogue>(), options_.session,

@@ -16,7 +16,8 @@ struct UpstreamOptions {
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
   // The longest silence of a connected server.
   std::chrono::milliseconds silence{10'000};
-  std::chrono::milliseconds patience{30'000};  // Without a server for a stream, before it fails.
+  std::chrono::milliseconds failover_timeout{
+      30'000};  // Without a server for a stream, before it fails.
   // The wait before a failed server is tried again, doubled from time to time up to the longest.
   std::chrono::milliseconds least_backoff{100};
   std::chrono::milliseconds most_backoff{5'000};

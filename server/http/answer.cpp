@@ -158,7 +158,7 @@ void meet_conditions(Answer& answer, const HttpRequest& request, std::string_vie
     add_field(answer, "Content-Range",
               "bytes " + std::to_string(range->first) + "-" +
                   std::to_string(range->first + range->length - 1) + of);
-  } else if (std::holds_alternative<Unsatisfiable>(outcome)) {
+  } else if (std::holds_alternative<RangeNotSatisfiable>(outcome)) {
     answer.status = 416;
     answer.body = {};
     add_field(answer, "Content-Range", "bytes *" + of);

@@ -34,22 +34,22 @@ bool names_tag(std::string_view if_none_match, std::string_view tag) {
 RangeOutcome range_of(std::string_view range, std::string_view if_range, std::string_view tag,
                       std::uint64_t size) {
   constexpr std::string_view kUnit = "bytes=";
-  if (!range.starts_with(kUnit) || range.find(',') != std::string_view::npos) return Everything{};
-  if (!if_range.empty() && trimmed(if_range) != tag) return Everything{};
+  if (!range.starts_with(kUnit) || range.find(',') != std::string_view::npos) return FullContent{};
+  if (!if_range.empty() && trimmed(if_range) != tag) return FullContent{};
   range = trimmed(range.substr(kUnit.size()));
   const std::size_t dash = range.find('-');
-  if (dash == std::string_view::npos) return Everything{};
+  if (dash == std::string_view::npos) return FullContent{};
   const auto first = digits(range.substr(0, dash));
   const auto last = digits(range.substr(dash + 1));
   if (dash == 0) {  // The last so many bytes.
-    if (!last) return Everything{};
-    if (*last == 0 || size == 0) return Unsatisfiable{};
+    if (!last) return FullContent{};
+    if (*last == 0 || size == 0) return RangeNotSatisfiable{};
     const std::uint64_t length = std::min(*last, size);
     return ByteRange{size - length, length};
   }
   const bool is_open = dash + 1 == range.size();
-  if (!first || (!last && !is_open) || (last && *last < *first)) return Everything{};
-  if (*first >= size) return Unsatisfiable{};
+  if (!first || (!last && !is_open) || (last && *last < *first)) return FullContent{};
+  if (*first >= size) return RangeNotSatisfiable{};
   const std::uint64_t end = is_open ? size - 1 : std::min(*last, size - 1);
   return ByteRange{*first, end - *first + 1};
 }

@@ -20,13 +20,13 @@ struct ByteRange {
 
   friend bool operator==(const ByteRange&, const ByteRange&) = default;
 };
-struct Unsatisfiable {
-  friend bool operator==(const Unsatisfiable&, const Unsatisfiable&) = default;
+struct RangeNotSatisfiable {
+  friend bool operator==(const RangeNotSatisfiable&, const RangeNotSatisfiable&) = default;
 };
-struct Everything {
-  friend bool operator==(const Everything&, const Everything&) = default;
+struct FullContent {
+  friend bool operator==(const FullContent&, const FullContent&) = default;
 };
-using RangeOutcome = std::variant<Everything, ByteRange, Unsatisfiable>;
+using RangeOutcome = std::variant<FullContent, ByteRange, RangeNotSatisfiable>;
 
 // The requested range of content of `size` bytes with `tag`. One range is supported; a field that
 // is absent, invalid or names several is ignored, and so is one whose If-Range names another tag.

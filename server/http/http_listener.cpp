@@ -33,9 +33,10 @@ void HttpListener::close(const Error& why) {
 }
 
 void HttpListener::accept(tcp::socket socket, const Peer& peer) {
-  AdmissionControl::Admitted admitted = server_.admission.admit("http", peer.address, peer.name);
+  AdmissionControl::AdmissionResult admitted =
+      server_.admission.admit("http", peer.address, peer.name);
   if (!admitted.client) return;
-  const ClientContextPtr client = admitted.client;
+  const ConnectionContextPtr client = admitted.client;
   const std::uint64_t id = client->facts().connection;
   auto stream = std::make_unique<ByteStream>(std::move(socket), server_.admission.tls());
   const auto connection = std::make_shared<HttpConnection>(
@@ -53,7 +54,7 @@ void HttpListener::accept(tcp::socket socket, const Peer& peer) {
   }
 }
 
-void HttpListener::upgrade(const ClientContextPtr& client, std::unique_ptr<ByteStream> stream,
+void HttpListener::upgrade(const ConnectionContextPtr& client, std::unique_ptr<ByteStream> stream,
                            HttpRequest request) {
   client->changes_to("websocket");
   const std::uint64_t id = client->facts().connection;

@@ -25,7 +25,7 @@ class HttpListener : public Listener {
 
  private:
   void accept(tcp::socket socket, const Peer& peer);
-  void upgrade(const ClientContextPtr& client, std::unique_ptr<ByteStream> stream,
+  void upgrade(const ConnectionContextPtr& client, std::unique_ptr<ByteStream> stream,
                HttpRequest request);
 
   ServerContext server_;

@@ -15,7 +15,7 @@
 namespace multitetra {
 
 struct RequestContext {
-  ClientContextPtr client = nullptr;
+  ConnectionContextPtr client = nullptr;
   std::string request_id = {};
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   const char* kind = "malformed";  // As name(Route) has it.
@@ -27,7 +27,7 @@ struct RequestContext {
   std::unique_ptr<RequestRecord> record = nullptr;
   std::string_view outcome = "complete";
   // For the answer's body, until it has left.
-  ByteReservations::Reservation room = {};
+  ByteReservations::Reservation reservation = {};
   // Called before what may take long: from then on the client is watched for hanging up.
   std::function<void()> watch = {};
 

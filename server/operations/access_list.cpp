@@ -135,7 +135,7 @@ TokenDigest digest_of_token(std::string_view token) {
 Result<AccessRights> AccessList::rights_of(std::string_view token,
                                            std::chrono::system_clock::time_point now) const {
   if (token.empty()) {
-    if (!strangers_.empty() && !strangers_.front().has_expired(now)) return strangers_.front();
+    if (!anonymous_.empty() && !anonymous_.front().has_expired(now)) return anonymous_.front();
     return fail(ErrorCode::kUnauthenticated,
                 "This server requires a token. Its operator issues them.");
   }
@@ -172,7 +172,7 @@ Result<AccessList> parse_access_list(std::string_view text) {
       if (std::exchange(has_strangers, true)) {
         return bad_line(number, "is the second about clients without a token");
       }
-      list.add_for_strangers(*std::move(rights));
+      list.add_anonymous(*std::move(rights));
       continue;
     }
     const auto digest = digest_from(words[1]);
@@ -227,8 +227,8 @@ std::optional<AccessRights::Time> time_from(std::string_view text) {
   return time;
 }
 
-WithoutName without_name(std::string_view text, std::string_view name) {
-  WithoutName without;
+NameRemoval without_name(std::string_view text, std::string_view name) {
+  NameRemoval without;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size() - 1) + 1;
     const std::vector<std::string> words = words_of(std::string(text.substr(0, end)));

@@ -82,15 +82,15 @@ class AccessList {
       std::chrono::system_clock::time_point now = std::chrono::system_clock::now()) const;
 
   void add(Entry entry) { entries_.push_back(std::move(entry)); }
-  void add_for_strangers(AccessRights rights) { strangers_.push_back(std::move(rights)); }
+  void add_anonymous(AccessRights rights) { anonymous_.push_back(std::move(rights)); }
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] const std::vector<Entry>& entries() const { return entries_; }
-  [[nodiscard]] const std::vector<AccessRights>& strangers() const { return strangers_; }
+  [[nodiscard]] const std::vector<AccessRights>& anonymous() const { return anonymous_; }
 
  private:
   std::vector<Entry> entries_;
   // The rights of clients without a token; at most one entry.
-  std::vector<AccessRights> strangers_;
+  std::vector<AccessRights> anonymous_;
 };
 
 // Null where everybody may see everything.
@@ -113,10 +113,10 @@ using AccessListPtr = std::shared_ptr<const AccessList>;
 [[nodiscard]] std::optional<AccessRights::Time> time_from(std::string_view text);
 
 // The file's text without the lines of that name, and how many there were. Comments stay.
-struct WithoutName {
+struct NameRemoval {
   std::string text;
   std::size_t removed = 0;
 };
-[[nodiscard]] WithoutName without_name(std::string_view text, std::string_view name);
+[[nodiscard]] NameRemoval without_name(std::string_view text, std::string_view name);
 
 }  // namespace multitetra

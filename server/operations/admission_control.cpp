@@ -28,15 +28,15 @@ double seconds_since(Clock::time_point start) {
 
 // ---- clients
 
-ClientContext::ClientContext(AdmissionControl& admission, ClientFacts facts, std::string address,
-                             ConnectionLimiter::Ticket ticket)
+ConnectionContext::ConnectionContext(AdmissionControl& admission, ClientFacts facts,
+                                     std::string address, ConnectionLimiter::Ticket ticket)
     : admission_(admission),
       facts_(std::move(facts)),
       address_(std::move(address)),
       limited_(admission.options_.trusted_proxies.contains(address_) ? "" : limited_name(address_)),
       ticket_(std::move(ticket)) {}
 
-ClientContext::~ClientContext() {
+ConnectionContext::~ConnectionContext() {
   admission_.clients_.erase(this);
   try {
     admission_.observer().disconnected(facts_, seconds_since(since_));
@@ -44,16 +44,16 @@ ClientContext::~ClientContext() {
   }
 }
 
-void ClientContext::changes_to(ProtocolName protocol) {
+void ConnectionContext::changes_to(ProtocolName protocol) {
   admission_.observer().disconnected(facts_, seconds_since(since_));
   facts_.protocol = protocol;
   admission_.observer().connected(facts_);
 }
 
-Result<void> ClientContext::forwarded_for(std::string_view addresses) {
+Result<void> ConnectionContext::forwarded_for(std::string_view addresses) {
   const AddressRanges& trusted = admission_.options_.trusted_proxies;
   if (!trusted.contains(address_)) return {};
-  ClientBehind client = client_behind(address_, addresses, trusted);
+  ForwardedClient client = forwarded_client(address_, addresses, trusted);
   std::string limited = client.is_trusted ? "" : limited_name(client.address);
   if (limited == limited_) return {};
   ticket_ = {};  // The same connection is not counted twice.
@@ -69,18 +69,18 @@ Result<void> ClientContext::forwarded_for(std::string_view addresses) {
   return {};
 }
 
-void ClientContext::asks_for(std::string name) {
+void ConnectionContext::asks_for(std::string name) {
   if (admission_.options_.trusted_proxies.contains(address_)) asks_for_ = std::move(name);
 }
 
-std::string ClientContext::share() const {
+std::string ConnectionContext::share() const {
   if (!asks_for_.empty()) return "gateway " + address_ + " " + asks_for_;
   if (has_token_) return "token " + facts_.name;
   if (!limited_.empty()) return "address " + limited_;
   return "connection " + std::to_string(facts_.connection);
 }
 
-Result<void> ClientContext::may_ask(std::size_t message_bytes) {
+Result<void> ConnectionContext::check_rate_limit(std::size_t message_bytes) {
   constexpr std::size_t kBytesOfARequest = 64 * 1024;
   const double cost = 1 + static_cast<double>(message_bytes / kBytesOfARequest);
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
@@ -101,10 +101,10 @@ Result<void> ClientContext::may_ask(std::size_t message_bytes) {
       .retry_after = wait});
 }
 
-Result<ByteReservations::Reservation> ClientContext::reserve(std::size_t bytes) {
+Result<ByteReservations::Reservation> ConnectionContext::reserve(std::size_t bytes) {
   constexpr double kRetryAfter = 5;
-  auto room = admission_.queue_.take(share(), bytes);
-  if (room) return *std::move(room);
+  auto reservation = admission_.queue_.take(share(), bytes);
+  if (reservation) return *std::move(reservation);
   admission_.observer().refused(facts_, "queue_bytes");
   return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
                               .text = "This server has no memory for that request now; retry in " +
@@ -124,9 +124,9 @@ AdmissionControl::AdmissionControl(AdmissionOptions options)
       rates_(options_.requests),
       queue_(options_.queue_bytes, kPartOfAShare) {}
 
-AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
-                                                   const std::string& address,
-                                                   const std::string& peer) {
+AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
+                                                          const std::string& address,
+                                                          const std::string& peer) {
   ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
   // A trusted proxy has many clients; their addresses come with their requests.
   const bool is_proxy = options_.trusted_proxies.contains(address);
@@ -142,19 +142,19 @@ AdmissionControl::Admitted AdmissionControl::admit(ProtocolName protocol,
   }
   observer_->connected(facts);
   auto client =
-      std::make_shared<ClientContext>(*this, std::move(facts), address, *std::move(ticket));
+      std::make_shared<ConnectionContext>(*this, std::move(facts), address, *std::move(ticket));
   if (!refusal) clients_.insert(client.get());
   return {.client = std::move(client), .refusal = std::move(refusal)};
 }
 
 void AdmissionControl::make_room_for(const std::string& limited_name) {
-  const double newcomers = connections_.crowd_of(limited_name) + 1;
-  ClientContext* longest = nullptr;
+  const double newcomers = connections_.group_size_of(limited_name) + 1;
+  ConnectionContext* longest = nullptr;
   double crowd = 0;
-  RestingConnection::Clock::time_point since;
-  for (ClientContext* const client : clients_) {
+  IdleConnection::Clock::time_point since;
+  for (ConnectionContext* const client : clients_) {
     const auto resting = client->resting_.since ? client->resting_.since() : std::nullopt;
-    const double size = resting ? connections_.crowd_of(client->limited_) : 0;
+    const double size = resting ? connections_.group_size_of(client->limited_) : 0;
     if (size <= newcomers || size < crowd) continue;
     if (size == crowd && *resting >= since) continue;
     longest = client;
@@ -204,7 +204,7 @@ void AdmissionControl::request_over() {
 
 // ---- requests
 
-RequestRecord::RequestRecord(ClientContextPtr client, RequestFacts facts)
+RequestRecord::RequestRecord(ConnectionContextPtr client, RequestFacts facts)
     : client_(std::move(client)), facts_(std::move(facts)) {
   ++client_->admission().running_requests_;
   ++client_->admission().requests_;

@@ -3,7 +3,7 @@
 //   auto admitted = admission.admit("tcp", address, peer);   // A connection was accepted.
 //   if (!admitted.client) drop it;                         // Too many of those that are refused.
 //   if (admitted.refusal) send it, then close;
-//   if (const auto asked = admitted.client->may_ask(); !asked) answer asked.error();
+//   if (const auto asked = admitted.client->check_rate_limit(); !asked) answer asked.error();
 //   RequestRecord record(admitted.client, {.kind = "stream", ...});  // Lives as long as the request.
 //
 // It holds what may change while the server runs: certificate, access list, whether it drains.
@@ -49,20 +49,20 @@ struct AdmissionOptions {
 class AdmissionControl;
 
 // How a connection is ended that rests when a newcomer finds no room.
-struct RestingConnection {
+struct IdleConnection {
   using Clock = std::chrono::steady_clock;
   std::function<std::optional<Clock::time_point>()> since;  // nullopt while it has something to do.
   std::function<void(const Error& why)> end;
 };
 
 // The state of one connection, from accept to close.
-class ClientContext {
+class ConnectionContext {
  public:
-  ClientContext(AdmissionControl& admission, ClientFacts facts, std::string address,
-                ConnectionLimiter::Ticket ticket);
-  ~ClientContext();
-  ClientContext(const ClientContext&) = delete;
-  ClientContext& operator=(const ClientContext&) = delete;
+  ConnectionContext(AdmissionControl& admission, ClientFacts facts, std::string address,
+                    ConnectionLimiter::Ticket ticket);
+  ~ConnectionContext();
+  ConnectionContext(const ConnectionContext&) = delete;
+  ConnectionContext& operator=(const ConnectionContext&) = delete;
 
   [[nodiscard]] const ClientFacts& facts() const { return facts_; }
   [[nodiscard]] AdmissionControl& admission() const { return admission_; }
@@ -72,7 +72,7 @@ class ClientContext {
   // from there.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
   // When there are too many connections, this one may be ended while it rests.
-  void may_be_ended(RestingConnection how) { resting_ = std::move(how); }
+  void set_evictable(IdleConnection how) { resting_ = std::move(how); }
   // Its connection is of another kind from now on.
   void changes_to(ProtocolName protocol);
   // After its token was accepted: the name for the log, and whether it is that of its own token.
@@ -89,7 +89,7 @@ class ClientContext {
   // Counts a request. kLimitExceeded when there were too many within a short time; it says when to
   // come again. Long messages count for several, also where they are refused: to read them costs
   // time.
-  [[nodiscard]] Result<void> may_ask(std::size_t message_bytes = 0);
+  [[nodiscard]] Result<void> check_rate_limit(std::size_t message_bytes = 0);
   // Room for what waits, as long as the reservation lives. kUnavailable when there is none.
   [[nodiscard]] Result<ByteReservations::Reservation> reserve(std::size_t bytes);
 
@@ -100,12 +100,12 @@ class ClientContext {
   std::string limited_;  // The name under which limits count.
   bool has_token_ = false;
   std::string asks_for_;
-  RestingConnection resting_;
+  IdleConnection resting_;
   ConnectionLimiter::Ticket ticket_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
   friend class AdmissionControl;
 };
-using ClientContextPtr = std::shared_ptr<ClientContext>;
+using ConnectionContextPtr = std::shared_ptr<ConnectionContext>;
 
 class AdmissionControl {
  public:
@@ -114,13 +114,13 @@ class AdmissionControl {
   AdmissionControl(const AdmissionControl&) = delete;
   AdmissionControl& operator=(const AdmissionControl&) = delete;
 
-  struct Admitted {
-    ClientContextPtr client;  // Null: not even worth words.
+  struct AdmissionResult {
+    ConnectionContextPtr client;  // Null: not even worth words.
     // The error to send before closing.
     std::optional<Error> refusal;
   };
-  [[nodiscard]] Admitted admit(ProtocolName protocol, const std::string& address,
-                               const std::string& peer);
+  [[nodiscard]] AdmissionResult admit(ProtocolName protocol, const std::string& address,
+                                      const std::string& peer);
 
   // For the next connection; null for plain TCP.
   [[nodiscard]] const TlsContextPtr& tls() const { return tls_; }
@@ -143,7 +143,7 @@ class AdmissionControl {
   [[nodiscard]] std::uint64_t requests() const { return requests_; }  // That began so far.
 
  private:
-  friend class ClientContext;
+  friend class ConnectionContext;
   friend class RequestRecord;
   void request_over();
   // Ends the connection that has rested for longest, of the address with the most connections of
@@ -157,7 +157,7 @@ class AdmissionControl {
   ConnectionLimiter connections_;
   // Connections that are being refused.
   ConnectionLimiter refused_;
-  std::set<ClientContext*> clients_;  // Those that were not refused.
+  std::set<ConnectionContext*> clients_;  // Those that were not refused.
   RatePerName rates_;
   ByteReservations queue_;
   std::uint64_t last_connection_ = 0;
@@ -170,7 +170,7 @@ class AdmissionControl {
 // A request in progress. Its facts are reported to the observer when it ends.
 class RequestRecord {
  public:
-  RequestRecord(ClientContextPtr client, RequestFacts facts);
+  RequestRecord(ConnectionContextPtr client, RequestFacts facts);
   // A request that did not end was left by its client.
   ~RequestRecord();
   RequestRecord(const RequestRecord&) = delete;
@@ -187,7 +187,7 @@ class RequestRecord {
  private:
   [[nodiscard]] double seconds() const;
 
-  ClientContextPtr client_;
+  ConnectionContextPtr client_;
   RequestFacts facts_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
   bool has_ended_ = false;

@@ -11,30 +11,30 @@ std::optional<ByteReservations::Reservation> ByteReservations::take(const std::s
   if (bytes == 0) return Reservation();
   const std::vector<ShareLevel> levels = share_levels(share);
   std::vector<std::string> names;
-  const std::lock_guard lock(books_->mutex);
-  if (bytes > capacity_ - books_->used) return std::nullopt;
+  const std::lock_guard lock(accounts_->mutex);
+  if (bytes > capacity_ - accounts_->used) return std::nullopt;
   for (const ShareLevel& level : levels) {
-    const auto known = books_->by_level.find(level.name);
-    const std::size_t held = known == books_->by_level.end() ? 0 : known->second;
-    const std::size_t left_by_others = capacity_ - (books_->used - held);
+    const auto known = accounts_->by_level.find(level.name);
+    const std::size_t held = known == accounts_->by_level.end() ? 0 : known->second;
+    const std::size_t left_by_others = capacity_ - (accounts_->used - held);
     // As much as so many shares hold, of which each takes its part of what the ones before leave.
     const double part = 1 - std::pow(1 - part_, level.shares);
     const double most = part * static_cast<double>(left_by_others);
     if (static_cast<double>(held) + static_cast<double>(bytes) > most) return std::nullopt;
     names.push_back(level.name);
   }
-  for (const std::string& name : names) books_->by_level[name] += bytes;
-  books_->used += bytes;
-  return Reservation(books_, std::move(names), bytes);
+  for (const std::string& name : names) accounts_->by_level[name] += bytes;
+  accounts_->used += bytes;
+  return Reservation(accounts_, std::move(names), bytes);
 }
 
 ByteReservations::Reservation::~Reservation() {
-  if (!books_) return;
-  const std::lock_guard lock(books_->mutex);
-  books_->used -= bytes_;
+  if (!accounts_) return;
+  const std::lock_guard lock(accounts_->mutex);
+  accounts_->used -= bytes_;
   for (const std::string& name : levels_) {
-    const auto held = books_->by_level.find(name);
-    if ((held->second -= bytes_) == 0) books_->by_level.erase(held);
+    const auto held = accounts_->by_level.find(name);
+    if ((held->second -= bytes_) == 0) accounts_->by_level.erase(held);
   }
 }
 

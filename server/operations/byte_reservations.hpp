@@ -28,15 +28,15 @@ class ByteReservations {
 
   // `part_of_a_share`, above 0 and at most 1, of what the others leave is what a share may hold.
   explicit ByteReservations(std::size_t capacity, double part_of_a_share = 1)
-      : books_(std::make_shared<Books>()), capacity_(capacity), part_(part_of_a_share) {}
+      : accounts_(std::make_shared<Accounts>()), capacity_(capacity), part_(part_of_a_share) {}
   ByteReservations(const ByteReservations&) = delete;
   ByteReservations& operator=(const ByteReservations&) = delete;
 
   // nullopt when there is not so much left, in all or for the share.
   [[nodiscard]] std::optional<Reservation> take(const std::string& share, std::size_t bytes);
   [[nodiscard]] std::size_t used() const {
-    const std::lock_guard lock(books_->mutex);
-    return books_->used;
+    const std::lock_guard lock(accounts_->mutex);
+    return accounts_->used;
   }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
   // While no other share holds anything.
@@ -45,13 +45,13 @@ class ByteReservations {
   }
 
  private:
-  struct Books {
+  struct Accounts {
     std::mutex mutex;  // Guards the rest.
     std::size_t used = 0;
     std::unordered_map<std::string, std::size_t> by_level = {};
   };
 
-  std::shared_ptr<Books> books_;
+  std::shared_ptr<Accounts> accounts_;
   std::size_t capacity_;
   double part_;
 };
@@ -70,15 +70,15 @@ class ByteReservations::Reservation {
 
  private:
   friend class ByteReservations;
-  Reservation(std::shared_ptr<Books> books, std::vector<std::string> levels, std::size_t bytes)
-      : books_(std::move(books)), levels_(std::move(levels)), bytes_(bytes) {}
+  Reservation(std::shared_ptr<Accounts> books, std::vector<std::string> levels, std::size_t bytes)
+      : accounts_(std::move(books)), levels_(std::move(levels)), bytes_(bytes) {}
   void swap(Reservation& other) noexcept {
-    std::swap(books_, other.books_);
+    std::swap(accounts_, other.accounts_);
     std::swap(levels_, other.levels_);
     std::swap(bytes_, other.bytes_);
   }
 
-  std::shared_ptr<Books> books_;
+  std::shared_ptr<Accounts> accounts_;
   std::vector<std::string> levels_;  // Names of share_levels().
   std::size_t bytes_ = 0;
 };

@@ -123,8 +123,8 @@ bool AddressRanges::contains(std::string_view address) const {
                      [&](const Range& range) { return agree(bytes, range.network, range.bits); });
 }
 
-ClientBehind client_behind(std::string_view peer, std::string_view forwarded_for,
-                           const AddressRanges& trusted) {
+ForwardedClient forwarded_client(std::string_view peer, std::string_view forwarded_for,
+                                 const AddressRanges& trusted) {
   std::string client(peer);
   bool is_more = !trimmed(forwarded_for).empty();
   while (trusted.contains(client)) {

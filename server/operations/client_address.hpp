@@ -47,7 +47,7 @@ class AddressRanges {
 };
 
 // The address of a client, possibly behind trusted proxies.
-struct ClientBehind {
+struct ForwardedClient {
   std::string address;
   // A trusted proxy without a client's address: limits per address do not apply.
   bool is_trusted = false;
@@ -56,7 +56,8 @@ struct ClientBehind {
 // values, joined by commas) that is no trusted proxy's. So a client cannot choose its address. An
 // address may have a port, and brackets. If the last word is no address, the proxy that added it
 // counts as the client.
-[[nodiscard]] ClientBehind client_behind(std::string_view peer, std::string_view forwarded_for,
-                                         const AddressRanges& trusted);
+[[nodiscard]] ForwardedClient forwarded_client(std::string_view peer,
+                                               std::string_view forwarded_for,
+                                               const AddressRanges& trusted);
 
 }  // namespace multitetra

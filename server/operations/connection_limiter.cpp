@@ -35,7 +35,7 @@ Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter(const std::string& na
   return ticket;
 }
 
-double ConnectionLimiter::crowd_of(const std::string& name) const {
+double ConnectionLimiter::group_size_of(const std::string& name) const {
   double most = 0;
   for (const ShareLevel& level : share_levels(name)) {
     const auto found = by_level_.find(level.name);

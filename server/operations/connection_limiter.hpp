@@ -39,7 +39,7 @@ class ConnectionLimiter {
   [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }
   // The connections of a name; the networks around it may have more for each share that they
   // count for.
-  [[nodiscard]] double crowd_of(const std::string& name) const;
+  [[nodiscard]] double group_size_of(const std::string& name) const;
 
  private:
   void leave(const std::vector<std::string>& levels);

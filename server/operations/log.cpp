@@ -54,7 +54,7 @@ class JsonText : public spdlog::custom_flag_formatter {
       fields = text.substr(1, end - 1);
       text = text.substr(end + 1);
     }
-    append(line, quoted_for_json(text));
+    append(line, json_quoted(text));
     append(line, fields);
   }
   [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
@@ -104,11 +104,11 @@ std::string text_value(const LogValue& value) {
   if (const auto* real = std::get_if<double>(&value)) return number(*real);
   const auto text = std::get<std::string_view>(value);
   const bool is_word = !text.empty() && text.find_first_of(" =\"\\") == std::string_view::npos;
-  return is_word ? std::string(text) : quoted_for_json(text);
+  return is_word ? std::string(text) : json_quoted(text);
 }
 
 std::string json_value(const LogValue& value) {
-  if (const auto* text = std::get_if<std::string_view>(&value)) return quoted_for_json(*text);
+  if (const auto* text = std::get_if<std::string_view>(&value)) return json_quoted(*text);
   return text_value(value);
 }
 
@@ -217,7 +217,7 @@ std::string escaped_for_text(std::string_view text) {
   return escaped;
 }
 
-std::string quoted_for_json(std::string_view text) {
+std::string json_quoted(std::string_view text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

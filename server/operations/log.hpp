@@ -56,6 +56,6 @@ void log_line_about(std::string_view peer, LogLevel level, std::string_view text
 [[nodiscard]] std::string text_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string json_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string escaped_for_text(std::string_view text);
-[[nodiscard]] std::string quoted_for_json(std::string_view text);
+[[nodiscard]] std::string json_quoted(std::string_view text);
 
 }  // namespace multitetra

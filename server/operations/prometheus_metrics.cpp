@@ -176,7 +176,7 @@ void PrometheusMetrics::sent(ProtocolName protocol, std::size_t bytes) {
   families_->sent.Add({{"transport", protocol}}).Increment(static_cast<double>(bytes));
 }
 
-void PrometheusMetrics::tell_blocks(Families& f, const BlockState& blocks) {
+void PrometheusMetrics::add_block_metrics(Families& f, const BlockState& blocks) {
   raise_to(f.block_hits.Add({{"where", "memory"}}), blocks.memory_hits);
   raise_to(f.block_hits.Add({{"where", "disk"}}), blocks.disk_hits);
   raise_to(f.block_fetches, blocks.fetched);
@@ -196,7 +196,7 @@ std::string PrometheusMetrics::text(const ServiceState& state) {
   f.waiting_jobs.Set(static_cast<double>(state.waiting_jobs));
   f.waiting_bytes.Set(static_cast<double>(state.waiting_bytes));
   f.datasets.Set(static_cast<double>(state.datasets));
-  if (state.blocks) tell_blocks(f, *state.blocks);
+  if (state.blocks) add_block_metrics(f, *state.blocks);
   for (const UpstreamState& one : state.upstreams) {
     f.upstreams.Add({{"upstream", one.name}}).Set(one.is_up ? 1 : 0);
     raise_to(f.damaged_tiles.Add({{"upstream", one.name}}), one.damaged_tiles);

@@ -73,7 +73,7 @@ class PrometheusMetrics : public ServiceObserver {
 
  private:
   struct Families;
-  static void tell_blocks(Families& families, const BlockState& blocks);
+  static void add_block_metrics(Families& families, const BlockState& blocks);
   std::unique_ptr<Families> families_;
 };
 

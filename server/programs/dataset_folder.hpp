@@ -23,7 +23,7 @@ template <typename Work, typename Failed>
       work(dataset);
     } catch (const std::exception& problem) {
       code = kFailed;
-      complain("multitetra-server", problem.what());
+      print_error("multitetra-server", problem.what());
       failed(dataset, problem.what());
     }
   }

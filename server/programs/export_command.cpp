@@ -68,8 +68,11 @@ class Exporter {
  public:
   // `report` receives the percentage that is done.
   Exporter(const SurfaceExtractor& extractor, const CellTree& tree, std::filesystem::path folder,
-           std::function<void(double)> tell)
-      : extractor_(extractor), tree_(tree), folder_(std::move(folder)), tell_(std::move(tell)) {}
+           std::function<void(double)> report)
+      : extractor_(extractor),
+        tree_(tree),
+        folder_(std::move(folder)),
+        report_(std::move(report)) {}
 
   [[nodiscard]] const Exported& exported() const { return exported_; }
 
@@ -111,7 +114,7 @@ class Exporter {
     std::vector<LevelMesh> levels;
     for (std::size_t i = 0; i < asked.size(); ++i) {
       LatticeMesh mesh = surface(asked[i].request);
-      tell_(100.0 * static_cast<double>(i + 1) / static_cast<double>(asked.size()));
+      report_(100.0 * static_cast<double>(i + 1) / static_cast<double>(asked.size()));
       if (mesh.triangles.empty()) break;
       const auto triangles = static_cast<double>(mesh.triangles.size());
       if (levels.empty() ||
@@ -139,7 +142,7 @@ class Exporter {
         percent_ += octant;
       }
     }
-    tell_(percent_);
+    report_(percent_);
   }
 
   LatticeMesh surface(const IsosurfaceRequest& request) {
@@ -182,7 +185,7 @@ class Exporter {
   const SurfaceExtractor& extractor_;
   const CellTree& tree_;
   std::filesystem::path folder_;
-  std::function<void(double)> tell_;
+  std::function<void(double)> report_;
   Exported exported_;
   // The percentage of the grid that is done.
   double percent_ = 0;

@@ -186,8 +186,8 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
 }
 
 // The final step that a server would send for a request with a budget.
-MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
-                    const IsosurfaceRequest& asked) {
+StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
+                      const IsosurfaceRequest& asked) {
   auto made =
       make_next_step(ExtractedSurfaces(extractor),
                      {.request = asked, .steps = StepPolicy::kFinalOnly}, {}, {.as_meshes = true});
@@ -196,7 +196,7 @@ MadeStep affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
 }
 
 // Its tiles as they were made, or as they are decoded.
-TiledSurface surface_of(const MadeStep& made) {
+TiledSurface surface_of(const StepResult& made) {
   const TiledStep& step = made.encoded;
   TiledSurface surface{
       .tetrahedra = step.tetrahedra, .active_tetrahedra = step.active_tetrahedra, .tiles = {}};
@@ -231,11 +231,11 @@ int extract(const ExtractArguments& arguments) {
     throw ExitError(kUsage, "--lattice: " + fits.error().text);
   }
   Notices notices;
-  notices.tell(request_notices(*asked, info));
+  notices.add(request_notices(*asked, info));
   const auto extractor = std::make_shared<const SurfaceExtractor>(dataset);
 
   progress.begin("surface");
-  std::optional<MadeStep> within_budget;
+  std::optional<StepResult> within_budget;
   if (has_budget(*asked)) within_budget = affordable(extractor, *asked);
   IsosurfaceRequest request = within_budget ? within_budget->step.request : *asked;
   // A level has no error that simplification could keep to.
@@ -262,11 +262,11 @@ int extract(const ExtractArguments& arguments) {
   const ContentDigest content = digest(mesh);
 
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.told(), surface, mesh, topology, content,
+    return report_of(arguments, request, notices.texts(), surface, mesh, topology, content,
                      progress);
   };
   if (topology.triangles == 0) {
-    notices.tell(empty_surface_text(request, info));
+    notices.add(empty_surface_text(request, info));
     if (!arguments.surface.allow_empty) {
       progress.finish();
       if (arguments.json) std::cout << text_of(report_now());
@@ -275,7 +275,7 @@ int extract(const ExtractArguments& arguments) {
   }
   const OutputSurface output = output_surface(mesh, arguments.surface, info);
   const std::string left_out = left_out_text(output, arguments.surface);
-  if (!left_out.empty()) notices.tell("The file has " + left_out + ".");
+  if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();
     throw ExitError(kEmptySurface, not_written_text(arguments.output));

@@ -67,7 +67,7 @@ std::uint64_t packed_sample_bytes(const PreparedFile& file) {
 
 void print_facts(const std::string& place, const PreparedFile& file) {
   const DatasetInfo& info = file.info();
-  const SourceNote& source = file.metadata().source;
+  const Provenance& source = file.metadata().source;
   const auto line = [](const char* what, const std::string& value) {
     std::cout << "  " << what << std::string(20 - std::string(what).size(), ' ')
               << printable(value, /*keeps_lines=*/false) << "\n";
@@ -108,7 +108,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
 
 Json json_of(const PreparedFile& file) {
   const DatasetInfo& info = file.info();
-  const SourceNote& source = file.metadata().source;
+  const Provenance& source = file.metadata().source;
   Json report = multitetra::json_of(info);
   report["file_bytes"] = file.bytes();
   report["sample_bytes"] = sample_bytes(info);
@@ -125,7 +125,7 @@ Json json_of(const PreparedFile& file) {
 
 int info_of_folder(const InfoArguments& arguments) {
   Json datasets = Json::array();
-  const auto tell = [&](const std::string& place) {
+  const auto print_failure = [&](const std::string& place) {
     const PreparedFile file(place);
     if (arguments.json) {
       datasets.push_back(json_of(file));
@@ -133,7 +133,7 @@ int info_of_folder(const InfoArguments& arguments) {
       print_facts(place, file);
     }
   };
-  const ExitCode code = with_each_dataset(arguments.file, tell, [](const auto&...) {});
+  const ExitCode code = with_each_dataset(arguments.file, print_failure, [](const auto&...) {});
   if (arguments.json) std::cout << text_of({{"datasets", std::move(datasets)}});
   return code;
 }

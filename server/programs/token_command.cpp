@@ -126,12 +126,12 @@ int list_tokens(const TokenArguments& arguments) {
   const AccessList list = parsed(arguments.file, TokenFile(arguments.file).text());
   Json tokens = Json::array();
   std::string text;
-  const auto tell = [&](const AccessRights& rights, bool has_token) {
+  const auto print_rights = [&](const AccessRights& rights, bool has_token) {
     tokens.push_back(json_of(rights, has_token));
     text += text_of_rights(rights, has_token);
   };
-  for (const AccessList::Entry& entry : list.entries()) tell(entry.rights, true);
-  for (const AccessRights& rights : list.strangers()) tell(rights, false);
+  for (const AccessList::Entry& entry : list.entries()) print_rights(entry.rights, true);
+  for (const AccessRights& rights : list.anonymous()) print_rights(rights, false);
   std::cout << (arguments.json ? text_of({{"file", arguments.file}, {"tokens", tokens}}) : text);
   return kOk;
 }
@@ -139,7 +139,7 @@ int list_tokens(const TokenArguments& arguments) {
 int revoke_token(const TokenArguments& arguments) {
   const std::string& name = arguments.words.back();
   TokenFile file(arguments.file);
-  const WithoutName without = without_name(file.text(), name);
+  const NameRemoval without = without_name(file.text(), name);
   if (without.removed == 0) {
     throw std::runtime_error("The token file " + arguments.file + " has no token named \"" + name +
                              "\".");

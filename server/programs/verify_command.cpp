@@ -26,8 +26,8 @@ struct VerifyArguments {
 Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   Progress progress("verify", 1, arguments.quiet || arguments.json);
   progress.begin("checksums");
-  const auto tell = [&](double fraction) { progress.update(100 * fraction, 100, "%"); };
-  const std::uint64_t bytes = verify_dataset(place, tell);
+  const auto on_progress = [&](double fraction) { progress.update(100 * fraction, 100, "%"); };
+  const std::uint64_t bytes = verify_dataset(place, on_progress);
   progress.finish();
   if (!arguments.quiet && !arguments.json) {
     std::cout << printable(place, /*keeps_lines=*/false) << ": every byte is as it was written ("

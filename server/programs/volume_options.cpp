@@ -113,28 +113,28 @@ void VolumeOptions::add_space_to(Command& command) {
       ->one_of({"LPS", "RAS", "none"});
 }
 
-std::string VolumeOptions::told() const {
+std::string VolumeOptions::command_line() const {
   std::ostringstream text;
-  const auto tell = [&](const char* name, const auto& value) {
+  const auto add_option_text = [&](const char* name, const auto& value) {
     text << (text.view().empty() ? "" : " ") << name << " " << value;
   };
-  if (!array.empty()) tell("--array", array);
-  if (level) tell("--level", *level);
-  if (time) tell("--time", *time);
-  if (channel) tell("--channel", *channel);
-  if (!series.empty()) tell("--series", series);
-  if (!component.empty()) tell("--component", component);
+  if (!array.empty()) add_option_text("--array", array);
+  if (level) add_option_text("--level", *level);
+  if (time) add_option_text("--time", *time);
+  if (channel) add_option_text("--channel", *channel);
+  if (!series.empty()) add_option_text("--series", series);
+  if (!component.empty()) add_option_text("--component", component);
   if (resample) text << (text.view().empty() ? "" : " ") << "--resample";
-  for (const double step : spacing) tell("--spacing", step);
-  for (const double place : origin) tell("--origin", place);
-  if (!orient.empty()) tell("--orient", orient);
-  if (!space.empty()) tell("--space", space);
-  if (!length_unit.empty()) tell("--length-unit", length_unit);
+  for (const double step : spacing) add_option_text("--spacing", step);
+  for (const double place : origin) add_option_text("--origin", place);
+  if (!orient.empty()) add_option_text("--orient", orient);
+  if (!space.empty()) add_option_text("--space", space);
+  if (!length_unit.empty()) add_option_text("--length-unit", length_unit);
   if (dims.empty()) return text.str();
-  for (const std::int32_t side : dims) tell("--dims", side);
-  tell("--type", type);
-  tell("--endian", endian);
-  tell("--header-bytes", header_bytes);
+  for (const std::int32_t side : dims) add_option_text("--dims", side);
+  add_option_text("--type", type);
+  add_option_text("--endian", endian);
+  add_option_text("--header-bytes", header_bytes);
   return text.str();
 }
 

@@ -46,7 +46,7 @@ struct VolumeOptions {
   // or the length unit is no unit.
   [[nodiscard]] VolumeFileOptions parsed() const;
   // Those that are not their defaults, as they would be written; empty: none.
-  [[nodiscard]] std::string told() const;
+  [[nodiscard]] std::string command_line() const;
 
  private:
   [[nodiscard]] Placement placement() const;

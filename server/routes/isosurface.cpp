@@ -11,7 +11,7 @@
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/on_workers.hpp"
+#include "server/service/run_on_workers.hpp"
 
 namespace multitetra {
 namespace {
@@ -103,7 +103,7 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
     wanted.key += " from " + shortest_text(wanted.form.min_component);
   }
   for (const IsosurfaceRequest& one : wanted.requests) wanted.key += ' ' + key_of(one);
-  bool is_told = wanted.info.content_id != 0;
+  bool is_known = wanted.info.content_id != 0;
   if (wanted.scalars) {
     const auto field = permit.describe(wanted.scalars->dataset);
     if (!field) return tl::unexpected(field.error());
@@ -111,20 +111,20 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
     if (!fits) return tl::unexpected(fits.error());
     const ScalarRange range = range_for(*wanted.scalars, *field);
     const ColorScale& colors = wanted.form.colors;
-    wanted.key += " colours " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +
+    wanted.key += " colors " + std::string(name(colors.map)) + ' ' + shortest_text(range.low) +
                   ' ' + shortest_text(range.high) + (colors.is_logarithmic ? " log" : "");
     for (const std::uint8_t part : colors.no_value) wanted.key += ' ' + std::to_string(part);
     wanted.key += ' ' + key_of(*field);
-    is_told = is_told && field->content_id != 0;
+    is_known = is_known && field->content_id != 0;
   }
-  if (is_told) wanted.tag = tag_of(wanted.key);
+  if (is_known) wanted.tag = tag_of(wanted.key);
   return wanted;
 }
 
 asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(const Wanted& wanted,
                                                                            Caller& caller) {
   std::vector<IsosurfaceRequest> requests = wanted.requests;
-  if (must_share(requests)) {
+  if (needs_shared_budget(requests)) {
     std::vector<EstimatedSize> sizes;
     for (IsosurfaceRequest request : requests) {
       request.max_triangles = request.max_bytes = 0;
@@ -165,13 +165,13 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const W
   const std::string share = context.client->share();
   const MeshPlace place = {
       .folder = options_.temporary_folder,
-      .room = [this, share](std::uint64_t bytes) { return meshes_.reserve(share, bytes); }};
+      .reservation = [this, share](std::uint64_t bytes) { return meshes_.reserve(share, bytes); }};
   const bool is_large = triangles > kManyTriangles;
   std::function<Result<std::optional<StoredMesh>>()> store =
       [surfaces, info = wanted.info, form = wanted.form, place, stop = context.stop.get_token()] {
         return guarded_store(std::move(*surfaces), info, form, place, stop);
       };
-  auto stored = co_await on_workers<std::optional<StoredMesh>>(
+  auto stored = co_await run_on_workers<std::optional<StoredMesh>>(
       assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
   if (stored && *stored && !wanted.tag.empty()) meshes_.keep(wanted.key, **stored);
   co_return stored;

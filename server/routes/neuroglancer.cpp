@@ -10,7 +10,7 @@
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/on_workers.hpp"
+#include "server/service/run_on_workers.hpp"
 
 namespace multitetra {
 namespace {
@@ -122,8 +122,8 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& t
                                                 stop = context.stop.get_token()] {
     return fragment_of(*pieces, cell, resolution, stop);
   };
-  auto made = co_await on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
-                                               /*is_long=*/false, std::move(write));
+  auto made = co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
+                                                   /*is_long=*/false, std::move(write));
   if (!made) co_return tl::unexpected(made.error());
   // Another request for the same cell may have finished first.
   const auto at = std::find(mesh->left.begin(), mesh->left.end(), cell);
@@ -148,7 +148,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
   const auto until = std::chrono::steady_clock::now() + kPatience;
   // The memory of the files, which may be evicted from their cache meanwhile.
-  ByteReservations::Reservation room;
+  ByteReservations::Reservation reservation;
   while (!mesh->left.empty()) {
     if (std::chrono::steady_clock::now() > until) {
       co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
@@ -162,10 +162,10 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
                      "The mesh has more than " + std::to_string(kMostBytes) +
                          " bytes; allow a larger error with surfaces,error=ERROR.");
     }
-    room = {};
-    auto more_room = context.client->reserve(mesh->bytes);
-    if (!more_room) co_return tl::unexpected(more_room.error());
-    room = *std::move(more_room);
+    reservation = {};
+    auto more_reserved = context.client->reserve(mesh->bytes);
+    if (!more_reserved) co_return tl::unexpected(more_reserved.error());
+    reservation = *std::move(more_reserved);
     meshes_.add(key, mesh, mesh->bytes + 1024 * (1 + mesh->fragments.size()));
   }
   co_return mesh;
@@ -176,8 +176,8 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::image(const ImageChunk& 
                                                               const DatasetInfo& info,
                                                               RequestContext& context) {
   std::string bytes;
-  const auto room = context.client->reserve(bytes_of(chunk, info.type));
-  if (!room) co_return tl::unexpected(room.error());
+  const auto reservation = context.client->reserve(bytes_of(chunk, info.type));
+  if (!reservation) co_return tl::unexpected(reservation.error());
   const auto step = static_cast<double>(chunk.step);
   for (std::int32_t z = 0; z < chunk.size[2]; ++z) {
     SliceRequest plane{.coordinates = CoordinateSystem::kIndex,

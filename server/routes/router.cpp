@@ -18,11 +18,12 @@ constexpr std::string_view kMethods = "GET, HEAD, OPTIONS";
 
 std::string_view bearer_token(const HttpRequest& request) {
   constexpr std::string_view kScheme = "Bearer ";
-  const std::string_view said = field(request, http::field::authorization);
-  if (said.size() < kScheme.size() ||
-      !boost::beast::iequals({said.data(), kScheme.size()}, {kScheme.data(), kScheme.size()}))
+  const std::string_view credentials = field(request, http::field::authorization);
+  if (credentials.size() < kScheme.size() ||
+      !boost::beast::iequals({credentials.data(), kScheme.size()},
+                             {kScheme.data(), kScheme.size()}))
     return {};
-  return said.substr(kScheme.size());
+  return credentials.substr(kScheme.size());
 }
 
 // Returns the token in the path, for viewers that send no header, or in the header.
@@ -77,11 +78,11 @@ std::string Router::loggable(std::string_view target) const { return without_tok
 asio::awaitable<Outcome> Router::answer(const HttpRequest& request, RequestContext& context) {
   Outcome outcome = co_await routed(request, context);
   if (const auto* answer = std::get_if<Answer>(&outcome)) {
-    auto room = context.client->reserve(memory_of(*answer));
-    if (room) {
-      context.room = *std::move(room);
+    auto reservation = context.client->reserve(memory_of(*answer));
+    if (reservation) {
+      context.reservation = *std::move(reservation);
     } else {
-      outcome = context.refused(room.error());
+      outcome = context.refused(reservation.error());
     }
   }
   if (auto* answer = std::get_if<Answer>(&outcome)) {
@@ -151,7 +152,7 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   // A tile at hand costs nothing: a client may fetch as many as it likes.
   const bool is_counted = !std::holds_alternative<TileBytes>(route);
   if (is_counted) {
-    if (const auto allowed = context.client->may_ask(); !allowed) {
+    if (const auto allowed = context.client->check_rate_limit(); !allowed) {
       co_return error_answer(429, allowed.error(), context.request_id);
     }
   }

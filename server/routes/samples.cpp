@@ -13,7 +13,7 @@
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/on_workers.hpp"
+#include "server/service/run_on_workers.hpp"
 
 namespace multitetra {
 namespace {
@@ -42,7 +42,7 @@ std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const Sli
          (query.no_value_color ? rgb_text(*query.no_value_color) : "") + key_of(info) + plane;
 }
 
-// Which values have which colours, and what those have that are none.
+// Which values have which colors, and what those have that are none.
 struct PictureColors {
   ColorScale scale;
   bool has_no_value = false;  // The scale's own; else they are transparent.
@@ -115,8 +115,8 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
     if (context.watch) context.watch();
     // The bytes of a picture, as pixels and as a file; the service reserves those of the samples.
     const std::size_t picture_bytes = 2 * sizeof(Pixel) * slice->width * slice->height;
-    const auto room = context.client->reserve(is_raw ? 0 : picture_bytes);
-    if (!room) co_return context.refused(room.error());
+    const auto reservation = context.client->reserve(is_raw ? 0 : picture_bytes);
+    if (!reservation) co_return context.refused(reservation.error());
     const auto reply = co_await context.caller->slice(dataset, *slice);
     if (!reply) co_return context.refused(reply.error());
     add_field(answer, "Multitetra-Sample-Spacing", std::to_string(reply->sample_spacing));
@@ -127,8 +127,8 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
           [slice = *reply, colors = PictureColors{*scale, query->no_value_color.has_value()}] {
             return guarded_picture(slice, colors);
           };
-      auto picture = co_await on_workers<std::string>(drawing_, context.client->share(),
-                                                      "picture of a slice", false, std::move(draw));
+      auto picture = co_await run_on_workers<std::string>(
+          drawing_, context.client->share(), "picture of a slice", false, std::move(draw));
       if (!picture) co_return context.refused(picture.error());
       answer.body = body_of(*std::move(picture));
     }

@@ -9,7 +9,7 @@
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/on_workers.hpp"
+#include "server/service/run_on_workers.hpp"
 #include "server/tilesets/cell_glb.hpp"
 #include "server/tilesets/tileset.hpp"
 
@@ -112,8 +112,8 @@ asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const Wanted& wanted,
   std::function<Result<SharedBytes>()> write =
       [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell,
        stop = context.stop.get_token()] { return surface_file(*surface, info, cell, stop); };
-  co_return co_await on_workers<SharedBytes>(writing_, context.client->share(), "cell",
-                                             /*is_long=*/false, std::move(write));
+  co_return co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "cell",
+                                                 /*is_long=*/false, std::move(write));
 }
 
 asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const HttpRequest& request,

@@ -9,7 +9,7 @@ namespace {
 
 // The page connects to its own host only, so that no address can make it send data, such as a
 // token, elsewhere. 'self' includes WebSockets of that host in every browser that supports the
-// colours of the page's style.
+// colors of the page's style.
 constexpr std::string_view kPolicy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; "
     "connect-src 'self'; img-src 'self' blob: data:; "

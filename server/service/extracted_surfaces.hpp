@@ -44,7 +44,7 @@ class ExtractedSurfaces : public SurfaceProvider {
   std::shared_ptr<SurfaceCache> cache_;
   mutable SingleFlight<std::string, TiledStep> meshes_;
   mutable std::mutex costs_mutex_;
-  mutable LearnedCosts costs_;  // Guarded by costs_mutex_.
+  mutable MeasuredCosts costs_;  // Guarded by costs_mutex_.
 };
 
 }  // namespace multitetra

@@ -51,7 +51,7 @@ class FairQueue {
     double expected_seconds = 0;
     double following_seconds = 0;  // Expected of a job that this one will add.
   };
-  struct Taken {
+  struct DequeuedJob {
     Client client = {};
     Job job;
     // The weight of the share when the job was taken.
@@ -80,15 +80,15 @@ class FairQueue {
   }
 
   // The next job to run; nullopt when none may run now. done() must follow.
-  [[nodiscard]] std::optional<Taken> take() {
+  [[nodiscard]] std::optional<DequeuedJob> take() {
     auto next = shares_.end();
-    std::optional<Turn> best;
+    std::optional<ClientTurn> best;
     std::uint64_t number = 0;
     for (auto at = shares_.begin(); at != shares_.end(); ++at) {
       const auto in_share = next_of(at->second);
       if (!in_share) continue;
       const Job& job = in_share->second->jobs.front();
-      const Turn turn = turn_of(at->second, job, weight_of(at->second));
+      const ClientTurn turn = turn_of(at->second, job, weight_of(at->second));
       if (best && *best <= turn) continue;
       best = turn;
       next = at;
@@ -97,7 +97,7 @@ class FairQueue {
     if (!best) return std::nullopt;
     Share& share = next->second;
     Queue& queue = share.clients.at(number);
-    Taken taken{{next->first, number}, std::move(queue.jobs.front()), weight_of(share)};
+    DequeuedJob taken{{next->first, number}, std::move(queue.jobs.front()), weight_of(share)};
     queue.jobs.pop_front();
     ++turns_;
     begin(share, taken.job, taken.weight);
@@ -111,7 +111,7 @@ class FairQueue {
   }
 
   // The job that was taken has run for `seconds`.
-  void done(const Taken& taken, double seconds) {
+  void done(const DequeuedJob& taken, double seconds) {
     const auto at = shares_.find(taken.client.share);
     Share& share = at->second;
     if (taken.job.is_long) {
@@ -127,7 +127,7 @@ class FairQueue {
       --busy_shares_;
       for (const auto& network : share.networks) --network->second.busy;
     }
-    forget_the_idle(share);
+    drop_idle_clients(share);
   }
 
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
@@ -176,15 +176,15 @@ class FairQueue {
     }
   };
   // What decides: the least comes next. Of equal ones the one that was served longest ago.
-  struct Turn {
+  struct ClientTurn {
     bool is_background = false;
     double finish = 0;
     std::uint64_t last_turn = 0;
 
-    friend auto operator<=>(const Turn&, const Turn&) = default;
+    friend auto operator<=>(const ClientTurn&, const ClientTurn&) = default;
   };
 
-  static Turn turn_of(const Served& served, const Job& job, double weight) {
+  static ClientTurn turn_of(const Served& served, const Job& job, double weight) {
     return {job.is_background, served.served + job.expected_seconds / weight, served.last_turn};
   }
   // At most 1: the shares of a network have at most its weight together.
@@ -218,10 +218,10 @@ class FairQueue {
     if (share.waiting == 0 || share.running >= kMostOfAShare) return std::nullopt;
     const bool may_be_long = running_long_ < max_long_ && share.running_long < kMostLongOfAShare;
     std::optional<std::pair<std::uint64_t, const Queue*>> next;
-    std::optional<Turn> best;
+    std::optional<ClientTurn> best;
     for (const auto& [number, queue] : share.clients) {
       if (queue.jobs.empty() || (queue.jobs.front().is_long && !may_be_long)) continue;
-      const Turn turn = turn_of(queue, queue.jobs.front(), 1);
+      const ClientTurn turn = turn_of(queue, queue.jobs.front(), 1);
       if (best && *best <= turn) continue;
       best = turn;
       next = {number, &queue};
@@ -241,7 +241,7 @@ class FairQueue {
 
   // An idle share or client is remembered while it was served for longer than the others. When
   // nothing is left to do, nothing is.
-  void forget_the_idle(Share& share) {
+  void drop_idle_clients(Share& share) {
     std::erase_if(share.clients, [&share](const auto& entry) {
       return entry.second.is_idle() && entry.second.served <= share.now;
     });

@@ -7,7 +7,7 @@
 #include "common/base/in_parallel.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/operations/deadline.hpp"
-#include "server/service/detail/local_work.hpp"
+#include "server/service/detail/worker_jobs.hpp"
 #include "server/stream/stream_messages.hpp"
 
 namespace multitetra {
@@ -19,16 +19,16 @@ double seconds_since(Clock::time_point start) {
 
 class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCaller> {
  public:
-  LocalCaller(LocalService& service, ClientContextPtr client)
+  LocalCaller(LocalService& service, ConnectionContextPtr client)
       : Caller(std::move(client), service.options().requests),
         service_(service),
         queue_number_(service.workers().new_client()) {}
 
   CataloguePtr catalogue() const override { return service_.catalogue(); }
   ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
-  void answer(AnswerQuestion action, std::stop_token stop,
-              std::function<void(Result<QuestionReply>)> done) override;
-  void link_carries(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
+  void answer(RunQuery action, std::stop_token stop,
+              std::function<void(Result<DatasetQueryReply>)> done) override;
+  void set_bandwidth(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
   void keep_time(Clock::time_point now) override;
 
  protected:
@@ -62,7 +62,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   [[nodiscard]] MakingLimits step_limits() const;
   // A worker begins with it: from now on its time counts.
   void step_begins(const StreamPtr& stream);
-  void step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds);
+  void step_made(const StreamPtr& stream, Result<StepResult> step, double seconds);
 
   LocalService& service_;
   std::uint64_t queue_number_;
@@ -108,7 +108,7 @@ class LocalCaller::Stream : public ProgressiveStream {
   }
   // Before the client received anything of the step.
   void refuse(Error error) { messages.fail(std::move(error)); }
-  void supply(MadeStep step, double seconds) {
+  void supply(StepResult step, double seconds) {
     messages.supply(std::move(step), seconds);
     changed_();
   }
@@ -193,7 +193,7 @@ void LocalCaller::make_next_step() {
     limits.others_wait = self->service_.workers().waiting() > 0;
     auto made = make_step(stream->action, state, limits, stream->stop.get_token());
     multitetra::post(executor, [self = std::move(self), stream = std::move(stream),
-                                made = std::make_shared<Result<MadeStep>>(std::move(made)),
+                                made = std::make_shared<Result<StepResult>>(std::move(made)),
                                 seconds = seconds_since(start)] {
       self->step_made(stream, std::move(*made), seconds);
     });
@@ -213,7 +213,7 @@ void LocalCaller::step_begins(const StreamPtr& stream) {
   stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
 }
 
-void LocalCaller::step_made(const StreamPtr& stream, Result<MadeStep> step, double seconds) {
+void LocalCaller::step_made(const StreamPtr& stream, Result<StepResult> step, double seconds) {
   is_making_ = false;
   stream->worker.clear();
   client()->admission().observer().step_made(seconds);
@@ -277,11 +277,11 @@ void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
   post(std::move(work), priority, std::move(on_worker), std::move(forecast));
 }
 
-void LocalCaller::answer(AnswerQuestion action, std::stop_token stop,
-                         std::function<void(Result<QuestionReply>)> done) {
+void LocalCaller::answer(RunQuery action, std::stop_token stop,
+                         std::function<void(Result<DatasetQueryReply>)> done) {
   WorkKind work = work_for(*action.source, action.question);
   const Priority priority = priority_of(action.question);
-  run<QuestionReply>(
+  run<DatasetQueryReply>(
       std::move(work), priority, std::move(stop),
       [action = std::move(action)](const std::stop_token& of_job) {
         return make_answer(action, of_job);
@@ -316,7 +316,7 @@ LocalService::LocalService(asio::any_io_executor executor, CataloguePtr catalogu
       workers_(options_.workers) {}
 LocalService::~LocalService() = default;
 
-CallerPtr LocalService::open(ClientContextPtr client) {
+CallerPtr LocalService::open(ConnectionContextPtr client) {
   return std::make_shared<LocalCaller>(*this, std::move(client));
 }
 

@@ -29,7 +29,7 @@ class LocalService : public SurfaceService {
   LocalService(asio::any_io_executor executor, CataloguePtr catalogue, LocalServiceOptions options);
   ~LocalService() override;
 
-  [[nodiscard]] CallerPtr open(ClientContextPtr client) override;
+  [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override;
   [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
                                                      const TileCache::MaySee& may_see) override;
 

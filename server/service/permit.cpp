@@ -12,10 +12,10 @@ namespace {
 
 // Previews that no stream of this dataset can have begun with.
 Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool shells) {
-  const std::vector<Preview>& begun = open.begun;
+  const std::vector<Preview>& begun = open.resumed_previews;
   if (!begun.empty() && begun.front().finest_spacing > 1 << info.grid_exponent) {
     return fail(ErrorCode::kInvalidArgument,
-                "OpenStream.begun names a preview with a finest spacing of " +
+                "OpenStream.resumed_previews names a preview with a finest spacing of " +
                     std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
                     "\" has a grid of " + std::to_string(1 << info.grid_exponent) +
                     " steps a side.");
@@ -25,10 +25,10 @@ Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool s
     const bool is_possible = shells && allows_shells(open.request) &&
                              has_shells(info, level_of(preview_step(open.request, preview, info)));
     if (is_possible) continue;
-    return fail(
-        ErrorCode::kInvalidArgument,
-        "OpenStream.begun names sample shells that this client, this request or dataset \"" +
-            info.name + "\" cannot have; leave them out.");
+    return fail(ErrorCode::kInvalidArgument,
+                "OpenStream.resumed_previews names sample shells that this client, this request or "
+                "dataset \"" +
+                    info.name + "\" cannot have; leave them out.");
   }
   return {};
 }
@@ -41,7 +41,7 @@ Result<void> check_limits(const RequestLimits& limits, const IsosurfaceRequest& 
                                              std::to_string(limits.max_regions) + ".");
 }
 
-Result<void> check(const Question& question) {
+Result<void> check(const DatasetQuery& question) {
   if (const auto* estimate = std::get_if<Estimate>(&question)) {
     if (const auto valid = validated(estimate->request); !valid) {
       return tl::unexpected(valid.error());
@@ -99,8 +99,7 @@ Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
   for (const DatasetInfo& info : describe()) known.push_back(info.name);
   return fail(ErrorCode::kUnknownDataset,
               "No dataset is named \"" + dataset +
-                  "\"; the list of datasets (multitetra-client list, /v1/datasets) tells those "
-                  "that are." +
+                  "\"; the list of datasets (multitetra-client list, /v1/datasets) names all." +
                   did_you_mean(dataset, known));
 }
 
@@ -176,7 +175,7 @@ Result<StartStream> Permit::accept(OpenStream open) const {
                      .shells = shells};
 }
 
-Result<AnswerQuestion> Permit::accept(Question question) const {
+Result<RunQuery> Permit::accept(DatasetQuery question) const {
   if (const auto checked = check(question); !checked) return tl::unexpected(checked.error());
   if (is_for_surfaces_only() && !std::holds_alternative<Estimate>(question)) {
     return fail(ErrorCode::kInvalidArgument,
@@ -185,7 +184,7 @@ Result<AnswerQuestion> Permit::accept(Question question) const {
   const IsosurfaceRequest* request = request_of(question);
   auto source = request ? provider(dataset_of(question), *request) : provider(dataset_of(question));
   if (!source) return tl::unexpected(source.error());
-  return AnswerQuestion{.question = std::move(question), .source = *std::move(source)};
+  return RunQuery{.question = std::move(question), .source = *std::move(source)};
 }
 
 }  // namespace multitetra

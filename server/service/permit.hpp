@@ -14,7 +14,7 @@
 #include "common/wire/messages.hpp"
 #include "server/operations/access_list.hpp"
 #include "server/service/dataset_catalogue.hpp"
-#include "server/service/questions.hpp"
+#include "server/service/dataset_queries.hpp"
 
 namespace multitetra {
 
@@ -29,8 +29,8 @@ struct StartStream {
   bool shells = false;  // Its steps may have them.
 };
 // A question that was found good.
-struct AnswerQuestion {
-  Question question;
+struct RunQuery {
+  DatasetQuery question;
   SurfaceProviderPtr source;
 };
 
@@ -72,7 +72,7 @@ class Permit {
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
 
   [[nodiscard]] Result<StartStream> accept(OpenStream open) const;
-  [[nodiscard]] Result<AnswerQuestion> accept(Question question) const;
+  [[nodiscard]] Result<RunQuery> accept(DatasetQuery question) const;
 
  private:
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;
@@ -84,7 +84,7 @@ class Permit {
   [[nodiscard]] bool is_for_surfaces_only() const {
     return limits_.surfaces_only || rights_.surfaces_only();
   }
-  // The field that shall colour a surface.
+  // The field that shall color a surface.
   [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
                                                      const DatasetInfo& surface) const;
 

@@ -2,14 +2,14 @@
 
 #include <utility>
 
-#include "server/service/on_workers.hpp"
-#include "server/service/waiting_memory.hpp"
+#include "server/service/run_on_workers.hpp"
+#include "server/service/waiting_bytes.hpp"
 
 namespace multitetra {
 namespace {
 
 template <typename Reply>
-Result<Reply> the(Result<QuestionReply> reply) {
+Result<Reply> the(Result<DatasetQueryReply> reply) {
   if (!reply) return tl::unexpected(reply.error());
   return std::get<Reply>(*std::move(reply));
 }
@@ -19,7 +19,7 @@ Result<Reply> the(Result<QuestionReply> reply) {
 std::optional<asio::awaitable<Result<CataloguePtr>>> Caller::find_catalogue(
     const std::string& token) {
   if (!Permit::of(token, client_->admission().access(), nullptr)) return std::nullopt;
-  return ask_for_catalogue(token);
+  return fetch_catalogue(token);
 }
 
 asio::awaitable<Result<void>> Caller::log_in(std::string token) {
@@ -51,7 +51,7 @@ asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
                   .dataset = std::move(query.dataset),
                   .request = std::move(query.request),
                   .steps = StepPolicy::kFinalOnly,
-                  .held = {},
+                  .cached_tile_digests = {},
                   .scalars = std::move(query.scalars)};
   const auto waiting = client_->reserve(waiting_bytes(open));
   if (!waiting) co_return tl::unexpected(waiting.error());
@@ -69,34 +69,34 @@ asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
   co_return made;
 }
 
-asio::awaitable<Result<QuestionReply>> Caller::ask(Question question) {
+asio::awaitable<Result<DatasetQueryReply>> Caller::ask(DatasetQuery question) {
   const auto waiting = client_->reserve(waiting_bytes(question));
   if (!waiting) co_return tl::unexpected(waiting.error());
   auto action = permit_.accept(std::move(question));
   if (!action) co_return tl::unexpected(action.error());
-  std::function<void(std::function<void(Result<QuestionReply>)>)> start =
-      [&](std::function<void(Result<QuestionReply>)> done) {
+  std::function<void(std::function<void(Result<DatasetQueryReply>)>)> start =
+      [&](std::function<void(Result<DatasetQueryReply>)> done) {
         answer(*std::move(action), stop_.get_token(), std::move(done));
       };
-  auto made = co_await result_of<QuestionReply>(std::move(start));
+  auto made = co_await result_of<DatasetQueryReply>(std::move(start));
   if (!made) co_return tl::unexpected(reason(made.error()));
   co_return made;
 }
 
 asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
                                                         IsosurfaceRequest request) {
-  Question question =
+  DatasetQuery question =
       Estimate{.request_id = 1, .dataset = std::move(dataset), .request = std::move(request)};
   co_return the<EstimateReply>(co_await ask(std::move(question)));
 }
 
 asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice) {
-  Question question = Slice{.request_id = 1, .dataset = std::move(dataset), .slice = slice};
+  DatasetQuery question = Slice{.request_id = 1, .dataset = std::move(dataset), .slice = slice};
   co_return the<SliceReply>(co_await ask(std::move(question)));
 }
 
 asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {
-  Question question =
+  DatasetQuery question =
       Probe{.request_id = 1, .dataset = std::move(dataset), .probe = std::move(probe)};
   co_return the<ProbeReply>(co_await ask(std::move(question)));
 }

@@ -57,7 +57,7 @@ struct SurfaceRequest {
 // a conversation may run beside each other.
 class Caller {
  public:
-  Caller(ClientContextPtr client, RequestLimits limits)
+  Caller(ConnectionContextPtr client, RequestLimits limits)
       : client_(std::move(client)), limits_(limits) {}
   virtual ~Caller() = default;
   Caller(const Caller&) = delete;
@@ -90,10 +90,10 @@ class Caller {
   [[nodiscard]] virtual ProgressiveStreamPtr steps(StartStream action,
                                                    std::function<void()> changed) = 0;
   // `done` is called exactly once; soon after `stop` is triggered.
-  virtual void answer(AnswerQuestion action, std::stop_token stop,
-                      std::function<void(Result<QuestionReply>)> done) = 0;
+  virtual void answer(RunQuery action, std::stop_token stop,
+                      std::function<void(Result<DatasetQueryReply>)> done) = 0;
   // What the way to the client was found to carry; streams are planned by it from now on.
-  virtual void link_carries(double /*bytes_per_second*/) {}
+  virtual void set_bandwidth(double /*bytes_per_second*/) {}
 
   // ---- for both
 
@@ -107,20 +107,20 @@ class Caller {
  protected:
   virtual void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
                             std::function<void(Result<Surface>)> done) = 0;
-  [[nodiscard]] virtual std::optional<asio::awaitable<Result<CataloguePtr>>> ask_for_catalogue(
+  [[nodiscard]] virtual std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(
       std::string /*token*/) {
     return std::nullopt;
   }
   virtual void when_closed() {}
 
-  [[nodiscard]] const ClientContextPtr& client() const { return client_; }
+  [[nodiscard]] const ConnectionContextPtr& client() const { return client_; }
 
  private:
-  [[nodiscard]] asio::awaitable<Result<QuestionReply>> ask(Question question);
+  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> ask(DatasetQuery question);
   // Why there is none, where that is because of close().
   [[nodiscard]] Error reason(const Error& error) const;
 
-  ClientContextPtr client_;
+  ConnectionContextPtr client_;
   RequestLimits limits_;
   Permit permit_;
   std::uint64_t surfaces_ = 0;  // The number of requested surfaces.
@@ -134,7 +134,7 @@ class SurfaceService {
  public:
   virtual ~SurfaceService() = default;
 
-  [[nodiscard]] virtual CallerPtr open(ClientContextPtr client) = 0;
+  [[nodiscard]] virtual CallerPtr open(ConnectionContextPtr client) = 0;
   // A tile without normals that is at hand, of a dataset that may be seen.
   [[nodiscard]] virtual std::optional<EncodedTile> find_tile(const ContentDigest& digest,
                                                              const TileCache::MaySee& may_see) = 0;

@@ -90,7 +90,7 @@ void Workers::work() {
   using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
   for (;;) {
-    std::optional<FairQueue::Taken> taken;
+    std::optional<FairQueue::DequeuedJob> taken;
     something_to_do_.wait(lock, [&] {
       taken = queue_.take();
       return taken || (is_closed_ && queue_.waiting() == 0);

@@ -19,10 +19,10 @@ Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
                     "; it must be greater than " + std::to_string(last_request_id) +
                     ", that of the last stream on this connection.");
   }
-  if (open.held.size() <= max_held_digests) return {};
-  return fail(ErrorCode::kLimitExceeded, "The request names " + std::to_string(open.held.size()) +
-                                             " held tiles; at most " +
-                                             std::to_string(max_held_digests) + " are allowed.");
+  if (open.cached_tile_digests.size() <= max_held_digests) return {};
+  return fail(ErrorCode::kLimitExceeded,
+              "The request names " + std::to_string(open.cached_tile_digests.size()) +
+                  " held tiles; at most " + std::to_string(max_held_digests) + " are allowed.");
 }
 
 std::string version_range(std::uint32_t low, std::uint32_t high) {
@@ -138,7 +138,7 @@ Actions Session::answer(const Slice& slice) { return ask(slice); }
 
 Actions Session::answer(const Probe& probe) { return ask(probe); }
 
-Actions Session::ask(Question question) {
+Actions Session::ask(DatasetQuery question) {
   const std::uint64_t request_id = request_id_of(question);
   auto accepted = permit_.accept(std::move(question));
   if (!accepted) return {reply(accepted.error(), request_id)};

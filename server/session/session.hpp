@@ -36,7 +36,7 @@ struct StopStream {
 struct Close {
   std::string reason;  // For the log.
 };
-using Action = std::variant<Send, StartStream, AnswerQuestion, StopStream, Close>;
+using Action = std::variant<Send, StartStream, RunQuery, StopStream, Close>;
 using Actions = std::vector<Action>;
 
 struct SessionOptions {
@@ -94,7 +94,7 @@ class Session {
   Actions answer(const Estimate& estimate);
   Actions answer(const Slice& slice);
   Actions answer(const Probe& probe);
-  Actions ask(Question question);
+  Actions ask(DatasetQuery question);
 
   CataloguePtr catalogue_;
   LatestCatalogue latest_;  // May be empty.

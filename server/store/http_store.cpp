@@ -48,7 +48,7 @@ class HttpStore : public ObjectStore {
     if (answer.is_good()) return std::move(answer.bytes);
     if (answer.status == 404 || answer.status == 410) return std::nullopt;
     if (answer.status == 401 || answer.status == 403) {
-      throw StoreRefusal(
+      throw StoreAccessDenied(
           request.address, "the server refuses it with status " + std::to_string(answer.status),
           "Check the credentials; a bucket also answers so for missing objects, unless it "
           "may be listed");

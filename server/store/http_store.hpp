@@ -17,8 +17,8 @@ namespace multitetra {
 // AWS_REGION, where needed) requests to s3:// are signed with Signature Version 4; without them the
 // bucket must be public. Redirects are followed to the same host, from http to https but not back,
 // and with options.follow to other hosts, which never get credentials: neither those of S3 nor a
-// user and password of the address. 401 and 403 are StoreRefusal, for they say nothing of whether
-// there is an object. Throws StoreError for an address that is none.
+// user and password of the address. 401 and 403 are StoreAccessDenied, for they say nothing of
+// whether there is an object. Throws StoreError for an address that is none.
 [[nodiscard]] std::unique_ptr<ObjectStore> http_store(const std::string& address,
                                                       const HttpStoreOptions& options = {});
 

@@ -268,14 +268,14 @@ std::vector<std::uint64_t> RemoteFiles::missing_blocks(const OpenFile& file,
   return missing;
 }
 
-void RemoteFiles::fetch_ahead(const OpenFilePtr& file, std::span<const FileRange> ranges) {
+void RemoteFiles::prefetch_ranges(const OpenFilePtr& file, std::span<const FileRange> ranges) {
   const std::vector<std::uint64_t> missing = missing_blocks(*file, ranges);
   const std::size_t most = options_.memory_bytes / 2 / kBlockBytes;
   const std::lock_guard lock(mutex_);
   std::size_t added = 0;
   for (std::size_t i = 0; i < missing.size() && added < most;) {
     std::size_t blocks = 1;
-    while (i + blocks < missing.size() && blocks < kRunBlocks &&
+    while (i + blocks < missing.size() && blocks < kMaxBlocksPerRequest &&
            missing[i + blocks] == missing[i] + blocks) {
       ++blocks;
     }
@@ -285,7 +285,7 @@ void RemoteFiles::fetch_ahead(const OpenFilePtr& file, std::span<const FileRange
     i += blocks;
   }
   // Earlier prefetch requests that have not started may not be needed any more.
-  while (job_blocks_ > most + kRunBlocks) {
+  while (job_blocks_ > most + kMaxBlocksPerRequest) {
     job_blocks_ -= jobs_.front().blocks;
     jobs_.pop_front();
   }
@@ -359,8 +359,8 @@ void RemoteFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   }
 }
 
-void RemoteFile::will_need(std::span<const FileRange> ranges) const {
-  files_->fetch_ahead(file_, ranges);
+void RemoteFile::prefetch(std::span<const FileRange> ranges) const {
+  files_->prefetch_ranges(file_, ranges);
 }
 
 std::uint64_t RemoteFile::missing_bytes(std::span<const FileRange> ranges) const {

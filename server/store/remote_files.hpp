@@ -2,7 +2,7 @@
 //
 //   const auto files = std::make_shared<RemoteFiles>(RemoteFilesOptions{});
 //   const auto head = files->open("https://store.example/head.mtd");
-//   head->will_need(ranges);
+//   head->prefetch(ranges);
 //   head->read(offset, into);
 //
 // Guaranteed: all that is read of an open file is of the version that was there when it was opened.
@@ -61,7 +61,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   static constexpr std::size_t kBlockBytes = std::size_t{128} << 10;
   static constexpr std::size_t kOpeningBlocks = 3;  // Fetched with the opening, in one request.
   // The most blocks of one prefetch request.
-  static constexpr std::size_t kRunBlocks = 8;
+  static constexpr std::size_t kMaxBlocksPerRequest = 8;
 
   // Throws std::filesystem::filesystem_error when the folder cannot be made.
   explicit RemoteFiles(const RemoteFilesOptions& options = {});
@@ -107,7 +107,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
                                            OpenFile& file);
   [[nodiscard]] Blocks blocks(const OpenFilePtr& file, std::uint64_t first, std::size_t count);
   void fetch_run(const OpenFile& file, std::uint64_t first, std::span<CachedBytes> into);
-  void fetch_ahead(const OpenFilePtr& file, std::span<const FileRange> ranges);
+  void prefetch_ranges(const OpenFilePtr& file, std::span<const FileRange> ranges);
   [[nodiscard]] std::uint64_t missing_bytes(const OpenFile& file,
                                             std::span<const FileRange> ranges);
   [[nodiscard]] std::vector<std::uint64_t> missing_blocks(const OpenFile& file,
@@ -147,7 +147,7 @@ class RemoteFile {
 
   // Begins to fetch what is not there of these ranges, in this order, as far as it fits into half
   // of the memory. Does not wait, and never fails.
-  void will_need(std::span<const FileRange> ranges) const;
+  void prefetch(std::span<const FileRange> ranges) const;
   // How many bytes of these ranges are not there and not under way, in whole blocks.
   [[nodiscard]] std::uint64_t missing_bytes(std::span<const FileRange> ranges) const;
   // For bytes that turned out to be damaged: the next read fetches them again.

@@ -21,7 +21,7 @@ class StoreError : public std::runtime_error {
 };
 
 // A store that refuses an object (401, 403): it may be there or not.
-class StoreRefusal : public StoreError {
+class StoreAccessDenied : public StoreError {
  public:
   using StoreError::StoreError;
 };

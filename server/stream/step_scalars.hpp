@@ -1,4 +1,4 @@
-// The scalars of a step's tiles, for streams that colour their surface by a field.
+// The scalars of a step's tiles, for streams that color their surface by a field.
 #pragma once
 
 #include <memory>

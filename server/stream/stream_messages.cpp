@@ -13,12 +13,12 @@ StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info,
       info_(info),
       state_{.request = open.request,
              .steps = open.steps,
-             .begun = open.begun,
+             .resumed_previews = open.resumed_previews,
              .triangles_per_second = open.triangles_per_second,
              .shells = shells,
              .use = open.use},
       scalars_(scalars),
-      known_(open.held.begin(), open.held.end()) {}
+      known_(open.cached_tile_digests.begin(), open.cached_tile_digests.end()) {}
 
 std::optional<StreamState> StreamMessages::wanted() {
   if (phase_ != Phase::kWanted) return std::nullopt;
@@ -26,7 +26,7 @@ std::optional<StreamState> StreamMessages::wanted() {
   return state_;
 }
 
-void StreamMessages::supply(MadeStep step, double seconds) {
+void StreamMessages::supply(StepResult step, double seconds) {
   if (phase_ != Phase::kMaking) return;
   if (step.is_over) {
     end(StreamOutcome::kComplete);
@@ -57,7 +57,7 @@ ServerMessage StreamMessages::take() {
     phase_ = Phase::kTiles;
     return step_begin();
   }
-  if (phase_ == Phase::kTiles) return take_tile_or_end();
+  if (phase_ == Phase::kTiles) return next_tile_or_end();
   phase_ = Phase::kFinished;
   return std::move(last_);
 }
@@ -109,7 +109,7 @@ std::optional<TileScalars> StreamMessages::scalars_to_send() {
                      .largest_deviation = scalars.largest_deviation};
 }
 
-ServerMessage StreamMessages::take_tile_or_end() {
+ServerMessage StreamMessages::next_tile_or_end() {
   for (; next_tile_ < current_.encoded.tiles.size(); ++next_tile_) {
     if (auto tile = tile_to_send()) return *std::move(tile);
     if (auto scalars = scalars_to_send()) return *std::move(scalars);

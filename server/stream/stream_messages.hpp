@@ -32,7 +32,7 @@ class StreamMessages {
   // are left, a step is being made, or none follows.
   [[nodiscard]] std::optional<StreamState> wanted();
   // The step for the returned state, and the time it took. Ignored after end() or fail().
-  void supply(MadeStep step, double seconds);
+  void supply(StepResult step, double seconds);
 
   // What was not taken yet is dropped; the last message remains. The first of these two decides.
   void end(StreamOutcome outcome);
@@ -48,7 +48,7 @@ class StreamMessages {
   enum class Phase { kWanted, kMaking, kBegin, kTiles, kLast, kFinished };
 
   [[nodiscard]] StepBegin step_begin() const;
-  [[nodiscard]] ServerMessage take_tile_or_end();
+  [[nodiscard]] ServerMessage next_tile_or_end();
   [[nodiscard]] std::optional<Tile> tile_to_send();
   [[nodiscard]] std::optional<TileScalars> scalars_to_send();
   void finish_with(ServerMessage last);
@@ -62,7 +62,7 @@ class StreamMessages {
 
   Phase phase_ = Phase::kWanted;
   std::uint32_t step_ = 0;  // Being made or sent.
-  MadeStep current_;
+  StepResult current_;
   std::size_t next_tile_ = 0;
   StepEnd totals_;      // For the current step so far.
   ServerMessage last_;  // Valid in phase kLast.

@@ -242,9 +242,10 @@ PlanLimits plan_limits(const StreamState& state, const MakingLimits& limits) {
 }
 
 // A cell is made as requested: it is too small for previews, and has no budget.
-Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& state,
-                           const std::stop_token& stop, const MakingLimits& limits) {
-  MadeStep cell{.step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
+Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& state,
+                             const std::stop_token& stop, const MakingLimits& limits) {
+  StepResult cell{
+      .step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
   cell.encoded = made(source, cell.step, limits.as_meshes, stop);
   const auto allowed =
       TriangleLimit(source, limits.max_triangles, stop).check_made(cell.step.request, cell.encoded);
@@ -254,8 +255,8 @@ Result<MadeStep> make_cell(const SurfaceProvider& source, const StreamState& sta
 
 }  // namespace
 
-Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState& state,
-                                std::stop_token stop, const MakingLimits& limits) {
+Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamState& state,
+                                  std::stop_token stop, const MakingLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
   const DatasetInfo& info = source.info();
   const SizeEstimates sizes = source.sizes(stop, SizeAccuracy::kQuick);
@@ -264,11 +265,11 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
     const auto allowed = limit.check_estimate(state.request, sizes);
     if (!allowed) return tl::unexpected(allowed.error());
   }
-  MadeStep made;
+  StepResult made;
   made.after = state;
   const ErrorSchedule schedule(state.request, info);
   // Estimating the threshold of a budget reads samples; a first preview must not wait for that.
-  const bool is_repeated = state.shown.size() < state.begun.size();
+  const bool is_repeated = state.shown.size() < state.resumed_previews.size();
   const bool has_previews = state.steps != StepPolicy::kFinalOnly;
   const bool is_first_preview = state.shown.empty() && (has_previews || is_repeated);
   const bool has_own = has_own_budget(final_step(state.request));
@@ -284,10 +285,10 @@ Result<MadeStep> make_next_step(const SurfaceProvider& source, const StreamState
   costs.bytes_per_second = limits.bytes_per_second;
   costs.client_triangles_per_second = state.triangles_per_second;
   const PlannedStep next =
-      is_repeated
-          ? PlannedStep{.step = preview_step(request, state.begun[state.shown.size()], info)}
-          : next_step(request, plan_limits(state, limits), state.shown, info,
-                      within(sizes, request), costs);
+      is_repeated ? PlannedStep{.step = preview_step(
+                                    request, state.resumed_previews[state.shown.size()], info)}
+                  : next_step(request, plan_limits(state, limits), state.shown, info,
+                              within(sizes, request), costs);
   made.step = next.step;
   made.is_final = next.is_final || (state.use == MeshUse::kDisplay &&
                                     is_enough_to_display(next.step, state.request, info));

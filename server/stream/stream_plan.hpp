@@ -19,8 +19,8 @@ struct StreamState {
   IsosurfaceRequest request = {};  // As it was made.
   StepPolicy steps = StepPolicy::kProgressive;
   // The stream starts with these previews, regardless of the plan.
-  std::vector<Preview> begun = {};
-  std::vector<ShownStep> shown = {};
+  std::vector<Preview> resumed_previews = {};
+  std::vector<DeliveredStep> shown = {};
   // The client's speed; 0: unknown.
   double triangles_per_second = 0;
   // The level of the budget's error schedule, once it is known.
@@ -29,7 +29,7 @@ struct StreamState {
   MeshUse use = MeshUse::kKeep;
 };
 
-struct MadeStep {
+struct StepResult {
   StepRequest step = {};
   bool is_final = false;
   // Nothing was made: of previews alone there are no more.
@@ -56,9 +56,9 @@ struct MakingLimits {
 // sure, when the final step would have more triangles than that: the text says how large it is, or
 // at which error it would fit. Throws what the source throws; Cancelled soon after `stop` is
 // triggered.
-[[nodiscard]] Result<MadeStep> make_next_step(const SurfaceProvider& source,
-                                              const StreamState& state, std::stop_token stop,
-                                              const MakingLimits& limits = {});
+[[nodiscard]] Result<StepResult> make_next_step(const SurfaceProvider& source,
+                                                const StreamState& state, std::stop_token stop,
+                                                const MakingLimits& limits = {});
 
 // How large the answer to a request would be, and the request as its budget allows it: from a
 // sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.

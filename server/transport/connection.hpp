@@ -15,7 +15,7 @@ class Connection {
   virtual ~Connection() = default;
 
   // Since when it has had nothing to do; nullopt while it has.
-  [[nodiscard]] virtual std::optional<Clock::time_point> resting_since() const = 0;
+  [[nodiscard]] virtual std::optional<Clock::time_point> idle_since() const = 0;
   // Sends the error if the protocol has one, then closes; within the linger time the connection is
   // closed whatever the client does.
   virtual void end(const Error& why) = 0;
@@ -26,16 +26,16 @@ class Connection {
 using ConnectionPtr = std::shared_ptr<Connection>;
 
 // A newcomer may take the client's place among the connections while this one rests.
-inline void let_end_while_resting(ClientContext& client, std::weak_ptr<Connection> connection) {
-  client.may_be_ended({.since =
-                           [connection] {
-                             const ConnectionPtr one = connection.lock();
-                             return one ? one->resting_since() : std::nullopt;
-                           },
-                       .end =
-                           [connection](const Error& why) {
-                             if (const ConnectionPtr one = connection.lock()) one->end(why);
-                           }});
+inline void allow_idle_eviction(ConnectionContext& client, std::weak_ptr<Connection> connection) {
+  client.set_evictable({.since =
+                            [connection] {
+                              const ConnectionPtr one = connection.lock();
+                              return one ? one->idle_since() : std::nullopt;
+                            },
+                        .end =
+                            [connection](const Error& why) {
+                              if (const ConnectionPtr one = connection.lock()) one->end(why);
+                            }});
 }
 
 }  // namespace multitetra

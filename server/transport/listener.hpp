@@ -37,7 +37,7 @@ struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;
   SurfaceService& service;
-  std::function<ConversationPtr(ClientContextPtr client)> new_conversation;
+  std::function<ConversationPtr(ConnectionContextPtr client)> new_conversation;
   std::function<std::string()> metrics = {};  // Prometheus text; empty: none are kept.
 };
 

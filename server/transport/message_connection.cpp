@@ -9,7 +9,7 @@
 namespace multitetra {
 
 MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open,
-                                     ClientContextPtr client, ConversationPtr conversation,
+                                     ConnectionContextPtr client, ConversationPtr conversation,
                                      ConnectionOptions options)
     : stream_(std::move(stream)),
       open_(std::move(open)),
@@ -26,7 +26,7 @@ MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTra
 
 void MessageConnection::start(std::function<void()> on_closed) {
   on_closed_ = std::move(on_closed);
-  let_end_while_resting(*client_, weak_from_this());
+  allow_idle_eviction(*client_, weak_from_this());
   hello_.set(options_.handshake_timeout);
   spawn(&MessageConnection::open_and_read);
 }
@@ -79,7 +79,7 @@ asio::awaitable<void> MessageConnection::open_and_read() {
 
 asio::awaitable<void> MessageConnection::read() {
   for (;;) {
-    co_await conversation_->room();
+    co_await conversation_->until_readable();
     const Result<std::string> content = co_await transport_->receive();
     if (!content) {
       if (content.error().code == ErrorCode::kUnavailable) break;
@@ -101,7 +101,7 @@ asio::awaitable<void> MessageConnection::write() {
   while (const auto message = co_await conversation_->next_message()) {
     std::string content = serialize(*message);
     if (content.size() > kMaxServerFrameBytes) {
-      conversation_->give_up(*message);
+      conversation_->reject_oversized_reply(*message);
       continue;
     }
     write_.set(options_.write_timeout);
@@ -113,7 +113,7 @@ asio::awaitable<void> MessageConnection::write() {
       co_return;
     }
     link_.write_ends(Clock::now(), *sent, stream_->unsent());
-    conversation_->link_carries(link_.bytes_per_second());
+    conversation_->set_bandwidth(link_.bytes_per_second());
     client_->admission().observer().sent(client_->facts().protocol, *sent);
   }
   linger_.set(options_.linger);

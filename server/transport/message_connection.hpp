@@ -9,9 +9,9 @@
 #include "server/conversation/conversation.hpp"
 #include "server/operations/admission_control.hpp"
 #include "server/operations/log.hpp"
+#include "server/transport/bandwidth_estimator.hpp"
 #include "server/transport/connection.hpp"
 #include "server/transport/connection_options.hpp"
-#include "server/transport/link_rate.hpp"
 
 namespace multitetra {
 
@@ -23,14 +23,15 @@ using OpenTransport = std::function<asio::awaitable<Result<std::unique_ptr<Messa
 class MessageConnection : public Connection,
                           public std::enable_shared_from_this<MessageConnection> {
  public:
-  MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open, ClientContextPtr client,
-                    ConversationPtr conversation, ConnectionOptions options);
+  MessageConnection(std::unique_ptr<ByteStream> stream, OpenTransport open,
+                    ConnectionContextPtr client, ConversationPtr conversation,
+                    ConnectionOptions options);
 
   // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
   void start(std::function<void()> on_closed);
 
-  [[nodiscard]] std::optional<Clock::time_point> resting_since() const override {
-    return conversation_->resting_since();
+  [[nodiscard]] std::optional<Clock::time_point> idle_since() const override {
+    return conversation_->idle_since();
   }
   void end(const Error& why) override;
   void keep_time(Clock::time_point now) override;
@@ -47,10 +48,10 @@ class MessageConnection : public Connection,
   std::unique_ptr<ByteStream> stream_;
   OpenTransport open_;
   std::unique_ptr<MessageTransport> transport_;
-  ClientContextPtr client_;
+  ConnectionContextPtr client_;
   ConversationPtr conversation_;
   ConnectionOptions options_;
-  LinkRate link_;
+  BandwidthEstimator link_;
   std::function<void()> on_closed_;
   int running_coroutines_ = 0;
   Deadline hello_;

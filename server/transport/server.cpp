@@ -31,7 +31,7 @@ class Server::Running {
     runtime_.build(
         service_,
         {.new_conversation =
-             [this](ClientContextPtr client) { return new_conversation(std::move(client)); },
+             [this](ConnectionContextPtr client) { return new_conversation(std::move(client)); },
          .state = [this] { return state(); },
          .when_reloaded = options_.when_reloaded},
         listeners);
@@ -51,7 +51,7 @@ class Server::Running {
   }
 
  private:
-  ConversationPtr new_conversation(ClientContextPtr client) {
+  ConversationPtr new_conversation(ConnectionContextPtr client) {
     return std::make_shared<Conversation>(
         runtime_.io().get_executor(), service_.open(client),
         Session(

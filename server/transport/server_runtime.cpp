@@ -7,8 +7,8 @@
 
 #include "common/net/coroutines.hpp"
 #include "common/net/net.hpp"
+#include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
-#include "server/operations/memory_return.hpp"
 
 namespace multitetra {
 
@@ -87,10 +87,10 @@ class ServerRuntime::Running {
   }
 
   asio::awaitable<void> return_memory() {
-    MemoryReturn memory;
+    HeapTrimmer memory;
     while (!is_stopping_) {
       const bool is_busy = admission_.running_requests() > 0;
-      if (memory.is_due(MemoryReturn::Clock::now(), admission_.requests(), is_busy)) {
+      if (memory.is_due(HeapTrimmer::Clock::now(), admission_.requests(), is_busy)) {
         return_free_memory();
       }
       memory_timer_.expires_after(std::chrono::seconds(1));

@@ -34,7 +34,7 @@ struct ServerRuntimeOptions {
 // The reactions of a server or a gateway to requests of its listeners. Called on the thread of
 // run().
 struct ServerHooks {
-  std::function<ConversationPtr(ClientContextPtr client)> new_conversation;
+  std::function<ConversationPtr(ConnectionContextPtr client)> new_conversation;
   std::function<ServiceState()> state = {};  // For the metrics, beside what the listeners know.
   std::function<void()> when_reloaded = {};
   std::function<void()> when_stopping = {};

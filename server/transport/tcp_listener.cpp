@@ -42,7 +42,7 @@ void TcpListener::close(const Error& why) {
 }
 
 void TcpListener::accept(tcp::socket socket, const Peer& peer) {
-  const AdmissionControl::Admitted admitted =
+  const AdmissionControl::AdmissionResult admitted =
       server_.admission.admit("tcp", peer.address, peer.name);
   if (!admitted.client) return;
   const std::uint64_t id = admitted.client->facts().connection;

@@ -46,8 +46,8 @@ VolumeHeader header_of(const Volume& volume) {
           .meaning = volume.meaning};
 }
 
-const SourceMembers& VolumeSource::members() const {
-  static const SourceMembers kNone;
+const VolumeContents& VolumeSource::members() const {
+  static const VolumeContents kNone;
   return kNone;
 }
 

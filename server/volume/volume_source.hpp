@@ -51,7 +51,7 @@ class VolumeSource {
   [[nodiscard]] virtual Samples take_all();
 
   // What else the source holds, if its file lists it.
-  [[nodiscard]] virtual const SourceMembers& members() const;
+  [[nodiscard]] virtual const VolumeContents& members() const;
 };
 
 // A volume in memory as a source.

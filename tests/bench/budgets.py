@@ -139,8 +139,8 @@ class Surface:
         (report, refusal), seconds = timed(lambda: self.fetch(self.error, f"--max-{unit}", str(budget)))
         case = Case(surface=f"{self.dataset}, {self.isovalue:g}", simplify=self.simplify, budget=budget, unit=unit, is_good=False)
         if report is None:
-            told = re.search(r"at least (\d+) triangles and (\d+) bytes|at least (\d+) (triangles|bytes)", refusal)
-            case.is_good, case.refusal = "too small" in refusal and told is not None, refusal
+            summary = re.search(r"at least (\d+) triangles and (\d+) bytes|at least (\d+) (triangles|bytes)", refusal)
+            case.is_good, case.refusal = "too small" in refusal and summary is not None, refusal
             return case
         case.used, case.error, case.times = size(report, unit) / budget, error_of(report), seconds / self.seconds
         case.is_good = case.used <= 1 and (case.used >= MOST_OF_IT[self.simplify] or case.error <= self.error)
@@ -157,9 +157,9 @@ def summary(cases):
             continue
         columns = {"used": [c.used for c in some], "times as long": [c.times for c in some],
                    "reached / least": [c.error / c.least for c in some if not math.isnan(c.least)]}
-        told = [f"{name} {statistics.median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
+        summary = [f"{name} {statistics.median(values):.2f} ({min(values):.2f} to {max(values):.2f})"
                 for name, values in columns.items() if values]
-        print(f"{len(some)} budgets, simplify {simplify}, median (least to most): {', '.join(told)}")
+        print(f"{len(some)} budgets, simplify {simplify}, median (least to most): {', '.join(summary)}")
 
 
 def surfaces(programs, arguments):

@@ -49,21 +49,22 @@ int drag(const std::string& server, const std::string& dataset, double from, dou
   for (const DatasetInfo& offered : value(client.list_datasets())) {
     if (offered.name == dataset) info = offered;
   }
-  TileMemory tiles({.tiles = 4096, .triangles = 4'000'000});
+  DecodedTileCache tiles({.tiles = 4096, .triangles = 4'000'000});
   SurfaceStream stream(client, tiles);
   std::set<double> shown;
   double first_total = 0;
   for (int i = 0; i < kIsovalues; ++i) {
     const double isovalue = from + (to - from) * i / (kIsovalues - 1);
     const Clock::time_point start = Clock::now();
-    value(stream.open(
-        info, {.dataset = dataset, .request = {.isovalue = isovalue, .error = error}, .held = {}}));
+    value(stream.open(info, {.dataset = dataset,
+                             .request = {.isovalue = isovalue, .error = error},
+                             .cached_tile_digests = {}}));
     const bool is_last = i + 1 == kIsovalues;
     while (stream.is_running() && (is_last || Clock::now() - start < kPeriod)) {
       const auto left =
           is_last ? milliseconds(1000)
                   : std::chrono::duration_cast<milliseconds>(kPeriod - (Clock::now() - start));
-      const StreamNews news = value(stream.next(std::max(left, milliseconds(0))));
+      const StreamUpdate news = value(stream.next(std::max(left, milliseconds(0))));
       const auto* step = std::get_if<FetchedStep>(&news);
       if (step == nullptr) continue;
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();

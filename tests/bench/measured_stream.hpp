@@ -28,7 +28,7 @@ struct ClientWay {
   std::vector<PayloadCodec> codecs = ClientOptions{}.codecs;
   MeshUse use = MeshUse::kKeep;
   StepPolicy steps = StepPolicy::kProgressive;
-  // Whether it tells how many triangles a second it decodes and checks, as the viewer does.
+  // Whether it reports how many triangles a second it decodes and checks, as the viewer does.
   bool tells_rate = false;
 };
 
@@ -95,7 +95,7 @@ class MeasuredServer {
   }
 
   MeasuredStream stream(const IsosurfaceRequest& request) {
-    TileMemory tiles({.tiles = 4096, .triangles = 20'000'000});
+    DecodedTileCache tiles({.tiles = 4096, .triangles = 20'000'000});
     SurfaceStream stream(*client_, tiles);
     Clock::time_point last_tile = Clock::now();
     stream.set_tile_listener([&](const auto&...) { last_tile = Clock::now(); });
@@ -108,14 +108,14 @@ class MeasuredServer {
     MeasuredStream all;
     std::uint64_t bytes = 0;
     for (;;) {
-      StreamNews news = value_of(stream.next(std::chrono::seconds(10)));
+      StreamUpdate news = value_of(stream.next(std::chrono::seconds(10)));
       if (auto* step = std::get_if<FetchedStep>(&news)) {
         rate_.note(step->step->mesh.triangles.size(),
                    std::chrono::duration<double>(Clock::now() - last_tile).count());
         bytes += step->step->end.payload_bytes;
         all.push_back({.fetched = std::move(*step), .bytes_until_then = bytes});
       }
-      if (std::holds_alternative<StreamIsOver>(news)) return all;
+      if (std::holds_alternative<StreamEnded>(news)) return all;
     }
   }
 

@@ -92,7 +92,7 @@ std::vector<QuantizedPosition> quantized(const PlainMesh& mesh, const Quantizati
   return result;
 }
 
-// What travels, and what the receiver is told beside it.
+// What travels, and what the receiver must know beside it.
 struct MeshoptFile {
   Bytes indices;
   Bytes vertices;

@@ -9,7 +9,7 @@
 //
 // --json prints a line of JSON for every stream as well. --links are in Mbit/s, 0 for as fast as
 // this machine. --ways are what the client says of itself: "draco" decodes Draco alone, "samples"
-// sample shells, too, "display" keeps no mesh as well, and "viewer" tells its speed, too.
+// sample shells, too, "display" keeps no mesh as well, and "viewer" reports its speed, too.
 //
 // `certified` is when the first step that is within the error, with the topology of the full
 // surface, is complete and checked, and how much had come by then.

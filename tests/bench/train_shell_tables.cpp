@@ -244,7 +244,7 @@ struct Trainer {
   void count_values(const Tile& tile, const Magnitudes& magnitudes, Counts<ValueModel>& counts,
                     const Next& next, const Edge& on_edge) {
     CountingCoder coder(model.values, counts);
-    RecentMeans recent = Magnitudes::start();
+    RunningMeans recent = Magnitudes::start();
     for_each_active(
         tile,
         [&](RowBits active, int y, int z) {
@@ -340,7 +340,7 @@ struct Trainer {
           [](int, int, int, int) {});
       unit = std::max(sum / active_samples / 1024, 1e-30);
     }
-    RecentMeans recent = ExactMagnitudes::start();
+    RunningMeans recent = ExactMagnitudes::start();
     for_each_active(
         tile,
         [&](RowBits active, int y, int z) {

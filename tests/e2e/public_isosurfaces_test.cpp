@@ -58,8 +58,9 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
                                         << (simplify ? ", simplified" : ""));
       const IsosurfaceRequest request{.isovalue = isovalue, .error = error, .simplify = simplify};
       // The client fails on an open or non-manifold edge in any step.
-      const auto final_step = client->fetch(
-          info, {.dataset = info.name, .request = request, .held = {}}, [](const FetchedStep&) {});
+      const auto final_step =
+          client->fetch(info, {.dataset = info.name, .request = request, .cached_tile_digests = {}},
+                        [](const FetchedStep&) {});
       ASSERT_TRUE(final_step) << final_step.error().error.text;
       const MeshTopology& topology = final_step->step->topology;
       EXPECT_GT(topology.triangles, 0);

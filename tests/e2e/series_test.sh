@@ -131,7 +131,7 @@ grep -q '"euler_characteristic": 2' full.json && grep -q '"border_edges": 0' ful
 "$server" prepare in/full.nrrd --label 1 --outside void --margin 0 -o open --quiet
 ends 6 "empty" "$server" extract open/full.label1.mtd --isovalue 0.5 -o open.ply
 
-# --- served: members are listed, and one colours another
+# --- served: members are listed, and one colors another
 start server "$server" serve organs --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
 http=$(url_of server http)
@@ -145,9 +145,9 @@ assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
 ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --server "$url" --dataset organs -o x.ply
-"$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o coloured.ply --report report.json --quiet
+"$client" fetch --server "$url" --dataset organs.label3 --isovalue 0.5 --error 0 --color-by organs.label7 -o colored.ply --report report.json --quiet
 [ "$(digest report.json)" = "$(digest inner.json)" ] || fail "a fetched label is not the extracted one"
-grep -aq "property float" coloured.ply || fail "no values of the other label at the vertices"
+grep -aq "property float" colored.ply || fail "no values of the other label at the vertices"
 ends_well server "$pid"
 
 # --- times: a NIfTI of four dimensions, and what solvers write: a file for each time, of two fields

@@ -97,11 +97,11 @@ def measures(points, triangles):
 
 def check(name, server, path, isovalue, affine=None):
     """`affine`, for files where VTK's reader does not return it."""
-    image, told = read_by_vtk(path)
+    image, file_affine = read_by_vtk(path)
     if image.GetNumberOfPoints() > SMALL and not os.environ.get("MULTITETRA_ALL_VOLUMES"):
         print(f"!! {name} is large: NOT TESTED (tests/run.sh --all).", file=sys.stderr)
         return True
-    affine = told if affine is None else affine
+    affine = file_affine if affine is None else affine
     theirs = measures(*flying_edges(image, isovalue, affine))
     with tempfile.TemporaryDirectory() as folder:
         points, triangles, info = our_surface(server, path, isovalue, pathlib.Path(folder))

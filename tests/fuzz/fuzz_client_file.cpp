@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "client/library/nrrd_thresholds.hpp"
-#include "client/library/tile_folder.hpp"
+#include "client/library/tile_disk_cache.hpp"
 #include "common/wire/tile.hpp"
 #include "tests/fuzz/require.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -22,10 +22,10 @@ void check_tile(std::string_view bytes) {
   if (bytes.size() < sizeof promised) return;
   std::memcpy(&promised, bytes.data(), sizeof promised);
   const TemporaryFolder files;
-  const TileFolder folder(files.path());
+  const TileDiskCache folder(files.path());
   files.file(promised.hex() + ".tile", bytes.substr(sizeof promised));
-  TileMemory memory;
-  const TileFolder::Loaded loaded = folder.load(memory, /*most_triangles=*/1 << 16);
+  DecodedTileCache memory;
+  const TileDiskCache::Loaded loaded = folder.load(memory, /*most_triangles=*/1 << 16);
   require(loaded.tiles + loaded.damaged == 1 && memory.size() == loaded.tiles);
   for (const auto& [name, mesh] : memory.tiles()) {
     require(name == promised && digest(*mesh) == promised);

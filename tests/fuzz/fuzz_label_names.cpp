@@ -1,4 +1,4 @@
-// Tables of labels' names and colours, as segmentation programs write them: in files of their own,
+// Tables of labels' names and colors, as segmentation programs write them: in files of their own,
 // and in headers of NRRD.
 #include <cstdint>
 #include <set>

@@ -12,7 +12,7 @@
 
 #include <zlib.h>
 
-#include "client/library/tile_folder.hpp"
+#include "client/library/tile_disk_cache.hpp"
 #include "common/base/number_text.hpp"
 #include "common/net/frame.hpp"
 #include "common/wire/lattice_glb.hpp"
@@ -380,7 +380,7 @@ void write_client_files(const std::filesystem::path& folder) {
     const EncodedTile tile =
         encode_tile(mesh, {4, 0, 0, 0}, 5, {.directions = up, .bits = normal_bits});
     const TemporaryFolder files;
-    TileFolder(files.path()).keep(tile.summary, mesh.resolution, normal_bits, *tile.payload);
+    TileDiskCache(files.path()).keep(tile.summary, mesh.resolution, normal_bits, *tile.payload);
     std::string digest(16, '\0');
     std::memcpy(digest.data(), &tile.summary.digest, 16);
     write(folder, ++number,

@@ -102,7 +102,7 @@ inline OpenStream open_fake(std::uint64_t id, std::string dataset = "fake",
           .dataset = std::move(dataset),
           .request = {.isovalue = 1},
           .steps = steps,
-          .held = {}};
+          .cached_tile_digests = {}};
 }
 
 }  // namespace multitetra::testing

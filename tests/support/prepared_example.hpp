@@ -129,7 +129,7 @@ inline void write_prepared(const std::filesystem::path& path, const PreparedExam
   finish(writer, example);
 }
 
-[[nodiscard]] inline std::string text_of(const KeptBytes& bytes) {
+[[nodiscard]] inline std::string text_of(const RetainedBytes& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 

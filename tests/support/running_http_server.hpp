@@ -26,7 +26,7 @@ class ReadyWhen : public SurfaceService {
  public:
   ReadyWhen(SurfaceService& service, std::function<bool()> is_ready)
       : service_(service), is_ready_(std::move(is_ready)) {}
-  [[nodiscard]] CallerPtr open(ClientContextPtr client) override {
+  [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override {
     return service_.open(std::move(client));
   }
   [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,

@@ -222,11 +222,12 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       open.request = request(random);
       open.steps = one_of<StepPolicy>(0, 2, random);
       for (std::uint64_t i = up_to(20, random); i > 0; --i) {
-        open.held.push_back({random(), random()});
+        open.cached_tile_digests.push_back({random(), random()});
       }
       for (int e = 19; e > 0; e -= int_in(1, 12, random)) {
-        open.begun.push_back({.finest_spacing = 1 << e, .is_unsimplified = (random() & 1) != 0});
-        if (random() % 2 == 0) open.begun.back().shell = shell_step(random);
+        open.resumed_previews.push_back(
+            {.finest_spacing = 1 << e, .is_unsimplified = (random() & 1) != 0});
+        if (random() % 2 == 0) open.resumed_previews.back().shell = shell_step(random);
       }
       open.priority = one_of<Priority>(0, 1, random);
       open.use = one_of<MeshUse>(0, 1, random);
@@ -382,9 +383,10 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
   return a.request_id == b.request_id;
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
-  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.held, a.begun, a.priority,
-                  a.scalars, a.use) == std::tie(b.request_id, b.dataset, b.request, b.steps,
-                                                b.held, b.begun, b.priority, b.scalars, b.use);
+  return std::tie(a.request_id, a.dataset, a.request, a.steps, a.cached_tile_digests,
+                  a.resumed_previews, a.priority, a.scalars, a.use) ==
+         std::tie(b.request_id, b.dataset, b.request, b.steps, b.cached_tile_digests,
+                  b.resumed_previews, b.priority, b.scalars, b.use);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }

@@ -95,7 +95,7 @@ inline bool is_subset(const LatticeMesh& some, const LatticeMesh& all) {
 
 inline constexpr double kDistances[] = {0.05, 0.25, 1, 1e6};
 
-class Simplifying : public ::testing::TestWithParam<Setting> {
+class SimplificationGuarantees : public ::testing::TestWithParam<Setting> {
  protected:
   const Setting& setting_ = GetParam();
   Vec3 step_ = step_of(setting_.volume);

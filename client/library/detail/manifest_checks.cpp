@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "common/mesh/joined_tiles.hpp"
+#include "common/mesh/merged_tiles.hpp"
 
 namespace multitetra {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "client/library/stream_ledger.hpp"
+#include "client/library/stream_validator.hpp"
 
 namespace multitetra {
 

@@ -1,5 +1,5 @@
 // What lies in the line of sight of each sample of some pixels, one behind the other, and the
-// colour that comes of it: the nearest solid surface, and before it all that is seen through, the
+// color that comes of it: the nearest solid surface, and before it all that is seen through, the
 // nearest first, however these nest (an A-buffer; Carpenter 1984).
 //
 //   triangles --> Sample: the nearest solid one -------------+

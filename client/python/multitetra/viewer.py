@@ -26,8 +26,8 @@ from .addresses import page_address
 
 # Of client/web/src/state/settings.ts, which says what they mean.
 SETTINGS = frozenset(
-    "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces colour opacity "
-    "visible minComponent shading wireframe colouring clip clipAt clipFlipped filled slice sliceAt sliceColors level "
+    "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces color opacity "
+    "visible minComponent shading wireframe coloring clip clipAt clipFlipped filled slice sliceAt sliceColors level "
     "windowWidth axes projection occlusion colorBy colors fieldLevel fieldWindow fieldLog noValueColor samplesLog logScale "
     "theme eye target up t playing speed loop places transparentAir layout cross material".split()
 )
@@ -89,12 +89,12 @@ class Viewer(ipywidgets.DOMWidget):
 
     @property
     def surfaces(self):
-        """Those beside the first, each a dict of isovalue, error, colour, opacity, visible, and if wanted minComponent, dataset."""
+        """Those beside the first, each a dict of isovalue, error, color, opacity, visible, and if wanted minComponent, dataset."""
         return self.get("surfaces") or []
 
     @surfaces.setter
     def surfaces(self, surfaces):
-        usual = {"error": None, "colour": "#d9775f", "opacity": 1, "visible": True}
+        usual = {"error": None, "color": "#d9775f", "opacity": 1, "visible": True}
         self.set(surfaces=[{**usual, **surface} for surface in surfaces])
 
     @property
@@ -131,8 +131,8 @@ def page_of(server, settings):
     """The address of the page without its panel. What the address can say of the settings is in it."""
     parts = urlsplit(page_address(server))
     simple = {snake(name): in_address(value) for name, value in settings.items() if isinstance(value, (bool, int, float, str))}
-    said = urlencode(simple, quote_via=quote)
-    return urlunsplit((parts.scheme, parts.netloc, parts.path, "embed", said))
+    query = urlencode(simple, quote_via=quote)
+    return urlunsplit((parts.scheme, parts.netloc, parts.path, "embed", query))
 
 
 def snake(name):

@@ -12,7 +12,7 @@ function render({ model, el }) {
   const origin = new URL(frame.src, location.href).origin;
   let isListening = false; // The frame.
 
-  const tell = (name, value) => {
+  const save = (name, value) => {
     model.set(name, value);
     model.save_changes();
   };
@@ -35,14 +35,14 @@ function render({ model, el }) {
         ask();
         break;
       case "state":
-        tell("settings", data.state);
-        if (data.passedOver.length > 0) tell("passed_over", data.passedOver);
+        save("settings", data.state);
+        if (data.passedOver.length > 0) save("passed_over", data.passedOver);
         break;
       case "shown":
-        tell("shown", plain(data));
+        save("shown", plain(data));
         break;
       case "picked":
-        tell("picks", [...model.get("picks"), plain(data)]);
+        save("picks", [...model.get("picks"), plain(data)]);
         break;
     }
   };

@@ -1,12 +1,12 @@
 // Settings and the page's address agree: what is turned is in the address, what is edited there is
 // done, and the browser's "Back" takes back another dataset or isovalue.
-import type { Token } from "./own_address";
+import type { Token } from "./server_address";
 import type { Settings } from "./state/settings";
 import { edited, misread, toAddress } from "./state/url_state";
 import type { Viewer } from "./viewer";
 
 export class AddressKeeper {
-  private saidAtFirst: string;
+  private initialOutput: string;
   private timer = 0;
   private remembered: string | null = null; // What "Back" would leave: dataset and isovalue of the address.
   private isDragging = false;
@@ -16,11 +16,11 @@ export class AddressKeeper {
     private readonly token: Token,
     hash: string,
   ) {
-    this.saidAtFirst = hash;
+    this.initialOutput = hash;
     viewer.on("settings", () => this.rememberSoon());
     viewer.on("dataset", () => {
-      this.tellMisread(this.saidAtFirst);
-      this.saidAtFirst = "";
+      this.reportMisread(this.initialOutput);
+      this.initialOutput = "";
     });
     // What was edited is in the event: the address itself may be written anew before it is heard of.
     window.addEventListener("hashchange", ({ newURL }) => this.useEdited(new URL(newURL).hash));
@@ -49,16 +49,16 @@ export class AddressKeeper {
     const { list } = this.viewer.surfaces.datasets.get();
     const isUnknown = dataset !== "" && list !== null && !list.some(({ name }) => name === dataset);
     this.viewer.set({ ...now, dataset: dataset && !isUnknown ? dataset : this.addressed().dataset });
-    if (isUnknown) this.viewer.tellUnknown(dataset);
-    else this.tellMisread(hash);
+    if (isUnknown) this.viewer.reportUnknown(dataset);
+    else this.reportMisread(hash);
   }
 
-  private tellMisread(hash: string): void {
-    const said = misread(hash);
-    if (said.length === 0) return;
-    const words = said.slice(0, 3).map((word) => (word.length > 40 ? `${word.slice(0, 39)}…` : word));
-    const rest = said.length > words.length ? " and more" : "";
-    this.viewer.notices.tell(`Ignored in the URL: ${words.join(", ")}${rest}.`, true);
+  private reportMisread(hash: string): void {
+    const ignored = misread(hash);
+    if (ignored.length === 0) return;
+    const words = ignored.slice(0, 3).map((word) => (word.length > 40 ? `${word.slice(0, 39)}…` : word));
+    const rest = ignored.length > words.length ? " and more" : "";
+    this.viewer.notices.announce(`Ignored in the URL: ${words.join(", ")}${rest}.`, true);
   }
 
   private rememberSoon(): void {

@@ -44,7 +44,7 @@ export class Downloads {
   async times(form: "video" | "pictures"): Promise<void> {
     const { viewer } = this;
     const { times } = viewer;
-    if (!times) return viewer.notices.tell("This dataset has no times.", true);
+    if (!times) return viewer.notices.announce("This dataset has no times.", true);
     const show = async (at: number) => {
       viewer.set({ t: times.all[at] ?? times.now, playing: false });
       await viewer.settled();
@@ -55,14 +55,14 @@ export class Downloads {
   private async animate(animation: Animation, form: "video" | "pictures"): Promise<void> {
     if (this.isFilming) return;
     this.isFilming = true;
-    const tell = (share: number) => this.viewer.notices.tell(`Filming: ${Math.round(100 * share)} %`);
+    const showProgress = (share: number) => this.viewer.notices.announce(`Filming: ${Math.round(100 * share)} %`);
     const background = getComputedStyle(document.body).backgroundColor;
     try {
       const make = form === "video" ? film : pictures;
-      this.save(await make(this.viewer.stage, animation, background, tell), form === "video" ? "webm" : "zip");
+      this.save(await make(this.viewer.stage, animation, background, showProgress), form === "video" ? "webm" : "zip");
       this.viewer.notices.clear();
     } catch (error) {
-      this.viewer.notices.tell(`Recording failed: ${(error as Error).message}`, true);
+      this.viewer.notices.announce(`Recording failed: ${(error as Error).message}`, true);
     }
     this.isFilming = false;
   }
@@ -70,7 +70,7 @@ export class Downloads {
   async download(format: MeshFormat): Promise<void> {
     const [first] = this.viewer.surfaces.shownTiles(this.viewer.get());
     if (!first) {
-      this.viewer.notices.tell("There is no surface to save.", true);
+      this.viewer.notices.announce("There is no surface to save.", true);
       return;
     }
     const toWorld = [...latticeToWorld(first.shown.info, first.shown.resolution)];
@@ -78,7 +78,7 @@ export class Downloads {
       const bytes = await this.viewer.pool.file(first.drawn, format, toWorld);
       this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
     } catch {
-      this.viewer.notices.tell("The surface has changed meanwhile; try again.", true);
+      this.viewer.notices.announce("The surface has changed meanwhile; try again.", true);
     }
   }
 
@@ -91,16 +91,16 @@ export class Downloads {
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
       return { label: shown.info.member!.label!, found, bound: boundOf(shown) };
     }));
-    if (measured.length === 0) return viewer.notices.tell("No label is shown.", true);
+    if (measured.length === 0) return viewer.notices.announce("No label is shown.", true);
     this.save(new Blob([labelTable(measured, tiles[0].shown.info.lengthUnit)], { type: "text/csv" }), "csv");
   }
 
   private async copy(text: string, what: string): Promise<void> {
     try {
       await navigator.clipboard.writeText(text);
-      this.viewer.notices.tell(`${what} is in the clipboard.`, true);
+      this.viewer.notices.announce(`${what} is in the clipboard.`, true);
     } catch {
-      this.viewer.notices.tell("The link is in the address line; this browser does not let pages copy.", true);
+      this.viewer.notices.announce("The link is in the address line; this browser does not let pages copy.", true);
     }
   }
 

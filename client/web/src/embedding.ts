@@ -27,14 +27,14 @@ export class Embedding {
     self.addEventListener("message", (event) => {
       if (event.source === this.around) void this.hear(event.data as Question, event.origin);
     });
-    viewer.on("settings", () => this.tellStateSoon());
-    viewer.on("dataset", (info) => this.tell("dataset", {
+    viewer.on("settings", () => this.postStateSoon());
+    viewer.on("dataset", (info) => this.post("dataset", {
       name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
       lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
       member: memberOf(info), times: viewer.times?.all ?? [],
     }));
-    viewer.on("shown", (facts) => this.tell("shown", toldStep(facts)));
-    viewer.on("picked", (place) => this.tell("picked", told(place)));
+    viewer.on("shown", (facts) => this.post("shown", stepMessage(facts)));
+    viewer.on("picked", (place) => this.post("picked", pickMessage(place)));
     around.postMessage({ multitetra: "ready", version }, "*"); // Says nothing but that.
   }
 
@@ -46,27 +46,27 @@ export class Embedding {
       case "set": {
         const { settings, passedOver } = parseSettings(state);
         this.viewer.set(settings);
-        return this.tell("state", { id, state: this.viewer.get(), passedOver });
+        return this.post("state", { id, state: this.viewer.get(), passedOver });
       }
       case "get":
-        return this.tell("state", { id, state: this.viewer.get(), passedOver: [] });
+        return this.post("state", { id, state: this.viewer.get(), passedOver: [] });
       case "fit":
         return this.viewer.fit();
       case "reset":
         return this.viewer.reset();
       case "picture":
-        return this.tell("picture", { id, png: await this.viewer.picture() });
+        return this.post("picture", { id, png: await this.viewer.picture() });
       default:
-        return this.tell("error", { id, text: `There is no message "${kind}"; there are set, get, fit, reset and picture.` });
+        return this.post("error", { id, text: `There is no message "${kind}"; there are set, get, fit, reset and picture.` });
     }
   }
 
-  private tellStateSoon(): void {
+  private postStateSoon(): void {
     clearTimeout(this.timer);
-    this.timer = this.self.setTimeout(() => this.tell("state", { state: this.viewer.get(), passedOver: [] }), together);
+    this.timer = this.self.setTimeout(() => this.post("state", { state: this.viewer.get(), passedOver: [] }), together);
   }
 
-  private tell(kind: string, words: object): void {
+  private post(kind: string, words: object): void {
     if (this.origin === null) return;
     // A page from a file has no origin to address; it is still the only parent page.
     this.around.postMessage({ multitetra: kind, ...words }, this.origin === "null" ? "*" : this.origin);
@@ -80,10 +80,10 @@ function memberOf({ member }: DatasetInfo): object | null {
 }
 
 // A preview has no error: what the server allows itself for one is not how far it may lie from the surface.
-function toldStep(facts: ViewerEvents["shown"]): object {
+function stepMessage(facts: ViewerEvents["shown"]): object {
   return facts.spacing > 1 ? { ...facts, errorWorld: null, errorVoxels: null } : { ...facts };
 }
 
-function told({ world, index, surface }: Picked): object {
+function pickMessage({ world, index, surface }: Picked): object {
   return { world, index, isovalue: surface ? surface.tiles.shown.facts.isovalue : null };
 }

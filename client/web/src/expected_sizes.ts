@@ -2,7 +2,7 @@
 import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
 import type { SurfaceSize } from "./state/progress";
 import { Store } from "./state/store";
-import type { Effect, Wanted } from "./stream/conversation";
+import type { Effect, StreamRequest } from "./stream/conversation";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 
@@ -12,7 +12,7 @@ const costly = 5_000_000;
 const modest = 2_000_000;
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
-  private last: { info: DatasetInfo; request: Wanted["request"] } | null = null; // The last request.
+  private last: { info: DatasetInfo; request: StreamRequest["request"] } | null = null; // The last request.
   among = 1; // So many surfaces there are in the view: they share what it can have.
   private insisted = 0; // Triangles that the user wants to see.
 
@@ -22,7 +22,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
 
   // Whether to request the size of this order now. While the isovalue is dragged
   // there are better things to do for it; then no size is known.
-  isWanted(order: Wanted, isDragging: boolean): boolean {
+  isWanted(order: StreamRequest, isDragging: boolean): boolean {
     const { last } = this;
     const isOther = last?.info !== order.info || last.request.isovalue !== order.request.isovalue;
     if (isOther) this.set({ expected: null });
@@ -52,7 +52,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   }
 
   // The same with a budget.
-  affordable(order: Wanted): Wanted {
+  affordable(order: StreamRequest): StreamRequest {
     const maxTriangles = BigInt(Math.ceil(modest * this.share));
     return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, maxTriangles }) };
   }

@@ -3,7 +3,7 @@ import { toBinary } from "@bufbuild/protobuf";
 
 import { IsosurfaceRequestSchema } from "./protocol/messages";
 import type { ShownSurface } from "./shown_surface";
-import type { Wanted } from "./stream/conversation";
+import type { StreamRequest } from "./stream/conversation";
 import type { Selection } from "./workers/worker_messages";
 
 export interface Frame {
@@ -22,11 +22,11 @@ export const allChosen: Chosen = { minComponent: 0, selection: null };
 
 export class Frames {
   private readonly kept = new Map<string, Frame>();
-  private readonly colours = new Map<string, string>(); // The colours of a dataset's tiles that were set last.
+  private readonly colors = new Map<string, string>(); // The colors of a dataset's tiles that were set last.
 
   constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
 
-  find(order: Wanted): Frame | null {
+  find(order: StreamRequest): Frame | null {
     const key = keyOf(order);
     const frame = this.kept.get(key);
     if (!frame) return null;
@@ -35,28 +35,28 @@ export class Frames {
     return null;
   }
 
-  keep(order: Wanted, frame: Frame): void {
+  keep(order: StreamRequest, frame: Frame): void {
     for (const [key, { ids }] of this.kept) if (!this.hasTiles(ids)) this.kept.delete(key);
     this.kept.set(keyOf(order), frame);
   }
 
-  // A stream of this order begins: tiles have one colouring at a time, so steps that have another are no more.
-  expect(order: Wanted): void {
+  // A stream of this order begins: tiles have one coloring at a time, so steps that have another are no more.
+  expect(order: StreamRequest): void {
     const { name } = order.info;
-    const colouring = colouringOf(order);
-    if ((this.colours.get(name) ?? colouring) !== colouring) {
+    const coloring = coloringOf(order);
+    if ((this.colors.get(name) ?? coloring) !== coloring) {
       for (const [key, { shown }] of this.kept) if (shown.info.name === name) this.kept.delete(key);
     }
-    this.colours.set(name, colouring);
+    this.colors.set(name, coloring);
   }
 }
 
-// Equal for orders with equal surfaces in equal colours.
-function keyOf(order: Wanted): string {
+// Equal for orders with equal surfaces in equal colors.
+function keyOf(order: StreamRequest): string {
   const { name, contentId } = order.info;
-  return [name, contentId, colouringOf(order), toBinary(IsosurfaceRequestSchema, order.request).join()].join("\n");
+  return [name, contentId, coloringOf(order), toBinary(IsosurfaceRequestSchema, order.request).join()].join("\n");
 }
 
-function colouringOf({ scalars }: Wanted): string {
+function coloringOf({ scalars }: StreamRequest): string {
   return scalars ? `${scalars.dataset} ${scalars.low} ${scalars.high}` : "";
 }

@@ -6,7 +6,7 @@ import { inLattice } from "./scene/picking";
 import type { CutLines } from "./scene/slice_plane";
 import type { Settings } from "./state/settings";
 import { latticeToWorld } from "./stream/dataset";
-import type { Questions, SliceGrid, SliceValues } from "./stream/questions";
+import type { DatasetQueries, SliceGrid, SliceValues } from "./stream/dataset_queries";
 import type { SurfaceSet } from "./surface_set";
 import type { TilePool } from "./workers/tile_pool";
 
@@ -17,7 +17,7 @@ export interface WantedSlice {
 }
 
 export interface SliceSources {
-  questions: Questions;
+  questions: DatasetQueries;
   surfaces: SurfaceSet;
   pool: TilePool;
   settings: () => Settings;
@@ -75,10 +75,10 @@ export class LatestSlice {
       const { slice } = this;
       if (!slice) break;
       const plane = planeOf(slice);
-      const lines = await Promise.all(surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, colour }) => {
+      const lines = await Promise.all(surfaces.shownTiles(settings()).map(async ({ shown: surface, drawn, color }) => {
         const toWorld = latticeToWorld(surface.info, surface.resolution);
         const segments = await pool.cut(drawn, inLattice(plane, toWorld));
-        return { segments, toWorld, colour };
+        return { segments, toWorld, color };
       })).catch(() => null); // Tiles have gone meanwhile: those that came call again.
       if (lines && slice === this.slice) this.shows.lines(lines);
     }

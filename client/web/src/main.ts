@@ -1,5 +1,5 @@
 // The page: a viewer with a panel, a status bar and keys, and an address with all settings.
-import "./style/colours.css";
+import "./style/colors.css";
 import "./style/page.css";
 import "./style/panel.css";
 import "./style/bar.css";
@@ -7,7 +7,7 @@ import "./style/fingers.css";
 
 import { AddressKeeper } from "./address_keeper";
 import { Embedding } from "./embedding";
-import { Token, serverAddress } from "./own_address";
+import { Token, serverAddress } from "./server_address";
 import { DatasetList } from "./panel/dataset_list";
 import { h } from "./shared/elements";
 import { Help } from "./panel/help";
@@ -20,7 +20,7 @@ import { Thumbnails } from "./scene/thumbnails";
 import { Bookmarks } from "./state/bookmarks";
 import { type Entry, entriesOf } from "./state/series";
 import { History } from "./state/history";
-import { forever } from "./state/remembered";
+import { forever } from "./state/browser_storage";
 import type { Settings } from "./state/settings";
 import { fromAddress } from "./state/url_state";
 import { Downloads } from "./downloads";
@@ -48,9 +48,9 @@ const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer
   viewer.stage.invalidate();
 });
 const downloads = new Downloads(viewer);
-const change = (said: Partial<Settings>, isDragging = false) => {
+const change = (update: Partial<Settings>, isDragging = false) => {
   address.drags(isDragging);
-  viewer.set(said, isDragging);
+  viewer.set(update, isDragging);
 };
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
@@ -156,7 +156,7 @@ async function toggleFullScreen(): Promise<void> {
     if (document.fullscreenElement) await document.exitFullscreen();
     else await view.requestFullscreen();
   } catch {
-    notices.tell("This browser does not let the picture fill the screen here.", true);
+    notices.announce("This browser does not let the picture fill the screen here.", true);
   }
 }
 

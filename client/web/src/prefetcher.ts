@@ -3,30 +3,30 @@
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
-import { isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
+import { isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/conversation";
 import { isosurfaceRequest, type View } from "./stream/request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 
-export interface WantedSoon {
+export interface PrefetchRequest {
   info: DatasetInfo;
   moment: Moment;
-  scalars?: ScalarWish;
+  scalars?: ScalarOptions;
 }
 
 const shareOfMemory = 0.6; // The rest is for what is shown, and what was.
 
 export class Prefetcher {
   private client: SurfaceClient | null = null;
-  private soon: readonly WantedSoon[] = []; // The soonest first.
+  private soon: readonly PrefetchRequest[] = []; // The soonest first.
   private settings: Settings | null = null;
   private view: View | null = null;
-  private underWay: Wanted | null = null;
-  private failed: Wanted[] = []; // There will be none of these.
+  private underWay: StreamRequest | null = null;
+  private failed: StreamRequest[] = []; // There will be none of these.
 
   constructor(private readonly parts: SurfaceClientParts) {}
 
   // What is under way goes on only if it still is among them. None: the connection ends.
-  prepare(soon: readonly WantedSoon[], settings: Settings, view: View | null): void {
+  prepare(soon: readonly PrefetchRequest[], settings: Settings, view: View | null): void {
     this.soon = soon;
     this.settings = settings;
     this.view = view;
@@ -40,7 +40,7 @@ export class Prefetcher {
   }
 
   // Whether it is here, or will not come.
-  has(one: Omit<WantedSoon, "moment">, settings: Settings, view: View | null): boolean {
+  has(one: Omit<PrefetchRequest, "moment">, settings: Settings, view: View | null): boolean {
     const order = orderOf(one, settings, view);
     return this.parts.frames.find(order) !== null || this.hasFailed(order);
   }
@@ -70,7 +70,7 @@ export class Prefetcher {
     }
   }
 
-  private bring(one: WantedSoon, order: Wanted): void {
+  private bring(one: PrefetchRequest, order: StreamRequest): void {
     this.underWay = order;
     this.client ??= new SurfaceClient({ ...this.parts, isPrefetch: true }, {
       offer: () => {},
@@ -89,11 +89,11 @@ export class Prefetcher {
     this.goOn();
   }
 
-  private hasFailed(order: Wanted): boolean {
+  private hasFailed(order: StreamRequest): boolean {
     return this.failed.some((one) => isSameOrder(one, order));
   }
 }
 
-function orderOf({ info, scalars }: Omit<WantedSoon, "moment">, settings: Settings, view: View | null): Wanted {
+function orderOf({ info, scalars }: Omit<PrefetchRequest, "moment">, settings: Settings, view: View | null): StreamRequest {
   return { info, request: isosurfaceRequest(info, settings, view), scalars };
 }

@@ -1,16 +1,16 @@
 // What is to be seen at a time: settings and the list of datasets become the datasets of the surfaces and
-// of their colours.
+// of their colors.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import { atTime, isOfOneSeries, named, rangeOf, timeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
-import type { ScalarWish } from "./stream/conversation";
+import type { ScalarOptions } from "./stream/conversation";
 
 export interface Scene {
   moment: Moment;
   infos: readonly (DatasetInfo | null)[]; // The dataset of each surface; null: unknown.
-  scalars?: ScalarWish;
+  scalars?: ScalarOptions;
 }
 
 // `info`: the dataset of the first surface, at that time.
@@ -28,7 +28,7 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
 }
 
 // Unknown names are refused by the server.
-function wishOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarWish {
+function wishOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarOptions {
   if (!by) return { dataset: name };
   const { min, max } = rangeOf(list, by);
   return min < max ? { dataset: by.name, low: min, high: max } : { dataset: by.name };

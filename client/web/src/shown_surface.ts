@@ -3,7 +3,7 @@ import { hex } from "./mesh/content_digest";
 import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
 import type { StepFacts } from "./state/progress";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
-import type { Wanted } from "./stream/conversation";
+import type { StreamRequest } from "./stream/conversation";
 import { longestCellDiagonal, voxelLength } from "./stream/dataset";
 import { preservesTopology, shellModeOf } from "./stream/step_checks";
 
@@ -12,7 +12,7 @@ export type Committed = AssemblerEffect & { kind: "committed" };
 export interface ShownSurface {
   info: DatasetInfo;
   resolution: number;
-  request: Wanted["request"];
+  request: StreamRequest["request"];
   facts: StepFacts;
 }
 
@@ -27,7 +27,7 @@ function roundingBound(info: DatasetInfo, resolution: number): number {
 }
 
 // On the way to a finer surface of the same isovalue, nothing coarser than what is there is shown.
-export function isStepBack(before: ShownSurface | null, order: Wanted, facts: StepFacts): boolean {
+export function isRegression(before: ShownSurface | null, order: StreamRequest, facts: StepFacts): boolean {
   if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
   if (before.request.isovalue !== order.request.isovalue) return false;
   // Its error is that of what the camera did not see; where it looked the surface is finer.
@@ -38,17 +38,17 @@ export function isStepBack(before: ShownSurface | null, order: Wanted, facts: St
 
 // Tiles of one memory can stand in for one another. Each surface of a view, by its number, has its own:
 // what one of them drops the other may show.
-export function memoryOf(surface: number, order: Wanted): string {
+export function memoryOf(surface: number, order: StreamRequest): string {
   const { info, request } = order;
   return `${surface}:${info.name}/${request.normals}/`;
 }
 
-export function idsOf(surface: number, order: Wanted, step: StepOfTiles): string[] {
+export function idsOf(surface: number, order: StreamRequest, step: StepOfTiles): string[] {
   const prefix = memoryOf(surface, order);
   return step.tiles.map(({ key }) => prefix + key);
 }
 
-export function factsOf(order: Wanted, { step, topology, sameAs }: Committed): StepFacts {
+export function factsOf(order: StreamRequest, { step, topology, sameAs }: Committed): StepFacts {
   const { begin, end } = step;
   const request = begin.request!;
   const isPreserving = preservesTopology(begin);

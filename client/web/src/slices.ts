@@ -1,6 +1,6 @@
 // Joins the slice in the picture: settings become a plane, the plane a question to the server, the answer what is shown.
 import type { DatasetInfo } from "./protocol/messages";
-import type { ColourScale } from "./shared/colour_maps";
+import type { ColorScale } from "./shared/color_maps";
 import { airBelow } from "./shared/sample_window";
 import { LatestSlice, type SliceSources } from "./latest_slice";
 import { sliceGrid } from "./scene/slice_grid";
@@ -60,7 +60,7 @@ export function slicePlace({ slice, sliceAt, clip, clipAt, filled }: Settings): 
   return null;
 }
 
-// The values of the first and the last colour: as set, else the defaults, else the range of the data.
+// The values of the first and the last color: as set, else the defaults, else the range of the data.
 export function windowOf(
   level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange,
 ): { low: number; high: number } {
@@ -70,10 +70,10 @@ export function windowOf(
 }
 
 // The same for a scale that may be logarithmic. Where values are not positive, that begins at the thousandth
-// part of the last colour's value; where none is, it is linear.
+// part of the last color's value; where none is, it is linear.
 export function scaleOf(
   level: number | null, windowWidth: number | null, wantsLog: boolean, range: ValueRange,
-): Omit<ColourScale, "map"> {
+): Omit<ColorScale, "map"> {
   const { low, high } = windowOf(level, windowWidth, range);
   if (!wantsLog || high <= 0) return { low, high, isLog: false };
   const least = range.min > 0 && range.min < high ? range.min : high / 1000;

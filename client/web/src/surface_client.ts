@@ -9,27 +9,27 @@
 // With several surfaces the previews of all come before the final step of any: a client requests previews first, and
 // the rest when all previews are there. A client that `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-import { type Effect, Conversation, isSameOrder, type ScalarWish, type Wanted } from "./stream/conversation";
+import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/conversation";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import type { SlotHolder, Slots } from "./stream/slots";
+import type { PoolClient, ConnectionPool } from "./stream/connection_pool";
 import type { Moment } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
 import type { Frame } from "./frames";
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
 import { memoryOf, type ShownSurface } from "./shown_surface";
-import { noProgress, noTrouble, type Progress } from "./state/progress";
+import { noProgress, noErrors, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Asked, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
 import type { Drawn } from "./workers/worker_messages";
 
-const patience = 400; // Milliseconds that a drag waits for a preview.
+const maxDragWait = 400; // Milliseconds that a drag waits for a preview.
 
 export interface SurfaceClientParts extends SurfaceStepsParts {
   address: string;
   token: () => string;
-  slots: Slots; // For the connections of all but the lead.
+  connectionPool: ConnectionPool; // For the connections of all but the lead.
 }
 
 export interface SurfaceClientEvents extends SurfaceStepsEvents {
@@ -37,14 +37,14 @@ export interface SurfaceClientEvents extends SurfaceStepsEvents {
 }
 
 // How a surface is requested.
-export interface Wish {
+export interface SurfaceRequest {
   moment: Moment;
-  scalars?: ScalarWish;
+  scalars?: ScalarOptions;
   isDragging?: boolean; // More will follow soon.
   isOneOfSeveral?: boolean;
 }
 
-export class SurfaceClient implements SlotHolder {
+export class SurfaceClient implements PoolClient {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new ExpectedSizes();
@@ -52,7 +52,7 @@ export class SurfaceClient implements SlotHolder {
   private readonly link: Link;
   private readonly steps: SurfaceSteps;
   private asked: Asked | null = null; // Under way, or shown;
-  private current: Wanted | null = null; // the same, or as much of it as every machine takes.
+  private current: StreamRequest | null = null; // the same, or as much of it as every machine takes.
   private next: Asked | null = null; // Waits for the request under way.
   private isDragging = false;
   private dragTimer = 0;
@@ -87,7 +87,7 @@ export class SurfaceClient implements SlotHolder {
       received: (message: ServerKind) => this.perform(this.conversation.received(message)),
       impossible: () => {
         const text = `This page cannot connect to "${address}", or may not.`;
-        this.progress.set({ phase: "lost", retryAt: 0, trouble: { ...noTrouble, text, isFatal: true } });
+        this.progress.set({ phase: "lost", retryAt: 0, trouble: { ...noErrors, text, isFatal: true } });
       },
     });
   }
@@ -101,7 +101,7 @@ export class SurfaceClient implements SlotHolder {
   // The first of a view.
   lead(): void {
     this.isLead = true;
-    this.parts.slots.leave(this);
+    this.parts.connectionPool.leave(this);
   }
 
   // Ends for good.
@@ -110,15 +110,15 @@ export class SurfaceClient implements SlotHolder {
     clearTimeout(this.dragTimer);
     this.steps.abandon();
     this.link.leave();
-    this.parts.slots.leave(this);
+    this.parts.connectionPool.leave(this);
   }
 
   // Another surface.
-  want(info: DatasetInfo, settings: Settings, view: View | null, wish: Wish): void {
+  want(info: DatasetInfo, settings: Settings, view: View | null, wish: SurfaceRequest): void {
     const { moment, scalars, isDragging = false, isOneOfSeveral } = wish;
     const request = isosurfaceRequest(info, settings, view);
     const steps = this.parts.isPrefetch ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
-    const order: Wanted = { info, request, scalars, steps };
+    const order: StreamRequest = { info, request, scalars, steps };
     this.isDragging = isDragging;
     this.hide(settings.minComponent);
     this.askSize(order, isDragging);
@@ -206,12 +206,12 @@ export class SurfaceClient implements SlotHolder {
   private needLink(): void {
     if (this.isLinked) return;
     if (this.isLead || this.parts.isPrefetch) this.granted();
-    else this.parts.slots.want(this);
+    else this.parts.connectionPool.want(this);
   }
 
   // ----
 
-  private askSize(order: Wanted, isDragging: boolean): void {
+  private askSize(order: StreamRequest, isDragging: boolean): void {
     if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
     this.perform(this.conversation.askSize(order));
   }
@@ -241,11 +241,11 @@ export class SurfaceClient implements SlotHolder {
     this.parts.frames.expect(order);
     this.parts.surface.dropUnused();
     clearTimeout(this.dragTimer);
-    this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), patience) : 0;
+    this.dragTimer = this.isDragging ? window.setTimeout(() => this.goOn(), maxDragWait) : 0;
     this.wantNow(order);
   }
 
-  private wantNow(order: Wanted): void {
+  private wantNow(order: StreamRequest): void {
     this.current = order;
     this.hasFinal = false;
     this.perform(this.conversation.want(order));
@@ -263,7 +263,7 @@ export class SurfaceClient implements SlotHolder {
     this.isUnderWay = true;
     this.steps.take(asked, frame, () => {
       this.isUnderWay = false;
-      this.parts.slots.deal();
+      this.parts.connectionPool.deal();
       this.events.settled();
     });
   }
@@ -279,7 +279,7 @@ export class SurfaceClient implements SlotHolder {
     this.isUnderWay = this.isFinishing = false;
     this.goOn();
     if (this.isUnderWay) return;
-    this.parts.slots.deal();
+    this.parts.connectionPool.deal();
     this.events.settled();
   }
 
@@ -315,7 +315,7 @@ export class SurfaceClient implements SlotHolder {
         this.learnSize(effect);
         break;
       case "scalars":
-        if (this.steps.isOf(effect.stream)) this.steps.colour(effect);
+        if (this.steps.isOf(effect.stream)) this.steps.color(effect);
         break;
       case "postponed":
         clearTimeout(this.postponed);
@@ -372,7 +372,7 @@ export class SurfaceClient implements SlotHolder {
         break;
       case "refused":
       case "failed":
-        progress.set({ isStreaming: false, trouble: { ...noTrouble, text: effect.text } });
+        progress.set({ isStreaming: false, trouble: { ...noErrors, text: effect.text } });
         this.hasFinal = true; // Nothing is left to request.
         if (this.asked) steps.offerNothing(this.asked);
         this.settle();

@@ -9,7 +9,7 @@ import { Frames } from "./frames";
 import { StepSpeed } from "./stream/step_speed";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Scene } from "./scene_at";
-import { FieldColours } from "./scene/field_colours";
+import { FieldColors } from "./scene/field_colors";
 import type { Stage } from "./scene/stage";
 import { mostTriangles, Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
@@ -18,7 +18,7 @@ import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
-import { Slots } from "./stream/slots";
+import { ConnectionPool } from "./stream/connection_pool";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { TilePool } from "./workers/tile_pool";
 import type { Drawn } from "./workers/worker_messages";
@@ -35,7 +35,7 @@ export interface ShownTiles {
   at: number; // Of which surface: 0 for the first.
   shown: ShownSurface;
   drawn: Drawn;
-  colour: string;
+  color: string;
 }
 
 export interface SurfaceSetEvents {
@@ -49,12 +49,12 @@ export class SurfaceSet {
   readonly progress = new Store<Progress>(noProgress); // For the first surface,
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
-  readonly field = new FieldColours();
+  readonly field = new FieldColors();
   private members: Member[] = [];
   private lastNumber = 0;
   private isConnected = false;
   private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
-  private readonly slots = new Slots(mostConnections);
+  private readonly connectionPool = new ConnectionPool(mostConnections);
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
   private readonly swapGroup = new SwapGroup<Member>(() => this.seen, () => this.redress());
 
@@ -159,7 +159,7 @@ export class SurfaceSet {
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
       const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
-      return shown && isDrawn ? [{ at, shown, drawn, colour: list[at].colour }] : [];
+      return shown && isDrawn ? [{ at, shown, drawn, color: list[at].color }] : [];
     });
   }
 
@@ -230,7 +230,7 @@ export class SurfaceSet {
       surface,
       frames: new Frames((ids) => surface.hasAll(ids)),
       speed: this.speed,
-      slots: this.slots,
+      connectionPool: this.connectionPool,
     };
     const client = new SurfaceClient(parts, {
       offer: (moment, show) => this.offer(member, moment, show),

@@ -4,15 +4,15 @@
 // Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. Where
 // small components are hidden, a step is shown without them from its first frame on; hiding them in a shown step needs
 // no server.
-import type { Effect, Wanted } from "./stream/conversation";
+import type { Effect, StreamRequest } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { dataBorder, latticeToWorld } from "./stream/dataset";
 import { shellModeOf } from "./stream/step_checks";
 import type { Moment } from "./swap_group";
 import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
-import type { MeshTopology } from "./mesh/seams";
+import type { MeshTopology } from "./mesh/boundary_matcher";
 import type { Surface } from "./scene/surface";
-import { type Committed, factsOf, idsOf, isStepBack, memoryOf, type ShownSurface } from "./shown_surface";
+import { type Committed, factsOf, idsOf, isRegression, memoryOf, type ShownSurface } from "./shown_surface";
 import { isOfOneSeries } from "./state/series";
 import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
@@ -45,7 +45,7 @@ export interface StepChecks {
 
 // The request and its moment.
 export interface Asked {
-  order: Wanted;
+  order: StreamRequest;
   moment: Moment;
 }
 
@@ -60,7 +60,7 @@ export class SurfaceSteps {
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
-  private colouring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
+  private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
   constructor(
@@ -75,7 +75,7 @@ export class SurfaceSteps {
     this.parts.pool.forget(this);
     this.stream = stream;
     this.taken = null;
-    this.colouring = [];
+    this.coloring = [];
     this.arrived.clear();
     if (isFinishing) return this.progress.set({ isStreaming: true, tilesToCome: 0, tilesReceived: 0 });
     this.started = performance.now();
@@ -133,7 +133,7 @@ export class SurfaceSteps {
     });
   }
 
-  expect(order: Wanted, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
+  expect(order: StreamRequest, { tiles, missing, begin }: AssemblerEffect & { kind: "begun" }): void {
     const ids = tiles.map(({ key }) => memoryOf(this.parts.number, order) + key);
     this.parts.surface.use(ids, this);
     this.progress.set({ step: begin.step, tilesToCome: missing, tilesReceived: 0 });
@@ -141,7 +141,7 @@ export class SurfaceSteps {
   }
 
   async decode(
-    order: Wanted,
+    order: StreamRequest,
     { tile: promised, payload, begin }: AssemblerEffect & { kind: "decode" },
   ): Promise<void> {
     const { stream } = this;
@@ -174,17 +174,17 @@ export class SurfaceSteps {
   }
 
   // A step is shown when the values of its tiles are there, too.
-  colour({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
+  color({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
     const { scalars } = this.progress.get();
     const largest = Math.max(deviation, scalars?.deviation ?? 0);
     this.progress.set({ scalars: { low: range.low, high: range.high, deviation: largest } });
     const { pool, surface } = this.parts;
     const id = memoryOf(this.parts.number, order) + key;
     const done = pool.scalars(id, codes, range.bits).then((attribute) => surface.setScalars(id, attribute), () => {});
-    this.colouring.push(done);
+    this.coloring.push(done);
   }
 
-  async certify(order: Wanted, step: StepOfTiles): Promise<void> {
+  async certify(order: StreamRequest, step: StepOfTiles): Promise<void> {
     const { stream } = this;
     const { begin } = step;
     const ids = idsOf(this.parts.number, order, step);
@@ -195,7 +195,7 @@ export class SurfaceSteps {
       this.parts.pool.certify(ids, border).catch(() => null),
       this.choose(ids, resolution).catch(() => null),
       this.parts.surface.uploaded(ids),
-      ...this.colouring,
+      ...this.coloring,
     ]);
     // Tiles of a replaced stream may be gone.
     if (stream !== this.stream || !result || !chosen) return;
@@ -205,7 +205,7 @@ export class SurfaceSteps {
   }
 
   // A complete step: it is offered if it is new, and the final one is kept for `asked`.
-  present(order: Wanted, asked: Asked | null, committed: Committed, isNews: boolean): void {
+  present(order: StreamRequest, asked: Asked | null, committed: Committed, isNews: boolean): void {
     const { number, surface, frames, isPrefetch } = this.parts;
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
@@ -217,7 +217,7 @@ export class SurfaceSteps {
       chosen: this.certified?.chosen ?? allChosen,
     };
     if (facts.isFinal && asked) frames.keep({ ...asked.order, info: order.info }, frame);
-    if (isPrefetch || !asked || !isNews || isStepBack(this.shown, order, facts)) return;
+    if (isPrefetch || !asked || !isNews || isRegression(this.shown, order, facts)) return;
     const elapsed = performance.now() - this.started;
     this.events.offer(asked.moment, () => this.show(frame, elapsed));
   }

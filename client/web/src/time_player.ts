@@ -8,7 +8,7 @@ export interface Played {
   loop: boolean;
 }
 
-export interface PlayerActs {
+export interface PlayerActions {
   isReady: (time: number) => boolean;
   prepare: (times: readonly number[]) => void; // The soonest first; none: no prefetch.
   show: (time: number) => void;
@@ -32,8 +32,8 @@ export class TimePlayer {
   // `soon` calls back before the next frame is drawn.
   constructor(
     private readonly played: () => Played | null,
-    private readonly acts: PlayerActs,
-    private readonly told: (pace: Pace) => void,
+    private readonly acts: PlayerActions,
+    private readonly onPace: (pace: Pace) => void,
     private readonly soon: (act: () => void) => void = (act) => requestAnimationFrame(act),
     private readonly clock: () => number = () => performance.now(),
   ) {}
@@ -55,7 +55,7 @@ export class TimePlayer {
     this.isRunning = false;
     this.prepared = "";
     this.acts.prepare([]);
-    this.told({ rate: null, isWaiting: false });
+    this.onPace({ rate: null, isWaiting: false });
   }
 
   private tick(): void {
@@ -77,7 +77,7 @@ export class TimePlayer {
       this.shown = [...this.shown.filter((at) => at > now - lately), now];
       this.acts.show(ahead[0]);
     }
-    this.told({ rate: this.rate(), isWaiting: !isReady && now > this.due + lateEnough });
+    this.onPace({ rate: this.rate(), isWaiting: !isReady && now > this.due + lateEnough });
     this.soon(() => this.tick());
   }
 

@@ -4,18 +4,18 @@
 //   import { Viewer } from "multitetra-viewer";
 //   const viewer = new Viewer(element, { server: "https://example.org/", dataset: "head", isovalue: 500.5 });
 //   viewer.on("shown", ({ isovalue, triangles }) => ...);
-//   viewer.set({ error: 1, surfaces: [{ isovalue: 1200.5, error: null, colour: "#ffffff", opacity: 1, visible: true }] });
-import "./style/colours.css";
+//   viewer.set({ error: 1, surfaces: [{ isovalue: 1200.5, error: null, color: "#ffffff", opacity: 1, visible: true }] });
+import "./style/colors.css";
 import "./style/picture.css";
 
 import * as THREE from "three";
 
-import { serverAddress } from "./own_address";
+import { serverAddress } from "./server_address";
 import { isEmpty } from "./panel/certificate";
 import { h } from "./shared/elements";
 import { nearestName } from "./shared/nearest_name";
 import { inDigits } from "./shared/quantities";
-import { isCt, usualWindow } from "./shared/sample_window";
+import { isCt, defaultWindow } from "./shared/sample_window";
 import { componentWords } from "./panel/component_filter";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
@@ -28,7 +28,7 @@ import { Legend, type LegendValues } from "./panel/legend";
 import { RegionHandles } from "./scene/region_handles";
 import { type Scene, sceneOf } from "./scene_at";
 import { Stage } from "./scene/stage";
-import { Surroundings } from "./scene/surroundings";
+import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import type { Progress, ShownComponents, StepFacts } from "./state/progress";
@@ -38,7 +38,7 @@ import {
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { type Vec3, worldBox, worldDifference } from "./stream/dataset";
-import { Questions } from "./stream/questions";
+import { DatasetQueries } from "./stream/dataset_queries";
 import { suggestedIsovalue, type View } from "./stream/request";
 import type { SliceSources } from "./latest_slice";
 import { SliceViews } from "./slice_views";
@@ -91,10 +91,10 @@ export class Viewer {
   readonly measuring: Measuring;
   info: DatasetInfo | null = null; // The current dataset.
   private readonly events = new Events<ViewerEvents>();
-  private readonly surroundings: Surroundings;
+  private readonly surroundings: SceneDecorations;
   private readonly orientation: Orientation;
   private readonly regionHandles: RegionHandles;
-  private readonly questions: Questions;
+  private readonly questions: DatasetQueries;
   private readonly slices: Slices;
   private readonly sliceViews: SliceViews;
   readonly player: TimePlayer;
@@ -106,19 +106,19 @@ export class Viewer {
   private rest = 0; // The timer behind the camera's rest.
 
   // Throws where the browser cannot draw in three dimensions.
-  constructor(readonly element: HTMLElement, { server, token = "", ...said }: ViewerOptions = {}) {
-    this.settings = new Store<Settings>({ ...defaults, ...said });
+  constructor(readonly element: HTMLElement, { server, token = "", ...changes }: ViewerOptions = {}) {
+    this.settings = new Store<Settings>({ ...defaults, ...changes });
     this.token = typeof token === "string" ? placeOf(token) : token;
-    if (said.followView) this.isSlow = false; // Asked for.
+    if (changes.followView) this.isSlow = false; // Asked for.
     element.classList.add("multitetra");
     element.append(this.frame);
     this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas);
     const address = serverAddress(server);
-    this.questions = new Questions(address, () => this.token.get());
+    this.questions = new DatasetQueries(address, () => this.token.get());
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
-      shown: (at, shown, isFirst) => this.tellShown(at, shown, isFirst),
-      progress: (surface) => this.events.tell("progress", { surface }),
+      shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
+      progress: (surface) => this.events.emit("progress", { surface }),
     });
     this.notices = new Notices({
       connectNow: () => this.surfaces.connect(),
@@ -126,23 +126,23 @@ export class Viewer {
       insist: () => this.surfaces.insist(),
       leave: () => this.canvas.focus(),
     });
-    this.surroundings = new Surroundings(this.stage);
+    this.surroundings = new SceneDecorations(this.stage);
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
       (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
     const sources: SliceSources = {
       questions: this.questions, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
-      failed: (text) => this.notices.tell(text, true),
+      failed: (text) => this.notices.announce(text, true),
     };
     const current = () => ({ info: this.info, settings: this.get(), range: this.sampleRange() });
     this.slices = new Slices(this.stage, sources, current);
     this.sliceViews = new SliceViews(this.stage, sources, current, (cross, isDragging) => this.set({ cross }, isDragging));
-    const turn = (said: Partial<Settings>, isDragging: boolean) => this.set(said, isDragging);
+    const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.legends = {
-      samples: new Legend({ label: "samples", colours: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
+      samples: new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
       field: new Legend({
-        label: "the surface's colours", colours: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
+        label: "the surface's colors", colors: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
       }, turn),
     };
     this.player = new TimePlayer(() => this.played(), {
@@ -255,9 +255,9 @@ export class Viewer {
   async keepLargest(surface: number): Promise<void> {
     const tiles = this.surfaces.shownTiles(this.get()).find(({ at }) => at === surface);
     const found = tiles && (await this.pool.select({ ids: tiles.drawn.ids, leastDiagonal: 0 }).catch(() => null));
-    if (!found) return this.notices.tell("The surface is not shown, or has changed meanwhile.", true);
+    if (!found) return this.notices.announce("The surface is not shown, or has changed meanwhile.", true);
     const minComponent = justAbove(found.diagonals, 2 ** tiles.shown.resolution);
-    if (minComponent === null) return this.notices.tell("Its largest parts are equally large.", true);
+    if (minComponent === null) return this.notices.announce("Its largest parts are equally large.", true);
     this.set(withSurface(this.get(), surface, { minComponent }));
   }
 
@@ -297,11 +297,11 @@ export class Viewer {
     this.surfaces.connect();
   }
 
-  tellUnknown(dataset: string): void {
+  reportUnknown(dataset: string): void {
     const names = this.list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
     const meant = nearestName(dataset, names);
     const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
-    this.notices.tell(`No dataset named "${dataset}" is served here. ${advice}`);
+    this.notices.announce(`No dataset named "${dataset}" is served here. ${advice}`);
   }
 
   // The half-space that the cut leaves; null: nothing is cut.
@@ -337,12 +337,12 @@ export class Viewer {
       this.timeBar.show(now, this.times);
       this.measuring.show(this.info, now.places);
       this.player.update();
-      this.events.tell("settings", now);
+      this.events.emit("settings", now);
     });
     this.surfaces.progress.watch((progress) => {
       const { lead } = this.surfaces;
       this.notices.show(progress, lead && nothingWords(lead, progress));
-      this.events.tell("progress", { surface: 0 });
+      this.events.emit("progress", { surface: 0 });
     });
     this.surfaces.datasets.watch(({ list }) => {
       if (!list) return;
@@ -388,14 +388,14 @@ export class Viewer {
     if (!list) return;
     const { dataset, surfaces, t } = this.settings.get();
     const found = dataset ? named(list, dataset) : list[0];
-    if (!found) return dataset ? this.tellUnknown(dataset) : undefined;
+    if (!found) return dataset ? this.reportUnknown(dataset) : undefined;
     // All labels of a segmentation, where no surfaces are named; one alone is shown where it is named.
     const series = surfaces.length === 0 && found.member?.label ? seriesOf(list, found) : null;
     if (!series || series.labels.length < 2) return this.use(atTime(list, found, t));
     const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
-    const said = settingsOfEntry({ name: series.name, info: found, series }, label);
-    this.settings.set(said);
-    this.use(atTime(list, named(list, said.dataset!) ?? found, t));
+    const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
+    this.settings.set(changes);
+    this.use(atTime(list, named(list, changes.dataset!) ?? found, t));
   }
 
   private played(): Played | null {
@@ -424,7 +424,7 @@ export class Viewer {
   private sampleRange(): LegendValues | null {
     const { info } = this;
     const range = this.rangeOf(info);
-    return info && range && (this.times && !isCt(info) ? range : { ...range, usual: usualWindow(info) });
+    return info && range && (this.times && !isCt(info) ? range : { ...range, usual: defaultWindow(info) });
   }
 
   private use(now: DatasetInfo): void {
@@ -439,7 +439,7 @@ export class Viewer {
     this.surroundings.setDataset(now);
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
-    this.events.tell("dataset", now);
+    this.events.emit("dataset", now);
     if (!isOther) return; // After a lost connection: the stream goes on by itself.
     if (before) this.measuring.forget();
     this.measuring.show(now, this.settings.get().places);
@@ -454,24 +454,24 @@ export class Viewer {
 
   // Another time, field or label: the places are the same.
   private changeMember(now: DatasetInfo): void {
-    this.events.tell("dataset", now);
+    this.events.emit("dataset", now);
     this.applyLook();
     this.ask();
   }
 
   private ask(): void {
-    if (this.info && this.dropsColours(this.info)) return; // The settings without them ask.
+    if (this.info && this.dropsColors(this.info)) return; // The settings without them ask.
     if (this.info) this.surfaces.want(this.sceneOf(this.info), this.settings.get(), this.followedView, this.isDragging);
   }
 
-  // Colours by a field of another world are refused with the reason.
-  private dropsColours(info: DatasetInfo): boolean {
+  // Colors by a field of another world are refused with the reason.
+  private dropsColors(info: DatasetInfo): boolean {
     const { colorBy } = this.get();
     const by = colorBy ? named(this.list, colorBy) : null;
     const reason = by && worldDifference(info, by);
     if (!reason) return false;
     this.set({ colorBy: "" });
-    this.notices.tell(`"${colorBy}" cannot colour this surface: ${reason}.`);
+    this.notices.announce(`"${colorBy}" cannot color this surface: ${reason}.`);
     return true;
   }
 
@@ -502,12 +502,12 @@ export class Viewer {
     this.surfaces.field.setLook({ map: now.colors, ...scale }, now.noValueColor);
   }
 
-  private tellShown(at: number, shown: ShownSurface, isFirst: boolean): void {
+  private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) this.frameFirst(shown.info);
     this.slices.update();
     this.sliceViews.update();
     if (at === 0 && shown.facts.isFinal) this.learnPace();
-    this.events.tell("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
+    this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }
 
   // One surface as it is; with several, the data.
@@ -520,7 +520,7 @@ export class Viewer {
   private take(place: Picked): void {
     this.measuring.add(place);
     if (this.get().layout === "four") this.set({ cross: place.world });
-    this.events.tell("picked", place);
+    this.events.emit("picked", place);
   }
 }
 

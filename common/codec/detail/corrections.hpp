@@ -22,7 +22,7 @@ int32_t code_cut(Coder& coder, CorrectionModel& model, const LevelScale& scale, 
   if (level_a == 0 || level_b == 0) return about;
   const bool from_b = level_b < level_a;
   const int32_t difference = from_b ? level_a - level_b : level_b - level_a;
-  const LevelScale::Doubt doubt = scale.doubt(difference);
+  const LevelScale::RoundingMargin doubt = scale.doubt(difference);
   if (doubt.least == doubt.greatest) return about;
   const int32_t guess = from_b ? steps - about : about;
   const int32_t cut = from_b ? steps - exact : exact;

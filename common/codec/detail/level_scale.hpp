@@ -51,11 +51,11 @@ class LevelScale {
 
   // Where the exact vertex can lie when a has the lower level, so that 0 <= difference: the least
   // and greatest distance from a. Lattice-exact shells only.
-  struct Doubt {
+  struct RoundingMargin {
     int16_t least = 1;
     int16_t greatest = 1;
   };
-  [[nodiscard]] Doubt doubt(int32_t difference) const {
+  [[nodiscard]] RoundingMargin doubt(int32_t difference) const {
     return doubts_[difference > kMaxDoubtful ? kMaxDoubtful : difference];
   }
 
@@ -74,7 +74,7 @@ class LevelScale {
   int32_t first_ = 0;  // The level of magnitude 1.
   int32_t magnitudes_[kMaxLevels] = {};
   int32_t cuts_[kMaxDifference + 1] = {};
-  Doubt doubts_[kMaxDoubtful + 1];
+  RoundingMargin doubts_[kMaxDoubtful + 1];
 };
 
 }  // namespace multitetra::shell

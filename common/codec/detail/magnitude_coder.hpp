@@ -74,17 +74,17 @@ inline constexpr int kWeights = 11;
 
 // The means of what is around a sample weigh neighbours by 8 along axes, 3 along face diagonals and
 // 1 along the cube diagonal.
-struct Support {
+struct PredictionContext {
   uint64_t reciprocal = 0;  // ceil(2^32 / weight): x / weight is x * this >> 32 for x < 2^26.
   uint8_t weight = 0;
   uint8_t kind = 0;  // 0: none, 1: one or two, 2: three or four, 3: more neighbours.
 };
-struct Supports {
-  Support of[128];
+struct PredictionContexts {
+  PredictionContext of[128];
 };
-[[nodiscard]] constexpr Supports make_supports() {
+[[nodiscard]] constexpr PredictionContexts make_supports() {
   constexpr uint32_t kWeight[7] = {8, 8, 8, 3, 3, 3, 1};
-  Supports supports{};
+  PredictionContexts supports{};
   for (unsigned mask = 1; mask < 128; ++mask) {
     uint32_t weight = 0;
     int neighbours = 0;
@@ -101,10 +101,10 @@ struct Supports {
   }
   return supports;
 }
-inline constexpr Supports kSupports = make_supports();
+inline constexpr PredictionContexts kSupports = make_supports();
 
 // Running means, for samples without active neighbours.
-struct RecentMeans {
+struct RunningMeans {
   int32_t w = 16;
   int32_t missed = 8;  // Twice.
 };
@@ -145,7 +145,7 @@ struct SignsAround {
 // `current` and `before` point at the sample in its slice and in the one before.
 [[nodiscard]] inline Inputs inputs_around(const SignsAround& signs, int x,
                                           const KnownSample* current, const KnownSample* before,
-                                          const RecentMeans& recent) {
+                                          const RunningMeans& recent) {
   constexpr int kRow = SampleRings::kRow;
   const KnownSample known[7] = {current[-1], current[-kRow], before[0],        current[-kRow - 1],
                                 before[-1],  before[-kRow],  before[-kRow - 1]};
@@ -155,7 +155,7 @@ struct SignsAround {
   inputs.missed = recent.missed;
   for (unsigned i = 0; i < 7; ++i) inputs.mask |= (known[i].w != 0 ? 1U : 0U) << i;
   if (inputs.mask != 0) {
-    const Support& support = kSupports.of[inputs.mask];
+    const PredictionContext& support = kSupports.of[inputs.mask];
     const auto mean = [&support](int32_t sum) {
       return static_cast<int32_t>(static_cast<uint32_t>(sum) * support.reciprocal >> 32);
     };
@@ -225,7 +225,7 @@ class ExactMagnitudes {
  public:
   static constexpr int32_t kMax = (1 << 25) - 1;
 
-  [[nodiscard]] static RecentMeans start() { return {.w = 16, .missed = 8}; }
+  [[nodiscard]] static RunningMeans start() { return {.w = 16, .missed = 8}; }
 
   // Codes one; returns it, and what predictions are made from.
   template <typename Coder>
@@ -256,7 +256,7 @@ class LevelMagnitudes {
  public:
   explicit LevelMagnitudes(const LevelScale& scale) : scale_(scale) {}
 
-  [[nodiscard]] static RecentMeans start() { return {.w = 2048, .missed = 512}; }
+  [[nodiscard]] static RunningMeans start() { return {.w = 2048, .missed = 512}; }
 
   template <typename Coder>
   int32_t code(Coder& coder, ValueModel& model, const Prediction& prediction, int32_t level,
@@ -290,7 +290,7 @@ class LevelMagnitudes {
 template <typename Coder, typename Magnitudes, typename Next, typename Keep>
 void code_row_of_samples(Coder& coder, ValueModel& model, const Magnitudes& magnitudes,
                          const BitField& signs, RowBits coded, int y, int z, SampleRings& rings,
-                         RecentMeans& recent, const Next& next, const Keep& keep) {
+                         RunningMeans& recent, const Next& next, const Keep& keep) {
   if (!coded.any()) return;
   rings.use_row(y, z);
   const SignsAround around(signs, y, z);

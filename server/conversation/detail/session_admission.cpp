@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "server/service/waiting_memory.hpp"
+#include "server/service/waiting_bytes.hpp"
 
 namespace multitetra {
 namespace {
@@ -20,7 +20,7 @@ std::optional<CountedRequest> counted_request(const ClientMessage& message) {
   if (const auto* open = std::get_if<OpenStream>(&message)) {
     return CountedRequest{.id = open->request_id, .waiting_bytes = waiting_bytes(*open)};
   }
-  std::optional<Question> question;
+  std::optional<DatasetQuery> question;
   if (const auto* estimate = std::get_if<Estimate>(&message)) question = *estimate;
   if (const auto* slice = std::get_if<Slice>(&message)) question = *slice;
   if (const auto* probe = std::get_if<Probe>(&message)) question = *probe;
@@ -29,7 +29,7 @@ std::optional<CountedRequest> counted_request(const ClientMessage& message) {
 }
 
 // Room for what waits, or why there shall be nothing to wait for.
-tl::expected<ByteReservations::Reservation, ErrorReply> admit(ClientContext& client,
+tl::expected<ByteReservations::Reservation, ErrorReply> admit(ConnectionContext& client,
                                                               const Session& session,
                                                               const ClientMessage& message,
                                                               std::size_t message_bytes) {
@@ -40,12 +40,12 @@ tl::expected<ByteReservations::Reservation, ErrorReply> admit(ClientContext& cli
   const auto refuse = [&](const Error& why) {
     return tl::unexpected(ErrorReply{.request_id = request->id, .error = why});
   };
-  if (const auto asked = client.may_ask(message_bytes); !asked) {
+  if (const auto asked = client.check_rate_limit(message_bytes); !asked) {
     return refuse(asked.error());
   }
-  auto room = client.reserve(request->waiting_bytes);
-  if (!room) return refuse(room.error());
-  return *std::move(room);
+  auto reservation = client.reserve(request->waiting_bytes);
+  if (!reservation) return refuse(reservation.error());
+  return *std::move(reservation);
 }
 
 void append(Actions& actions, Actions more) {
@@ -54,7 +54,7 @@ void append(Actions& actions, Actions more) {
 
 }  // namespace
 
-Received receive_from(ClientContext& client, Session& session,
+Received receive_from(ConnectionContext& client, Session& session,
                       const tl::expected<ClientMessage, ParseError>& message,
                       std::size_t message_bytes) {
   const AdmissionControl& admission = client.admission();
@@ -69,7 +69,7 @@ Received receive_from(ClientContext& client, Session& session,
   if (!message) {
     append(actions, session.receive(message.error()));
   } else if (auto admitted = admit(client, session, *message, message_bytes)) {
-    received.room = *std::move(admitted);
+    received.reservation = *std::move(admitted);
     append(actions, session.receive(*message));
   } else {
     received.retry_after = admitted.error().error.retry_after;
@@ -82,7 +82,7 @@ Received receive_from(ClientContext& client, Session& session,
   return received;
 }
 
-RequestFacts facts_of(const Question& question) {
+RequestFacts facts_of(const DatasetQuery& question) {
   const std::uint64_t id = request_id_of(question);
   if (const IsosurfaceRequest* request = request_of(question)) {
     return facts_of(kind_of(question), id, dataset_of(question), *request);

@@ -14,19 +14,20 @@ namespace multitetra {
 // What a message from the client brings about.
 struct Received {
   Actions actions;
-  ByteReservations::Reservation room = {};  // For the request that one of the actions begins.
+  ByteReservations::Reservation reservation =
+      {};                  // For the request that one of the actions begins.
   double retry_after = 0;  // Seconds, of a request that was refused before the session saw it.
 };
 
 // A draining admission lets no new work begin, another list of tokens holds at once, and requests
 // beyond the client's rate, or for which there is no room, are answered without the session.
 // `message_bytes` is how long the message was.
-[[nodiscard]] Received receive_from(ClientContext& client, Session& session,
+[[nodiscard]] Received receive_from(ConnectionContext& client, Session& session,
                                     const tl::expected<ClientMessage, ParseError>& message,
                                     std::size_t message_bytes);
 
 [[nodiscard]] RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
                                     const IsosurfaceRequest& request);
-[[nodiscard]] RequestFacts facts_of(const Question& question);
+[[nodiscard]] RequestFacts facts_of(const DatasetQuery& question);
 
 }  // namespace multitetra

@@ -11,7 +11,7 @@ constexpr double kMostAtOnce = 3;         // One step that had to wait is no new
 
 }  // namespace
 
-void LearnedCosts::note(StepForm form, double extracted, double seconds) {
+void MeasuredCosts::note(StepForm form, double extracted, double seconds) {
   if (extracted < kLeastTriangles) return;
   double& known = form == StepForm::kShells       ? costs_.shells
                   : form == StepForm::kSimplified ? costs_.simplified

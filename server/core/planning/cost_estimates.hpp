@@ -47,7 +47,7 @@ struct CostEstimates {
 };
 
 // What the steps that were made cost on this machine, the last ones most. Pure.
-class LearnedCosts {
+class MeasuredCosts {
  public:
   // A step of so many extracted triangles took so long.
   void note(StepForm form, double extracted, double seconds);

@@ -64,7 +64,7 @@ class Candidates {
   }
 
   // What the stream ends with.
-  [[nodiscard]] Candidate final_step(const ShownStep* shown = nullptr) const {
+  [[nodiscard]] Candidate final_step(const DeliveredStep* shown = nullptr) const {
     const Candidate itself = request_itself(shown);
     if (!may_end_with_shells()) return itself;
     const Candidate shells = certified(shown);
@@ -80,7 +80,7 @@ class Candidates {
 
   // Its size as the spectrum has it, or as what was shown lets expect, whichever is more: neither
   // looks at fine samples.
-  [[nodiscard]] Candidate request_itself(const ShownStep* shown) const {
+  [[nodiscard]] Candidate request_itself(const DeliveredStep* shown) const {
     const StepRequest step = {.request = request_};
     SurfaceSize size = sizes_.rough(request_);
     if (shown) {
@@ -97,7 +97,7 @@ class Candidates {
   }
   // The request's own model without simplification, or the full resolution in shells, by what was
   // shown.
-  [[nodiscard]] Candidate certified(const ShownStep* shown) const {
+  [[nodiscard]] Candidate certified(const DeliveredStep* shown) const {
     const StepRequest step =
         certified_shells_
             ? *certified_shells_
@@ -111,7 +111,7 @@ class Candidates {
                      costs_);
   }
   // By what a coarser one had.
-  [[nodiscard]] Candidate refined(const ShownStep& shown, std::int32_t finest) const {
+  [[nodiscard]] Candidate refined(const DeliveredStep& shown, std::int32_t finest) const {
     const double factor = growth(shown, finest);
     return quicker(finest, [&](const StepRequest& step) {
       const double extracted = factor * shown.size.extracted;
@@ -131,7 +131,7 @@ class Candidates {
   }
 
  private:
-  [[nodiscard]] static double growth(const ShownStep& shown, std::int32_t finest) {
+  [[nodiscard]] static double growth(const DeliveredStep& shown, std::int32_t finest) {
     const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
     return std::pow(kTrianglesAHalving, halvings);
   }
@@ -182,9 +182,9 @@ std::optional<StepRequest> first_preview(const Candidates& candidates, const Dat
   return coarsest;
 }
 
-double seconds_of(std::span<const ShownStep> shown, const CostEstimates& costs) {
+double seconds_of(std::span<const DeliveredStep> shown, const CostEstimates& costs) {
   double seconds = 0;
-  for (const ShownStep& step : shown) {
+  for (const DeliveredStep& step : shown) {
     seconds += step.seconds + costs.link_seconds(step.size) + costs.client_seconds(step.size);
   }
   return seconds;
@@ -192,7 +192,7 @@ double seconds_of(std::span<const ShownStep> shown, const CostEstimates& costs) 
 
 // nullopt: none is worth its time.
 std::optional<StepRequest> further_preview(const Candidates& candidates,
-                                           std::span<const ShownStep> shown,
+                                           std::span<const DeliveredStep> shown,
                                            const CostEstimates& costs) {
   const double before = std::max(seconds_of(shown, costs), kFirstServerSeconds);
   const double final_seconds = candidates.final_step(&shown.back()).seconds();
@@ -209,8 +209,8 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
 }
 
 // The request's own bound sooner than simplification gets there. nullopt: it is not worth its time.
-std::optional<StepRequest> certified_preview(const Candidates& candidates, const ShownStep& shown,
-                                             const PlanLimits& limits) {
+std::optional<StepRequest> certified_preview(const Candidates& candidates,
+                                             const DeliveredStep& shown, const PlanLimits& limits) {
   if (shown.step.finest_spacing == 1 || candidates.may_end_with_shells()) return std::nullopt;
   const Candidate preview = candidates.certified(&shown);
   const double allowed = kCertifiedShare * candidates.final_step(&shown).seconds();
@@ -243,7 +243,7 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
 }
 
 PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
-                      std::span<const ShownStep> shown, const DatasetInfo& info,
+                      std::span<const DeliveredStep> shown, const DatasetInfo& info,
                       const SizeEstimates& sizes, const CostEstimates& costs) {
   const Candidates candidates(request, limits, info, sizes, costs);
   std::optional<StepRequest> preview;

@@ -77,7 +77,7 @@ struct SizeEstimates {
   std::function<std::uint64_t(std::int32_t finest)> to_fetch = {};
 };
 
-struct ShownStep {
+struct DeliveredStep {
   StepRequest step;
   SurfaceSize size = {};
   double seconds = 0;  // The server's, to make it.
@@ -122,7 +122,7 @@ struct PlanLimits {
 // What follows the steps that were shown, of which none is final: a preview or exactly `request`.
 // The same arguments give the same step. Each step refines the one before.
 [[nodiscard]] PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
-                                    std::span<const ShownStep> shown, const DatasetInfo& info,
+                                    std::span<const DeliveredStep> shown, const DatasetInfo& info,
                                     const SizeEstimates& sizes, const CostEstimates& costs);
 
 // Whatever is in it; and what it has on average.

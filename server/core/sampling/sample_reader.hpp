@@ -78,7 +78,7 @@ class BrickReader {
 
   struct Known {
     std::size_t index = kNone;
-    KeptBytes bytes;
+    RetainedBytes bytes;
   };
   const BrickSource& source_;
   BrickLayout layout_;

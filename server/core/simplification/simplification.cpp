@@ -165,7 +165,7 @@ class SimplifiedPiece::Run {
       turned_.assign(goal, ring_.end());
       turned_.insert(turned_.end(), ring_.begin(), goal);
       find_places();
-      if (turns_over(positions_[u], places_) || joins_borders(mesh_, turned_) ||
+      if (turns_over(positions_[u], places_) || merges_boundaries(mesh_, turned_) ||
           !mesh_.keeps_topology(turned_)) {
         continue;
       }

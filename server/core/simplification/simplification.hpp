@@ -58,7 +58,7 @@ struct SimplificationOptions {
   bool is_embedded = false;
   // Whether tiles may be simplified on later, or back to what they were after the first stage: they
   // keep what that needs.
-  bool goes_on = false;
+  bool is_resumable = false;
 
   [[nodiscard]] std::optional<Obstacles> embedded() const {
     return is_embedded ? std::optional(Obstacles()) : std::nullopt;

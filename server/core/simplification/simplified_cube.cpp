@@ -38,7 +38,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
       for (const SimplifiedCube& child : children) child.rest.append_triangles(others);
     }
     if (is_begun) own->begin(options.max_distance, embedded(), checkpoint);
-    if (options.goes_on) own->keep_history();
+    if (options.is_resumable) own->keep_history();
     if (!is_begun) own->simplify(options.max_distance, checkpoint, embedded(), stage);
     pieces.push_back(*std::move(own));
     others.resize(without_rest);
@@ -60,7 +60,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
       triangles -= child.rest.triangles();
       vertices_before -= child.rest.vertices_before();
       if (options.is_embedded) child.rest.append_triangles(others);
-      if (!options.goes_on) child.rest.finish();
+      if (!options.is_resumable) child.rest.finish();
       cut_off(child, joined.tiles);
     } else if (child.rest.triangles() > 0) {
       pieces.push_back(std::move(child.rest));

@@ -54,11 +54,11 @@ void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& 
 
 CellRanges::CellRanges(const DatasetInfo& info, Scratch& scratch) : info_(info), scratch_(scratch) {
   visit_type(info.type, [&]<typename Sample>(const Sample*) { ranges_ = std::vector<Sample>(); });
-  put_aside(0);
+  spill(0);
 }
 
 // Puts aside the first layers of those in memory, and begins as many others.
-void CellRanges::put_aside(std::int32_t layers) {
+void CellRanges::spill(std::int32_t layers) {
   const LevelExtent cells = cell_extent(info_);
   const auto layer =
       2 * static_cast<std::size_t>(cells.extent.x) * static_cast<std::size_t>(cells.extent.y);
@@ -109,7 +109,7 @@ void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& fo
   const bool is_last = next_slice_ == info_.dims[2];
   const std::int32_t next_layer =
       is_last ? all_cells.low.z + all_cells.extent.z : cells_at(info_.margin + next_slice_).first;
-  put_aside(next_layer - cells.low.z);
+  spill(next_layer - cells.low.z);
 }
 
 std::uint64_t CellRanges::bytes() const {

@@ -25,7 +25,7 @@ class CellRanges {
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  void put_aside(std::int32_t layers);
+  void spill(std::int32_t layers);
 
   const DatasetInfo info_;
   Scratch& scratch_;

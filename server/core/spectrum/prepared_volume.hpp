@@ -48,10 +48,10 @@ namespace multitetra {
 struct PreparedVolume {
   DatasetInfo info;
   std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
-  BytesOnDemand coarse;                        // The samples of coarse_extent(info).
+  LazyBytes coarse;                            // The samples of coarse_extent(info).
   // The least and the largest sample of every closed cell of cell_extent(info); void samples do not
   // count, and where all are void the least is larger than the largest.
-  BytesOnDemand ranges;
+  LazyBytes ranges;
   ErrorSpectrum spectrum;
   std::shared_ptr<const void> owner;
   // Throws if the volume's file was removed or changed while it was read. Empty for volumes in

@@ -19,12 +19,12 @@ namespace multitetra {
 
 // Bytes that stay where they are as long as this, or a copy of it, lives; its span does not keep
 // them.
-class KeptBytes {
+class RetainedBytes {
  public:
-  KeptBytes() = default;
+  RetainedBytes() = default;
   // Without an owner they stay as long as the source that gave them away.
-  KeptBytes(std::span<const std::byte> bytes,
-            std::shared_ptr<const void> owner = nullptr)  // NOLINT
+  RetainedBytes(std::span<const std::byte> bytes,
+                std::shared_ptr<const void> owner = nullptr)  // NOLINT
       : bytes_(bytes), owner_(std::move(owner)) {}
 
   [[nodiscard]] const std::byte* data() const { return bytes_.data(); }
@@ -45,28 +45,28 @@ class BrickSource {
   virtual ~BrickSource() = default;
   // The bytes of brick `index`. Throws what the source throws when they are damaged, or cannot be
   // had.
-  [[nodiscard]] virtual KeptBytes brick(std::size_t index) const = 0;
+  [[nodiscard]] virtual RetainedBytes brick(std::size_t index) const = 0;
   // Announces that these bricks will be read soon, in this order, so that a remote source can
   // prefetch them. Returns at once and never throws.
-  virtual void will_need(std::span<const std::size_t> bricks) const { (void)bricks; }
+  virtual void prefetch(std::span<const std::size_t> bricks) const { (void)bricks; }
   // How many bytes must come from far away before these bricks can be looked at; 0 when none must.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const {
     (void)bricks;
     return 0;
   }
-  // Whether will_need() does anything, so that it is worth to find out what will be needed.
+  // Whether prefetch() does anything, so that it is worth to find out what will be needed.
   [[nodiscard]] virtual bool is_far() const { return false; }
 };
 
 // Bytes that are loaded as a whole on first use and stay loaded.
-class BytesOnDemand {
+class LazyBytes {
  public:
   using Fetch = std::function<std::span<const std::byte>()>;
 
-  BytesOnDemand() = default;
-  BytesOnDemand(std::span<const std::byte> bytes) : bytes_(bytes) {}  // NOLINT: they are there.
+  LazyBytes() = default;
+  LazyBytes(std::span<const std::byte> bytes) : bytes_(bytes) {}  // NOLINT: they are there.
   // `fetch` returns the same bytes each time, from any threads, and throws when they cannot be had.
-  explicit BytesOnDemand(Fetch fetch) : fetch_(std::move(fetch)) {}
+  explicit LazyBytes(Fetch fetch) : fetch_(std::move(fetch)) {}
 
   [[nodiscard]] std::span<const std::byte> bytes() const { return fetch_ ? fetch_() : bytes_; }
 

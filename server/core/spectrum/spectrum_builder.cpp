@@ -216,8 +216,8 @@ CellCurves make_curves(const DatasetInfo& info, const IsovalueBins& bins, const 
 // The curves of several boxes.
 class JoinedCurves : public CurveSource {
  public:
-  explicit JoinedCurves(std::span<const KeptCurves> parts) {
-    for (const KeptCurves& part : parts) {
+  explicit JoinedCurves(std::span<const SavedCurves> parts) {
+    for (const SavedCurves& part : parts) {
       const CellBox& cells = part.curves.cells;
       parts_.push_back(
           {cells, CurveTiles(cells.begin, cells.end, part.curves.tile, *part.scratch)});
@@ -260,10 +260,10 @@ CellCurves make_cell_curves(const DatasetInfo& info, const IsovalueBins& bins,
 }
 
 void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
-                         std::span<const KeptCurves> parts, const SpectrumWork& work) {
+                         std::span<const SavedCurves> parts, const SpectrumWork& work) {
   if (is_empty(info, bins)) return;
-  std::vector<KeptCurves> filled;
-  for (const KeptCurves& part : parts) {
+  std::vector<SavedCurves> filled;
+  for (const SavedCurves& part : parts) {
     if (!part.curves.places.empty()) filled.push_back(part);
   }
   const JoinedCurves cells(filled);

@@ -77,7 +77,7 @@ struct CellCurves {
 [[nodiscard]] CellCurves make_cell_curves(const DatasetInfo& info, const IsovalueBins& bins,
                                           const SpectrumWork& work, const CellBox& cells);
 
-struct KeptCurves {
+struct SavedCurves {
   CellCurves curves;
   Scratch* scratch = nullptr;
 };
@@ -86,6 +86,6 @@ struct KeptCurves {
 // together are spectrum_cells(). No sample is read. Throws std::runtime_error when curves are
 // damaged.
 void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
-                         std::span<const KeptCurves> parts, const SpectrumWork& work);
+                         std::span<const SavedCurves> parts, const SpectrumWork& work);
 
 }  // namespace multitetra

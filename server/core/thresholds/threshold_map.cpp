@@ -7,7 +7,7 @@
 
 #include "server/core/thresholds/detail/region_octree.hpp"
 #include "server/core/thresholds/detail/region_set.hpp"
-#include "server/core/thresholds/detail/threshold_bound.hpp"
+#include "server/core/thresholds/detail/threshold_interval.hpp"
 #include "server/core/thresholds/detail/threshold_pyramid.hpp"
 #include "server/core/thresholds/detail/view_threshold.hpp"
 
@@ -129,22 +129,22 @@ struct ThresholdMap::Parts {
 
   // Regions hide the view, the view hides the grid, the grid hides the threshold everywhere.
   [[nodiscard]] double least_in_order(const Box& box) const {
-    const ThresholdBound by_regions = regions.least_in(box);
+    const ThresholdInterval by_regions = regions.least_in(box);
     if (!by_regions.has_gap) return by_regions.least;
     if (pieces.view) return std::min(by_regions.least, pieces.view->least_in(box));
-    const ThresholdBound by_grid =
-        pieces.grid ? pieces.grid->least_in(box) : ThresholdBound{.has_gap = true};
+    const ThresholdInterval by_grid =
+        pieces.grid ? pieces.grid->least_in(box) : ThresholdInterval{.has_gap = true};
     const double least = std::min(by_regions.least, by_grid.least);
     return by_grid.has_gap ? std::min(least, pieces.everywhere) : least;
   }
 
   [[nodiscard]] double least_of_all(const Box& box) const {
-    const ThresholdBound by_regions = regions.least_in(box);
+    const ThresholdInterval by_regions = regions.least_in(box);
     double least = by_regions.least;
     bool has_gap = by_regions.has_gap && !pieces.view;
     if (pieces.view) least = std::min(least, pieces.view->least_in(box));
     if (pieces.grid) {
-      const ThresholdBound by_grid = pieces.grid->least_in(box);
+      const ThresholdInterval by_grid = pieces.grid->least_in(box);
       least = std::min(least, by_grid.least);
       has_gap = has_gap && by_grid.has_gap;
     }

@@ -8,7 +8,7 @@
 // are parallel to the grid and their borders do not cross inside the box. It is *monotone*, bit for
 // bit: for a box inside another it is never smaller. The conformity of models rests on it: the
 // region of a child lies inside that of its parents, so a point that the map keeps has parents that
-// it keeps. Why it holds in floating point too stands in threshold_bound.hpp.
+// it keeps. Why it holds in floating point too stands in threshold_interval.hpp.
 //
 // Only places where the data are count: a box is moved into the samples' extent first, which keeps
 // nested boxes nested.

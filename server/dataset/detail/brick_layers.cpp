@@ -28,15 +28,15 @@ void copy_brick(const std::vector<Sample>& samples, const BrickLayout& box, cons
 
 }  // namespace
 
-// ---- Brickwork
+// ---- BrickAssembler
 
-std::span<const std::byte> Brickwork::bricks(const Samples& box, const GridCounts& dims) {
+std::span<const std::byte> BrickAssembler::bricks(const Samples& box, const GridCounts& dims) {
   std::visit([&](const auto& samples) { rearrange(samples, BrickLayout(dims)); }, box);
   return bytes_;
 }
 
 template <typename Sample>
-void Brickwork::rearrange(const std::vector<Sample>& samples, const BrickLayout& box) {
+void BrickAssembler::rearrange(const std::vector<Sample>& samples, const BrickLayout& box) {
   bytes_.resize(samples.size() * sizeof(Sample));
   in_parallel(static_cast<std::size_t>(box.counts()[1]), [&](std::size_t by) {
     for (std::int32_t bx = 0; bx < box.counts()[0]; ++bx) {
@@ -57,7 +57,7 @@ BrickLayers::BrickLayers(const VolumeHeader& header, PreparedSink& sink)
 void BrickLayers::add(const Samples& slab, std::int32_t slices) {
   const std::int32_t layer_slices = std::min(kSlices, dims_[2] - layer_begin_);
   if (slices == layer_slices) {
-    sink_.add_samples(brickwork_.bricks(slab, {dims_[0], dims_[1], slices}));
+    sink_.add_samples(brick_assembler_.bricks(slab, {dims_[0], dims_[1], slices}));
     layer_begin_ += slices;
     return;
   }
@@ -98,7 +98,7 @@ void BrickLayers::add_row(std::int32_t y, const GridCounts& box) {
     }
   }
   row_ = std::move(samples);
-  sink_.add_samples(brickwork_.bricks(row_, box));
+  sink_.add_samples(brick_assembler_.bricks(row_, box));
 }
 
 }  // namespace multitetra

@@ -17,7 +17,7 @@
 namespace multitetra {
 
 // Boxes of samples, each a number of whole bricks, in the order of their bricks.
-class Brickwork {
+class BrickAssembler {
  public:
   // Valid until the next call.
   [[nodiscard]] std::span<const std::byte> bricks(const Samples& box, const GridCounts& dims);
@@ -49,7 +49,7 @@ class BrickLayers {
   SampleType type_;
   std::size_t slice_bytes_;
   PreparedSink& sink_;
-  Brickwork brickwork_;
+  BrickAssembler brick_assembler_;
   std::int32_t layer_begin_ = 0;
   std::unique_ptr<Scratch> scratch_;
   std::int32_t slices_in_layer_ = 0;        // Put aside.

@@ -32,7 +32,7 @@ class MappedFile : public ByteSource {
   void read(std::uint64_t offset, std::span<std::byte> into) const override {
     file_.read(offset, into);
   }
-  [[nodiscard]] KeptBytes bytes(std::uint64_t offset, std::size_t size) const override {
+  [[nodiscard]] RetainedBytes bytes(std::uint64_t offset, std::size_t size) const override {
     return bytes_.subspan(static_cast<std::size_t>(offset), size);
   }
   // Throws DatasetFileError when the file is not what it was when it was opened. Costs less than a

@@ -24,7 +24,7 @@ std::unique_ptr<Scratch> FileSink::new_scratch() const {
 class MemorySink::Bricks : public BrickSource {
  public:
   explicit Bricks(std::size_t count) : bricks_(count) {}
-  [[nodiscard]] KeptBytes brick(std::size_t index) const override {
+  [[nodiscard]] RetainedBytes brick(std::size_t index) const override {
     return std::span<const std::byte>(bricks_[index]);
   }
   void set(std::size_t index, std::span<const std::byte> bytes) {
@@ -51,7 +51,7 @@ void MemorySink::add_samples(std::span<const std::byte> bytes) {
 
 void MemorySink::read_samples(std::size_t first, std::span<std::byte> bytes) const {
   while (!bytes.empty()) {
-    const KeptBytes brick = samples_->brick(first++);
+    const RetainedBytes brick = samples_->brick(first++);
     std::copy(brick.begin(), brick.end(), bytes.begin());
     bytes = bytes.subspan(brick.size());
   }

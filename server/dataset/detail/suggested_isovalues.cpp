@@ -101,8 +101,8 @@ bool has_hill_between(const std::vector<double>& smooth, std::size_t a, std::siz
 }
 
 // Those that show something else than all before them come first; the order is kept otherwise.
-std::vector<std::size_t> most_telling_first(const std::vector<std::size_t>& bins,
-                                            const std::vector<std::uint64_t>& counts) {
+std::vector<std::size_t> most_informative_first(const std::vector<std::size_t>& bins,
+                                                const std::vector<std::uint64_t>& counts) {
   const std::vector<double> smooth = smoothed(counts);
   std::vector<std::size_t> first;
   std::vector<std::size_t> rest;
@@ -136,7 +136,7 @@ std::vector<double> suggested_isovalues(const Histogram& histogram) {
   }
   const double width = (histogram.high - histogram.low) / static_cast<double>(counts.size());
   std::vector<double> isovalues;
-  for (const std::size_t bin : most_telling_first(chosen, counts)) {
+  for (const std::size_t bin : most_informative_first(chosen, counts)) {
     isovalues.push_back(histogram.low + width * static_cast<double>(bin));
   }
   return isovalues;

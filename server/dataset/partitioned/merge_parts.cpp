@@ -30,7 +30,7 @@ void put_box(const fs::path& file, const CellBox& box, const LevelExtent& all, s
   for (std::int32_t z = box.begin.z; z < box.end.z; ++z) {
     for (std::int32_t y = box.begin.y; y < box.end.y; ++y, offset += row.size()) {
       source.read(offset, row);
-      into.put_at(all.index({box.begin.x, y, z}) * width, row);
+      into.write_at(all.index({box.begin.x, y, z}) * width, row);
     }
   }
 }
@@ -193,7 +193,7 @@ class PartMerger {
   std::vector<std::uint16_t> part_of_;
   std::vector<std::unique_ptr<FileSource>> bricks_;  // By part.
   std::vector<std::unique_ptr<CurvesReader>> readers_;
-  std::vector<KeptCurves> curves_;
+  std::vector<SavedCurves> curves_;
 };
 
 }  // namespace

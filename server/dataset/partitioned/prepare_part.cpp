@@ -8,12 +8,10 @@
 #include "server/core/spectrum/plane_sources.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
 #include "server/dataset/box_of_volume.hpp"
-#include "common/base/in_parallel.hpp"
 #include "server/dataset/partitioned/detail/part_files.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/partitioned/prepare_parts.hpp"
 #include "server/dataset/prepared_format.hpp"
-#include "common/base/scratch_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -41,7 +39,7 @@ class PartMaker {
         BoxOfVolume::Options{.folder = parts_folder(dataset),
                              .slab_bytes = options.slab_bytes,
                              .progress = [&](std::uint64_t done, std::uint64_t all) {
-                               tell("samples", done, all);
+                               report("samples", done, all);
                              }});
   }
 
@@ -69,7 +67,7 @@ class PartMaker {
     throw VolumeFileError(
         "The volume is another one than was planned: sizes, type or place differ.");
   }
-  void tell(const char* pass, std::uint64_t done, std::uint64_t all) const {
+  void report(const char* pass, std::uint64_t done, std::uint64_t all) const {
     if (options_.progress) options_.progress(pass, done, all);
   }
 
@@ -90,7 +88,7 @@ class PartMaker {
         bricks.add(brick.bytes);
         index.add(std::as_bytes(std::span(&entry, 1)));
       }
-      tell("bricks", done + packed.size(), numbers.size());
+      report("bricks", done + packed.size(), numbers.size());
     }
     record_.bricks = bricks.finish();
     record_.index = index.finish();
@@ -139,7 +137,7 @@ class PartMaker {
       std::uint64_t done = 0;
       const auto progress = [&](std::uint64_t more) {
         const std::lock_guard lock(mutex);
-        tell("errors", done += more, box_.samples());
+        report("errors", done += more, box_.samples());
       };
       const SpectrumWork work = {.samples = *samples_,
                                  .coarse = unused,

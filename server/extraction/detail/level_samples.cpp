@@ -166,7 +166,7 @@ void LevelSamples::read_bricks(const OctreeCube& cube, const LevelBox& box,
       }
       return;
     }
-    const KeptBytes bytes = volume_.samples->brick(layout.index(part.brick));
+    const RetainedBytes bytes = volume_.samples->brick(layout.index(part.brick));
     const GridCounts size = layout.extent(part.brick);
     const GridPoint in_brick = spacing_ * part.first - GridPoint{margin + kBrick * part.brick[0],
                                                                  margin + kBrick * part.brick[1],

@@ -144,7 +144,7 @@ SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& opti
                                                const std::stop_token& stop,
                                                const SimplifiedTileLimits& limits) {
   // Pieces that nothing may happen to are left apart: a first stage can still begin with them.
-  if (tiles_.empty() || (options.goes_on && options.max_distance.largest() == 0)) return {};
+  if (tiles_.empty() || (options.is_resumable && options.max_distance.largest() == 0)) return {};
   const int resolution = tiles_.front().piece.resolution();
   std::vector<CubesOfOneSize> cubes = cubes_around(std::move(tiles_), root_exponent_);
   std::vector<ObstaclesOfOneSize> obstacles(cubes.size());

@@ -35,7 +35,7 @@ ForwardedStream::Verdict ForwardedStream::next(const ServerMessage& message) {
   ++position_;
   if (const auto* begin = std::get_if<StepBegin>(&message)) {
     step_ = *begin;
-    note_begun(*begin, open_);
+    record_started_step(*begin, open_);
   }
   if (std::holds_alternative<StepEnd>(message)) ++steps_ended_;
   return Verdict::kForward;

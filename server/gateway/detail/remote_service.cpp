@@ -10,10 +10,10 @@
 #include "common/net/async_event.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/gateway/detail/forwarded_stream.hpp"
-#include "server/gateway/detail/upstream_questions.hpp"
+#include "server/gateway/detail/upstream_queries.hpp"
 #include "server/gateway/detail/upstream_tiles.hpp"
 #include "server/operations/log.hpp"
-#include "server/service/on_workers.hpp"
+#include "server/service/run_on_workers.hpp"
 #include "server/session/answers.hpp"
 
 namespace multitetra {
@@ -22,7 +22,7 @@ namespace {
 constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
 
 // What a server said, if it is of the kind that answers the question.
-std::optional<QuestionReply> reply_to(const Question& question, ServerMessage message) {
+std::optional<DatasetQueryReply> reply_to(const DatasetQuery& question, ServerMessage message) {
   if (std::holds_alternative<Estimate>(question)) {
     if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
   } else if (std::holds_alternative<Slice>(question)) {
@@ -33,18 +33,18 @@ std::optional<QuestionReply> reply_to(const Question& question, ServerMessage me
   return std::nullopt;
 }
 
-// A server must have what colours a surface as well. False where none has both.
+// A server must have what colors a surface as well. False where none has both.
 bool keep_holders_of_scalars(StartStream& action) {
   if (!action.scalars) return true;
   const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
   auto both = std::make_shared<UpstreamDataset>(surface->info());
-  std::copy_if(surface->holders.begin(), surface->holders.end(), std::back_inserter(both->holders),
-               [&](std::size_t holder) {
-                 return std::find(field->holders.begin(), field->holders.end(), holder) !=
-                        field->holders.end();
+  std::copy_if(surface->replicas.begin(), surface->replicas.end(),
+               std::back_inserter(both->replicas), [&](std::size_t holder) {
+                 return std::find(field->replicas.begin(), field->replicas.end(), holder) !=
+                        field->replicas.end();
                });
-  const bool is_held = !both->holders.empty();
+  const bool is_held = !both->replicas.empty();
   action.source = std::move(both);
   return is_held;
 }
@@ -55,7 +55,7 @@ constexpr std::uint64_t kManyTriangles = 200'000;
 class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
  public:
   RemoteCaller(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
-               Workers& assembling, ClientContextPtr client, RequestLimits limits)
+               Workers& assembling, ConnectionContextPtr client, RequestLimits limits)
       : Caller(std::move(client), limits),
         executor_(executor),
         upstreams_(std::move(upstreams)),
@@ -66,13 +66,12 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
 
   CataloguePtr catalogue() const override { return catalogue_; }
   ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
-  void answer(AnswerQuestion action, std::stop_token stop,
-              std::function<void(Result<QuestionReply>)> done) override;
+  void answer(RunQuery action, std::stop_token stop,
+              std::function<void(Result<DatasetQueryReply>)> done) override;
   void keep_time(std::chrono::steady_clock::time_point) override {}
 
  protected:
-  std::optional<asio::awaitable<Result<CataloguePtr>>> ask_for_catalogue(
-      std::string token) override {
+  std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(std::string token) override {
     return offered(std::move(token));
   }
   void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
@@ -96,8 +95,8 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   void keep(const Stream& stream, const Tile& tile);
   void cancel(Stream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
-  asio::awaitable<void> bring_answer(AnswerQuestion action,
-                                     std::function<void(Result<QuestionReply>)> done);
+  asio::awaitable<void> bring_answer(RunQuery action,
+                                     std::function<void(Result<DatasetQueryReply>)> done);
   asio::awaitable<void> bring_surface(StartStream action, std::uint64_t max_triangles,
                                       std::stop_token stop,
                                       std::function<void(Result<Surface>)> done);
@@ -112,7 +111,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   std::shared_ptr<UpstreamPool> upstreams_;
   Workers& assembling_;
   std::uint64_t queue_number_;
-  UpstreamQuestions questions_;
+  UpstreamQueries questions_;
   CataloguePtr catalogue_;
   std::string token_;
   bool is_closed_ = false;
@@ -232,7 +231,7 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
     stream_->refuse(
         {ErrorCode::kUnavailable,
          "No server behind this gateway has both the surface's dataset and the one that "
-         "shall colour it."});
+         "shall color it."});
   }
   change_.notify_all();
   if (!std::exchange(is_bringing_, true)) {
@@ -262,10 +261,10 @@ asio::awaitable<void> RemoteCaller::bring_streams() {
 }
 
 asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
-  const std::vector<std::size_t> holders = stream->dataset->holders;
+  const std::vector<std::size_t> replicas = stream->dataset->replicas;
   const bool is_there =
       reached_ && !reached_->link->is_lost() && upstreams_->may_be_asked(reached_->upstream) &&
-      std::find(holders.begin(), holders.end(), reached_->upstream) != holders.end();
+      std::find(replicas.begin(), replicas.end(), reached_->upstream) != replicas.end();
   if (is_there) co_return true;
   if (reached_) reached_->link->close();
   reached_.reset();
@@ -300,7 +299,7 @@ asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
     upstreams_->lost(reached_->upstream);
     const Stream::Clock::time_point now = Stream::Clock::now();
     if (!stream->lost_at) stream->lost_at = now;
-    if (now - *stream->lost_at > upstreams_->options().patience) {
+    if (now - *stream->lost_at > upstreams_->options().failover_timeout) {
       stream->fail({ErrorCode::kUnavailable, "No server brings this stream; try again later."});
     }
   }
@@ -378,16 +377,16 @@ void RemoteCaller::keep(const Stream& stream, const Tile& tile) {
 
 // ---- questions
 
-void RemoteCaller::answer(AnswerQuestion action, std::stop_token,
-                          std::function<void(Result<QuestionReply>)> done) {
+void RemoteCaller::answer(RunQuery action, std::stop_token,
+                          std::function<void(Result<DatasetQueryReply>)> done) {
   spawn(executor_,
         [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
           return self->bring_answer(std::move(action), std::move(done));
         });
 }
 
-asio::awaitable<void> RemoteCaller::bring_answer(AnswerQuestion action,
-                                                 std::function<void(Result<QuestionReply>)> done) {
+asio::awaitable<void> RemoteCaller::bring_answer(
+    RunQuery action, std::function<void(Result<DatasetQueryReply>)> done) {
   const auto self = shared_from_this();
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   UpstreamClient client = upstream_client();
@@ -463,9 +462,9 @@ asio::awaitable<void> RemoteCaller::bring_surface(StartStream action, std::uint6
   std::function<Result<Surface>()> assemble = [tiles, stop] {
     return assembled_or_why_not(std::move(*tiles), stop);
   };
-  auto surface = co_await on_workers<Surface>(assembling_, client()->share(),
-                                              is_large ? "large mesh" : "small mesh", is_large,
-                                              std::move(assemble));
+  auto surface = co_await run_on_workers<Surface>(assembling_, client()->share(),
+                                                  is_large ? "large mesh" : "small mesh", is_large,
+                                                  std::move(assemble));
   if (!surface && surface.error().code == ErrorCode::kDamagedData && reached_) {
     upstreams_->sent_damaged_tile(reached_->upstream, surface.error().text);
   }
@@ -489,7 +488,7 @@ RemoteService::RemoteService(asio::any_io_executor executor,
     : executor_(std::move(executor)), upstreams_(std::move(upstreams)), limits_(limits) {}
 RemoteService::~RemoteService() = default;
 
-CallerPtr RemoteService::open(ClientContextPtr client) {
+CallerPtr RemoteService::open(ConnectionContextPtr client) {
   return std::make_shared<RemoteCaller>(executor_, upstreams_, assembling_, std::move(client),
                                         limits_);
 }

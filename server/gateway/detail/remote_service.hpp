@@ -20,7 +20,7 @@ class RemoteService : public SurfaceService {
                 RequestLimits limits);
   ~RemoteService() override;
 
-  [[nodiscard]] CallerPtr open(ClientContextPtr client) override;
+  [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override;
   [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
                                                      const TileCache::MaySee& may_see) override;
   [[nodiscard]] bool is_ready() const override { return upstreams_->is_ready(); }

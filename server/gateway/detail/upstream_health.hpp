@@ -37,12 +37,12 @@ class UpstreamHealth {
 
   // What it gives is wrong: it is left out until then, though it answers. kLost when it was not
   // left out before.
-  Change leave_out(Clock::time_point now, Clock::duration how_long) {
+  Change quarantine(Clock::time_point now, Clock::duration how_long) {
     const bool is_news = !is_left_out(now);
-    left_out_until_ = now + how_long;
+    quarantined_until_ = now + how_long;
     return is_news ? Change::kLost : Change::kNone;
   }
-  [[nodiscard]] bool is_left_out(Clock::time_point now) const { return now < left_out_until_; }
+  [[nodiscard]] bool is_left_out(Clock::time_point now) const { return now < quarantined_until_; }
 
   [[nodiscard]] bool is_there(Clock::time_point now) const {
     return was_tried_ && !has_failed() && !is_left_out(now);
@@ -60,7 +60,7 @@ class UpstreamHealth {
   bool was_tried_ = false;
   std::chrono::milliseconds backoff_{0};  // 0: it could be reached when it was last tried.
   Clock::time_point not_before_ = {};
-  Clock::time_point left_out_until_ = {};
+  Clock::time_point quarantined_until_ = {};
 };
 
 }  // namespace multitetra

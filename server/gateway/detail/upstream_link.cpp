@@ -84,7 +84,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
     await_sign();
     const Result<std::string> content = co_await channel_.receive();
     silence_timer_.cancel();
-    is_sign_asked_ = false;
+    is_ping_pending_ = false;
     if (!content) {
       close();
       co_return lost_link(is_silent_ ? "no reply to pings" : content.error().text);
@@ -106,7 +106,7 @@ void UpstreamLink::await_sign() {
         const auto self = weak.lock();
         if (cancelled || !self || self->is_lost()) return;
         const bool is_heard = self->channel_.bytes_received() != heard;
-        const bool was_asked = std::exchange(self->is_sign_asked_, !is_heard);
+        const bool was_asked = std::exchange(self->is_ping_pending_, !is_heard);
         if (!is_heard && was_asked) {
           self->is_silent_ = true;
           self->close();

@@ -51,7 +51,7 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   MessageChannel channel_;
   asio::steady_timer connect_timer_;
   asio::steady_timer silence_timer_;  // Runs while something is received.
-  bool is_sign_asked_ = false;
+  bool is_ping_pending_ = false;
   bool is_silent_ = false;  // For too long: that is why it is closed.
   std::deque<std::string> to_send_;
   bool is_writing_ = false;

@@ -46,7 +46,7 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
   using Change = UpstreamHealth::Change;
   const Change change = is_reached ? one.health.reached() : one.health.failed(Clock::now());
   if (!is_reached) {
-    offers_.clear();
+    catalogues_.clear();
     // The watching link may not have noticed yet; look_after() makes another one.
     if (one.watched) one.watched->close();
   }
@@ -62,8 +62,8 @@ void UpstreamPool::lost(std::size_t upstream) { note(upstream, false, "it hung u
 void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& why) {
   Upstream& one = upstreams_[upstream];
   ++one.damaged_tiles;
-  offers_.clear();
-  if (one.health.leave_out(Clock::now(), options_.left_out) != UpstreamHealth::Change::kLost)
+  catalogues_.clear();
+  if (one.health.quarantine(Clock::now(), options_.left_out) != UpstreamHealth::Change::kLost)
     return;
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.left_out).count();
   log_line(LogLevel::kError,
@@ -112,15 +112,15 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
   co_return link;
 }
 
-void UpstreamPool::look_after_upstreams() {
+void UpstreamPool::monitor_upstreams() {
   for (std::size_t i = 0; i < upstreams_.size(); ++i) {
-    spawn(executor_, [this, i] { return look_after(i); });
+    spawn(executor_, [this, i] { return monitor(i); });
   }
 }
 
 // Connects again after a moment, or when the server may be tried again. A server that refuses the
 // gateway, for example because it requires a client's token, is retried after each silence.
-asio::awaitable<void> UpstreamPool::look_after(std::size_t upstream) {
+asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
     const UpstreamClient no_client;  // Named for the same reason as below.
@@ -151,7 +151,7 @@ void UpstreamPool::stop() {
 
 void UpstreamPool::use(UpstreamSecrets secrets) {
   options_.secrets = std::move(secrets);
-  offers_.clear();
+  catalogues_.clear();
 }
 
 // ---- what they offer
@@ -173,35 +173,35 @@ asio::awaitable<Result<std::vector<DatasetInfo>>> UpstreamPool::list_of(std::siz
 
 asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token) {
   const std::string key = shown(token);
-  if (const auto known = offers_.find(key);
-      known != offers_.end() && Clock::now() - known->second.at < options_.list_lifetime) {
+  if (const auto known = catalogues_.find(key);
+      known != catalogues_.end() && Clock::now() - known->second.at < options_.list_lifetime) {
     co_return known->second.catalogue;
   }
-  if (const auto found = asking_.find(key); found != asking_.end()) {
-    const std::shared_ptr<Asking> asking = found->second;
+  if (const auto found = pending_listings_.find(key); found != pending_listings_.end()) {
+    const std::shared_ptr<PendingListing> asking = found->second;
     while (!asking->result) co_await asking->done.wait();
     co_return *asking->result;
   }
-  const auto asking = std::make_shared<Asking>(executor_);
-  asking_[key] = asking;
+  const auto asking = std::make_shared<PendingListing>(executor_);
+  pending_listings_[key] = asking;
   try {
-    asking->result = co_await ask_all(key);
+    asking->result = co_await list_all(key);
   } catch (const std::exception& error) {
     asking->result = fail(ErrorCode::kInternal, "The gateway failed to list what there is.");
     log_line(LogLevel::kError, std::string("listing failed: ") + error.what(), {});
   }
-  asking_.erase(key);
+  pending_listings_.erase(key);
   asking->done.notify_all();
   const Result<CataloguePtr>& found = *asking->result;
   if (found) {
     datasets_ = (*found)->size();
-    if (offers_.size() >= kMaxOffers) offers_.clear();
-    offers_[key] = {.at = Clock::now(), .catalogue = *found};
+    if (catalogues_.size() >= kMaxOffers) catalogues_.clear();
+    catalogues_[key] = {.at = Clock::now(), .catalogue = *found};
   }
   co_return found;
 }
 
-asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
+asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) {
   std::map<std::string, std::shared_ptr<UpstreamDataset>> merged;
   std::optional<Error> trouble;
   bool has_list = false;
@@ -219,7 +219,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
         auto& dataset = merged[info.name];
         if (!dataset) dataset = std::make_shared<UpstreamDataset>(info);
         if (dataset->info() == info) {
-          dataset->holders.push_back(i);
+          dataset->replicas.push_back(i);
         } else {
           log_line(LogLevel::kWarning,
                    "a server has another dataset of that name than the server before it, and is "
@@ -233,12 +233,12 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   for (const auto& [name, dataset] : merged) {
     std::vector<std::string> names;
-    for (const std::size_t holder : dataset->holders) names.push_back(upstreams_[holder].name);
+    for (const std::size_t holder : dataset->replicas) names.push_back(upstreams_[holder].name);
     std::vector<std::size_t> ordered;
     for (const std::size_t at : rendezvous_order(name, names)) {
-      ordered.push_back(dataset->holders[at]);
+      ordered.push_back(dataset->replicas[at]);
     }
-    dataset->holders = std::move(ordered);
+    dataset->replicas = std::move(ordered);
     catalogue->add(dataset);
   }
   co_return catalogue;
@@ -246,30 +246,30 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::ask_all(std::string token) {
 
 // ---- choosing a server
 
-asio::awaitable<std::vector<std::size_t>> UpstreamPool::holders_now(
+asio::awaitable<std::vector<std::size_t>> UpstreamPool::reachable_replicas(
     std::shared_ptr<const UpstreamDataset> dataset, std::string token) {
   const auto offered = co_await catalogue(std::move(token));
-  if (!offered) co_return dataset->holders;
+  if (!offered) co_return dataset->replicas;
   const auto now =
       std::dynamic_pointer_cast<const UpstreamDataset>((*offered)->find(dataset->info().name));
-  co_return now && now->info() == dataset->info() ? now->holders : dataset->holders;
+  co_return now && now->info() == dataset->info() ? now->replicas : dataset->replicas;
 }
 
 // A server that was just lost may be retried in a moment, but after the reachable ones.
-std::vector<std::size_t> UpstreamPool::in_the_order_to_ask(std::vector<std::size_t> holders) const {
-  std::stable_partition(holders.begin(), holders.end(),
+std::vector<std::size_t> UpstreamPool::by_preference(std::vector<std::size_t> replicas) const {
+  std::stable_partition(replicas.begin(), replicas.end(),
                         [this](std::size_t i) { return !upstreams_[i].health.has_failed(); });
-  return holders;
+  return replicas;
 }
 
 asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
     std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
     std::function<bool()> is_wanted) {
-  const Clock::time_point deadline = Clock::now() + options_.patience;
-  std::vector<std::size_t> holders = dataset->holders;
+  const Clock::time_point deadline = Clock::now() + options_.failover_timeout;
+  std::vector<std::size_t> replicas = dataset->replicas;
   for (;;) {
     Error trouble = {ErrorCode::kUnavailable, kNobody};
-    for (const std::size_t holder : in_the_order_to_ask(holders)) {
+    for (const std::size_t holder : by_preference(replicas)) {
       if (!upstreams_[holder].health.may_be_asked(Clock::now())) continue;
       auto link = co_await link_to(holder, client);
       if (link) co_return Reached{.link = *std::move(link), .upstream = holder};
@@ -280,7 +280,7 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
       co_return tl::unexpected(trouble);
     }
     co_await pause(executor_, options_.least_backoff);
-    holders = co_await holders_now(dataset, client.token);
+    replicas = co_await reachable_replicas(dataset, client.token);
   }
 }
 

@@ -34,7 +34,7 @@ class UpstreamDataset : public SurfaceProvider {
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
   // Upstreams with exactly this dataset, the preferred one first.
-  std::vector<std::size_t> holders = {};
+  std::vector<std::size_t> replicas = {};
 
  private:
   DatasetInfo info_;
@@ -43,7 +43,7 @@ class UpstreamDataset : public SurfaceProvider {
 // The client on whose behalf a request is forwarded.
 struct UpstreamClient {
   std::string token = {};
-  std::string share = {};  // As ClientContext::share(); empty: for the gateway itself.
+  std::string share = {};  // As ConnectionContext::share(); empty: for the gateway itself.
   bool shells = false;     // It decodes them, and may.
 };
 
@@ -82,7 +82,7 @@ class UpstreamPool {
   // The number of datasets in the last listing.
   [[nodiscard]] std::size_t datasets() const { return datasets_; }
   // Keeps a link to every server, to know at once when it goes and when it is back. Until stop().
-  void look_after_upstreams();
+  void monitor_upstreams();
   void stop();
   // For links from now on.
   void use(UpstreamSecrets secrets);
@@ -98,13 +98,13 @@ class UpstreamPool {
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
   };
-  struct Offer {
+  struct CachedCatalogue {
     Clock::time_point at = {};
     CataloguePtr catalogue;
   };
   // A listing in progress, shared by all callers with the same token.
-  struct Asking {
-    explicit Asking(asio::any_io_executor executor) : done(executor) {}
+  struct PendingListing {
+    explicit PendingListing(asio::any_io_executor executor) : done(executor) {}
     AsyncEvent done;
     std::optional<Result<CataloguePtr>> result;
   };
@@ -114,19 +114,18 @@ class UpstreamPool {
                                                          UpstreamClient client);
   [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
                                                                           std::string token);
-  [[nodiscard]] std::vector<std::size_t> in_the_order_to_ask(
-      std::vector<std::size_t> holders) const;
-  [[nodiscard]] asio::awaitable<Result<CataloguePtr>> ask_all(std::string token);
-  [[nodiscard]] asio::awaitable<std::vector<std::size_t>> holders_now(
+  [[nodiscard]] std::vector<std::size_t> by_preference(std::vector<std::size_t> replicas) const;
+  [[nodiscard]] asio::awaitable<Result<CataloguePtr>> list_all(std::string token);
+  [[nodiscard]] asio::awaitable<std::vector<std::size_t>> reachable_replicas(
       std::shared_ptr<const UpstreamDataset> dataset, std::string token);
-  asio::awaitable<void> look_after(std::size_t upstream);
+  asio::awaitable<void> monitor(std::size_t upstream);
   void note(std::size_t upstream, bool is_reached, const std::string& why);
 
   asio::any_io_executor executor_;
   UpstreamOptions options_;
   std::vector<Upstream> upstreams_;
-  std::map<std::string, Offer> offers_;  // By token.
-  std::map<std::string, std::shared_ptr<Asking>> asking_;
+  std::map<std::string, CachedCatalogue> catalogues_;  // By token.
+  std::map<std::string, std::shared_ptr<PendingListing>> pending_listings_;
   std::size_t datasets_ = 0;
   TileCache tiles_;
   bool is_stopped_ = false;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/net/coroutines.hpp"
-#include "server/http/detail/slowest_reader.hpp"
+#include "server/http/detail/min_transfer_rate.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -25,7 +25,7 @@ std::string new_request_id() {
 
 }  // namespace
 
-HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
+HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ConnectionContextPtr client,
                                std::optional<Error> refusal, RequestHandler& handler,
                                const HttpOptions& options)
     : stream_(std::move(stream)),
@@ -45,7 +45,7 @@ HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ClientContext
 void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) {
   on_upgrade_ = std::move(on_upgrade);
   on_closed_ = std::move(on_closed);
-  let_end_while_resting(*client_, weak_from_this());
+  allow_idle_eviction(*client_, weak_from_this());
   spawn(
       stream_->executor(), [self = shared_from_this()] { return self->run(); },
       [self = shared_from_this()](const std::exception_ptr& trouble) {
@@ -64,7 +64,7 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
       });
 }
 
-std::optional<Clock::time_point> HttpConnection::resting_since() const {
+std::optional<Clock::time_point> HttpConnection::idle_since() const {
   return is_answering_ ? std::nullopt : std::optional(resting_since_);
 }
 
@@ -110,7 +110,7 @@ asio::awaitable<void> HttpConnection::run() {
       context->kind = "refused";
       const Answer answer = error_answer(503, admitted.error(), context->request_id);
       co_await write(answer, with_body, /*keep_alive=*/false);
-      tell(&*request, *context, answer, with_body);
+      send(&*request, *context, answer, with_body);
       break;
     }
     context_ = context;
@@ -124,16 +124,16 @@ asio::awaitable<void> HttpConnection::run() {
     const bool keep_alive = request->keep_alive() && !is_ending_;
     const bool is_written = co_await write(*answer, with_body, keep_alive);
     if (context->record && is_written) context->record->end(context->outcome);
-    tell(&*request, *context, *answer, with_body);
+    send(&*request, *context, *answer, with_body);
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
     is_answering_ = false;
     resting_since_ = Clock::now();
   }
-  co_await hang_up();
+  co_await close_connection();
 }
 
-void HttpConnection::tell(const HttpRequest* request, const RequestContext& context,
+void HttpConnection::send(const HttpRequest* request, const RequestContext& context,
                           const Answer& answer, bool with_body) {
   const std::chrono::duration<double> taken = Clock::now() - context.began;
   const std::string target =
@@ -176,7 +176,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
                                          context.request_id);
       co_await write(answer, /*with_body=*/true, /*keep_alive=*/false);
-      tell(nullptr, context, answer, /*with_body=*/true);
+      send(nullptr, context, answer, /*with_body=*/true);
       co_return std::nullopt;
     }
     if (*request) co_return std::move(**request);
@@ -210,8 +210,8 @@ asio::awaitable<bool> HttpConnection::write(const Answer& answer, bool with_body
 asio::awaitable<bool> HttpConnection::write_file(const ScratchFile& file, std::uint64_t first,
                                                  std::uint64_t length) {
   std::vector<std::byte> piece(std::min(length, kFilePieceBytes));
-  const SlowestReader slowest(Clock::now(), options_.connection.write_timeout,
-                              options_.min_file_bytes_per_second);
+  const MinTransferRate slowest(Clock::now(), options_.connection.write_timeout,
+                                options_.min_file_bytes_per_second);
   std::uint64_t taken = 0;
   while (length > 0) {
     piece.resize(std::min(length, kFilePieceBytes));
@@ -233,13 +233,13 @@ void HttpConnection::watch() {
   stream_->socket().async_wait(tcp::socket::wait_read,
                                [self = shared_from_this()](error_code error) {
                                  self->is_watching_ = false;
-                                 if (self->context_ && (error || self->has_hung_up()))
+                                 if (self->context_ && (error || self->is_disconnected()))
                                    self->context_->leave();
                                });
 }
 
 // Something can be read: the next request, or the end.
-bool HttpConnection::has_hung_up() {
+bool HttpConnection::is_disconnected() {
   char byte = 0;
   error_code error;
   stream_->socket().non_blocking(true, error);
@@ -250,7 +250,7 @@ bool HttpConnection::has_hung_up() {
 
 // What the client still sends is read and dropped for a moment: closing with unread bytes would
 // reset the connection and take our last words away from it.
-asio::awaitable<void> HttpConnection::hang_up() {
+asio::awaitable<void> HttpConnection::close_connection() {
   deadline_.set(options_.connection.linger);
   const error_code error = co_await stream_->shut_down();
   if (stream_->is_tls() && !error) co_return;  // Both sides have closed the stream.

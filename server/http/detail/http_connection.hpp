@@ -19,7 +19,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
  public:
   // Handler and options outlive the connection. With a `refusal` the first request is answered so,
   // whatever it is.
-  HttpConnection(std::unique_ptr<ByteStream> stream, ClientContextPtr client,
+  HttpConnection(std::unique_ptr<ByteStream> stream, ConnectionContextPtr client,
                  std::optional<Error> refusal, RequestHandler& handler, const HttpOptions& options);
 
   // Takes over the stream of a connection that becomes a WebSocket.
@@ -27,7 +27,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   // Exactly one of both is called, once, when the coroutine is done.
   void start(Upgrade on_upgrade, std::function<void()> on_closed);
 
-  [[nodiscard]] std::optional<Clock::time_point> resting_since() const override;
+  [[nodiscard]] std::optional<Clock::time_point> idle_since() const override;
   void end(const Error& why) override;
   void keep_time(Clock::time_point now) override;
 
@@ -42,18 +42,18 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
                                    std::uint64_t length);
-  asio::awaitable<void> hang_up();
+  asio::awaitable<void> close_connection();
   asio::awaitable<void> refuse_plain_http();
   asio::awaitable<void> drop_the_rest();
   // Reports an answered request to the observer. `request` is null where the bytes were none.
-  void tell(const HttpRequest* request, const RequestContext& context, const Answer& answer,
+  void send(const HttpRequest* request, const RequestContext& context, const Answer& answer,
             bool with_body);
   // Leaves the context when the client hangs up while its request is answered.
   void watch();
-  [[nodiscard]] bool has_hung_up();
+  [[nodiscard]] bool is_disconnected();
 
   std::unique_ptr<ByteStream> stream_;
-  ClientContextPtr client_;
+  ConnectionContextPtr client_;
   std::optional<Error> refusal_;
   RequestHandler& handler_;
   const HttpOptions& options_;
@@ -61,7 +61,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   Upgrade on_upgrade_;
   std::function<void()> on_closed_;
   RequestReader requests_;
-  std::shared_ptr<RequestContext> context_;  // While a request is answered.
+  std::shared_ptr<RequestContext> context_;         // While a request is answered.
   Clock::time_point resting_since_ = Clock::now();  // While no request is answered.
   bool is_watching_ = false;
   bool is_answering_ = false;

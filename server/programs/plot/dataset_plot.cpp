@@ -63,18 +63,18 @@ void draw_axes(Svg& svg, const Frame& frame, std::string_view ordinate) {
   for (double count = frame.least; count <= frame.most * 1.001; count *= 10) {
     svg.line(kLeft, frame.y(count), kRight, frame.y(count), kGrid, 1);
     svg.text(kLeft - 8, frame.y(count) + 4, count_text(count),
-             {.size = 12, .colour = kQuiet, .anchor = Svg::Anchor::kEnd});
+             {.size = 12, .color = kQuiet, .anchor = Svg::Anchor::kEnd});
   }
   const double step = tick_distance(frame.high - frame.low);
   for (double tick = std::ceil(frame.low / step); tick * step <= frame.high; ++tick) {
     const double x = frame.x(tick * step);
     svg.line(x, frame.bottom, x, frame.bottom + 5, kQuiet, 1);
     svg.text(x, frame.bottom + 20, human_number(tick * step),
-             {.size = 12, .colour = kQuiet, .anchor = Svg::Anchor::kMiddle});
+             {.size = 12, .color = kQuiet, .anchor = Svg::Anchor::kMiddle});
   }
   svg.line(kLeft, frame.bottom, kRight, frame.bottom, kQuiet, 1);
   svg.text(24, (frame.top + frame.bottom) / 2, ordinate,
-           {.colour = kInk, .anchor = Svg::Anchor::kMiddle, .is_upwards = true});
+           {.color = kInk, .anchor = Svg::Anchor::kMiddle, .is_upwards = true});
 }
 
 double next_power(double count) {
@@ -97,14 +97,14 @@ void draw_histogram(Svg& svg, const Frame& frame, const Histogram& histogram) {
 }
 
 void draw_curve(Svg& svg, const Frame& frame, const SizeCurves& curves, std::size_t number) {
-  const std::string_view colour = kCurves[number % kCurves.size()];
+  const std::string_view color = kCurves[number % kCurves.size()];
   Svg::Points points;
   for (std::size_t i = 0; i < curves.isovalues.size(); ++i) {
     points.emplace_back(frame.x(curves.isovalues[i]), frame.y(curves.triangles[number][i]));
   }
-  svg.polyline(points, colour, 2);
+  svg.polyline(points, color, 2);
   const double y = frame.top + 34 + 22 * static_cast<double>(number);
-  svg.line(kRight + 18, y - 4, kRight + 42, y - 4, colour, 3);
+  svg.line(kRight + 18, y - 4, kRight + 42, y - 4, color, 3);
   const double error = curves.errors[number];
   svg.text(kRight + 50, y, human_number(error) + (error == 1 ? " voxel" : " voxels"), {});
 }
@@ -118,7 +118,7 @@ void draw_suggestions(Svg& svg, const Frame& above, const Frame& below, const Da
     svg.line(x, above.top - 6, x, below.bottom, kMark, 1.2, "4 4");
     const double y = x < free_from ? above.top - 24 : above.top - 10;
     svg.text(x, y, human_number(isovalue),
-             {.size = 12, .colour = kMark, .anchor = Svg::Anchor::kMiddle});
+             {.size = 12, .color = kMark, .anchor = Svg::Anchor::kMiddle});
     if (x >= free_from) free_from = x + 48;
   }
 }
@@ -168,7 +168,7 @@ std::string dataset_plot(const DatasetInfo& info, const SizeCurves& curves) {
 
   Svg svg(kWidth, kHeight);
   svg.text(kLeft, 36, info.name, {.size = 20, .is_bold = true});
-  svg.text(kLeft, 58, facts(info), {.size = 13, .colour = kQuiet});
+  svg.text(kLeft, 58, facts(info), {.size = 13, .color = kQuiet});
   draw_axes(svg, above, "samples in a bin");
   draw_histogram(svg, above, histogram);
   draw_axes(svg, below, "triangles of the surface");
@@ -177,12 +177,12 @@ std::string dataset_plot(const DatasetInfo& info, const SizeCurves& curves) {
     draw_curve(svg, below, curves, number);
   }
   draw_suggestions(svg, above, below, info);
-  svg.text(kRight + 18, above.top + 8, "suggested", {.colour = kMark, .is_bold = true});
-  svg.text(kRight + 18, above.top + 26, "isovalues", {.colour = kMark, .is_bold = true});
+  svg.text(kRight + 18, above.top + 8, "suggested", {.color = kMark, .is_bold = true});
+  svg.text(kRight + 18, above.top + 26, "isovalues", {.color = kMark, .is_bold = true});
   svg.text((kLeft + kRight) / 2, below.bottom + 44, "isovalue", {.anchor = Svg::Anchor::kMiddle});
   svg.text(kLeft, kHeight - 14,
            "Triangles are estimated from the error spectrum; certified bound, exact topology.",
-           {.size = 11.5, .colour = kQuiet});
+           {.size = 11.5, .color = kQuiet});
   return svg.file("The values of " + info.name + " and the sizes of their surfaces");
 }
 

@@ -51,29 +51,29 @@ const char* anchor_word(Svg::Anchor anchor) {
 
 Svg::Svg(double width, double height) : width_(width), height_(height) {}
 
-void Svg::line(double x0, double y0, double x1, double y1, std::string_view colour, double width,
+void Svg::line(double x0, double y0, double x1, double y1, std::string_view color, double width,
                std::string_view dashes) {
   body_ += "<line x1=\"" + number(x0) + "\" y1=\"" + number(y0) + "\" x2=\"" + number(x1) +
-           "\" y2=\"" + number(y1) + "\" stroke=\"" + std::string(colour) + "\" stroke-width=\"" +
+           "\" y2=\"" + number(y1) + "\" stroke=\"" + std::string(color) + "\" stroke-width=\"" +
            number(width) + "\"" +
            (dashes.empty() ? "" : " stroke-dasharray=\"" + std::string(dashes) + "\"") + "/>\n";
 }
 
-void Svg::polyline(const Points& points, std::string_view colour, double width) {
+void Svg::polyline(const Points& points, std::string_view color, double width) {
   body_ += "<polyline points=\"" + joined(points) + "\" fill=\"none\" stroke=\"" +
-           std::string(colour) + "\" stroke-width=\"" + number(width) +
+           std::string(color) + "\" stroke-width=\"" + number(width) +
            "\" stroke-linejoin=\"round\"/>\n";
 }
 
-void Svg::area(const Points& outline, std::string_view colour) {
-  body_ += "<polygon points=\"" + joined(outline) + "\" fill=\"" + std::string(colour) + "\"/>\n";
+void Svg::area(const Points& outline, std::string_view color) {
+  body_ += "<polygon points=\"" + joined(outline) + "\" fill=\"" + std::string(color) + "\"/>\n";
 }
 
 void Svg::text(double x, double y, std::string_view words, const TextStyle& style) {
   const std::string turn =
       style.is_upwards ? " transform=\"rotate(-90 " + number(x) + " " + number(y) + ")\"" : "";
   body_ += "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" font-size=\"" +
-           number(style.size) + "\" fill=\"" + std::string(style.colour) + "\" text-anchor=\"" +
+           number(style.size) + "\" fill=\"" + std::string(style.color) + "\" text-anchor=\"" +
            anchor_word(style.anchor) + "\"" + (style.is_bold ? " font-weight=\"600\"" : "") + turn +
            ">" + escaped(words) + "</text>\n";
 }

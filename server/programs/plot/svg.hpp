@@ -14,7 +14,7 @@ class Svg {
   enum class Anchor { kStart, kMiddle, kEnd };
   struct TextStyle {
     double size = 13;
-    std::string_view colour = "#333d49";
+    std::string_view color = "#333d49";
     Anchor anchor = Anchor::kStart;
     bool is_bold = false;
     bool is_upwards = false;  // Turned by a quarter, read from below.
@@ -23,10 +23,10 @@ class Svg {
   // On a white ground; lengths are pixels where it is shown as it is.
   Svg(double width, double height);
 
-  void line(double x0, double y0, double x1, double y1, std::string_view colour, double width,
+  void line(double x0, double y0, double x1, double y1, std::string_view color, double width,
             std::string_view dashes = {});
-  void polyline(const Points& points, std::string_view colour, double width);
-  void area(const Points& outline, std::string_view colour);
+  void polyline(const Points& points, std::string_view color, double width);
+  void area(const Points& outline, std::string_view color);
   // Any text: what means something in XML is escaped, control characters are left out.
   void text(double x, double y, std::string_view words, const TextStyle& style);
 

@@ -15,7 +15,7 @@ PrepareJob job_of_label(const PrepareJob& volume, const Label& label, double sto
   job.member->label = label;
   job.stored_label = stored;
   job.name += ".label" + label_text(label);
-  job.told.push_back("--label " + label_text(label));
+  job.command_line.push_back("--label " + label_text(label));
   return job;
 }
 

@@ -19,15 +19,16 @@ std::int32_t PrepareArguments::margin_steps() const {
   return margin.value_or(usual_margin(series));
 }
 
-std::string PrepareArguments::told() const {
-  std::string text = volume.told();
-  const auto tell = [&](const char* option, const std::string& value, const std::string& usual) {
+std::string PrepareArguments::command_line() const {
+  std::string text = volume.command_line();
+  const auto add_text = [&](const char* option, const std::string& value,
+                            const std::string& usual) {
     if (value != usual) text += std::string(text.empty() ? "" : " ") + option + " " + value;
   };
   const std::string usual = usual_outside(series);
-  tell("--outside", outside.empty() ? usual : outside, usual);
-  tell("--margin", std::to_string(margin_steps()), std::to_string(usual_margin(series)));
-  tell("--bins", std::to_string(bins), std::to_string(IsovalueBins::kDefaultCount));
+  add_text("--outside", outside.empty() ? usual : outside, usual);
+  add_text("--margin", std::to_string(margin_steps()), std::to_string(usual_margin(series)));
+  add_text("--bins", std::to_string(bins), std::to_string(IsovalueBins::kDefaultCount));
   return text;
 }
 

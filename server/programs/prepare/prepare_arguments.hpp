@@ -32,7 +32,7 @@ struct PrepareArguments {
   [[nodiscard]] std::optional<double> outside_value() const;
   [[nodiscard]] std::int32_t margin_steps() const;
   // The options that change the dataset, as text: another text, another dataset.
-  [[nodiscard]] std::string told() const;
+  [[nodiscard]] std::string command_line() const;
 };
 
 }  // namespace multitetra

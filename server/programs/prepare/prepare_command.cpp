@@ -9,7 +9,7 @@
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/source_note.hpp"
+#include "server/dataset/provenance.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/prepare/dataset_output.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
@@ -47,8 +47,8 @@ int prepare_in_parts(const PrepareArguments& arguments) {
     };
     const auto source = open_volume(input, options);
     if (!parts.part.empty()) return make_part(*source, arguments.output, parts.part, report);
-    SourceNote note = source_note(input);
-    note.options = arguments.told();
+    Provenance note = provenance(input);
+    note.options = arguments.command_line();
     return plan_parts(
         *source,
         {.name = arguments.name.empty() ? default_dataset_name(input) : arguments.name,
@@ -233,10 +233,10 @@ void add_prepare_command(Command& program, Run& run) {
   command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
   command->add_flag("--merge", a->parts.merge, "Make the dataset from all parts of the plan");
   command->begin_group("Output");
-  command->add_flag(
-      "--force", a->force,
-      "Write to a name without .mtd, too, over a file that is no dataset, over a dataset of another "
-      "source, and what is up to date");
+  command->add_flag("--force", a->force,
+                    "Write to a name without .mtd, too, over a file that is no dataset, over a "
+                    "dataset of another "
+                    "source, and what is up to date");
   command->footer(
       "Examples:\n"
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"

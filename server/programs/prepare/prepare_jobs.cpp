@@ -63,7 +63,7 @@ std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const f
   return jobs;
 }
 
-bool is_up_to_date(const PrepareJob& job, const SourceNote& note) {
+bool is_up_to_date(const PrepareJob& job, const Provenance& note) {
   if (note.digest.empty() || is_address(job.output.string())) return false;
   try {
     std::error_code error;

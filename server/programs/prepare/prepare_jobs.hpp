@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/request/series_member.hpp"
-#include "server/dataset/source_note.hpp"
+#include "server/dataset/provenance.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -20,8 +20,8 @@ struct PrepareJob {
   // The volume of the input.
   VolumeChoice choice = {};
   std::optional<SeriesMember> member = std::nullopt;
-  double stored_label = 0;             // What samples of the member's label have in the label map.
-  std::vector<std::string> told = {};  // What was chosen for a member: "--time 3".
+  double stored_label = 0;  // What samples of the member's label have in the label map.
+  std::vector<std::string> command_line = {};  // What was chosen for a member: "--time 3".
 };
 
 // A source's name without its folder and suffixes: "chris_t1.nii.gz" is chris_t1.
@@ -41,6 +41,6 @@ struct PrepareJob {
 // from the source and options in `note`. Data files that a header names are not in its
 // digest, so the dataset must also be newer than all files beside the source. No for one in a
 // bucket.
-[[nodiscard]] bool is_up_to_date(const PrepareJob& job, const SourceNote& note);
+[[nodiscard]] bool is_up_to_date(const PrepareJob& job, const Provenance& note);
 
 }  // namespace multitetra

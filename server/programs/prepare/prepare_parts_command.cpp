@@ -44,7 +44,7 @@ std::size_t part_number(std::string_view text, std::size_t parts) {
                               std::to_string(parts) + ".");
 }
 
-PartOptions telling(Progress& progress, std::string& pass) {
+PartOptions with_progress(Progress& progress, std::string& pass) {
   return {.progress = [&progress, &pass](const char* name, std::uint64_t done, std::uint64_t all) {
     if (pass != name) progress.begin(pass = name);
     progress.update(static_cast<double>(done), static_cast<double>(all), "steps");
@@ -60,7 +60,7 @@ std::string costs_text(const PartCosts& costs) {
 
 }  // namespace
 
-int plan_parts(VolumeSource& source, const PrepareOptions& options, SourceNote note,
+int plan_parts(VolumeSource& source, const PrepareOptions& options, Provenance note,
                const std::string& input, const std::string& output, std::size_t parts,
                const PartsReport& report) {
   VolumeSurvey found = survey(source, options);
@@ -94,7 +94,7 @@ int make_part(VolumeSource& source, const std::string& output, const std::string
   const std::size_t number = part_number(part, plan_of(output).plan.parts);
   Progress progress("part " + part, 4, report.quiet || report.json);
   std::string pass;
-  prepare_part(source, output, number, telling(progress, pass));
+  prepare_part(source, output, number, with_progress(progress, pass));
   progress.finish();
   if (report.json) {
     std::cout << text_of({{"part", part}, {"seconds", progress.seconds()}});
@@ -107,7 +107,7 @@ int make_part(VolumeSource& source, const std::string& output, const std::string
 int merge(const std::string& output, const PartsReport& report) {
   Progress progress("merge", 2, report.quiet || report.json);
   std::string pass;
-  const DatasetInfo merged = merge_parts(output, telling(progress, pass));
+  const DatasetInfo merged = merge_parts(output, with_progress(progress, pass));
   progress.finish();
   const std::uint64_t bytes = std::filesystem::file_size(output);
   if (report.json) {

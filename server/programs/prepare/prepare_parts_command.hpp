@@ -5,7 +5,7 @@
 #include <string>
 
 #include "server/dataset/prepare.hpp"
-#include "server/dataset/source_note.hpp"
+#include "server/dataset/provenance.hpp"
 #include "server/volume/volume_source.hpp"
 
 namespace multitetra {
@@ -28,7 +28,7 @@ struct PartsReport {
 
 // Reads the volume once, writes the plan, and prints one line for each part: its command and
 // expected cost.
-int plan_parts(VolumeSource& source, const PrepareOptions& options, SourceNote note,
+int plan_parts(VolumeSource& source, const PrepareOptions& options, Provenance note,
                const std::string& input, const std::string& output, std::size_t parts,
                const PartsReport& report);
 

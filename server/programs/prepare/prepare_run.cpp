@@ -21,7 +21,7 @@ std::string shown_name(const PrepareJob& job) {
   return printable(without_password(job.member ? job.name : job.input), /*keeps_lines=*/false);
 }
 
-Json json_of(const PrepareJob& job, const Prepared& prepared) {
+Json json_of(const PrepareJob& job, const PrepareResult& prepared) {
   Json json = {{"dataset", json_of(prepared.info)},
                {"input", without_password(job.input)},
                {"file", job.output.string()},
@@ -31,7 +31,7 @@ Json json_of(const PrepareJob& job, const Prepared& prepared) {
   return json;
 }
 
-std::string facts_of(const Prepared& prepared) {
+std::string facts_of(const PrepareResult& prepared) {
   const DatasetInfo& info = prepared.info;
   const std::string& unit = info.meaning.value_unit;
   return "\"" + info.name + "\", " + std::to_string(info.dims[0]) + " x " +
@@ -43,7 +43,7 @@ std::string facts_of(const Prepared& prepared) {
 }
 
 void hint_at_labels(const PrepareArguments& arguments, const PrepareJob& job,
-                    const Prepared& prepared) {
+                    const PrepareResult& prepared) {
   if (arguments.quiet || arguments.json || !looks_like_labels(prepared.info)) return;
   std::cerr << "prepare: '" << shown_name(job)
             << "' has few different values and may be a label map: --label all prepares each label "
@@ -70,7 +70,7 @@ int prepare_single(const PrepareArguments& arguments, const PrepareJob& job) {
   require_free_output(job);
   DatasetOutput output(job.output, arguments.force);
   try {
-    const Prepared prepared = preparation.prepare_one(job, preparation.note_of(job), output);
+    const PrepareResult prepared = preparation.prepare_one(job, preparation.note_of(job), output);
     hint_at_labels(arguments, job, prepared);
     if (arguments.json) {
       std::cout << text_of(json_of(job, prepared));
@@ -92,33 +92,34 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
   std::string failures;
   std::size_t failed = 0;
   for (const PrepareJob& job : jobs) {
-    const auto tell = [&](const std::string& outcome) {
+    const auto report = [&](const std::string& outcome) {
       table += shown_name(job) + ": " + outcome + "\n";
     };
     try {
       const auto prepared = preparation.prepare_unless_up_to_date(job);
       if (!prepared) {
-        tell("up to date");
+        report("up to date");
         reports.push_back({{"input", without_password(job.input)},
                            {"file", job.output.string()},
                            {"up_to_date", true}});
         continue;
       }
       hint_at_labels(arguments, job, *prepared);
-      tell(facts_of(*prepared) + ", " + human_seconds(prepared->seconds.at("total").get<double>()));
+      report(facts_of(*prepared) + ", " +
+             human_seconds(prepared->seconds.at("total").get<double>()));
       reports.push_back(json_of(job, *prepared));
     } catch (const MissingLabel& missing) {
       const bool comes_and_goes = job.member && job.member->time;
       failed += comes_and_goes ? 0 : 1;
       // Removes the dataset of an earlier run.
       if (comes_and_goes) std::filesystem::remove(job.output);
-      tell((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
+      report((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
       if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";
       reports.push_back({{"input", without_password(job.input)},
                          {comes_and_goes ? "left_out" : "error", missing.what()}});
     } catch (const std::exception& problem) {
       ++failed;
-      tell(std::string("FAILED: ") + problem.what());
+      report(std::string("FAILED: ") + problem.what());
       failures += shown_name(job) + ": FAILED: " + problem.what() + "\n";
       reports.push_back({{"input", without_password(job.input)}, {"error", problem.what()}});
     }

@@ -28,11 +28,11 @@ struct SeriesSource {
   std::vector<Moment> moments;
   std::string time_unit = {};
   // The members of the first volume.
-  SourceMembers members = {};
+  VolumeContents members = {};
 };
 
 // What a volume holds.
-SourceMembers members_of(const std::string& input, const PrepareArguments& arguments) {
+VolumeContents members_of(const std::string& input, const PrepareArguments& arguments) {
   VolumeFileOptions options = arguments.volume.parsed();
   options.choice.first = true;
   return open_volume(input, options)->members();
@@ -56,18 +56,18 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
   SeriesSource series{
       .name = name, .moments = {{.input = input}}, .members = members_of(input, arguments)};
   const SeriesArguments& asked = arguments.series;
-  const SourceTimes& told = series.members.times;
+  const SourceTimes& source_times = series.members.times;
   if (!asked.all_times) return series;
-  if (told.count > std::int64_t{kMostSeriesJobs}) {
-    throw ExitError(kUsage, "'" + input + "' has " + std::to_string(told.count) +
+  if (source_times.count > std::int64_t{kMostSeriesJobs}) {
+    throw ExitError(kUsage, "'" + input + "' has " + std::to_string(source_times.count) +
                                 " times; --all-times makes a dataset of each, at most " +
                                 std::to_string(kMostSeriesJobs) + ".");
   }
-  const auto count = static_cast<std::size_t>(told.count);
+  const auto count = static_cast<std::size_t>(source_times.count);
   std::vector<double> times = asked.time_values(count);
-  if (times.empty() && !told.at.empty() && increase(told.at)) {
-    times = told.at;
-    series.time_unit = told.unit;
+  if (times.empty() && !source_times.at.empty() && increase(source_times.at)) {
+    times = source_times.at;
+    series.time_unit = source_times.unit;
   }
   if (times.empty()) {
     notice("'" + input + "' " +
@@ -91,7 +91,7 @@ SeriesSource series_of_files(const PrepareArguments& arguments) {
   if (inputs.empty())
     throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
   std::sort(inputs.begin(), inputs.end(),
-            [](const std::string& a, const std::string& b) { return naturally_less(a, b); });
+            [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   const SeriesArguments& asked = arguments.series;
   std::vector<double> times = asked.time_values(inputs.size());
   if (times.empty()) times = frame_numbers(inputs.size());
@@ -171,10 +171,11 @@ std::vector<FieldChoice> field_choices(const SeriesSource& series,
       choices.push_back({.name = field.name, .source = field});
     for (const std::string& component : arguments.series.components) {
       const bool is_number = component.find_first_not_of("0123456789") == std::string::npos;
-      const std::string told = is_number ? "component" + component : component;
-      choices.push_back({.name = field.name.empty() ? told : field.name + " " + told,
-                         .source = field,
-                         .component = component});
+      const std::string component_name = is_number ? "component" + component : component;
+      choices.push_back(
+          {.name = field.name.empty() ? component_name : field.name + " " + component_name,
+           .source = field,
+           .component = component});
     }
   }
   return choices;
@@ -236,19 +237,19 @@ void add_jobs(const SeriesSource& series, const PrepareArguments& arguments, Lat
       if (moment.time) volume.name += time_part(frame);
       if (moment.index) {
         volume.choice.time = moment.index;
-        volume.told.push_back("--time " + std::to_string(*moment.index));
+        volume.command_line.push_back("--time " + std::to_string(*moment.index));
       }
       if (!field.source.array.empty()) {
         volume.choice.array = field.source.array;
-        volume.told.push_back("--array " + field.source.array);
+        volume.command_line.push_back("--array " + field.source.array);
       }
       if (field.source.channel) {
         volume.choice.channel = field.source.channel;
-        volume.told.push_back("--channel " + std::to_string(*field.source.channel));
+        volume.command_line.push_back("--channel " + std::to_string(*field.source.channel));
       }
       if (field.component) {
         volume.choice.component = component_from(*field.component);
-        volume.told.push_back("--component " + *field.component);
+        volume.command_line.push_back("--component " + *field.component);
       }
       for (PrepareJob& job : labels.of(volume)) {
         job.output = std::filesystem::path(arguments.output) / (job.name + ".mtd");

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
+#include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
-#include "server/operations/memory_return.hpp"
-#include "server/programs/serving/repeated_work.hpp"
+#include "server/programs/serving/coalescing_task.hpp"
 #include "server/programs/serving/served_datasets.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/transport/server.hpp"
@@ -39,8 +39,8 @@ BlockState state_of(const RemoteFiles::Counts& counts) {
 
 }  // namespace
 
-int serve_until_stopped(const ServeOptions& options, const WorkBeside& beside) {
-  let_memory_go_back();
+int serve_until_stopped(const ServeOptions& options, const BackgroundTask& beside) {
+  trim_heap();
   const ThreadLimit limit(options.threads);
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
@@ -69,11 +69,11 @@ int serve_until_stopped(const ServeOptions& options, const WorkBeside& beside) {
                         .cache_bytes = counts.bytes,
                         .blocks = state_of(files->counts())};
   };
-  RepeatedWork* asked = nullptr;  // There before the server runs.
+  CoalescingTask* asked = nullptr;  // There before the server runs.
   server_with.when_reloaded = [&asked] { asked->ask(); };
   Server server(catalogue, server_with, listeners);
   // Datasets may be many, and on slow disks: they are not read by the thread that serves.
-  RepeatedWork rescan([&] { offer_again(server, datasets); });
+  CoalescingTask rescan([&] { offer_again(server, datasets); });
   asked = &rescan;
   for (const std::string& url : server.urls()) log_line(LogLevel::kInfo, "listening on " + url, {});
   std::shared_ptr<void> work;

@@ -21,10 +21,10 @@ struct OpenServer {
 
 // Work beside the serving. It is called once, before the first connection is taken, and what it
 // returns is destroyed when the server has stopped: a std::shared_ptr<std::jthread>, for example.
-using WorkBeside = std::function<std::shared_ptr<void>(const OpenServer&)>;
+using BackgroundTask = std::function<std::shared_ptr<void>(const OpenServer&)>;
 
 // Serves until SIGINT or SIGTERM. Returns the exit code. Throws ExitError when there is no dataset
 // to serve or the secrets cannot be used, AddressError when a listener cannot be opened.
-int serve_until_stopped(const ServeOptions& options, const WorkBeside& beside = {});
+int serve_until_stopped(const ServeOptions& options, const BackgroundTask& beside = {});
 
 }  // namespace multitetra

@@ -6,8 +6,8 @@
 #include "common/cli/command_line.hpp"
 #include "common/cli/option_sources.hpp"
 #include "common/cli/program.hpp"
+#include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
-#include "server/operations/memory_return.hpp"
 #include "server/operations/prometheus_metrics.hpp"
 #include "server/programs/serving/gateway_options.hpp"
 
@@ -15,7 +15,7 @@ namespace multitetra {
 namespace {
 
 int serve(const GatewayOptions& options) {
-  let_memory_go_back();
+  trim_heap();
   start_log(log_options(options.listeners));
   make_room_for(options.listeners);
   warn_of_open_listeners(options.listeners, /*is_gateway=*/true);

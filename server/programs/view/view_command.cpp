@@ -120,7 +120,7 @@ class ViewedVolumes {
       labels = labels_beside(volumes.front());
     }
     if (labels) {
-      tell("The labels of '" + *labels + "' come into the list as they are ready.");
+      print_line("The labels of '" + *labels + "' come into the list as they are ready.");
       add(preparation_of_labels(*labels));
     }
   }
@@ -146,7 +146,7 @@ class ViewedVolumes {
       } catch (const PreparationStopped&) {
         throw;
       } catch (const std::exception& problem) {
-        complain("multitetra", problem.what());
+        print_error("multitetra", problem.what());
       }
       work_.reset();
     }
@@ -166,7 +166,7 @@ class ViewedVolumes {
     std::deque<PrepareJob> jobs;
   };
 
-  void tell(const std::string& text) const {
+  void print_line(const std::string& text) const {
     if (!arguments_.quiet) std::cerr << "view: " << text << std::endl;
   }
 
@@ -178,9 +178,9 @@ class ViewedVolumes {
 
   // Labels that are found in a volume after serving has begun: below a folder that is served.
   void add_labels_of(const std::string& input) {
-    tell("'" + input +
-         "' looks like labels; their surfaces come into the list as they are ready "
-         "(--no-labels leaves them out).");
+    print_line("'" + input +
+               "' looks like labels; their surfaces come into the list as they are ready "
+               "(--no-labels leaves them out).");
     PrepareArguments arguments = preparation_of_labels(input);
     arguments.volume = waiting_.front().volume;
     const fs::path folder = fs::path(waiting_.front().output) / "labels";
@@ -204,7 +204,7 @@ class ViewedVolumes {
     } catch (const PreparationStopped&) {
       throw;
     } catch (const std::exception& problem) {
-      complain("multitetra", problem.what());
+      print_error("multitetra", problem.what());
       return false;
     }
   }

@@ -13,7 +13,7 @@
 #include "common/base/text.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/dataset.hpp"
-#include "server/dataset/source_note.hpp"
+#include "server/dataset/provenance.hpp"
 #include "server/programs/prepare/prepare_jobs.hpp"
 #include "server/volume/formats/image_stack.hpp"
 #include "server/volume/formats/recognition.hpp"
@@ -124,7 +124,7 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
     throw ExitError(kUsage, "There is no volume in " + inputs.front() + ".");
   }
   std::sort(volumes.begin(), volumes.end(),
-            [](const std::string& a, const std::string& b) { return naturally_less(a, b); });
+            [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   VolumeFileOptions options = volume.parsed();
   options.choice.first = true;
   PrepareArguments usual;
@@ -138,7 +138,7 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
   for (const std::string& input : volumes) {
     PrepareArguments one = usual;
     one.inputs = {input};
-    const SourceMembers members = open_volume(input, options)->members();
+    const VolumeContents members = open_volume(input, options)->members();
     one.series.all_times = members.times.count > 1 && !volume.time;
     const bool chooses_field = !volume.array.empty() || volume.channel.has_value();
     if (members.fields.size() > 1 && !chooses_field) one.series.fields = {"all"};
@@ -185,14 +185,15 @@ std::optional<std::string> labels_beside(const fs::path& volume) {
 
 std::string cache_key(const PrepareArguments& arguments) {
   const SeriesArguments& series = arguments.series;
-  std::string text = std::string(MULTITETRA_VERSION) + '\0' + arguments.told() + '\0' +
+  std::string text = std::string(MULTITETRA_VERSION) + '\0' + arguments.command_line() + '\0' +
                      series.time_series + '\0' + arguments.name + '\0';
-  text += std::string(series.all_times ? "times " : "") +
-          (series.fields.empty() ? "" : "fields ") + (series.labels.empty() ? "" : "labels ");
+  text += std::string(series.all_times ? "times " : "") + (series.fields.empty() ? "" : "fields ") +
+          (series.labels.empty() ? "" : "labels ");
   for (const std::string& input : arguments.inputs) {
-    const SourceNote note = source_note(input);
+    const Provenance note = provenance(input);
     std::error_code no_file;
-    const std::uintmax_t bytes = fs::is_regular_file(input, no_file) ? fs::file_size(input, no_file) : 0;
+    const std::uintmax_t bytes =
+        fs::is_regular_file(input, no_file) ? fs::file_size(input, no_file) : 0;
     const bool stands_alone = fs::is_directory(input, no_file) || bytes > kMostHeaderBytes;
     const fs::path place = is_address(input) ? fs::path(input) : fs::absolute(input);
     text += '\0' + note.file + '\0' + note.digest + '\0' + (stands_alone ? "" : place.string());
@@ -200,7 +201,8 @@ std::string cache_key(const PrepareArguments& arguments) {
   std::string name = default_dataset_name(arguments.inputs.front());
   std::replace_if(
       name.begin(), name.end(),
-      [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0 && c != '-' && c != '_'; }, '_');
+      [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0 && c != '-' && c != '_'; },
+      '_');
   if (name.size() > 64) name.resize(64);
   return name + "-" + hexadecimal(checksum(std::as_bytes(std::span(text))));
 }

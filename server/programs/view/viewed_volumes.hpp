@@ -19,7 +19,7 @@ namespace multitetra {
 // How the viewer shows it at first, as a part of an address: skin, through which one sees bone.
 // demo.sh has the same words.
 inline constexpr std::string_view kDemoLook =
-    "&isovalue=-300.5&colour=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20"
+    "&isovalue=-300.5&color=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20"
     "&axes=false";
 
 // Whether the input is a dataset, or a folder of datasets that has no volumes; neither needs any

@@ -16,10 +16,10 @@ namespace multitetra {
 namespace {
 
 // The file owns its disk reservation.
-struct FileInItsRoom {
-  FileInItsRoom(const std::filesystem::path& folder, ByteReservations::Reservation room_of_it)
-      : room(std::move(room_of_it)), file(folder) {}
-  ByteReservations::Reservation room;
+struct ReservedFile {
+  ReservedFile(const std::filesystem::path& folder, ByteReservations::Reservation reserved)
+      : reservation(std::move(reserved)), file(folder) {}
+  ByteReservations::Reservation reservation;
   ScratchFile file;
 };
 
@@ -100,7 +100,7 @@ std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector
 Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
                               const MeshForm& form, const MeshPlace& place,
                               const std::stop_token& stop) {
-  Answer told;
+  Answer header;
   Totals all;
   std::vector<PositionedMesh> meshes;
   std::vector<double> isovalues;
@@ -108,7 +108,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
     const auto found = checked(surface, info);
     if (!found) return tl::unexpected(found.error());
-    add_notices(told, *found, surface.request, info);
+    add_notices(header, *found, surface.request, info);
     all.add(*found, surface);
     const MeshComponents components = components_of(surface.mesh);
     const std::size_t written = components.count_from(form.min_component);
@@ -120,16 +120,16 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     isovalues.push_back(surface.request.isovalue);
     surface.mesh = {};
   }
-  add_facts(told, all);
+  add_facts(header, all);
   const std::string bytes = file_of(meshes, isovalues, form.format);
   meshes.clear();
-  auto room = place.room(bytes.size());
-  if (!room) return tl::unexpected(room.error());
-  const auto stored = std::make_shared<FileInItsRoom>(place.folder, *std::move(room));
+  auto reservation = place.reservation(bytes.size());
+  if (!reservation) return tl::unexpected(reservation.error());
+  const auto stored = std::make_shared<ReservedFile>(place.folder, *std::move(reservation));
   static_cast<void>(stored->file.put(std::as_bytes(std::span(bytes))));
   return StoredMesh{.file = SharedFile(stored, &stored->file),
                     .bytes = bytes.size(),
-                    .fields = std::move(told.fields)};
+                    .fields = std::move(header.fields)};
 }
 
 }  // namespace multitetra

@@ -37,7 +37,7 @@ struct MeshForm {
 struct MeshPlace {
   std::filesystem::path folder;
   // Room for so many bytes, as long as the reservation lives.
-  std::function<Result<ByteReservations::Reservation>(std::uint64_t)> room;
+  std::function<Result<ByteReservations::Reservation>(std::uint64_t)> reservation;
 };
 
 // Takes about 120 bytes of memory a triangle while it works. kDamagedData when the mesh has a

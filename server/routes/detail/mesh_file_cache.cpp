@@ -34,8 +34,8 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
   }
   const std::lock_guard lock(mutex_);
   for (;;) {
-    auto room = disk_.take(share, bytes);
-    if (room) return *std::move(room);
+    auto reservation = disk_.take(share, bytes);
+    if (reservation) return *std::move(reservation);
     if (!kept_.drop_oldest()) break;
   }
   return tl::unexpected(

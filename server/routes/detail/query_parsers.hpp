@@ -20,7 +20,7 @@ namespace multitetra {
 
 template <typename Query>
 struct Setter {
-  std::function<Objection(std::string_view value, Query& query)> set;
+  std::function<FieldError(std::string_view value, Query& query)> set;
   bool is_repeatable = false;
 };
 template <typename Query>
@@ -29,7 +29,7 @@ using Setters = std::map<std::string_view, Setter<Query>>;
 // Sets what `member` of the query refers to, a number or an optional one.
 template <typename Query, typename Member>
 [[nodiscard]] Setter<Query> number(Member member) {
-  return {[member](std::string_view text, Query& query) -> Objection {
+  return {[member](std::string_view text, Query& query) -> FieldError {
     auto& place = member(query);
     using Place = std::remove_reference_t<decltype(place)>;
     if constexpr (requires { place.has_value(); }) {
@@ -47,7 +47,7 @@ template <typename Query, typename Member>
 // The same for a value that is one of a few words; `read` gives nullopt for others.
 template <typename Query, typename Member, typename Read>
 [[nodiscard]] Setter<Query> word(Member member, Read read, std::string words) {
-  return {[=](std::string_view text, Query& query) -> Objection {
+  return {[=](std::string_view text, Query& query) -> FieldError {
     const auto value = read(text);
     if (!value) return "must be " + words;
     member(query) = *value;
@@ -75,7 +75,7 @@ template <typename Query>
     if (!given.insert(setter->first).second && !setter->second.is_repeatable) {
       return refuse("The parameter " + name + " is given twice.");
     }
-    if (const Objection objection = setter->second.set(value, parsed)) {
+    if (const FieldError objection = setter->second.set(value, parsed)) {
       return refuse("The parameter " + name + "=" + value + ": " + *objection + ".");
     }
   }

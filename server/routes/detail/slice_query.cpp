@@ -27,14 +27,14 @@ std::optional<Vec3> vector_from(std::string_view text) {
 
 template <typename Member>
 Setter<S> vector(Member member) {
-  return {[member](std::string_view text, S& query) -> Objection {
+  return {[member](std::string_view text, S& query) -> FieldError {
     member(query) = vector_from(text);
     if (!member(query)) return kThreeNumbers;
     return std::nullopt;
   }};
 }
 
-Objection set_extent(std::string_view text, S& query) {
+FieldError set_extent(std::string_view text, S& query) {
   auto& extent = query.slice.extent;
   extent = parse_number_list<double>(text, 1, 2);
   const auto is_length = [](double v) { return v > 0 && v <= kMaxCoordinate; };
@@ -45,7 +45,7 @@ Objection set_extent(std::string_view text, S& query) {
 
 template <typename Member>
 Setter<S> pixels(Member member) {
-  return {[member](std::string_view text, S& query) -> Objection {
+  return {[member](std::string_view text, S& query) -> FieldError {
     const auto count = parse_number<std::uint32_t>(text);
     if (!count || *count < 2 || *count > kMaxSlicePixels) {
       return "must be a number of pixels, 2 or more";
@@ -55,7 +55,7 @@ Setter<S> pixels(Member member) {
   }};
 }
 
-Objection set_window(std::string_view text, S& query) {
+FieldError set_window(std::string_view text, S& query) {
   query.window = parse_number<double>(text);
   if (!query.window || !(*query.window > 0)) return "must be a number greater than 0";
   return std::nullopt;
@@ -100,7 +100,7 @@ const Setters<S>& slice_setters() {
       {"color_scale",
        word<S>(
            [](S & q) -> auto& { return q.is_logarithmic; }, is_logarithmic_from, "linear or log")},
-      {"no_value_color", {[](std::string_view text, S& query) -> Objection {
+      {"no_value_color", {[](std::string_view text, S& query) -> FieldError {
          query.no_value_color = rgb_from(text);
          if (!query.no_value_color) return "must be a color, RRGGBB";
          return std::nullopt;
@@ -137,7 +137,7 @@ Result<ProbeRequest> parse_probe_query(
   using P = ProbeRequest;
   static const Setters<P> kSetters = {
       {"at",
-       {[](std::string_view text, P& probe) -> Objection {
+       {[](std::string_view text, P& probe) -> FieldError {
           const auto place = vector_from(text);
           if (!place) return kThreeNumbers;
           probe.places.push_back(*place);

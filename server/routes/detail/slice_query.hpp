@@ -14,7 +14,7 @@
 namespace multitetra {
 
 enum class SliceFormat {
-  kPng,  // Colours, for people.
+  kPng,  // Colors, for people.
   kRaw,  // Floats, for programs.
 };
 
@@ -37,7 +37,7 @@ struct SliceQuery {
 // middle layer along the third axis.
 [[nodiscard]] Result<SliceRequest> slice_for(const SliceQuery& query, const DatasetInfo& info);
 
-// Which values have which colours: the window, or all that there are. kInvalidArgument where a
+// Which values have which colors: the window, or all that there are. kInvalidArgument where a
 // logarithmic scale would begin at or below 0.
 [[nodiscard]] Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info);
 

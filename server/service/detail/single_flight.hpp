@@ -29,26 +29,26 @@ class SingleFlight {
   [[nodiscard]] Value get(const Key& key, const std::stop_token& stop,
                           const std::function<Value(std::stop_token)>& compute) {
     std::unique_lock lock(mutex_);
-    const auto found = flights_.find(key);
-    if (found != flights_.end() && found->second->interested > 0) {
+    const auto found = calls_.find(key);
+    if (found != calls_.end() && found->second->interested > 0) {
       return wait_for(found->second, stop, lock);
     }
     // A computation without callers ends by itself.
-    const auto flight = std::make_shared<Flight>();
-    flights_[key] = flight;
+    const auto call = std::make_shared<Call>();
+    calls_[key] = call;
     lock.unlock();
-    return compute_for_all(key, flight, stop, compute);
+    return compute_for_all(key, call, stop, compute);
   }
 
   // The number of callers for that key.
   [[nodiscard]] std::size_t interested(const Key& key) const {
     const std::lock_guard lock(mutex_);
-    const auto found = flights_.find(key);
-    return found == flights_.end() ? 0 : found->second->interested;
+    const auto found = calls_.find(key);
+    return found == calls_.end() ? 0 : found->second->interested;
   }
 
  private:
-  struct Flight {
+  struct Call {
     std::size_t interested = 1;
     std::stop_source stop;
     std::optional<Value> value;
@@ -56,24 +56,24 @@ class SingleFlight {
     std::condition_variable_any done;
 
     [[nodiscard]] bool is_done() const { return value || trouble; }
-    void lose_interest() {
+    void abandon() {
       if (--interested == 0) stop.request_stop();
     }
   };
 
-  Value wait_for(const std::shared_ptr<Flight> flight, const std::stop_token& stop,
+  Value wait_for(const std::shared_ptr<Call> call, const std::stop_token& stop,
                  std::unique_lock<std::mutex>& lock) {
-    ++flight->interested;
-    if (!flight->done.wait(lock, stop, [&] { return flight->is_done(); })) {
-      flight->lose_interest();
+    ++call->interested;
+    if (!call->done.wait(lock, stop, [&] { return call->is_done(); })) {
+      call->abandon();
       throw Cancelled{};
     }
     lock.unlock();  // What is done does not change any more.
-    if (flight->trouble) std::rethrow_exception(flight->trouble);
-    return *flight->value;
+    if (call->trouble) std::rethrow_exception(call->trouble);
+    return *call->value;
   }
 
-  Value compute_for_all(const Key& key, const std::shared_ptr<Flight>& flight,
+  Value compute_for_all(const Key& key, const std::shared_ptr<Call>& call,
                         const std::stop_token& stop,
                         const std::function<Value(std::stop_token)>& compute) {
     std::optional<Value> value;
@@ -81,10 +81,10 @@ class SingleFlight {
     {
       const std::stop_callback leave(stop, [&] {
         const std::lock_guard lock(mutex_);
-        flight->lose_interest();
+        call->abandon();
       });
       try {
-        value = compute(flight->stop.get_token());
+        value = compute(call->stop.get_token());
       } catch (...) {
         trouble = std::current_exception();
       }
@@ -92,19 +92,19 @@ class SingleFlight {
     {
       // Nothing here may throw: a flight that is never done would be waited for until the end.
       const std::lock_guard lock(mutex_);
-      flight->value = std::move(value);
-      flight->trouble = trouble;
-      if (const auto mine = flights_.find(key); mine != flights_.end() && mine->second == flight) {
-        flights_.erase(mine);
+      call->value = std::move(value);
+      call->trouble = trouble;
+      if (const auto mine = calls_.find(key); mine != calls_.end() && mine->second == call) {
+        calls_.erase(mine);
       }
-      flight->done.notify_all();
+      call->done.notify_all();
     }
     if (trouble) std::rethrow_exception(trouble);
-    return *flight->value;  // Which does not change any more.
+    return *call->value;  // Which does not change any more.
   }
 
   mutable std::mutex mutex_;  // Guards the flights and what they hold.
-  std::map<Key, std::shared_ptr<Flight>> flights_;
+  std::map<Key, std::shared_ptr<Call>> calls_;
 };
 
 }  // namespace multitetra

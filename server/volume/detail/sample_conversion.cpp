@@ -101,18 +101,18 @@ SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader
     : file_(std::move(file)), header_(header), choice_(choice) {
   using Kind = ComponentChoice::Kind;
   const std::int64_t components = header_.components;
-  const std::string told = "each sample has " + std::to_string(components) + " components";
+  const std::string description = "each sample has " + std::to_string(components) + " components";
   if (components == 1) choice_ = {.kind = Kind::kOnlyOne};
   if (components > 1 && choice_.kind == Kind::kOnlyOne) {
-    fail_reading(file_, told,
+    fail_reading(file_, description,
                  "Choose with --component: one from 0 to " + std::to_string(components - 1) +
                      ", magnitude, or luminance (of red, green and blue)");
   }
   if (choice_.kind == Kind::kIndex && choice_.index >= components) {
-    fail_reading(file_, told, "Choose one from 0 to " + std::to_string(components - 1));
+    fail_reading(file_, description, "Choose one from 0 to " + std::to_string(components - 1));
   }
   if (choice_.kind == Kind::kLuminance && components < 3) {
-    fail_reading(file_, told, "Luminance is that of red, green and blue");
+    fail_reading(file_, description, "Luminance is that of red, green and blue");
   }
   const bool mixes = choice_.kind == Kind::kMagnitude || choice_.kind == Kind::kLuminance;
   const bool is_integer = !is_floating(header_.type) && bytes_of(header_.type) <= 4;
@@ -202,7 +202,7 @@ void SampleConversion::convert(const std::byte* stored, std::size_t count, Sampl
                    [&]<typename Stored>() { convert_from<Stored>(stored, count, into, first); });
 }
 
-void SampleConversion::tell(const Notice& notice) const {
+void SampleConversion::report(const Notice& notice) const {
   const bool is_scaled = header_.slope != 1 || header_.intercept != 0;
   const bool is_typed_anew = type_ != static_cast<SampleType>(header_.type);
   if (!notice || (!is_scaled && !is_typed_anew && saturated_ == 0)) return;
@@ -222,8 +222,8 @@ void SampleConversion::tell(const Notice& notice) const {
   notice(text + ".");
 }
 
-void tell_infinite(const Notice& notice, const std::filesystem::path& file,
-                   std::uint64_t infinite) {
+void report_infinite(const Notice& notice, const std::filesystem::path& file,
+                     std::uint64_t infinite) {
   if (!notice || infinite == 0) return;
   notice("'" + file.string() + "': " + std::to_string(infinite) +
          " samples that are infinite or too large for f32 are void from here on.");

@@ -44,7 +44,7 @@ class SampleConversion {
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
   // Reports what happened to the converted samples, if anything did.
-  void tell(const Notice& notice) const;
+  void report(const Notice& notice) const;
 
  private:
   template <typename Stored>
@@ -62,6 +62,7 @@ class SampleConversion {
   std::uint64_t saturated_ = 0;  // Values beyond their integer type.
 };
 
-void tell_infinite(const Notice& notice, const std::filesystem::path& file, std::uint64_t infinite);
+void report_infinite(const Notice& notice, const std::filesystem::path& file,
+                     std::uint64_t infinite);
 
 }  // namespace multitetra

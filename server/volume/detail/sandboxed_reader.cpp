@@ -133,7 +133,7 @@ class SandboxedVolume : public VolumeSource {
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
-  [[nodiscard]] const SourceMembers& members() const override { return members_; }
+  [[nodiscard]] const VolumeContents& members() const override { return members_; }
 
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
     resize(into, header_.type, static_cast<std::size_t>(slices) * header_.samples_per_slice());
@@ -172,7 +172,7 @@ class SandboxedVolume : public VolumeSource {
   Notice notice_;
   ChildProcess child_;
   VolumeHeader header_;
-  SourceMembers members_;
+  VolumeContents members_;
 };
 
 }  // namespace

@@ -60,7 +60,7 @@ class StreamedVolume : public VolumeSource {
     }
   }
 
-  [[nodiscard]] const SourceMembers& members() const override { return members_; }
+  [[nodiscard]] const VolumeContents& members() const override { return members_; }
 
  private:
   void note_searched(std::size_t slice, std::uint64_t infinite) {
@@ -68,11 +68,11 @@ class StreamedVolume : public VolumeSource {
     searched_[slice] = true;
     infinite_ += infinite;
     if (++slices_searched_ < searched_.size()) return;
-    conversion_.tell(notice_);
+    conversion_.report(notice_);
     for (const std::string& finding : slices_->findings()) {
       if (notice_) notice_(finding);
     }
-    tell_infinite(notice_, file_, infinite_);
+    report_infinite(notice_, file_, infinite_);
   }
 
   std::filesystem::path file_;
@@ -81,7 +81,7 @@ class StreamedVolume : public VolumeSource {
   std::size_t stored_slice_bytes_;
   std::unique_ptr<StoredSlices> slices_;
   Notice notice_;
-  SourceMembers members_;
+  VolumeContents members_;
   std::vector<std::byte> buffer_;  // One slice before its conversion.
   std::vector<bool> searched_;     // The slices whose infinite samples are counted.
   std::size_t slices_searched_ = 0;

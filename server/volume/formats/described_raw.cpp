@@ -154,7 +154,7 @@ std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
 }
 
 // fuel_64x64x64_uint8.raw
-std::optional<DescribedRaw> told_by_name(const fs::path& file) {
+std::optional<DescribedRaw> layout_from_name(const fs::path& file) {
   static const std::regex kLayout(
       R"(_(\d{1,6})x(\d{1,6})x(\d{1,6})_([a-z0-9]+)\.raw(\.gz|\.bz2)?$)");
   const std::string file_name = file.filename().string();
@@ -232,7 +232,7 @@ std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {
     if (description.data_file == file.filename()) raw = raw_from(description, file, beside);
   }
   if (!raw) raw = counts_in_front(file);
-  if (!raw) raw = told_by_name(file);
+  if (!raw) raw = layout_from_name(file);
   if (!raw) return std::nullopt;
   const fs::path stem = file.extension() == ".gz" || file.extension() == ".bz2"
                             ? fs::path(file).replace_extension()

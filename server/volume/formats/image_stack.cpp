@@ -124,7 +124,7 @@ bool is_stack_pattern(std::string_view file_name) {
   return false;
 }
 
-bool naturally_less(std::string_view a, std::string_view b) {
+bool natural_order_less(std::string_view a, std::string_view b) {
   std::size_t i = 0;
   std::size_t j = 0;
   while (i < a.size() && j < b.size()) {
@@ -169,7 +169,7 @@ std::vector<fs::path> stack_files(const fs::path& path) {
   if (has(is_tiff)) std::erase_if(files, std::not_fn(is_tiff));
   if (has(is_png)) std::erase_if(files, std::not_fn(is_png));
   std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return naturally_less(a.filename().string(), b.filename().string());
+    return natural_order_less(a.filename().string(), b.filename().string());
   });
   return files;
 }

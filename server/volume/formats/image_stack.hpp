@@ -13,7 +13,7 @@ namespace multitetra {
 [[nodiscard]] bool is_stack_pattern(std::string_view file_name);
 
 // Orders runs of digits by their value, everything else by bytes: slice2 before slice10.
-[[nodiscard]] bool naturally_less(std::string_view a, std::string_view b);
+[[nodiscard]] bool natural_order_less(std::string_view a, std::string_view b);
 
 // The TIFF files (.tif, .tiff) of the folder `path`, or those that match the pattern in the last
 // part of `path`, in natural order; where there are none, the PNG files, else the JPEG files (.jpg,

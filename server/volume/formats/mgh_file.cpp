@@ -81,7 +81,7 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
   const std::uint64_t offset = kMghHeaderBytes + static_cast<std::uint64_t>(frame) *
                                                      static_cast<std::uint64_t>(header.dims[2]) *
                                                      header.slice_bytes();
-  SourceMembers members;
+  VolumeContents members;
   members.times.count = frames;
   return {.header = header,
           .slices = slices_in_file(path, offset, Endian::kBig, header),

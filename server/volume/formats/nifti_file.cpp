@@ -307,7 +307,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const ImageHeader one = header;
   header.components *= std::min(volumes, kMaxComponents + 1);
   check_header(path, header);
-  const SourceMembers members{.times = times_of(nifti, length_along(path, nifti, 4))};
+  const VolumeContents members{.times = times_of(nifti, length_along(path, nifti, 4))};
   const std::int64_t time = chosen_time(path, members.times.count, choice);
   constexpr double kFarthest = 1e15;
   const double least = nifti.in_two_files        ? 0

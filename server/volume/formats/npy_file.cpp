@@ -109,7 +109,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   }
   set_axes(path, header, steps, {0, 0, 0});
   check_header(path, header);
-  SourceMembers members;
+  VolumeContents members;
   std::int64_t time = 0;
   if (shape.size() == 4) {
     members.times.count = shape[0];

@@ -8,7 +8,7 @@
 namespace multitetra {
 
 // Samples are taken as they are stored, with 8 or 16 bits: of images with a palette their indices,
-// of colours all components. Throws VolumeFileError.
+// of colors all components. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_png(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -15,7 +15,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/request/physical_meaning.hpp"
-#include "server/volume/formats/source_members.hpp"
+#include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {
 
@@ -102,7 +102,7 @@ struct StoredVolume {
   ImageHeader header = {};
   std::unique_ptr<StoredSlices> slices = nullptr;
   std::vector<std::string> notices = {};  // What a person should know of how it is read.
-  SourceMembers members = {};
+  VolumeContents members = {};
   std::int64_t channels = 1;  // That VolumeChoice::channel chooses from.
   // The component that is the chosen time, where a sample has a number for each.
   std::optional<int> component_of_time = std::nullopt;

@@ -35,7 +35,7 @@ struct Placement {
 bool refuses_what_is_missing(ObjectStore& store) {
   try {
     return text_of(store, "multitetra/asks/for/nothing").has_value();
-  } catch (const RefusedObject&) {
+  } catch (const InaccessibleObject&) {
     return true;
   }
 }
@@ -43,7 +43,7 @@ bool refuses_what_is_missing(ObjectStore& store) {
 std::optional<std::string> metadata_at(ObjectStore& store, const std::string& key) {
   try {
     return text_of(store, key);
-  } catch (const RefusedObject&) {
+  } catch (const InaccessibleObject&) {
     if (refuses_what_is_missing(store)) return std::nullopt;
     throw;
   }
@@ -210,11 +210,11 @@ SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t 
 std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count) {
   const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
   const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
-  const Json told = omero.is_object() ? omero.value("channels", Json()) : Json();
+  const Json channels = omero.is_object() ? omero.value("channels", Json()) : Json();
   std::vector<SourceField> fields;
   for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMostSourceMembers); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const Json channel = told.is_array() && at < told.size() ? told[at] : Json();
+    const Json channel = channels.is_array() && at < channels.size() ? channels[at] : Json();
     const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
     std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
     if (name.empty()) name = "channel" + std::to_string(i);
@@ -233,7 +233,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
   const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
   const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
   std::map<double, Label> labels;
-  const auto visit = [&](const char* list, const auto& tell) {
+  const auto visit = [&](const char* list, const auto& add) {
     const Json entries = image.is_object() ? image.value(list, Json()) : Json();
     if (!entries.is_array()) return;
     for (const Json& entry : entries) {
@@ -241,7 +241,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
       if (!value || labels.size() >= kMostSourceMembers) continue;
       Label& label = labels[*value];
       label.value = *value;
-      tell(entry, label);
+      add(entry, label);
     }
   };
   visit("colors", [](const Json& entry, Label& label) {
@@ -273,7 +273,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
 // Decides which dimensions are x, y, z, and where the volume lies along the others.
 VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
                         const VolumeChoice& choice, const std::filesystem::path& place,
-                        const Json& attributes, SourceMembers& members, std::int64_t& channels) {
+                        const Json& attributes, VolumeContents& members, std::int64_t& channels) {
   const std::size_t dimensions = array.shape.size();
   if (dimensions < 2) fail_reading(place, "it has one dimension", "Give an array of 2 or more");
   const std::vector<std::string>& names = placement.names;
@@ -382,7 +382,7 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
                      " axes and the array " + std::to_string(array->shape.size()) + " dimensions",
                  "Correct its metadata");
   }
-  SourceMembers members{.labels = labels_of(attributes)};
+  VolumeContents members{.labels = labels_of(attributes)};
   std::int64_t channels = 1;
   VolumeInArray volume = volume_in(*array, placement, choice, place, attributes, members, channels);
   const ImageHeader header = header_of(*array, placement, volume, place);
@@ -397,7 +397,7 @@ bool has_metadata(ObjectStore& store) {
   for (const char* key : {"zarr.json", ".zarray", ".zgroup", ".zattrs", "attributes.json"}) {
     try {
       if (text_of(store, key)) return true;
-    } catch (const RefusedObject&) {
+    } catch (const InaccessibleObject&) {
       if (!refusal) refusal = std::current_exception();
     }
   }

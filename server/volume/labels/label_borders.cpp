@@ -336,7 +336,7 @@ LabelBorders::LabelBorders(const Dims& dims, const ReadSlice& read,
     : dims_(dims), scratch_(std::make_unique<ScratchFile>(scratch_folder)) {
   const std::uint64_t bytes = slice_samples(dims);
   const auto store = [&](std::int32_t z, std::span<const std::uint8_t> magnitudes) {
-    scratch_->put_at(static_cast<std::uint64_t>(z) * bytes, std::as_bytes(magnitudes));
+    scratch_->write_at(static_cast<std::uint64_t>(z) * bytes, std::as_bytes(magnitudes));
   };
   BorderSearch search(dims_, read);
   std::vector<std::uint8_t> first(bytes);

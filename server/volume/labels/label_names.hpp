@@ -1,4 +1,4 @@
-// Names and colours of labels, as segmentation programs write them into text files:
+// Names and colors of labels, as segmentation programs write them into text files:
 //
 //   ITK-SNAP's label descriptions    3  221 130 101  1  1  1  "liver"
 //   Slicer's and FreeSurfer's        3  liver  221 130 101  255

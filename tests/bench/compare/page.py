@@ -38,10 +38,10 @@ def plot(report, path):
     plt.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "compare", "font.size": 9})
     figure, axes = plt.subplots(1, 3, figsize=(12, 3.8))
     for ax, x, y in zip(axes, ("largest", "percentile_99", "largest"), ("bytes", "bytes", "seconds")):
-        for method, (colour, style) in STYLES.items():
+        for method, (color, style) in STYLES.items():
             rows = [row for row in report["rows"] if row["method"] == method and row["triangles"] > 0]
             if rows:
-                ax.plot([row["distance"][x] for row in rows], [row[y] for row in rows], style, color=colour, label=method, markersize=4)
+                ax.plot([row["distance"][x] for row in rows], [row[y] for row in rows], style, color=color, label=method, markersize=4)
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlabel({"largest": "largest distance, voxels", "percentile_99": "99 % of distances, voxels"}[x])
@@ -81,12 +81,12 @@ def plot_links(report, path):
     errors = [0.02 * 2 ** (i / 8) for i in range(65)]  # Up to 5 voxels.
     figure, axes = plt.subplots(1, len(LINKS), figsize=(14, 4.2), sharey=True)
     for ax, (link, bits_per_second) in zip(axes, LINKS.items()):
-        for method, (colour, style) in STYLES.items():
+        for method, (color, style) in STYLES.items():
             rows = [row for row in report["rows"] if row["method"] == method]
             found = [(error, soonest(rows, error, bits_per_second)) for error in errors]
             found = [(error, seconds) for error, seconds in found if seconds is not None]
             if found:
-                ax.plot(*zip(*found), style[1:], drawstyle="steps-post", color=colour, label=method)
+                ax.plot(*zip(*found), style[1:], drawstyle="steps-post", color=color, label=method)
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlim(errors[0], errors[-1])

@@ -80,8 +80,8 @@ def figure_5(measured, name, title, path):
     styles = {"paper": ("#1f77b4", "-", 2), "certified": ("#d62728", "-", 2), "spectrum": ("#222222", ":", 1.4)}
     for axes, what, index in zip(both, ("tetrahedra", "triangles"), (0, 1)):
         for way, label in WAYS.items():
-            colour, dashes, width = styles[way]
-            axes.plot([point["error"] for point in curves[way]], [point[what] for point in curves[way]], color=colour,
+            color, dashes, width = styles[way]
+            axes.plot([point["error"] for point in curves[way]], [point[what] for point in curves[way]], color=color,
                       linestyle=dashes, linewidth=width, label=label)
         axes.plot(list(PAPER[name]), [values[index] for values in PAPER[name].values()], "D", color="#2ca02c",
                   markersize=6, label="published in the paper")
@@ -97,7 +97,7 @@ def figure_5(measured, name, title, path):
 
 
 def keep_picture(source, target, crop=None):
-    """With 128 colours, which no eye misses here, it takes a third of the space."""
+    """With 128 colors, which no eye misses here, it takes a third of the space."""
     picture = Image.open(source).convert("RGB")
     if crop:
         picture = picture.crop(crop)

@@ -15,7 +15,7 @@ CLIENTS = {
     "draco": ("Draco alone", "#1f77b4", "s-"),
     "samples": ("sample shells", "#2ca02c", "^-"),
     "display": ("sample shells, keeps no mesh", "#d62728", "o-"),
-    "viewer": ("the same, tells its speed", "#9467bd", "D--"),
+    "viewer": ("the same, reports its speed", "#9467bd", "D--"),
 }
 MOMENTS = {"50 ms": 0.05, "250 ms": 0.25, "1 s": 1.0}
 
@@ -101,12 +101,12 @@ def plot(streams, path):
     volumes = unique(map(name_of, streams))
     figure, axes = plt.subplots(1, len(volumes), figsize=(3.6 * len(volumes), 3.8), sharey=True, squeeze=False)
     for ax, volume in zip(axes[0], volumes):
-        for client, (words, colour, style) in CLIENTS.items():
+        for client, (words, color, style) in CLIENTS.items():
             points = sorted((s["megabits_per_second"] or 10_000, s["certified_seconds"])
                             for s in chosen(streams, client=client, error=0.5)
                             if name_of(s) == volume and s["certified_seconds"] is not None)
             if points:
-                ax.plot(*zip(*points), style, color=colour, label=words, markersize=4)
+                ax.plot(*zip(*points), style, color=color, label=words, markersize=4)
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xticks([1, 10, 100, 1000, 10_000], ["1", "10", "100", "1000", "loopback"])

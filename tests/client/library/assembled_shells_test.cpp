@@ -117,7 +117,7 @@ void put_payload(EncodedTile& tile, std::string payload) {
   tile.payload = std::make_shared<const std::string>(std::move(payload));
 }
 
-TEST(AssembledShells, AreAClosedSurface) {
+TEST(AssembledShells, FormAClosedSurface) {
   const auto step = assembled_step(honest_stream());
   ASSERT_TRUE(step) << step.error().text;
   EXPECT_TRUE((*step)->topology.is_sound());
@@ -126,7 +126,7 @@ TEST(AssembledShells, AreAClosedSurface) {
   EXPECT_EQ((*step)->topology.border_edges, 0);
 }
 
-TEST(AssembledShells, AreDecodedWhenTheyAreToBeHeld) {
+TEST(AssembledShells, DecodeWhenRequested) {
   ShellStream stream = honest_stream();
   for (const EncodedTile& tile : stream.tiles) stream.begin.tiles.push_back(tile.summary);
   Assembler assembler(octahedra_info(), to_display());
@@ -138,7 +138,7 @@ TEST(AssembledShells, AreDecodedWhenTheyAreToBeHeld) {
   EXPECT_EQ(held->second->triangles.size(), stream.tiles[3].summary.triangles);
 }
 
-TEST(AssembledShells, WithOtherBytesThanPromisedAreRefusedWithTheTile) {
+TEST(AssembledShells, RejectsOtherBytesThanPromisedAndNamesTheTile) {
   for (const std::size_t at : {0U, 5U, 40U}) {
     expect_refused_shells(
         [at](ShellStream& stream) {
@@ -150,7 +150,7 @@ TEST(AssembledShells, WithOtherBytesThanPromisedAreRefusedWithTheTile) {
   }
 }
 
-TEST(AssembledShells, ThatDoNotDecodeAreRefusedWithTheTile) {
+TEST(AssembledShells, RejectsUndecodableShellsAndNamesTheTile) {
   expect_refused_shells(
       [](ShellStream& stream) {
         const std::string& whole = *stream.tiles[6].payload;
@@ -161,7 +161,7 @@ TEST(AssembledShells, ThatDoNotDecodeAreRefusedWithTheTile) {
                         "tile 6 (cube 4:0/1/1)");
 }
 
-TEST(AssembledShells, ThatAreNotWhatTheManifestSaysAreRefused) {
+TEST(AssembledShells, RejectsShellsThatDifferFromTheManifest) {
   expect_refused_shells([](ShellStream& s) { ++s.tiles[1].summary.triangles; }, "tile 1");
   expect_refused_shells([](ShellStream& s) { --s.tiles[1].summary.vertices; }, "tile 1");
   expect_refused_shells(
@@ -182,12 +182,12 @@ TEST(AssembledShells, ThatAreNotWhatTheManifestSaysAreRefused) {
   expect_refused_shells([](ShellStream& s) { s.tiles[1].summary.cube = {3, 7, 7, 7}; }, "tile 1");
 }
 
-TEST(AssembledShells, ThatLeaveAHoleAreRefused) {
+TEST(AssembledShells, RejectsShellsThatLeaveAHole) {
   expect_refused_shells([](ShellStream& stream) { stream.tiles.pop_back(); }, "open edges");
 }
 
 // Each is a sound tile; where they meet, one has vertices that the other has not.
-TEST(AssembledShells, ThatDoNotMeetTheirNeighboursAreRefused) {
+TEST(AssembledShells, RejectsShellsThatDoNotMeetTheirNeighbors) {
   for (const double isovalue : {229.5, 240.5}) {
     expect_refused_shells(
         [isovalue](ShellStream& stream) {
@@ -197,13 +197,13 @@ TEST(AssembledShells, ThatDoNotMeetTheirNeighboursAreRefused) {
   }
 }
 
-TEST(AssembledShells, ThatOverlapAreRefused) {
+TEST(AssembledShells, RejectsOverlappingShells) {
   expect_refused_shells(
       [](ShellStream& stream) { stream.tiles[0].summary.cube = OctreeCube{.exponent = 5}; },
       "overlap");
 }
 
-TEST(AssembledShells, AreNoAnswerToAClientThatKeepsTheMesh) {
+TEST(AssembledShells, RejectedByClientsThatKeepTheMesh) {
   OpenStream to_keep = to_display();
   to_keep.use = MeshUse::kKeep;
   expect_refused_shells([](ShellStream&) {}, "shall be kept", to_keep);

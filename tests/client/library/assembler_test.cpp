@@ -26,7 +26,7 @@ OpenStream open_stream() {
   return {.request_id = kId,
           .dataset = "octahedra",
           .request = {.isovalue = 100.5, .error = 1},
-          .held = {}};
+          .cached_tile_digests = {}};
 }
 
 // ---- streams as an honest server sends them
@@ -184,7 +184,7 @@ TEST(Assembler, ContinuesAfterALostConnectionWithTheTilesItHolds) {
   std::vector<ContentDigest> known;
   for (const auto& [digest, mesh] : first.held()) known.push_back(digest);
   OpenStream open = open_stream();
-  open.held = known;
+  open.cached_tile_digests = known;
   Assembler second(octahedra_info(), open, first.held());
   const Messages rest = stream_of({{.tiles = fine_tiles()}}, known);
   EXPECT_EQ(rest.size(), 4U) << "one of two tiles is sent";
@@ -199,9 +199,10 @@ TEST(Assembler, AcceptsAHeldTileThatWasNotAnnounced) {
   ASSERT_TRUE(assemble(two_steps(), first).is_complete);
   ASSERT_EQ(first.held().size(), 3U);
   OpenStream open = open_stream();
-  open.held = {coarse_tiles()[0].summary.digest};
+  open.cached_tile_digests = {coarse_tiles()[0].summary.digest};
   Assembler second(octahedra_info(), open, first.held());
-  const Outcome outcome = assemble(stream_of({{.tiles = fine_tiles()}}, open.held), second);
+  const Outcome outcome =
+      assemble(stream_of({{.tiles = fine_tiles()}}, open.cached_tile_digests), second);
   ASSERT_FALSE(outcome.failed_check) << outcome.failed_check->text;
   EXPECT_EQ(outcome.steps.back()->end.tiles_sent, 1U);
 }

@@ -93,7 +93,7 @@ class TricklingServer {
   std::jthread thread_;
 };
 
-TEST(MessageSocket, SignsOfLifeWithoutProgressHoldNobodyForEver) {
+TEST(MessageSocket, TimesOutWhenOnlyPongsArrive) {
   // After some Pongs a frame of a megabyte begins.
   const TricklingServer server(framed_messages(Messages(20, Pong{})) + frame_header(1 << 20));
   auto socket = MessageSocket::connect(server.endpoint(), std::chrono::milliseconds(300));
@@ -124,7 +124,7 @@ TEST(Client, LeavesAServerThatSpeaksAnotherVersion) {
     const auto client = Client::connect(server.endpoint(), {});
     ASSERT_EQ(client.has_value(), version == kProtocolVersion);
     if (client) continue;
-    EXPECT_EQ(client.error().trouble, Trouble::kServer);
+    EXPECT_EQ(client.error().source, ErrorSource::kServer);
     EXPECT_EQ(client.error().error.code, ErrorCode::kUnsupportedVersion);
     EXPECT_TRUE(server.client_leaves());
   }

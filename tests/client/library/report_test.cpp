@@ -207,13 +207,13 @@ class ReportOfProgram : public ::testing::Test {
                                   ("multitetra_report_test_" + std::to_string(::getpid()));
 };
 
-TEST_F(ReportOfProgram, IsWrittenOnSuccess) {
+TEST_F(ReportOfProgram, WrittenOnSuccess) {
   EXPECT_EQ(fetch_from(octahedron_stream()), 0);
   EXPECT_FALSE(report().contains("error"));
   EXPECT_EQ(report().at("mesh_file"), (folder_ / "mesh.ply").string());
 }
 
-TEST_F(ReportOfProgram, IsWrittenWhenACheckFails) {
+TEST_F(ReportOfProgram, WrittenWhenACheckFails) {
   Messages stream = octahedron_stream();
   stream.erase(stream.begin() + 1);
   EXPECT_EQ(fetch_from(stream), 3);
@@ -222,7 +222,7 @@ TEST_F(ReportOfProgram, IsWrittenWhenACheckFails) {
   EXPECT_TRUE(report().at("mesh_file").is_null());
 }
 
-TEST_F(ReportOfProgram, IsWrittenWithTheStepsSoFarWhenTheConnectionIsLost) {
+TEST_F(ReportOfProgram, WrittenWhenTheConnectionIsLost) {
   Messages stream = octahedron_stream();
   stream.pop_back();
   EXPECT_EQ(fetch_from(stream), 1);

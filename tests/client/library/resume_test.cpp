@@ -73,7 +73,8 @@ ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int re
     if (!datasets) return tl::unexpected(datasets.error());
     std::vector<FetchedStep> steps;
     const auto fetched = client->fetch(
-        datasets->front(), {.dataset = "gyroid", .request = kRequest, .held = {}, .use = use},
+        datasets->front(),
+        {.dataset = "gyroid", .request = kRequest, .cached_tile_digests = {}, .use = use},
         [&steps](const FetchedStep& step) { steps.push_back(step); },
         {.retries = at_once(retries)});
     if (!fetched) return tl::unexpected(fetched.error());
@@ -177,7 +178,7 @@ TEST_P(Resume, GivesUpWithoutProgress) {
     const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{.messages = 3}; });
     const auto steps = Way(GetParam(), proxy.endpoint()).fetch(retries);
     ASSERT_FALSE(steps);
-    EXPECT_EQ(steps.error().trouble, Trouble::kNetwork);
+    EXPECT_EQ(steps.error().source, ErrorSource::kNetwork);
     EXPECT_EQ(steps.error().error.code, ErrorCode::kUnavailable);
     EXPECT_EQ(proxy.connections(), 1 + retries);
   }

@@ -47,14 +47,14 @@ class SurfaceStreamTest : public ::testing::Test {
     return {.dataset = "gyroid",
             .request = {.isovalue = isovalue, .error = 0.25},
             .steps = steps,
-            .held = {}};
+            .cached_tile_digests = {}};
   }
   // Runs the stream to its end; gives how it ended.
   static StreamOutcome finish(SurfaceStream& stream, std::vector<FetchedStep>* steps = nullptr) {
     for (;;) {
       const auto news = stream.next(std::chrono::seconds(30));
       if (!news) throw std::runtime_error(news.error().error.text);
-      if (const auto* end = std::get_if<StreamIsOver>(&*news)) return end->outcome;
+      if (const auto* end = std::get_if<StreamEnded>(&*news)) return end->outcome;
       const auto* step = std::get_if<FetchedStep>(&*news);
       if (step != nullptr && steps != nullptr) steps->push_back(*step);
     }
@@ -67,7 +67,7 @@ class SurfaceStreamTest : public ::testing::Test {
 
 TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   EXPECT_EQ(stream.shown(), nullptr);
   EXPECT_FALSE(stream.is_running());
@@ -87,7 +87,7 @@ TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
 
 TEST_F(SurfaceStreamTest, ZeroTimeoutTakesOneMessageAtATime) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   ASSERT_TRUE(stream.open(info_, at(0.1, StepPolicy::kFinalOnly)));
   std::uint64_t before = 0;
@@ -101,7 +101,7 @@ TEST_F(SurfaceStreamTest, ZeroTimeoutTakesOneMessageAtATime) {
 
 TEST_F(SurfaceStreamTest, ANewRequestStopsTheOldOneWhereverItIs) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   const ContentDigest wanted = extracted_digest(dataset_, at(0.2).request);
   for (int wait = 0; wait < 12; ++wait) {
@@ -118,7 +118,7 @@ TEST_F(SurfaceStreamTest, ANewRequestStopsTheOldOneWhereverItIs) {
 
 TEST_F(SurfaceStreamTest, ACancelKeepsWhatIsShown) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   ASSERT_TRUE(stream.open(info_, at(0.1)));
   EXPECT_EQ(finish(stream), StreamOutcome::kComplete);
@@ -136,7 +136,7 @@ TEST_F(SurfaceStreamTest, ACancelKeepsWhatIsShown) {
 
 TEST_F(SurfaceStreamTest, TilesOfEarlierRequestsAreNotSentAgain) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   ASSERT_TRUE(stream.open(info_, at(0.1)));
   finish(stream);
@@ -150,12 +150,12 @@ TEST_F(SurfaceStreamTest, TilesOfEarlierRequestsAreNotSentAgain) {
 
 TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   ASSERT_TRUE(stream.open(info_, at(0.1)));
   finish(stream);
   const CommittedStepPtr before = stream.shown();
-  ASSERT_TRUE(stream.open(info_, {.dataset = "nowhere", .request = {}, .held = {}}));
+  ASSERT_TRUE(stream.open(info_, {.dataset = "nowhere", .request = {}, .cached_tile_digests = {}}));
   const auto news = stream.next(std::chrono::seconds(30));
   ASSERT_FALSE(news);
   EXPECT_EQ(news.error().error.code, ErrorCode::kUnknownDataset);
@@ -168,7 +168,7 @@ TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
 TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBoundedMemory) {
   constexpr TileMemoryLimits kLimits = {.tiles = 24, .triangles = 100'000};
   Client client = connected();
-  TileMemory tiles(kLimits);
+  DecodedTileCache tiles(kLimits);
   SurfaceStream stream(client, tiles);
   std::set<double> shown;
   std::uint64_t most_bytes = 0;
@@ -203,7 +203,7 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
 
 TEST_F(SurfaceStreamTest, AStreamToDisplayEndsWithShellsThatHaveTheTopologyOfTheRequest) {
   Client client = connected();
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
   OpenStream to_keep = at(0.1);
   to_keep.request.simplify = true;
@@ -237,7 +237,7 @@ TEST_F(SurfaceStreamTest, AStreamToDisplayEndsWithShellsThatHaveTheTopologyOfThe
 TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
   auto client = Client::connect(server_.endpoint(), {.codecs = {PayloadCodec::kDracoLattice}});
   ASSERT_TRUE(client);
-  TileMemory tiles;
+  DecodedTileCache tiles;
   SurfaceStream stream(*client, tiles);
   OpenStream open = at(0.1);
   open.use = MeshUse::kDisplay;
@@ -248,7 +248,7 @@ TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
 }
 
 // The sources of this test take their time, so that nothing comes for several timeouts.
-TEST(BusyServer, IsRetriedUntilItAccepts) {
+TEST(SurfaceStreamRetries, RetriesUntilAccepted) {
   using testing::FakeSteps;
   const RunningServer server(testing::catalogue_of(
       std::make_shared<FakeSteps>("fake", [](const StepRequest& step, const std::stop_token&) {
@@ -259,10 +259,12 @@ TEST(BusyServer, IsRetriedUntilItAccepts) {
   ASSERT_TRUE(client);
   const auto datasets = client->list_datasets();
   ASSERT_TRUE(datasets);
-  const auto step = client->fetch(
-      datasets->front(),
-      {.dataset = "fake", .request = {.isovalue = 1}, .steps = StepPolicy::kFinalOnly, .held = {}},
-      [](const FetchedStep&) {}, {.retries = {.most = 0}});
+  const auto step = client->fetch(datasets->front(),
+                                  {.dataset = "fake",
+                                   .request = {.isovalue = 1},
+                                   .steps = StepPolicy::kFinalOnly,
+                                   .cached_tile_digests = {}},
+                                  [](const FetchedStep&) {}, {.retries = {.most = 0}});
   EXPECT_TRUE(step) << step.error().error.text;
 }
 

@@ -22,9 +22,9 @@ ClientResult<Client> connect(const Endpoint& server, const Trust& trust,
   return Client::connect(server, {.timeout = timeout, .trust = trust});
 }
 
-class ThroughAListener : public ::testing::TestWithParam<Transport> {};
+class ListenerTransport : public ::testing::TestWithParam<Transport> {};
 
-TEST_P(ThroughAListener, MessagesComeAsTheyWereSent) {
+TEST_P(ListenerTransport, MessagesComeAsTheyWereSent) {
   const std::string bytes = framed_messages(Messages{Welcome{}, DatasetList{.request_id = 1}});
   const ScriptedServer server(bytes);
   const TransportListener listener(GetParam(), server.endpoint());
@@ -35,7 +35,7 @@ TEST_P(ThroughAListener, MessagesComeAsTheyWereSent) {
   EXPECT_TRUE(datasets->empty());
 }
 
-TEST_P(ThroughAListener, AMessageOfAnyLengthComesWhole) {
+TEST_P(ListenerTransport, AMessageOfAnyLengthComesWhole) {
   Messages messages = {Welcome{}};
   for (const std::size_t size : {1U, 125U, 126U, 65'535U, 65'536U, 1'000'000U}) {
     messages.emplace_back(
@@ -52,7 +52,7 @@ TEST_P(ThroughAListener, AMessageOfAnyLengthComesWhole) {
   }
 }
 
-TEST_P(ThroughAListener, ASilentServerIsLeftAfterTheTimeout) {
+TEST_P(ListenerTransport, ASilentServerIsLeftAfterTheTimeout) {
   const ScriptedServer server("");
   const TransportListener listener(GetParam(), server.endpoint());
   const auto client = connect(listener.endpoint(), listener.trust(), milliseconds(300));
@@ -62,7 +62,7 @@ TEST_P(ThroughAListener, ASilentServerIsLeftAfterTheTimeout) {
 }
 
 // The wait for a message that is given up does not harm the message.
-TEST_P(ThroughAListener, PollingReceivesEveryMessage) {
+TEST_P(ListenerTransport, PollingReceivesEveryMessage) {
   const ScriptedServer server(framed_messages(Messages{
       Welcome{},
       Tile{.request_id = 1, .payload = std::make_shared<const std::string>(3'000'000, 'a')}}));
@@ -76,7 +76,7 @@ TEST_P(ThroughAListener, PollingReceivesEveryMessage) {
   }
 }
 
-TEST_P(ThroughAListener, AMessageAboveTheLimitEndsTheConnection) {
+TEST_P(ListenerTransport, AMessageAboveTheLimitEndsTheConnection) {
   const ScriptedServer server(framed_messages(
       Messages{Tile{.request_id = 1, .payload = std::make_shared<const std::string>(5'000, 'a')}}));
   const TransportListener listener(GetParam(), server.endpoint());
@@ -90,19 +90,19 @@ TEST_P(ThroughAListener, AMessageAboveTheLimitEndsTheConnection) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-INSTANTIATE_TEST_SUITE_P(, ThroughAListener,
+INSTANTIATE_TEST_SUITE_P(, ListenerTransport,
                          ::testing::Values(Transport::kTls, Transport::kWebSocket,
                                            Transport::kSecureWebSocket));
 
 // ---- certificates
 
-class Certificates : public ::testing::TestWithParam<Transport> {
+class TlsCertificates : public ::testing::TestWithParam<Transport> {
  protected:
   static std::string refusal_of(const TransportListener& listener, const std::string& host,
                                 const Trust& trust) {
     const auto client = connect(listener.at(host), trust);
     if (client) return "";
-    EXPECT_EQ(client.error().trouble, Trouble::kNetwork);
+    EXPECT_EQ(client.error().source, ErrorSource::kNetwork);
     EXPECT_EQ(client.error().error.code, ErrorCode::kInvalidArgument) << "trying again is no use";
     return client.error().error.text;
   }
@@ -110,13 +110,13 @@ class Certificates : public ::testing::TestWithParam<Transport> {
   ScriptedServer server_{framed_messages(Messages{Welcome{}})};
 };
 
-TEST_P(Certificates, OfAnUnknownAuthorityIsRefused) {
+TEST_P(TlsCertificates, RejectsAnUnknownAuthority) {
   const TransportListener listener(GetParam(), server_.endpoint());
   const std::string refusal = refusal_of(listener, "127.0.0.1", {});
   EXPECT_NE(refusal.find("--ca"), std::string::npos) << refusal;
 }
 
-TEST_P(Certificates, OfAnotherHostIsRefused) {
+TEST_P(TlsCertificates, RejectsAnotherHost) {
   for (const std::string names : {"DNS:example.org", "IP:127.0.0.2", "DNS:*.org,DNS:127.0.0.1"}) {
     const TransportListener listener(GetParam(), server_.endpoint(), {.certificate_names = names});
     for (const std::string host : {"127.0.0.1", "localhost"}) {
@@ -126,27 +126,27 @@ TEST_P(Certificates, OfAnotherHostIsRefused) {
   }
 }
 
-TEST_P(Certificates, OfTheHostAndTheAuthorityIsAccepted) {
+TEST_P(TlsCertificates, AcceptsTheHostAndItsAuthority) {
   const TransportListener listener(GetParam(), server_.endpoint(),
                                    {.certificate_names = "DNS:localhost"});
   EXPECT_EQ(refusal_of(listener, "localhost", listener.trust()), "");
 }
 
-TEST_P(Certificates, AreIgnoredWithInsecure) {
+TEST_P(TlsCertificates, IgnoredWithInsecure) {
   const TransportListener listener(GetParam(), server_.endpoint(),
                                    {.certificate_names = "DNS:example.org"});
   EXPECT_EQ(refusal_of(listener, "127.0.0.1", {.insecure = true}), "");
 }
 
-TEST_P(Certificates, AServerWithoutTlsIsRefused) {
+TEST_P(TlsCertificates, AServerWithoutTlsIsRefused) {
   Endpoint plain = server_.endpoint();
   plain.transport = GetParam();
   const auto client = connect(plain, {.insecure = true});
   ASSERT_FALSE(client);
-  EXPECT_EQ(client.error().trouble, Trouble::kNetwork);
+  EXPECT_EQ(client.error().source, ErrorSource::kNetwork);
 }
 
-INSTANTIATE_TEST_SUITE_P(, Certificates,
+INSTANTIATE_TEST_SUITE_P(, TlsCertificates,
                          ::testing::Values(Transport::kTls, Transport::kSecureWebSocket));
 
 TEST(Trust, AFileWithoutCertificatesIsRefused) {
@@ -160,7 +160,7 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
 
 // ---- no server
 
-TEST(AServerThatIsNotThere, IsStartedOnItsAddress) {
+TEST(ConnectRetries, ReachesAServerThatStartsLater) {
   for (const Transport transport : {Transport::kTcp, Transport::kTls, Transport::kWebSocket}) {
     // Port 1: only root can listen below 1024.
     const auto none = connect({.host = "127.0.0.1", .port = 1, .transport = transport}, {});
@@ -176,7 +176,7 @@ TEST(AServerThatIsNotThere, IsStartedOnItsAddress) {
 
 // ---- WebSockets
 
-TEST(WebSocketOfAServer, IsRefusedInItsOwnWords) {
+TEST(WebSocketClient, ReportsTheServersRefusal) {
   const ScriptedServer server("");
   const TransportListener lacking(Transport::kWebSocket, server.endpoint(), {.status = 404});
   const auto none = connect(lacking.endpoint(), {});
@@ -189,7 +189,7 @@ TEST(WebSocketOfAServer, IsRefusedInItsOwnWords) {
   EXPECT_EQ(later.error().error.code, ErrorCode::kUnavailable) << "it is tried again";
 }
 
-TEST(WebSocketOfAServer, OfAnotherProtocolIsLeft) {
+TEST(WebSocketClient, ClosesOtherProtocols) {
   const ScriptedServer server("");
   for (const std::string subprotocol : {"", "multitetra.v2"}) {
     const TransportListener listener(Transport::kWebSocket, server.endpoint(),
@@ -200,7 +200,7 @@ TEST(WebSocketOfAServer, OfAnotherProtocolIsLeft) {
   }
 }
 
-TEST(WebSocketOfAServer, WithTextMessagesIsLeft) {
+TEST(WebSocketClient, ClosesOnTextMessages) {
   const ScriptedServer server(framed_messages(Messages{Welcome{}}));
   const TransportListener listener(Transport::kWebSocket, server.endpoint(),
                                    {.text_messages = true});

@@ -119,7 +119,7 @@ CataloguePtr gyroid() {
 }
 
 // What a server says to one request, and how a ledger and an assembler take it.
-class OneStream : public ::testing::Test {
+class StreamChecksTest : public ::testing::Test {
  protected:
   void SetUp() override {
     MessageSocket socket = server_.greet();
@@ -162,14 +162,14 @@ class OneStream : public ::testing::Test {
   OpenStream open_{.request_id = 1,
                    .dataset = "gyroid",
                    .request = {.isovalue = 0.1, .error = 0.25},
-                   .held = {}};
+                   .cached_tile_digests = {}};
   DatasetInfo info_;
   std::vector<ServerMessage> messages_;
 };
 
-TEST_F(OneStream, AsItWasSentPasses) { EXPECT_TRUE(passes(messages_)); }
+TEST_F(StreamChecksTest, AcceptsTheOriginalStream) { EXPECT_TRUE(passes(messages_)); }
 
-TEST_F(OneStream, WithoutAnyOneMessageFails) {
+TEST_F(StreamChecksTest, RejectsAMissingMessage) {
   for (std::size_t i = 0; i < messages_.size(); ++i) {
     auto lacking = messages_;
     lacking.erase(lacking.begin() + static_cast<std::ptrdiff_t>(i));
@@ -177,7 +177,7 @@ TEST_F(OneStream, WithoutAnyOneMessageFails) {
   }
 }
 
-TEST_F(OneStream, WithAnyOneMessageTwiceFails) {
+TEST_F(StreamChecksTest, RejectsARepeatedMessage) {
   for (std::size_t i = 0; i + 1 < messages_.size(); ++i) {
     auto doubled = messages_;
     doubled.insert(doubled.begin() + static_cast<std::ptrdiff_t>(i), messages_[i]);
@@ -185,7 +185,7 @@ TEST_F(OneStream, WithAnyOneMessageTwiceFails) {
   }
 }
 
-TEST_F(OneStream, WithADamagedTileFails) {
+TEST_F(StreamChecksTest, RejectsADamagedTile) {
   for (const std::size_t i : tiles()) {
     auto damaged = messages_;
     auto& tile = std::get<Tile>(damaged[i]);
@@ -196,7 +196,7 @@ TEST_F(OneStream, WithADamagedTileFails) {
   }
 }
 
-TEST_F(OneStream, WithOtherSumsFails) {
+TEST_F(StreamChecksTest, RejectsWrongSums) {
   for (int i = 0; i < 5; ++i) {
     auto wrong = messages_;
     auto& step = last<StepEnd>(wrong);
@@ -262,7 +262,7 @@ TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
 INSTANTIATE_TEST_SUITE_P(, LoadRun,
                          ::testing::Values(Transport::kTcp, Transport::kSecureWebSocket));
 
-TEST(Load, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
+TEST(LoadTool, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
   const RunningServer server(gyroid());
   const CuttingProxy proxy({server.endpoint()},
                            [](int i) { return Cut{.tiles = 1 + static_cast<std::size_t>(i % 3)}; });
@@ -278,7 +278,7 @@ TEST(Load, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
 }
 
 // All are let in and get a first surface; then they ask for more than there is.
-TEST(Load, WhoIsToldWhenToComeAgainComesThenAndIsServed) {
+TEST(LoadTool, RejectedClientsRetryAfterTheDelay) {
   const RunningServer server(gyroid(),
                              {.admission = {.requests = {.per_second = 10, .burst = 28}}});
   LoadOptions options = short_load(server.endpoint(), 12);
@@ -287,14 +287,14 @@ TEST(Load, WhoIsToldWhenToComeAgainComesThenAndIsServed) {
   options.duration = milliseconds(1500);
   options.ramp = milliseconds(0);
   const LoadStatistics statistics = run_load(options);
-  EXPECT_GT(statistics.told_to_come_again, 0U);
+  EXPECT_GT(statistics.retried_after_delay, 0U);
   EXPECT_EQ(statistics.complete, statistics.streams);
   EXPECT_EQ(statistics.clients_without_connection, 0U);
   EXPECT_EQ(statistics.checks_failed, 0U) << statistics.failed_checks.front();
   EXPECT_EQ(statistics.lost_connections, 0U);
 }
 
-TEST(Load, IdleClientsAreThereAndAskForNothing) {
+TEST(LoadTool, IdleClientsStayConnected) {
   const RunningServer server(gyroid());
   LoadOptions options = short_load(server.endpoint(), 2);
   options.idle = 30;
@@ -308,7 +308,7 @@ TEST(Load, IdleClientsAreThereAndAskForNothing) {
   EXPECT_EQ(run_load(options).clients_without_connection, 31U);
 }
 
-TEST(SourceAddresses, AreThoseOfANetworkOneAfterTheOther) {
+TEST(SourceAddresses, EnumerateANetwork) {
   const auto network = SourceAddresses::from("127.0.1.7/29");
   ASSERT_TRUE(network);
   EXPECT_EQ(network->count(), 6U);
@@ -324,7 +324,7 @@ TEST(SourceAddresses, AreThoseOfANetworkOneAfterTheOther) {
   }
 }
 
-TEST(Load, ClientsOfManyAddressesHaveSharesOfTheirOwn) {
+TEST(LoadTool, ClientsOfManyAddressesHaveSharesOfTheirOwn) {
   const RunningServer server(gyroid(), {.admission = {.connections = {.total = 9, .per_name = 1}}});
   LoadOptions options = short_load(server.endpoint(), 6);
   EXPECT_EQ(run_load(options).clients_without_connection, 5U);
@@ -332,14 +332,14 @@ TEST(Load, ClientsOfManyAddressesHaveSharesOfTheirOwn) {
   EXPECT_EQ(run_load(options).clients_without_connection, 0U);
 }
 
-TEST(Load, AServerThatIsNotThereIsNoSuccess) {
+TEST(LoadTool, FailsWithoutAServer) {
   LoadOptions options = short_load({.host = "127.0.0.1", .port = 1}, 3);
   const LoadStatistics statistics = run_load(options);
   EXPECT_EQ(statistics.clients_without_connection, 3U);
   EXPECT_GT(statistics.errors.at("unavailable").count, 0U);
 }
 
-TEST(Load, WhateverNuisancesDoTheNextUserIsServed) {
+TEST(LoadTool, ServesUsersAfterMisbehavingClients) {
   const RunningServer server(gyroid());
   for (const auto kind : {Misbehaviour::kStalled, Misbehaviour::kSlow, Misbehaviour::kLeaving,
                           Misbehaviour::kGarbage}) {

@@ -143,7 +143,7 @@ TEST(Picture, LeavesOutWhatIsBehindTheEyeOrBesideIt) {
   }
 }
 
-TEST(Picture, IsLitFromTheEye) {
+TEST(Picture, LitFromTheEye) {
   const Picture picture = picture_of(ball({0, 0, 0}), 200, -30);
   EXPECT_GT(brightness(picture.at(80, 60)), 400);
   // Towards its edges the ball turns away from the light; the lamp is to the upper left.
@@ -226,7 +226,7 @@ TEST(Picture, HasAnEdgeAtARidgeOnlyWhenItIsFlat) {
   EXPECT_LT(step_at_ridge({.shading = Shading::kSmooth}), 30);
 }
 
-TEST(Picture, IsFlatWhateverNormalsAreSent) {
+TEST(Picture, FlatShadingIgnoresNormals) {
   PositionedMesh mesh = roof();
   const Picture without = picture_of(mesh, 20, 10, {.shading = Shading::kFlat});
   mesh.normals.assign(mesh.positions.size(), UnitVector{0, 1, 0});
@@ -295,7 +295,7 @@ class NestedBalls : public ::testing::Test {
   Light red_ = {0.8F, 0.2F, 0.1F};
 };
 
-TEST_F(NestedBalls, AreMixedAsTheirOpacitiesSay) {
+TEST_F(NestedBalls, BlendByOpacity) {
   const Light outer = middle_of(drawn_with({{.mesh = &outer_, .color = red_}}));
   const Light inner = middle_of(drawn_with({{.mesh = &inner_}}));
   const Light both =
@@ -305,7 +305,7 @@ TEST_F(NestedBalls, AreMixedAsTheirOpacitiesSay) {
   }
 }
 
-TEST_F(NestedBalls, AreTheSameInWhateverOrderTheyAreNamed) {
+TEST_F(NestedBalls, DoNotDependOnTheOrderOfSurfaces) {
   const DrawnSurface outer{.mesh = &outer_, .opacity = 0.25, .color = red_};
   const DrawnSurface inner{.mesh = &inner_, .opacity = 0.5};
   const Picture picture = drawn_with({outer, inner});
@@ -323,7 +323,7 @@ TEST_F(NestedBalls, LetTheirGroundThroughWhereNothingIsSolid) {
   EXPECT_EQ(two.at(0, 0)[3], 0);
 }
 
-TEST(Picture, IsTheSameWithAnyNumberOfThreads) {
+TEST(Picture, DoesNotDependOnThreadCount) {
   const PositionedMesh mesh = joined(ball({0, 0, 0}, 40), ball({1, 1, 0}, 40));
   const Picture once = picture_of(mesh, 33, 21, {.threads = 1}, 333, 257);
   for (const int threads : {1, 2, 5}) {
@@ -334,7 +334,7 @@ TEST(Picture, IsTheSameWithAnyNumberOfThreads) {
             wired.pixels);
 }
 
-TEST(Picture, OfNothingIsItsBackground) {
+TEST(Picture, AnEmptyMeshShowsTheBackground) {
   const Picture dark = picture_of({}, 30, 15);
   const Picture light = picture_of({}, 30, 15, {.background = Background::kLight});
   EXPECT_LT(brightness(dark.at(80, 60)), 200);
@@ -343,12 +343,12 @@ TEST(Picture, OfNothingIsItsBackground) {
   EXPECT_EQ(dark.at(80, 60)[3], 255);
 }
 
-TEST(Picture, OfOnePixelIsOne) {
+TEST(Picture, MayBeOnePixel) {
   const Picture picture = picture_of(ball({0, 0, 0}), 0, 0, {}, 1, 1);
   ASSERT_EQ(picture.pixels.size(), 1U);
 }
 
-TEST(PngFile, IsAPngFileOfTheSizeAndTheSameForTheSamePicture) {
+TEST(PngFile, DeterministicPngOfTheRequestedSize) {
   const Picture picture = picture_of(ball({0, 0, 0}), 0, 0, {}, 48, 32);
   const std::string bytes = png_file(picture);
   EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");

@@ -42,9 +42,9 @@ class ViewerOfNotebooks(unittest.TestCase):
         self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+):", defaults, re.M)))
 
     def test_says_only_what_it_was_told_and_keeps_what_the_user_has_turned(self):
-        viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, maxTriangles=9, simplify=False, colour="#aabbcc")
+        viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, maxTriangles=9, simplify=False, color="#aabbcc")
         self.assertEqual(
-            viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&colour=aabbcc"
+            viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&color=aabbcc"
         )
         viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As set by the page.
         viewer.error = 2.0
@@ -119,7 +119,7 @@ class Examples(unittest.TestCase):
     def run_example(self, name):
         path = EXAMPLES / f"{name}.ipynb"
         notebook = nbformat.read(path, as_version=4)
-        stored = [said(cell) for cell in notebook.cells]
+        stored = [output_of(cell) for cell in notebook.cells]
         client = nbclient.NotebookClient(
             notebook, timeout=120, kernel_name="python3", record_timing=False, store_widget_state=False
         )
@@ -133,10 +133,10 @@ class Examples(unittest.TestCase):
             text = nbformat.writes(notebook).replace(os.environ["MULTITETRA_SERVER"], "http://127.0.0.1:7480/")
             path.write_text(text + "\n")
             return
-        self.assertEqual([said(cell) for cell in notebook.cells], stored)
+        self.assertEqual([output_of(cell) for cell in notebook.cells], stored)
 
 
-def said(cell):
+def output_of(cell):
     """What a code cell has printed, and which other kinds of output it has."""
     outputs = cell.get("outputs", [])
     text = "".join(output["text"] for output in outputs if output.get("name") == "stdout")

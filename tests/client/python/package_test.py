@@ -254,7 +254,7 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "gyroid"):
             reader(page + "/#dataset=nothing")
 
-    def test_a_surface_coloured_by_its_own_field_has_its_isovalue_everywhere(self):
+    def test_a_surface_colored_by_its_own_field_has_its_isovalue_everywhere(self):
         with multitetra.connect(self.urls[0]) as server:
             *_, last = server.steps("gyroid", 0.1, error=0, color_by="gyroid", normals=8)
             self.assertEqual(len(last.mesh.scalars), len(last.mesh.vertices))
@@ -331,8 +331,8 @@ class Package(unittest.TestCase):
             server.isosurface("gyroid", 0.1, normal_bits=8)
 
     def test_names_are_those_of_options(self):
-        told = subprocess.run([PROGRAMS / "multitetra-client", "fetch", "--help-all"], capture_output=True, text=True).stdout
-        options = set(re.findall(r"^  --([a-z-]+)", told, re.M))
+        help_text = subprocess.run([PROGRAMS / "multitetra-client", "fetch", "--help-all"], capture_output=True, text=True).stdout
+        options = set(re.findall(r"^  --([a-z-]+)", help_text, re.M))
         for name in [*inspect.signature(Connection.isosurface).parameters][3:]:
             option = "region" if name == "regions" else name.replace("_", "-")
             self.assertIn(option, options)
@@ -462,9 +462,9 @@ class Package(unittest.TestCase):
         with Meddler(self.urls[0], meddle) as url, multitetra.connect(url) as server:
             with self.assertRaises(multitetra.ServerError) as refused:
                 server.isosurface("gyroid", 0.1, max_triangles=1)
-        said = str(refused.exception)
-        self.assertTrue(said.isprintable(), said)
-        self.assertLess(len(said), 1100)
+        message = str(refused.exception)
+        self.assertTrue(message.isprintable(), message)
+        self.assertLess(len(message), 1100)
 
     def test_a_lost_connection_is_made_anew_and_tiles_come_once(self):
         def cut_once_behind_the_first_tiles(frame, seen):

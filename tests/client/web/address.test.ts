@@ -11,21 +11,21 @@ describe("Address", () => {
     const settings: Settings = {
       dataset: "a head & more", t: 0.25, isovalue: -300.5, error: 0.5, bound: "paper", topologyRule: "paper", topologyTolerance: 2,
       region: { kind: "box", low: [1, 2, 3], high: [4, 5, 6.5], error: 0 }, followView: false, pixels: 2,
-      maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, colouring: "steps", clip: "y", clipAt: 0.25,
+      maxTriangles: 100000, simplify: false, shading: "facets", wireframe: true, coloring: "steps", clip: "y", clipAt: 0.25,
       clipFlipped: true, filled: false, slice: "z", sliceAt: 0.75, layout: "four", cross: [1, -2.5, 3], sliceColors: "viridis", level: 40, colorBy: "a dose", colors: "coolwarm", fieldLevel: -1, fieldWindow: 2.5, fieldLog: true, noValueColor: "#102030", samplesLog: true, windowWidth: 400, axes: false, logScale: false, theme: "light", playing: true, speed: 24, loop: false,
       surfaces: [
-        { isovalue: 400.5, error: null, colour: "#f0e6d2", opacity: 1, visible: true },
-        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, colour: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap" },
+        { isovalue: 400.5, error: null, color: "#f0e6d2", opacity: 1, visible: true },
+        { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, color: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap" },
       ],
-      colour: "#123456", material: "skin", opacity: 0.5, visible: false, minComponent: 12.5, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
+      color: "#123456", material: "skin", opacity: 0.5, visible: false, minComponent: 12.5, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
       transparentAir: false, up: [0, -0.6, 0.8], places: [{ world: [1, -2.5, 3], bound: 0.25 }, { world: [0, 0, 1e-3], bound: null }],
     };
     expect(fromAddress(`#${toAddress(settings)}`)).toEqual(settings);
     const ball = { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 } as const;
-    const said = toAddress({ ...defaults, region: { ...ball, centre: [1, 2, 3] } });
-    expect(said).toBe("region=ball:1,2,3,4=0.5");
-    expect(fromAddress(said).region).toEqual(ball);
-    const surfaces = [{ isovalue: 3, error: null, colour: "#d9775f", opacity: 0.5, visible: true }];
+    const overrides = toAddress({ ...defaults, region: { ...ball, centre: [1, 2, 3] } });
+    expect(overrides).toBe("region=ball:1,2,3,4=0.5");
+    expect(fromAddress(overrides).region).toEqual(ball);
+    const surfaces = [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }];
     expect(toAddress({ ...defaults, surfaces })).toBe("surfaces=3,d9775f,0.5");
   });
 
@@ -40,7 +40,7 @@ describe("Address", () => {
       "#error=-1", "#error=NaN", "#isovalue=", "#isovalue=much", "#bound=guess", "#region=box:1,2=3",
       "#region=ball:1,2,3,-4=1", "#region=box:5,0,0,1,1,1=1", "#eye=1,2", "#clip=w", "#%%%", "#=&&=",
       "#wireframe=perhaps", "#max_triangles=1e99", "#theme=__proto__",
-      "#colour=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
+      "#color=red", "#opacity=1.5", "#surfaces=much", "#surfaces=1,ff0000,2", "#surfaces=1,ff0000,1,-1",
       "#surfaces=1,ff0000,1,,seen", "#surfaces=1,ff0000;2", `#surfaces=${Array(1024).fill("1,ff0000").join(";")}`,
       "#surfaces=1,ff0000,1,,,%25E0", "#surfaces=1,ff0000,1,,,,-1", "#surfaces=1,ff0000,1,,,,,gold", "#material=gold", "#surfaces=1,ff0000,1,,,,many",
       "#min_component=-1", "#min_component=2e6", "#min_component=dust", "#t=soon", "#speed=0", "#loop=2", "#no_value_color=grey",
@@ -51,8 +51,8 @@ describe("Address", () => {
   });
 
   test("HasNamesInSnakeCaseAndNoOthers", () => {
-    const said = { ...defaults, maxTriangles: 5, topologyRule: "paper", topologyTolerance: 2, colorBy: "dose" } as const;
-    expect(toAddress(said)).toBe("topology_rule=paper&topology_tolerance=2&max_triangles=5&color_by=dose");
+    const overrides = { ...defaults, maxTriangles: 5, topologyRule: "paper", topologyTolerance: 2, colorBy: "dose" } as const;
+    expect(toAddress(overrides)).toBe("topology_rule=paper&topology_tolerance=2&max_triangles=5&color_by=dose");
     expect(fromAddress("#maxTriangles=5")).toEqual({});
     expect(misread("#maxTriangles=5")).toEqual(["maxTriangles=5"]);
   });
@@ -63,7 +63,7 @@ describe("Address", () => {
     expect(misread("#quality=best")).toEqual(["quality=best"]);
   });
 
-  test("TellsWhatItHasPassedOver", () => {
+  test("ReportsIgnoredSettings", () => {
     expect(misread("#dataset=head&error=0.5&eye=1,2,3&region=ball:1,2,3,4=1&simplify=true")).toEqual([]);
     expect(misread("#error=-1&isovalue=2&clip=w&isovlaue=3&__proto__=4&toString=5")).toEqual([
       "error=-1", "clip=w", "isovlaue=3", "__proto__=4", "toString=5",
@@ -72,9 +72,9 @@ describe("Address", () => {
     expect(misread("#")).toEqual([]);
   });
 
-  test("TakesOverWhatIsEditedAndLeavesWhatNobodyCanRead", () => {
+  test("AppliesEditsAndKeepsUnreadableSettings", () => {
     const now: Settings = { ...defaults, dataset: "head", isovalue: 500.5, error: 2, clip: "x" };
-    const said = "#dataset=head&isovalue=much&error=0.25&constructor=1";
-    expect(edited(now, said)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
+    const overrides = "#dataset=head&isovalue=much&error=0.25&constructor=1";
+    expect(edited(now, overrides)).toEqual({ ...defaults, dataset: "head", isovalue: 500.5, error: 0.25 });
   });
 });

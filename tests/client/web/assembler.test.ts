@@ -1,8 +1,8 @@
 import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
 import { dataBorder } from "../../../client/web/src/stream/dataset";
 import { hex } from "../../../client/web/src/mesh/content_digest";
-import { isSound, joined } from "../../../client/web/src/mesh/seams";
-import { rimOf, type TileRim } from "../../../client/web/src/mesh/tile_rim";
+import { isSound, joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { boundaryOf, type TileBoundary } from "../../../client/web/src/mesh/tile_boundary";
 import type { ServerKind } from "../../../client/web/src/protocol/messages";
 import { dataset, found, messages, request, tileFrom } from "./golden_stream";
 
@@ -11,12 +11,12 @@ const stream = messages().filter(({ case: kind }) => kind !== "welcome" && kind 
 // Performs what the assembler asks for, as the page does; the effects that a user would see.
 async function played(all: readonly ServerKind[], assembler = newAssembler()) {
   const seen: AssemblerEffect[] = [];
-  const rims = new Map<string, TileRim>();
+  const rims = new Map<string, TileBoundary>();
   const perform = async (effects: AssemblerEffect[]): Promise<void> => {
     for (const effect of effects) {
       if (effect.kind === "decode") {
         try {
-          rims.set(effect.tile.key, rimOf(await tileFrom(effect.payload, effect.tile)));
+          rims.set(effect.tile.key, boundaryOf(await tileFrom(effect.payload, effect.tile)));
           await perform(assembler.decoded(effect.tile.key));
         } catch (error) {
           await perform(assembler.damaged((error as Error).message));
@@ -82,7 +82,7 @@ describe("Assembler", () => {
     expect((await played(all)).at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("digest") });
   });
 
-  test("RefusesParametersThatNobodyAskedFor", async () => {
+  test("RejectsParametersThatWereNotRequested", async () => {
     const all = changed(0, (begin: { request: { isovalue: number } }) => (begin.request.isovalue = 0.2));
     expect((await played(all)).at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("parameters") });
   });

@@ -13,7 +13,7 @@ await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
 await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
 await test("KeepsItsControlsWhereTheyAre", keepsItsControls);
 await test("RefinesTheRegionThatIsDragged", refinesARegion);
-await test("TellsHowLargeASurfaceWillBe", tellsSizes);
+await test("ShowsHowLargeASurfaceWillBe", tellsSizes);
 await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
 await test("CutsTheSurfaceOpen", cutsOpen);
 await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
@@ -24,18 +24,18 @@ await test("GoesBackToTheIsovalueBefore", goesBack);
 await test("KeepsAPlaceWhenOneClicksBesideTheSurface", keepsAPlace);
 await test("AnnouncesWhatItsSlidersMean", announcesSliders);
 await test("ShowsSeveralSurfacesAndDragsEach", showsSeveral);
-await test("TellsOfSurfacesOfTwoDatasetsTogether", tellsOfTwoDatasets);
+await test("ShowsSurfacesOfTwoDatasetsTogether", tellsOfTwoDatasets);
 await test("MeasuresThePartThatWasPicked", measuresAPart);
 await test("HidesTheComponentsThatTheCommandLineLeavesOut", hidesDust);
-await test("TellsWhatIsSeenOfSeveralSurfaces", tellsWhatIsSeen);
+await test("DescribesSeveralSurfaces", tellsWhatIsSeen);
 await test("TakesBackAndComesBack", takesBack);
-await test("ColoursASurfaceByAnotherField", coloursByAField);
+await test("ColorsASurfaceByAnotherField", colorsByAField);
 await test("SpeaksWithThePageAroundIt", speaksAround);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
 await test("RefinesWhatIsNearUntilAPixelAndNothingFarAway", refinesWhatIsNear);
 await test("LooksFromTheFrontOfWhatIsUpright", looksFromTheFront);
-await test("RefusesColoursOfAnotherWorld", refusesOtherWorlds);
+await test("RefusesColorsOfAnotherWorld", refusesOtherWorlds);
 await finish();
 
 // ----
@@ -155,7 +155,7 @@ async function obeysKeys(page) {
   const before = await page.screenshot();
   await page.keyboard.press("c");
   await page.keyboard.press("w");
-  await page.waitForFunction(() => /colouring=tiles/.test(location.hash) && /wireframe=true/.test(location.hash));
+  await page.waitForFunction(() => /coloring=tiles/.test(location.hash) && /wireframe=true/.test(location.hash));
   assert(!before.equals(await page.screenshot()), "the picture is another one");
   await page.keyboard.press("ArrowLeft");
   await page.waitForFunction(() => /eye=/.test(location.hash));
@@ -481,14 +481,14 @@ async function showsASlice(page) {
   await open(page, `#dataset=gyroid&isovalue=0.5&visible=false&axes=false&occlusion=false&${view}&slice=y&slice_colors=coolwarm`);
   await page.waitForFunction(() => document.querySelector(".state b").textContent === "Complete", null, { timeout: patience });
   const canvas = await page.locator(".stage canvas").boundingBox();
-  const coloured = async (hash) => {
+  const colored = async (hash) => {
     await page.evaluate((text) => (location.hash += text), hash);
     await page.waitForTimeout(1500);
     return (await surfacePixels(page)).share; // Red of the map's upper end.
   };
-  const all = await coloured("&axes=false");
+  const all = await colored("&axes=false");
   assert(all > 0.05, `samples are shown: ${all}`);
-  assert((await coloured("&level=5&window_width=1")) < 0.2 * all, "above all values nothing is red");
+  assert((await colored("&level=5&window_width=1")) < 0.2 * all, "above all values nothing is red");
   const value = async (share) => {
     await page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
     await page.waitForFunction(() => /Value/.test(document.querySelector(".picked .field")?.textContent ?? ""), null, { timeout: patience });
@@ -566,11 +566,11 @@ async function refusesOtherWorlds(page) {
     run("prepare", volume, "--name", name, "--origin", origin, "-o", path.join(folder, `${name}.mtd`));
   }
   await open(page, "#dataset=here&error=2&color_by=there", await serveFolder(folder));
-  await notice(page, /"there" cannot colour this surface: it lies elsewhere than "here"/);
+  await notice(page, /"there" cannot color this surface: it lies elsewhere than "here"/);
   await page.waitForFunction(() => !/color_by/.test(location.hash));
   await complete(page);
-  await page.click('summary:has-text("Colour by a field")');
-  const offered = await page.locator('[aria-label="Colour the surfaces by"] option').allTextContents();
+  await page.click('summary:has-text("Color by a field")');
+  const offered = await page.locator('[aria-label="Color the surfaces by"] option').allTextContents();
   assert.deepEqual(offered.filter((name) => name === "there"), []);
 }
 
@@ -595,18 +595,18 @@ async function takesBack(page) {
   await page.waitForFunction(() => /projection=orthographic/.test(location.hash));
 }
 
-async function coloursByAField(page) {
+async function colorsByAField(page) {
   // Grey where the other field does not reach; else blue or red.
-  await open(page, "#dataset=head&isovalue=300.5&error=2&axes=false&colour=808080&colors=coolwarm");
+  await open(page, "#dataset=head&isovalue=300.5&error=2&axes=false&color=808080&colors=coolwarm");
   await complete(page);
   const plain = (await surfacePixels(page)).share;
-  await page.click('summary:has-text("Colour by a field")');
-  await page.selectOption('[aria-label="Colour the surfaces by"]', "gyroid");
+  await page.click('summary:has-text("Color by a field")');
+  await page.selectOption('[aria-label="Color the surfaces by"]', "gyroid");
   await page.waitForFunction(() => /color_by=gyroid/.test(location.hash));
   await page.waitForFunction(() => /Between vertices/.test(document.querySelector("details[open] .hint:not([hidden])")?.textContent ?? ""), null, { timeout: patience });
   await complete(page);
-  const coloured = (await surfacePixels(page)).share;
-  assert(coloured > plain + 0.002, `${coloured} is red, ${plain} was`);
+  const colored = (await surfacePixels(page)).share;
+  assert(colored > plain + 0.002, `${colored} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
 }
 

@@ -1,38 +1,38 @@
 import { accuracyInUnits, accuracyOf, errorWords, leastAccurate, sealWords } from "../../../client/web/src/panel/certificate";
 import type { DrawnSurface, ShownComponents, StepFacts } from "../../../client/web/src/state/progress";
 
-const facts = (said: Partial<StepFacts>) => ({
+const facts = (overrides: Partial<StepFacts>) => ({
   errorVoxels: 0.5, errorWorld: 0.25, lengthUnit: "mm", isCertified: true, preservesTopology: true, pixels: null, spacing: 1,
-  tolerance: 0, ...said,
+  tolerance: 0, ...overrides,
 }) as StepFacts;
 
 describe("Accuracy", () => {
-  test("IsABoundWhereItIsCertified", () => {
+  test("ShowsABoundWhereCertified", () => {
     expect(accuracyOf(facts({}), 3)).toEqual({ value: "≤ 0.5", unit: "voxels" });
     expect(accuracyOf(facts({ errorVoxels: 1 }), 3)).toEqual({ value: "≤ 1", unit: "voxel" });
     expect(errorWords(facts({}))).toMatch(/^No point of this surface is farther than this \(0\.25 mm\)/);
   });
 
-  test("IsShownInTheFilesUnitFirst", () => {
+  test("ShowsTheFilesUnitFirst", () => {
     expect(accuracyInUnits(facts({}))).toEqual({ value: "≤ 0.25 mm", label: "error, 0.5 voxels" });
     expect(accuracyInUnits(facts({ lengthUnit: "" }))).toEqual({ value: "≤ 0.5 voxels", label: "error" });
     expect(accuracyInUnits(facts({ spacing: 4 }))).toEqual({ value: "1 in 4", label: "samples per axis" });
   });
 
-  test("OfAPreviewIsItsSpacingBecauseItPromisesNoError", () => {
+  test("APreviewHasItsSpacingInsteadOfAnError", () => {
     const preview = facts({ spacing: 4, errorVoxels: 4, isCertified: false, preservesTopology: false });
     expect(accuracyOf(preview, 3)).toEqual({ value: "1 in 4", unit: "samples per axis" });
     expect(errorWords(preview)).toMatch(/one sample in 4 along each axis.*promises no error/);
   });
 
-  test("IsNoBoundInThePapersMeasureOrWherePartsMayVanish", () => {
+  test("ShowsNoBoundForThePapersMeasureOrLostParts", () => {
     expect(accuracyOf(facts({ isCertified: false }), 3)).toEqual({ value: "0.5", unit: "voxels" });
     expect(errorWords(facts({ isCertified: false }))).toMatch(/real distance may exceed it/);
     expect(errorWords(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as you asked/);
   });
 });
 
-describe("TheSeal", () => {
+describe("AccuracySeal", () => {
   const drawn = (borderEdges: number, components: Partial<ShownComponents> | null = null) =>
     ({ number: 1, shown: facts({ topology: { borderEdges, components: 5 } as StepFacts["topology"] }), components }) as DrawnSurface;
 
@@ -43,7 +43,7 @@ describe("TheSeal", () => {
   });
 
   test("NamesAnErrorOnlyWhereItIsCertifiedOfAll", () => {
-    const with_ = (said: Partial<StepFacts>) => { const one = drawn(0); return { ...one, shown: { ...one.shown, ...said } }; };
+    const with_ = (overrides: Partial<StepFacts>) => { const one = drawn(0); return { ...one, shown: { ...one.shown, ...overrides } }; };
     expect(sealWords([with_({ isCertified: false })])).toBe("✓ Watertight");
     expect(sealWords([drawn(0), with_({ isCertified: false })])).toBe("✓ Watertight");
     expect(sealWords([with_({ spacing: 4 })])).toBe("✓ Watertight, preview");
@@ -60,9 +60,9 @@ describe("TheSeal", () => {
 });
 
 describe("TheLeastAccurateSurface", () => {
-  const of = (said: Partial<StepFacts>) => ({ number: 1, shown: facts(said), components: null }) as DrawnSurface;
+  const of = (overrides: Partial<StepFacts>) => ({ number: 1, shown: facts(overrides), components: null }) as DrawnSurface;
 
-  test("IsTheCoarsestPreviewElseTheOneWithTheLargestError", () => {
+  test("PicksTheCoarsestPreviewOrLargestError", () => {
     expect(leastAccurate([])).toBeNull();
     expect(leastAccurate([of({ errorVoxels: 1 }), of({ errorVoxels: 2 })])?.errorVoxels).toBe(2);
     expect(leastAccurate([of({ errorVoxels: 9 }), of({ spacing: 2, errorVoxels: 2 }), of({ spacing: 8, errorVoxels: 8 })])?.spacing).toBe(8);

@@ -19,9 +19,9 @@ const guarded = await serve("--tokens", tokens);
 await test("SaysThatTheServerDiedAndGoesOnWhenItIsBack", survivesADeadServer);
 await test("AsksForATokenUntilItIsTheRightOne", asksForAToken);
 await test("TakesATokenOutOfTheAddress", hidesItsToken);
-await test("TellsATokenToNoOtherServerThanItsOwn", keepsItsToken);
+await test("SendsATokenToItsServerOnly", keepsItsToken);
 await test("TakesOverAnAddressThatIsEdited", takesOverTheAddress);
-await test("TellsWhatItCannotReadInAnAddressAndLeavesItOut", tellsWhatItPassesOver);
+await test("ReportsAndIgnoresUnreadableSettings", tellsWhatItPassesOver);
 await finish();
 
 // ----

@@ -28,7 +28,7 @@ function connected(held: string[] = []) {
 }
 
 describe("Conversation", () => {
-  test("SaysHelloFirstAndAsksForTheListThen", () => {
+  test("SendsHelloThenListDatasets", () => {
     const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
     expect(sent(conversation.opened())).toEqual(["hello"]);
     expect(sent(conversation.received(welcome))).toEqual(["listDatasets"]);
@@ -42,7 +42,7 @@ describe("Conversation", () => {
     expect(second.requestId > first.requestId).toBe(true);
   });
 
-  test("TellsHowFastThisPageIsWithEveryStream", () => {
+  test("SendsTheMeasuredSpeedWithEveryStream", () => {
     let trianglesPerSecond = 3e5;
     const conversation = new Conversation({
       agent: "test", token: () => "", held: () => [], trianglesPerSecond: () => trianglesPerSecond,
@@ -67,7 +67,7 @@ describe("Conversation", () => {
     conversation.received(welcome);
     const again = opened(conversation.received(list))!;
     expect(again.requestId).toBe(1n);
-    const hexadecimal = Buffer.from(again.held).toString("hex");
+    const hexadecimal = Buffer.from(again.cachedTileDigests).toString("hex");
     expect(hexadecimal).toBe("7766554433221100" + "ffeeddccbbaa9988");
   });
 
@@ -80,14 +80,14 @@ describe("Conversation", () => {
       conversation.closed();
       conversation.opened();
       conversation.received(welcome);
-      const { begun, steps } = opened(conversation.received(list))!;
+      const { resumedPreviews: begun, steps } = opened(conversation.received(list))!;
       return { steps, begun: begun.map(({ finestSpacing }) => finestSpacing) };
     };
     expect(repeated(false)).toEqual({ steps: StepPolicy.PROGRESSIVE, begun: [golden.finestSpacing] });
     expect(repeated(true)).toEqual({ steps: StepPolicy.FINAL_ONLY, begun: [] });
   });
 
-  test("SaysThatNobodyWaitsWhereThatIsSo", () => {
+  test("SendsBackgroundPriority", () => {
     const conversation = new Conversation({
       agent: "test",
       token: () => "",

@@ -6,7 +6,7 @@ const order = (isovalue: number, normals = 8) => ({ info, request: { ...request(
 const size = (triangles: number) => ({ triangles, bytes: 2 * triangles, errorVoxels: 1 });
 
 describe("ExpectedSizes", () => {
-  test("AreWantedOnceForEveryRequest", () => {
+  test("RequestedOncePerRequest", () => {
     const sizes = new ExpectedSizes();
     expect(sizes.isWanted(order(0.1), false)).toBe(true);
     expect(sizes.isWanted(order(0.1), false)).toBe(false);
@@ -15,7 +15,7 @@ describe("ExpectedSizes", () => {
     expect(sizes.isWanted(order(0.1, 0), false)).toBe(true);
   });
 
-  test("AreUnknownWhileTheIsovalueIsDragged", () => {
+  test("UnknownWhileTheIsovalueIsDragged", () => {
     const sizes = new ExpectedSizes();
     sizes.isWanted(order(0.1), false);
     sizes.learn({ kind: "size", order: order(0.1), triangles: 10, bytes: 20, errorWorld: 1 });
@@ -25,7 +25,7 @@ describe("ExpectedSizes", () => {
     expect(sizes.isWanted(order(0.2), false)).toBe(true);
   });
 
-  test("OfMillionsNeedTheUsersWord", () => {
+  test("MillionsNeedConfirmation", () => {
     const sizes = new ExpectedSizes();
     expect(sizes.isAllowed(size(1_000_000))).toBe(true);
     expect(sizes.isAllowed(size(9_000_000))).toBe(false);
@@ -34,7 +34,7 @@ describe("ExpectedSizes", () => {
     expect(sizes.isAllowed(size(20_000_000))).toBe(false);
   });
 
-  test("AreKeptSmallByABudget", () => {
+  test("LimitedByABudget", () => {
     const within = new ExpectedSizes().affordable(order(0.1));
     expect(within.request.maxTriangles).toBe(2_000_000n);
     expect(within.request.isovalue).toBe(0.1);

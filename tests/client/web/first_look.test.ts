@@ -8,7 +8,7 @@ import { worldDifference } from "../../../client/web/src/stream/dataset";
 import { plain } from "./made_datasets";
 
 describe("NearestName", () => {
-  test("IsWhatWasProbablyMeant", () => {
+  test("GuessesWhatWasMeant", () => {
     const names = ["head", "gyroid", "visible-female-head"];
     expect(nearestName("haed", names)).toBe("head");
     expect(nearestName("Gyriod", names)).toBe("gyroid");
@@ -19,9 +19,9 @@ describe("NearestName", () => {
 });
 
 describe("WorldDifference", () => {
-  const at = (name: string, x: number, said = {}) => ({ ...plain(name), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0], ...said });
+  const at = (name: string, x: number, overrides = {}) => ({ ...plain(name), indexToWorld: [1, 0, 0, 0, 1, 0, 0, 0, 1, x, 0, 0], ...overrides });
 
-  test("IsToldWithItsReason", () => {
+  test("ShowsTheReason", () => {
     expect(worldDifference(at("a", 0), at("b", 4))).toBeNull();
     expect(worldDifference(at("a", 0), at("b", 8))).toBeNull(); // They touch.
     expect(worldDifference(at("a", 0), at("b", 9))).toMatch(/elsewhere than "a"/);
@@ -32,7 +32,7 @@ describe("WorldDifference", () => {
 });
 
 describe("TimeLeft", () => {
-  test("IsToldAfterASecondByWhatHasCome", () => {
+  test("ExtrapolatesAfterOneSecond", () => {
     expect(timeLeft(900, 5, 10)).toBe("");
     expect(timeLeft(5000, 0, 10)).toBe("");
     expect(timeLeft(5000, 10, 10)).toBe("");

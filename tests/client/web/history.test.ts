@@ -73,9 +73,9 @@ describe("Bookmarks", () => {
   });
 
   test("PassOverWhatIsNotTheirs", () => {
-    for (const said of ["", "{", "7", '{"a":1}', '[1,null,{"name":"x"}]']) {
+    for (const overrides of ["", "{", "7", '{"a":1}', '[1,null,{"name":"x"}]']) {
       const place = memory();
-      place.set("bookmarks", said);
+      place.set("bookmarks", overrides);
       expect(new Bookmarks(place as never).list()).toEqual([]);
     }
   });

@@ -43,7 +43,7 @@ const browser = await chromium.launch({
 const reader = await browser.newPage(); // Reads pictures.
 let failures = 0;
 
-// `device`: what the page is to believe that it is seen on.
+// `device`: the screen that the page sees.
 export async function test(name, act, device = {}) {
   if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // While one works on it.
   const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
@@ -136,7 +136,7 @@ export async function complete(page, isIt = () => true) {
   throw new Error(`The surface did not become complete in ${patience / 1000} s.`);
 }
 
-// The share of the picture that has the colour of a surface: light, and more red than blue.
+// The share of the picture that has the color of a surface: light, and more red than blue.
 export async function surfacePixels(page) {
   const box = await page.locator(".stage canvas").boundingBox();
   const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");

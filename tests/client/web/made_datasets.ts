@@ -12,6 +12,6 @@ interface Said {
   label?: { value: number; name: string; color?: number };
 }
 
-export function member(name: string, series: string, said: Said): DatasetInfo {
-  return { ...plain(name), member: create(SeriesMemberSchema, { series, ...said }) };
+export function member(name: string, series: string, overrides: Said): DatasetInfo {
+  return { ...plain(name), member: create(SeriesMemberSchema, { series, ...overrides }) };
 }

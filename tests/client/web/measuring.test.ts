@@ -22,21 +22,21 @@ function box(low: number[], high: number[], name: string) {
 describe("MassProperties", () => {
   const tiles = [...box([0, 0, 0], [2, 3, 4], "a"), ...box([10, 10, 10], [11, 11, 11], "b")];
 
-  test("AreThoseOfThePartThatIsAskedFor", () => {
+  test("MeasureTheRequestedPart", () => {
     expect(massProperties(tiles, identity, { id: "a/right", triangle: 5 })).toEqual({ triangles: 12, area: 52, volume: 24 });
     expect(massProperties(tiles, identity, { id: "b/left", triangle: 0 })).toEqual({ triangles: 12, area: 6, volume: 1 });
     expect(massProperties(tiles, identity, { id: "b/left", triangle: 6 })).toBeNull();
     expect(massProperties(tiles, identity, { id: "c", triangle: 0 })).toBeNull();
   });
 
-  test("AreInWorldUnitsAlsoWhereTheWorldIsAMirrorImage", () => {
+  test("UseWorldUnitsInMirroredWorlds", () => {
     const toWorld = [-0.5, 0, 0, 0, 2, 0, 0, 0, 1, 100, -7, 3];
     const found = massProperties(tiles, toWorld, { id: "a/left", triangle: 0 })!;
     expect(found.volume).toBeCloseTo(24, 12);
     expect(found.area).toBeCloseTo(2 * (1 * 6 + 6 * 4 + 1 * 4), 12);
   });
 
-  test("TellNoVolumeOfWhatIsOpen", () => {
+  test("OpenSurfacesHaveNoVolume", () => {
     expect(massProperties(tiles.slice(0, 1), identity, { id: "a/left", triangle: 0 })).toMatchObject({ volume: null });
   });
 });
@@ -44,7 +44,7 @@ describe("MassProperties", () => {
 describe("CutLine", () => {
   const tiles = box([0, 0, 0], [2, 3, 4], "a");
 
-  test("OfAClosedSurfaceIsClosed", () => {
+  test("AClosedSurfaceHasAClosedLine", () => {
     for (const constant of [-1, -0.5, -3.75]) {
       const line = cutLine(tiles, { normal: [0.3, 0.4, 1], constant });
       const ends = new Map<string, number>();
@@ -67,21 +67,21 @@ describe("CutLine", () => {
     expect(length).toBeCloseTo(10, 6);
   });
 
-  test("IsEmptyWhereThePlanePassesBy", () => {
+  test("EmptyWhereThePlaneMisses", () => {
     expect(cutLine(tiles, { normal: [0, 0, 1], constant: -5 })).toHaveLength(0);
     expect(cutLine(tiles, { normal: [0, 0, 1], constant: 1 })).toHaveLength(0);
   });
 });
 
 describe("Measures", () => {
-  test("OfThreePlacesAreLengthsAndAnAngle", () => {
+  test("ThreePlacesHaveLengthsAndAnAngle", () => {
     expect(distanceOf([1, 2, 3], [1, 5, 7])).toBe(5);
     expect(angleAt([0, 0, 0], [2, 0, 0], [0, 3, 0])).toBeCloseTo(90, 12);
     expect(angleAt([1, 1, 1], [2, 1, 1], [-3, 1, 1])).toBeCloseTo(180, 12);
     expect(angleAt([1, 1, 1], [1, 1, 1], [2, 1, 1])).toBeNull();
   });
 
-  test("OfASurfaceAtFullResolutionHaveAllTheirDigits", () => {
+  test("FullResolutionShowsAllDigits", () => {
     expect(areaText(12.3456789, { lengthUnit: "mm" }, true)).toBe("12.346 mm²");
     expect(volumeText(123456, { lengthUnit: "mm" }, 0)).toBe("123460 mm³ = 123.46 ml");
     expect(volumeText(2, { lengthUnit: "" }, 0)).toBe("2 unit³");
@@ -100,7 +100,7 @@ describe("Measures", () => {
     }
   });
 
-  test("WithoutABoundAreRoundedAndSaySo", () => {
+  test("ValuesWithoutABoundAreRounded", () => {
     expect(lengthWithBound(12.3456, { lengthUnit: "mm" }, null)).toBe("about 12 mm");
     expect(volumeText(123.456, { lengthUnit: "" }, null)).toBe("about 120 unit³");
   });
@@ -115,7 +115,7 @@ describe("Axes", () => {
     expect(ticks(0, Infinity, 5)).toEqual([]);
   });
 
-  test("AreNamedByThePatientsSides", () => {
+  test("NamedByThePatientsSides", () => {
     const letters = (space: WorldSpace) => axisNames({ space }).map(({ letter }) => letter).join(" ");
     expect(letters(WorldSpace.LPS)).toBe("L R P A S I");
     expect(letters(WorldSpace.RAS)).toBe("R L A P S I");

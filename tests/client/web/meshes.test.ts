@@ -1,7 +1,7 @@
-import { type DataBorder, isSound, joined } from "../../../client/web/src/mesh/seams";
+import { type DataBorder, isSound, joined } from "../../../client/web/src/mesh/boundary_matcher";
 import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
-import { rimOf } from "../../../client/web/src/mesh/tile_rim";
+import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { payloadClaims } from "../../../client/web/src/mesh/tile_payload";
 import { fieldNormals, normalSums, packedNormals, spreadSums } from "../../../client/web/src/mesh/normals";
 
@@ -29,10 +29,10 @@ function tile(faces: number[][], shift = 0) {
 }
 
 function topology(...tiles: number[][][]) {
-  return joined(tiles.map((faces) => rimOf(mesh(faces))), border).topology;
+  return joined(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
 }
 
-describe("Seams", () => {
+describe("BoundaryMatcher", () => {
   test("CountAWholeSurfaceTheSameHoweverItIsCut", () => {
     const whole = topology(octahedron);
     expect(whole).toMatchObject({ vertices: 6, edges: 12, eulerCharacteristic: 2, components: 1 });
@@ -55,13 +55,13 @@ describe("Seams", () => {
 
   test("LetASurfaceEndAtTheDataOnly", () => {
     const half = octahedron.slice(0, 4);
-    const at = (low: number) => joined([rimOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
+    const at = (low: number) => joined([boundaryOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
     expect(at(0)).toMatchObject({ openEdges: 4, borderEdges: 0 });
     expect(at(5)).toMatchObject({ openEdges: 0, borderEdges: 4 });
   });
 
-  test("TellSurfacesApartThatDoNotTouch", () => {
-    const far = joined([rimOf(mesh(octahedron)), rimOf(mesh(octahedron, 100))], border).topology;
+  test("CountsSeparateSurfaces", () => {
+    const far = joined([boundaryOf(mesh(octahedron)), boundaryOf(mesh(octahedron, 100))], border).topology;
     expect(far).toMatchObject({ components: 2, eulerCharacteristic: 4 });
   });
 });
@@ -79,7 +79,7 @@ describe("Files", () => {
     expect(volume(weldedInWorld([tile(octahedron)], identity))).toBeGreaterThan(0);
   });
 
-  test("AreAsLongAsTheirHeadersSay", () => {
+  test("HaveTheLengthOfTheirHeaders", () => {
     const tiles = [tile(octahedron)];
     expect(meshFile(tiles, "stl", identity).length).toBe(84 + 8 * 50);
     const glb = meshFile(tiles, "glb", identity);
@@ -179,14 +179,14 @@ describe("SpreadNormals", () => {
     return steepest;
   };
 
-  test("TellLessOfUnevenTrianglesTheFartherTheyReach", () => {
+  test("WeighsTrianglesByTheirReach", () => {
     expect(slope(1)).toBeLessThan(0.7 * slope(0));
     expect(slope(3)).toBeLessThan(0.4 * slope(0));
   });
 });
 
 describe("Claims", () => {
-  test("OfBytesThatAreNoTileAreRefused", () => {
+  test("RejectsBytesThatAreNoTile", () => {
     expect(payloadClaims(new Uint8Array(0))).toContain("expected");
     expect(payloadClaims(new TextEncoder().encode("DRACO, or so it says"))).toContain("expected");
   });

@@ -2,21 +2,21 @@ import { parseSettings } from "../../../client/web/src/state/parse_settings";
 import { defaults } from "../../../client/web/src/state/settings";
 
 describe("parseSettings", () => {
-  test("AreThoseThatAnAddressCouldSay", () => {
-    const said = {
+  test("MatchTheSettingsOfAnAddress", () => {
+    const overrides = {
       isovalue: 500.5, error: 0.25, region: { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
-      surfaces: [{ isovalue: 3, error: null, colour: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
+      surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
     };
-    expect(parseSettings(said)).toEqual({ settings: said, passedOver: [] });
+    expect(parseSettings(overrides)).toEqual({ settings: overrides, passedOver: [] });
   });
 
   test("MayBeWhatIsUsual", () => {
     expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, passedOver: [] });
   });
 
-  test("ArePassedOverByNameWhereTheyMeanNothing", () => {
-    const said = JSON.parse('{"isovlaue":1,"error":-1,"region":7,"surfaces":"x","eye":[1,2],"clip":"w","__proto__":{"a":1},"theme":{}}');
-    const { settings, passedOver } = parseSettings(said);
+  test("ReportsIgnoredSettingsByName", () => {
+    const overrides = JSON.parse('{"isovlaue":1,"error":-1,"region":7,"surfaces":"x","eye":[1,2],"clip":"w","__proto__":{"a":1},"theme":{}}');
+    const { settings, passedOver } = parseSettings(overrides);
     expect(settings).toEqual({});
     expect(passedOver.sort()).toEqual(["__proto__", "clip", "error", "eye", "isovlaue", "region", "surfaces", "theme"]);
     for (const nothing of [null, 7, "isovalue", undefined]) expect(parseSettings(nothing)).toEqual({ settings: {}, passedOver: [] });

@@ -21,7 +21,7 @@ const patience = 300_000;
 const pictures = {
   viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
   viewer_scene: [
-    "#dataset=visible-female-head&isovalue=-300.5&error=2&opacity=0.35&colour=e8b89a&surfaces=400.5,f0e6d2&clip=z" +
+    "#dataset=visible-female-head&isovalue=-300.5&error=2&opacity=0.35&color=e8b89a&surfaces=400.5,f0e6d2&clip=z" +
       "&clip_at=0.66&clip_flipped=true&level=40&window_width=400&axes=false&eye=470,-110,1960&target=256,235,1610" +
       "&color_by=dose&colors=viridis", 1120, 720,
   ],
@@ -30,7 +30,7 @@ const pictures = {
   ],
   viewer_labels: ["#dataset=frog&error=1&eye=-60,-290,560&target=240,225,95&axes=false", 1120, 720],
   viewer_narrow: ["#dataset=visible-female-head&isovalue=300.5&error=2", 360, 740],
-  viewer_light: ["#dataset=gyroid&theme=light&colouring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
+  viewer_light: ["#dataset=gyroid&theme=light&coloring=tiles&error=2&region=ball:32,20,40,16=0", 1120, 720],
 };
 
 const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));

@@ -11,13 +11,13 @@ const middle = low.map((at, axis) => (at + high[axis]) / 2);
 const viewFrom = (distance: number) => ({
   eye: [middle[0], low[1] - distance, middle[2]], target: middle, up: [0, 0, 1], fieldOfView: 35, heightPixels: 600, aspect: 1,
 });
-const asked = (said: Partial<Settings>, distance: number | null) =>
-  isosurfaceRequest(info, { ...defaults, isovalue: 0.1, ...said }, distance === null ? null : viewFrom(distance));
+const asked = (overrides: Partial<Settings>, distance: number | null) =>
+  isosurfaceRequest(info, { ...defaults, isovalue: 0.1, ...overrides }, distance === null ? null : viewFrom(distance));
 const far = 1000 * voxelLength(info);
 const near = 10 * voxelLength(info);
 
 describe("ScreenSpaceError", () => {
-  test("OfAPixelHasItsLengthAtTheNearestPlaceOfTheData", () => {
+  test("APixelHasItsLengthAtTheNearestData", () => {
     expect(nearestPixel(info, viewFrom(far))).toBeCloseTo((2 * 1000 * Math.tan((17.5 * Math.PI) / 180)) / 600, 9);
     expect(nearestPixel(info, { ...viewFrom(0), eye: middle })).toBe(0);
   });
@@ -31,7 +31,7 @@ describe("ScreenSpaceError", () => {
     expect(isSameRequest(asked({ followView: false }, near), asked({ followView: false }, null))).toBe(true);
   });
 
-  test("IsNeverCoarserThanTheAllowedErrorAnywhere", () => {
+  test("NeverCoarserThanTheAllowedError", () => {
     const { threshold } = asked({ error: 0.5, pixels: 2 }, near);
     expect(threshold).toMatchObject({ combine: Combination.MINIMUM, error: 0.5, view: { tolerancePixels: 2, frustum: { outside: 0.5 } } });
     // Where the view speaks `error` does not: a box around all of the data says it.

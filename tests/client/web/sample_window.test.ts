@@ -1,47 +1,47 @@
-import { nextIsovalue } from "../../../client/web/src/panel/surfaces_part";
+import { nextIsovalue } from "../../../client/web/src/panel/surfaces_section";
 import {
-  airBelow, isCt, sampleWindows, tissueAt, usualWindow, type WindowedDataset,
+  airBelow, isCt, sampleWindows, tissueAtValue, defaultWindow, type WindowedDataset,
 } from "../../../client/web/src/shared/sample_window";
 import { defaults } from "../../../client/web/src/state/settings";
-import { withNewSurface } from "../../../client/web/src/state/surfaces";
+import { withAddedSurface } from "../../../client/web/src/state/surfaces";
 
 // Counts of bins from 0 to their number.
-function dataset(counts: number[], said: Partial<WindowedDataset> = {}): WindowedDataset {
+function dataset(counts: number[], overrides: Partial<WindowedDataset> = {}): WindowedDataset {
   const histogram = { low: 0, high: counts.length, counts: counts.map(BigInt) } as WindowedDataset["histogram"];
-  return { min: 0, max: counts.length, valueUnit: "", histogram, ...said };
+  return { min: 0, max: counts.length, valueUnit: "", histogram, ...overrides };
 }
 
 // A dark background, and a few values far above all others.
 const scan = dataset([900, 60, 8, ...Array<number>(40).fill(100), ...Array<number>(200).fill(0), 1]);
 const ct = dataset([1], { min: -1024, max: 3071, valueUnit: "HU" });
 
-describe("TheUsualWindow", () => {
+describe("DefaultWindow", () => {
   test("LeavesOutTheBackgroundAndTheRareLargeValues", () => {
-    const { level, width } = usualWindow(scan);
+    const { level, width } = defaultWindow(scan);
     expect(level - width / 2).toBeGreaterThan(2.9);
     expect(level + width / 2).toBeLessThan(43.1);
     expect(width).toBeGreaterThan(38);
   });
 
-  test("IsThatOfSoftTissueInComputedTomography", () => {
-    expect(usualWindow(ct)).toMatchObject({ level: 40, width: 400 });
+  test("SoftTissueForCt", () => {
+    expect(defaultWindow(ct)).toMatchObject({ level: 40, width: 400 });
     expect(sampleWindows(ct).map(({ name }) => name)).toEqual(["Soft tissue", "Bone", "Lung", "Brain", "All values"]);
   });
 
-  test("IsAllValuesWhereNoHistogramIsKnown", () => {
-    expect(usualWindow({ min: -1, max: 3, valueUnit: "", histogram: undefined })).toEqual({ level: 1, width: 4 });
-    expect(usualWindow(dataset([], { min: 5, max: 5 }))).toEqual({ level: 5, width: 0 });
+  test("AllValuesWithoutAHistogram", () => {
+    expect(defaultWindow({ min: -1, max: 3, valueUnit: "", histogram: undefined })).toEqual({ level: 1, width: 4 });
+    expect(defaultWindow(dataset([], { min: 5, max: 5 }))).toEqual({ level: 5, width: 0 });
   });
 
   test("KeepsAllOfAFieldWithoutBackground", () => {
-    const { level, width } = usualWindow(dataset(Array<number>(100).fill(10)));
+    const { level, width } = defaultWindow(dataset(Array<number>(100).fill(10)));
     expect([level, width].map(Math.round)).toEqual([50, 99]);
     expect(airBelow(dataset(Array<number>(100).fill(10)), 0)).toBe(-Infinity);
   });
 });
 
 describe("Air", () => {
-  test("IsTheBackgroundOrWhatTomographyHasBelowFat", () => {
+  test("BackgroundOrBelowFatForCt", () => {
     expect(airBelow(scan, 0)).toBe(3);
     expect(airBelow(ct, -160)).toBe(-500);
   });
@@ -56,21 +56,21 @@ describe("AirOfALungWindow", () => {
 });
 
 describe("ComputedTomography", () => {
-  test("IsKnownByItsUnitOrByItsValues", () => {
+  test("RecognizesCtByUnitOrValues", () => {
     expect(isCt({ ...ct, valueUnit: "" })).toBe(true);
     expect(isCt({ ...ct, valueUnit: "K" })).toBe(false);
     expect(isCt({ min: 0, max: 4095, valueUnit: "", histogram: undefined })).toBe(false);
   });
 
   test("NamesWhatASurfaceShows", () => {
-    expect([-300.5, 0.5, 400.5, 2500].map((value) => tissueAt(value, ct))).toEqual(["skin", "soft tissue", "bone", "enamel, metal"]);
-    expect([-784, -500.5].map((value) => tissueAt(value, ct))).toEqual(["", ""]);
-    expect(tissueAt(400.5, scan)).toBe("");
+    expect([-300.5, 0.5, 400.5, 2500].map((value) => tissueAtValue(value, ct))).toEqual(["skin", "soft tissue", "bone", "enamel, metal"]);
+    expect([-784, -500.5].map((value) => tissueAtValue(value, ct))).toEqual(["", ""]);
+    expect(tissueAtValue(400.5, scan)).toBe("");
   });
 });
 
 describe("AnotherSurface", () => {
-  test("IsTheSuggestionFarthestFromThoseThatAreShown", () => {
+  test("FarthestSuggestionFromTheShown", () => {
     const info = { suggestedIsovalues: [100, 120, 400, 90], max: 500 };
     expect(nextIsovalue([100], info)).toBe(400);
     expect(nextIsovalue([100, 400], info)).toBe(120);
@@ -78,8 +78,8 @@ describe("AnotherSurface", () => {
   });
 
   test("LeavesTheOuterOneTranslucent", () => {
-    expect(withNewSurface(defaults, 400, 100)).toMatchObject({ opacity: 0.35, surfaces: [{ isovalue: 400, opacity: 1 }] });
-    expect(withNewSurface({ ...defaults, isovalue: 100 }, 50, 7)).toEqual({ surfaces: [expect.objectContaining({ isovalue: 50, opacity: 0.35 })] });
-    expect(withNewSurface({ ...defaults, opacity: 0.8 }, 400, 100)).not.toHaveProperty("opacity");
+    expect(withAddedSurface(defaults, 400, 100)).toMatchObject({ opacity: 0.35, surfaces: [{ isovalue: 400, opacity: 1 }] });
+    expect(withAddedSurface({ ...defaults, isovalue: 100 }, 50, 7)).toEqual({ surfaces: [expect.objectContaining({ isovalue: 50, opacity: 0.35 })] });
+    expect(withAddedSurface({ ...defaults, opacity: 0.8 }, 400, 100)).not.toHaveProperty("opacity");
   });
 });

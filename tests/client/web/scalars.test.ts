@@ -20,11 +20,11 @@ describe("ScalarAttribute", () => {
   });
 });
 
-describe("ScalarsOfAStream", () => {
+describe("AssemblerScalars", () => {
   const [welcome, list, begin] = messages();
   const step = begin.value as StepBegin;
 
-  function coloured() {
+  function colored() {
     const conversation = new Conversation({ agent: "test", token: () => "", held: () => [] });
     conversation.opened();
     conversation.received(welcome);
@@ -41,16 +41,16 @@ describe("ScalarsOfAStream", () => {
     };
   }
 
-  test("AreToldWithTheTileThatTheyAreOf", () => {
-    const [effect] = coloured()({});
+  test("ArriveWithTheirTile", () => {
+    const [effect] = colored()({});
     expect(effect).toMatchObject({ kind: "scalars", values: { deviation: 0.25, range: { low: -1, high: 3 } } });
     expect((effect as { values: { key: string } }).values.key).toMatch(/^[0-9a-f]{32}$/);
   });
 
-  test("AreNoneWhereTheyContradictTheManifest", () => {
+  test("RejectedWhenTheyContradictTheManifest", () => {
     for (const change of [{ index: 99 }, { step: 1 }, { codes: new Uint8Array(3) }]) {
-      expect(coloured()(change)).toMatchObject([{ kind: "stream", effect: { kind: "failed" } }]);
+      expect(colored()(change)).toMatchObject([{ kind: "stream", effect: { kind: "failed" } }]);
     }
-    expect(coloured()({ requestId: 0n })).toEqual([]);
+    expect(colored()({ requestId: 0n })).toEqual([]);
   });
 });

@@ -3,7 +3,7 @@ import { sceneOf } from "../../../client/web/src/scene_at";
 import {
   atTime, entriesOf, seriesOf, labelIsovalue, named, ofField, rangeOf, settingsOfEntry, timesOf, timeText,
 } from "../../../client/web/src/state/series";
-import { labelColour } from "../../../client/web/src/state/label_colours";
+import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
 import { member, plain } from "./made_datasets";
 
@@ -14,7 +14,7 @@ const list = [plain("head"), ...flow, plain("fuel"), ...labels];
 const names = (all: readonly DatasetInfo[]) => all.map(({ name }) => name);
 
 describe("Series", () => {
-  test("AreOneEntryEach", () => {
+  test("OneEntryEach", () => {
     expect(entriesOf(list).map(({ name, info }) => [name, info.name])).toEqual([
       ["head", "head"], ["flow", "flow.speed.t0"], ["fuel", "fuel"], ["seg", "seg.label1"],
     ]);
@@ -22,7 +22,7 @@ describe("Series", () => {
     expect(names(seriesOf(list, labels[0])!.labels)).toEqual(["seg.label1", "seg.label4", "seg.label9"]);
   });
 
-  test("OfOneAreADataset", () => {
+  test("ASeriesOfOneIsADataset", () => {
     const alone = member("a.t0", "a", { time: 0 });
     expect(entriesOf([alone])).toEqual([{ name: "a.t0", info: alone, series: null }]);
   });
@@ -49,7 +49,7 @@ describe("Series", () => {
     expect(ofField(series, flow[4], "salt")).toBeNull();
   });
 
-  test("AreNamedWhereNoDatasetIsCalledSo", () => {
+  test("NamedUniquely", () => {
     expect(named(list, "flow")!.name).toBe("flow.speed.t0");
     expect(named([...list, plain("flow")], "flow")!.member).toBeUndefined();
     expect(named(list, "head.t0")).toBeNull();
@@ -60,54 +60,54 @@ describe("Series", () => {
     expect(rangeOf(series, series[1])).toEqual({ min: -2, max: 20 });
   });
 
-  test("TellTimesWithTheirUnit", () => {
+  test("ShowTimesWithTheirUnit", () => {
     expect(timeText(0.1 + 0.2, "s")).toBe("0.3 s");
     expect(timeText(12, "")).toBe("frame 12");
   });
 });
 
 describe("Labels", () => {
-  test("AreSurfacesAtTheSameIsovalue", () => {
+  test("ShowSurfacesAtTheSameIsovalue", () => {
     const entry = entriesOf(list).find(({ name }) => name === "seg")!;
-    const said = settingsOfEntry(entry);
-    expect(said).toMatchObject({ dataset: "seg.label1", isovalue: labelIsovalue, visible: true });
-    expect(said.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([["seg.label4", 0.5], ["seg.label9", 0.5]]);
+    const overrides = settingsOfEntry(entry);
+    expect(overrides).toMatchObject({ dataset: "seg.label1", isovalue: labelIsovalue, visible: true });
+    expect(overrides.surfaces!.map(({ dataset, isovalue }) => [dataset, isovalue])).toEqual([["seg.label4", 0.5], ["seg.label9", 0.5]]);
   });
 
-  test("AreThereToBeShownWhereOneIsNamed", () => {
-    const said = settingsOfEntry(entriesOf(labels)[0], "seg.label4");
-    expect(said).toMatchObject({ dataset: "seg.label1", visible: false });
-    expect(said.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([["seg.label4", true], ["seg.label9", false]]);
+  test("OfferedWhereOneIsNamed", () => {
+    const overrides = settingsOfEntry(entriesOf(labels)[0], "seg.label4");
+    expect(overrides).toMatchObject({ dataset: "seg.label1", visible: false });
+    expect(overrides.surfaces!.map(({ dataset, visible }) => [dataset, visible])).toEqual([["seg.label4", true], ["seg.label9", false]]);
   });
 
-  test("AreNotAllShownWhereTheyAreMany", () => {
+  test("LimitsHowManyAreShown", () => {
     const many = Array.from({ length: 100 }, (_, i) => member(`m.label${i + 1}`, "m", { label: { value: i + 1, name: "" } }));
-    const said = settingsOfEntry(entriesOf(many)[0]);
-    expect(said.surfaces).toHaveLength(99);
-    expect(said.surfaces!.filter(({ visible }) => visible)).toHaveLength(23);
+    const overrides = settingsOfEntry(entriesOf(many)[0]);
+    expect(overrides.surfaces).toHaveLength(99);
+    expect(overrides.surfaces!.filter(({ visible }) => visible)).toHaveLength(23);
   });
 
-  test("HaveTheColourOfTheFileOrOneThatIsAlwaysTheSame", () => {
-    expect(labelColour(3, 0x0a8265)).toBe("#0a8265");
-    expect(labelColour(3)).toBe(labelColour(3));
-    expect(labelColour(3, 0x1000000)).toBe(labelColour(3));
-    const colours = Array.from({ length: 64 }, (_, i) => labelColour(i + 1));
-    expect(new Set(colours).size).toBe(64);
-    for (const colour of colours) expect(colour).toMatch(/^#[0-9a-f]{6}$/);
+  test("HaveTheColorOfTheFileOrOneThatIsAlwaysTheSame", () => {
+    expect(labelColor(3, 0x0a8265)).toBe("#0a8265");
+    expect(labelColor(3)).toBe(labelColor(3));
+    expect(labelColor(3, 0x1000000)).toBe(labelColor(3));
+    const colors = Array.from({ length: 64 }, (_, i) => labelColor(i + 1));
+    expect(new Set(colors).size).toBe(64);
+    for (const color of colors) expect(color).toMatch(/^#[0-9a-f]{6}$/);
   });
 
-  test("ThatFollowOneAnotherAreFarApart", () => {
-    const parts = (colour: string) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+  test("NeighboringLabelsHaveDistinctColors", () => {
+    const parts = (color: string) => [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
     for (let value = 1; value < 64; ++value) {
-      const [a, b] = [parts(labelColour(value)), parts(labelColour(value + 1))];
+      const [a, b] = [parts(labelColor(value)), parts(labelColor(value + 1))];
       expect(Math.hypot(...a.map((v, i) => v - b[i]))).toBeGreaterThan(60);
     }
   });
 });
 
-describe("AScene", () => {
-  test("HasAllSurfacesAndColoursAtOneTime", () => {
-    const further = { isovalue: 1, error: null, colour: "#ffffff", opacity: 1, visible: true };
+describe("SceneAt", () => {
+  test("HasAllSurfacesAndColorsAtOneTime", () => {
+    const further = { isovalue: 1, error: null, color: "#ffffff", opacity: 1, visible: true };
     const settings = {
       ...defaults, dataset: "flow", colorBy: "flow.heat.t0",
       surfaces: [{ ...further, dataset: "" }, { ...further, dataset: "flow.heat.t0" }, { ...further, dataset: "head" }, { ...further, dataset: "gone" }],

@@ -5,7 +5,7 @@ import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
 import { type LatticeBox } from "../../../client/web/src/mesh/tile_mesh";
 import { type MarchedTile, type ShellMode, shellDecoder } from "../../../client/web/src/mesh/shell_decoder";
 import { type TilePromise } from "../../../client/web/src/mesh/tile_mesh";
-import { rimOf } from "../../../client/web/src/mesh/tile_rim";
+import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 
 const golden = new URL("../../golden/", import.meta.url);
 const decoder = shellDecoder(readFileSync(new URL("../../../common/codec/wasm/shell_decoder.wasm", import.meta.url)));
@@ -81,7 +81,7 @@ describe("ShellDecoder", () => {
   });
 });
 
-describe("RimOfAMarchedTile", () => {
+describe("TileBoundaryOfAShell", () => {
   test.each(["example", "exact", "quantized"])("IsWhatComparingAllEdgesFinds: %s", async (name) => {
     const { mesh, box, hasVoid } = await marched(name);
     expect(hasVoid).toBe(false);
@@ -90,8 +90,8 @@ describe("RimOfAMarchedTile", () => {
       for (let e = 0; e < edges.length; e += 2) pairs.push(`${vertices[edges[e]]} ${vertices[edges[e + 1]]}`);
       return pairs.sort();
     };
-    const compared = rimOf(mesh);
-    const found = rimOf(mesh, box);
+    const compared = boundaryOf(mesh);
+    const found = boundaryOf(mesh, box);
     expect(sorted(found.edges, found.vertices)).toEqual(sorted(compared.edges, compared.vertices));
     const { innerVertices, innerEdges, nonmanifoldEdges, degenerateTriangles, components } = compared;
     expect(found).toMatchObject({ innerVertices, innerEdges, nonmanifoldEdges, degenerateTriangles, components });
@@ -101,6 +101,6 @@ describe("RimOfAMarchedTile", () => {
     const { mesh, box, hasVoid } = await marched("lattice_exact");
     expect(hasVoid).toBe(true);
     const whole: LatticeBox = box;
-    expect(rimOf(mesh).edges.length).toBeGreaterThan(rimOf(mesh, whole).edges.length);
+    expect(boundaryOf(mesh).edges.length).toBeGreaterThan(boundaryOf(mesh, whole).edges.length);
   });
 });

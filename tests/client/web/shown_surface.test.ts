@@ -1,4 +1,4 @@
-import { isStepBack, type ShownSurface } from "../../../client/web/src/shown_surface";
+import { isRegression, type ShownSurface } from "../../../client/web/src/shown_surface";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { defaults } from "../../../client/web/src/state/settings";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
@@ -18,18 +18,18 @@ const shown = (followView: boolean, errorWorld: number): ShownSurface => ({
 
 describe("ShownSurface", () => {
   test("StaysUntilSomethingFinerOfTheSameIsovalueComes", () => {
-    expect(isStepBack(null, order(false), facts(8))).toBe(false);
-    expect(isStepBack(shown(false, 1), order(false), facts(8))).toBe(true);
-    expect(isStepBack(shown(false, 4), order(false), facts(2))).toBe(false);
-    expect(isStepBack(shown(false, 1), order(false, 0.2), facts(8))).toBe(false);
-    expect(isStepBack(shown(false, 1), order(false), facts(8, true))).toBe(false);
+    expect(isRegression(null, order(false), facts(8))).toBe(false);
+    expect(isRegression(shown(false, 1), order(false), facts(8))).toBe(true);
+    expect(isRegression(shown(false, 4), order(false), facts(2))).toBe(false);
+    expect(isRegression(shown(false, 1), order(false, 0.2), facts(8))).toBe(false);
+    expect(isRegression(shown(false, 1), order(false), facts(8, true))).toBe(false);
   });
 
   // Its error is that of what was out of sight.
-  test("OfAFollowedCameraGivesWayToNoPreview", () => {
-    expect(isStepBack(shown(true, 8), order(true), facts(4))).toBe(true);
-    expect(isStepBack(shown(true, 8), order(false), facts(4))).toBe(true);
-    expect(isStepBack(shown(true, 8), order(false), facts(1, true))).toBe(false);
-    expect(isStepBack(shown(true, 8), order(true, 0.2), facts(4))).toBe(false);
+  test("KeepsTheFinalStepWhileTheCameraMoves", () => {
+    expect(isRegression(shown(true, 8), order(true), facts(4))).toBe(true);
+    expect(isRegression(shown(true, 8), order(false), facts(4))).toBe(true);
+    expect(isRegression(shown(true, 8), order(false), facts(1, true))).toBe(false);
+    expect(isRegression(shown(true, 8), order(true, 0.2), facts(4))).toBe(false);
   });
 });

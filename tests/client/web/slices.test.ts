@@ -1,4 +1,4 @@
-import { colourAt, colourMaps, colourRow } from "../../../client/web/src/shared/colour_maps";
+import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
 import { mostPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeSides } from "../../../client/web/src/scene/slice_view";
 import { crossOf } from "../../../client/web/src/slice_views";
@@ -93,19 +93,19 @@ describe("Slices", () => {
   });
 });
 
-describe("ColourMaps", () => {
-  test("GoFromTheirFirstColourToTheirLastAndStayThere", () => {
-    expect(colourAt("viridis", -3)).toEqual([0x44, 0x01, 0x54]);
-    expect(colourAt("viridis", 7)).toEqual([0xfd, 0xe7, 0x25]);
-    expect(colourAt("gray", 0.5)).toEqual([128, 128, 128]);
-    expect([...colourRow("gray", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
+describe("ColorMaps", () => {
+  test("GoFromTheirFirstColorToTheirLastAndStayThere", () => {
+    expect(colorAt("viridis", -3)).toEqual([0x44, 0x01, 0x54]);
+    expect(colorAt("viridis", 7)).toEqual([0xfd, 0xe7, 0x25]);
+    expect(colorAt("gray", 0.5)).toEqual([128, 128, 128]);
+    expect([...colorRow("gray", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
   });
 
   // Except where there is a middle, more is lighter: in print, and for color-blind readers.
-  test("TellMoreFromLessByTheirLightness", () => {
-    for (const map of colourMaps.filter((one) => one !== "coolwarm")) {
+  test("LightnessOrdersTheValues", () => {
+    for (const map of colorMaps.filter((one) => one !== "coolwarm")) {
       const lightness = (share: number) => {
-        const [r, g, b] = colourAt(map, share);
+        const [r, g, b] = colorAt(map, share);
         return 0.2126 * r + 0.7152 * g + 0.0722 * b;
       };
       for (let i = 1; i <= 20; ++i) expect(lightness(i / 20)).toBeGreaterThan(lightness((i - 1) / 20));

@@ -6,21 +6,21 @@ import { dataset, request } from "./golden_stream";
 
 const info = dataset();
 
-function step(said: { codec?: PayloadCodec; values?: ShellValues; levels?: number; spacing?: number; error?: number; isShell?: boolean }): StepBegin {
-  const { codec = PayloadCodec.SAMPLE_SHELL, values = ShellValues.QUANTIZED, levels = 2, spacing = 1, error = 10, isShell = true } = said;
+function step(overrides: { codec?: PayloadCodec; values?: ShellValues; levels?: number; spacing?: number; error?: number; isShell?: boolean }): StepBegin {
+  const { codec = PayloadCodec.SAMPLE_SHELL, values = ShellValues.QUANTIZED, levels = 2, spacing = 1, error = 10, isShell = true } = overrides;
   const shell = isShell ? create(ShellStepSchema, { values, levelsPerOctave: levels }) : undefined;
   return create(StepBeginSchema, { request: { ...request(), topologyTolerance: 2 }, codec, shell, finestSpacing: spacing, errorBoundWorld: error });
 }
 
-describe("AStepOfSampleShells", () => {
-  test("IsAcceptedInEveryMode", () => {
+describe("ShellStepChecks", () => {
+  test("AcceptedInEveryMode", () => {
     for (const levels of [1, 2, 4, 8]) expect(manifestFault(step({ levels }), info)).toBeNull();
     expect(manifestFault(step({ values: ShellValues.EXACT, levels: 0, error: 0 }), info)).toBeNull();
     expect(manifestFault(step({ values: ShellValues.LATTICE_EXACT, levels: 0, error: 0 }), info)).toBeNull();
     expect(shellModeOf(step({ values: ShellValues.LATTICE_EXACT, levels: 0, spacing: 4 }))).toEqual({ values: 1, levelsPerOctave: 0, spacing: 4 });
   });
 
-  test("IsRefusedWhereItContradictsItself", () => {
+  test("RejectsContradictions", () => {
     expect(manifestFault(step({ codec: PayloadCodec.DRACO_LATTICE }), info)).toMatch(/contradict/);
     expect(manifestFault(step({ isShell: false }), info)).toMatch(/contradict/);
     expect(manifestFault(step({ codec: 3 as PayloadCodec }), info)).toMatch(/not negotiated/);

@@ -1,6 +1,6 @@
 import { createRequire } from "node:module";
 
-import type { FieldColours } from "../../../client/web/src/scene/field_colours";
+import type { FieldColors } from "../../../client/web/src/scene/field_colors";
 import type { Programs } from "../../../client/web/src/scene/programs";
 import { Surface } from "../../../client/web/src/scene/surface";
 import type { DecodedTile } from "../../../client/web/src/workers/worker_messages";
@@ -30,7 +30,7 @@ function drawn() {
   const scene = new Scene();
   const dropped: string[] = [];
   const programs = { areReady: () => true } as unknown as Programs;
-  const surface = new Surface(scene, () => {}, (ids) => dropped.push(...ids), {} as FieldColours, programs);
+  const surface = new Surface(scene, () => {}, (ids) => dropped.push(...ids), {} as FieldColors, programs);
   const scalarOf = (at: number) => (scene.children[at] as unknown as Drawn).geometry.getAttribute("scalar")?.array;
   const partOf = (at: number) => {
     const { geometry } = scene.children[at] as unknown as Drawn;
@@ -52,7 +52,7 @@ describe("Surface", () => {
     expect([scalarOf(0), scalarOf(1)]).toEqual([early, late]);
   });
 
-  test("DropsWhatWasUnusedForLongestAndNothingThatSomebodyUses", () => {
+  test("EvictsLeastRecentlyUsedTilesThatAreNotInUse", () => {
     const { surface, dropped } = drawn();
     surface.budget = 25;
     for (const id of ["a", "b", "c", "d"]) surface.add(tile(id, 10), toWorld, 0);

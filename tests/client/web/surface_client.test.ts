@@ -7,7 +7,7 @@ import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { type ClientKind, type DatasetInfo, type OpenStream, Priority, type ServerKind, type StepBegin, StepPolicy, StreamOutcome } from "../../../client/web/src/protocol/messages";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import type { Surface } from "../../../client/web/src/scene/surface";
-import { Slots } from "../../../client/web/src/stream/slots";
+import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import type { Drawn, Selection } from "../../../client/web/src/workers/worker_messages";
@@ -42,7 +42,7 @@ function partsOf(token = "") {
   } as unknown as Surface;
   const pool = { forget: nothing, select: (drawn: Drawn) => selections.of(drawn) } as unknown as TilePool;
   const frames = new Frames(() => true);
-  return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, slots: new Slots(2), speed: new StepSpeed() };
+  return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, connectionPool: new ConnectionPool(2), speed: new StepSpeed() };
 }
 
 function clientOf(token = "", parts = partsOf(token)) {
@@ -127,7 +127,7 @@ describe("SurfaceClient", () => {
     expect(client.progress.get()).toMatchObject({ phase: "connecting", trouble: null });
   });
 
-  test("AsksForPreviewsFirstWhereThereAreOthersAndForTheRestWhenItIsTold", () => {
+  test("RequestsPreviewsFirstAmongSeveralSurfaces", () => {
     const client = clientOf();
     client.connect();
     accept();
@@ -248,7 +248,7 @@ describe("Prefetcher", () => {
     prefetcher.close();
   });
 
-  test("GivesUpWhatNobodyWantsAnyMore", () => {
+  test("CancelsUnneededPrefetches", () => {
     const prefetcher = new Prefetcher(partsOf());
     prefetcher.prepare(soon, settings, null);
     accept();

@@ -1,21 +1,21 @@
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import {
-  mostSurfaces, settingsOf, surfacesOf, withNewSurface, withoutSurface, withSurface,
+  mostSurfaces, settingsOf, surfacesOf, withAddedSurface, withoutSurface, withSurface,
 } from "../../../client/web/src/state/surfaces";
 import { arrangement } from "../../../client/web/src/surface_set";
 
-const further = { isovalue: 7, error: null, colour: "#112233", opacity: 0.5, visible: true };
+const further = { isovalue: 7, error: null, color: "#112233", opacity: 0.5, visible: true };
 const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] };
 const isovalues = (settings: Settings) => surfacesOf(settings).map(({ isovalue }) => isovalue);
 
 describe("Surfaces", () => {
-  test("AreOneListWhoseFirstIsTheSettingsOwn", () => {
+  test("OneListThatBeginsWithTheSettingsOwn", () => {
     expect(isovalues(two)).toEqual([3, 7]);
     expect(withSurface(two, 0, { isovalue: 4, opacity: 0.1 })).toEqual({ isovalue: 4, opacity: 0.1 });
     expect(withSurface(two, 1, { isovalue: 8 })).toEqual({ surfaces: [{ ...further, isovalue: 8 }] });
   });
 
-  test("AreAskedForAsIfEachWereAlone", () => {
+  test("RequestedIndependently", () => {
     expect(settingsOf(two, 1)).toMatchObject({ isovalue: 7, error: 2, opacity: 0.5, surfaces: [] });
     expect(settingsOf({ ...two, surfaces: [{ ...further, error: 0.5 }] }, 1)).toMatchObject({ error: 0.5 });
     expect(settingsOf(two, 2)).toBeNull();
@@ -27,7 +27,7 @@ describe("Surfaces", () => {
     const one = { ...two, ...withoutSurface(two, 0) };
     expect(isovalues(one)).toEqual([7]);
     expect(one.error).toBe(2);
-    expect(one.colour).toBe("#112233");
+    expect(one.color).toBe("#112233");
     expect(withoutSurface(one, 0)).toEqual({});
     expect(withoutSurface({ ...two, minComponent: 9 }, 0)).toMatchObject({ minComponent: 0 });
     expect(isovalues({ ...two, ...withoutSurface(two, 1) })).toEqual([3]);
@@ -40,12 +40,12 @@ describe("Surfaces", () => {
     expect(left.surfaces).toEqual([{ ...further, dataset: "head" }]);
   });
 
-  test("HaveColoursOfTheirOwnAndABound", () => {
+  test("HaveColorsOfTheirOwnAndABound", () => {
     let all: Settings = defaults;
-    for (let i = 0; i < 20; ++i) all = { ...all, ...withNewSurface(all, i, 0) };
+    for (let i = 0; i < 20; ++i) all = { ...all, ...withAddedSurface(all, i, 0) };
     const list = surfacesOf(all);
     expect(list).toHaveLength(mostSurfaces);
-    expect(new Set(list.map(({ colour }) => colour)).size).toBe(mostSurfaces);
+    expect(new Set(list.map(({ color }) => color)).size).toBe(mostSurfaces);
   });
 
   test("KeepWhatTheyHaveWhenOthersGoOrCome", () => {

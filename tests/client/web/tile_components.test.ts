@@ -1,10 +1,10 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
-import { joined } from "../../../client/web/src/mesh/seams";
+import { joined } from "../../../client/web/src/mesh/boundary_matcher";
 import { justAbove } from "../../../client/web/src/state/surfaces";
 import { largeComponents, withLargeComponents } from "../../../client/web/src/mesh/tile_components";
 import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
-import { rimOf } from "../../../client/web/src/mesh/tile_rim";
+import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { promiseOf } from "../../../client/web/src/stream/step_checks";
 import { found, messages, tileFrom } from "./golden_stream";
 
@@ -29,7 +29,7 @@ function meshOf(faces: Corner[][]): LatticeMesh {
 function tileOf(mesh: LatticeMesh) {
   const positions = Float32Array.from(mesh.positions);
   const triangles = Uint16Array.from(mesh.triangles);
-  return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, rim: rimOf(mesh) };
+  return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, rim: boundaryOf(mesh) };
 }
 
 // Two pieces of dust and a planet, whose boxes have diagonals of 2, 4 and 40 times the root of 3.
@@ -41,7 +41,7 @@ function cutAt(x: number) {
 }
 
 describe("TileComponents", () => {
-  test("AreTheSameHoweverTheSurfaceIsCut", () => {
+  test("DoNotDependOnTheTiling", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(20), cutAt(100), faces.map((face) => tileOf(meshOf([face])))]) {
       expect(largeComponents(tiles, 0)).toMatchObject({ components: 3, shown: 3, triangles: 24, tiles: tiles.map(() => null) });
       expect(largeComponents(tiles, 5)).toMatchObject({ components: 3, shown: 2, triangles: 16 });
@@ -61,7 +61,7 @@ describe("TileComponents", () => {
     expect(justAbove([400, 400], 32)).toBeNull();
   });
 
-  test("OfExactlyThatDiagonalAreLargeEnough", () => {
+  test("KeepsComponentsOfExactlyTheMinimumDiagonal", () => {
     const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // The diagonal of 2, 3 and 6 is 7.
     expect(largeComponents([box], 7).shown).toBe(1);
     expect(largeComponents([box], 7 * (1 + Number.EPSILON)).shown).toBe(0);
@@ -79,7 +79,7 @@ describe("TileComponents", () => {
     expect(parted[1]).toBeNull();
   });
 
-  test("ThatAreSmallAreInNoFileAndNoCut", () => {
+  test("SmallComponentsAreInNoFileAndNoCut", () => {
     const tiles = withLargeComponents(cutAt(100), 10);
     const across = { normal: [0, 0, 1], constant: -10 }; // Through the dust, and below the planet.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
@@ -89,7 +89,7 @@ describe("TileComponents", () => {
     expect(ply).toContain("element face 8\n");
   });
 
-  test("OfARealStreamAreAsManyAsItsTopologyHas", async () => {
+  test("MatchTheTopologyOfAStream", async () => {
     const all = messages();
     const begin = all.find(({ case: kind }) => kind === "stepBegin")!.value as { tiles: Parameters<typeof promiseOf>[0][] };
     const payloads = all.filter(({ case: kind }) => kind === "tile").map(({ value }) => (value as { payload: Uint8Array }).payload);

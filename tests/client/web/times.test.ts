@@ -1,5 +1,5 @@
 import { SwapGroup } from "../../../client/web/src/swap_group";
-import { Slots } from "../../../client/web/src/stream/slots";
+import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import { type Pace, type Played, timeBeside, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
 
 // A player whose clock and frames are the test's.
@@ -183,7 +183,7 @@ describe("SwapGroup", () => {
     expect(open()).toBe("a");
   });
 
-  test("IsOpenToAnotherSceneAtOnce", () => {
+  test("AcceptsAnotherSceneAtOnce", () => {
     const { drawn, offer, open } = stage();
     offer("a", 0);
     offer("b", 0);
@@ -194,33 +194,33 @@ describe("SwapGroup", () => {
   });
 });
 
-describe("Slots", () => {
-  function holder(name: string, told: string[]) {
-    return { isBusy: true, granted: () => told.push(`+${name}`), revoked: () => told.push(`-${name}`) };
+describe("ConnectionPool", () => {
+  function holder(name: string, calls: string[]) {
+    return { isBusy: true, granted: () => calls.push(`+${name}`), revoked: () => calls.push(`-${name}`) };
   }
 
-  test("GoToWhoNeedsThemWhenSomebodyIsIdle", () => {
-    const told: string[] = [];
-    const slots = new Slots(2);
-    const [a, b, c] = ["a", "b", "c"].map((name) => holder(name, told));
-    for (const one of [a, b, c, c]) slots.want(one);
-    expect(told).toEqual(["+a", "+b"]);
+  test("MoveFromIdleToActiveClients", () => {
+    const calls: string[] = [];
+    const connectionPool = new ConnectionPool(2);
+    const [a, b, c] = ["a", "b", "c"].map((name) => holder(name, calls));
+    for (const one of [a, b, c, c]) connectionPool.want(one);
+    expect(calls).toEqual(["+a", "+b"]);
     b.isBusy = false;
-    slots.deal();
-    expect(told).toEqual(["+a", "+b", "-b", "+c"]);
-    slots.want(b);
-    slots.leave(a);
-    expect(told.slice(4)).toEqual(["+b"]);
+    connectionPool.deal();
+    expect(calls).toEqual(["+a", "+b", "-b", "+c"]);
+    connectionPool.want(b);
+    connectionPool.leave(a);
+    expect(calls.slice(4)).toEqual(["+b"]);
   });
 
-  test("StayWithWhoIsIdleWhileNobodyElseWantsThem", () => {
-    const told: string[] = [];
-    const slots = new Slots(1);
-    const a = holder("a", told);
-    slots.want(a);
+  test("StayWithIdleClientsWithoutDemand", () => {
+    const calls: string[] = [];
+    const connectionPool = new ConnectionPool(1);
+    const a = holder("a", calls);
+    connectionPool.want(a);
     a.isBusy = false;
-    slots.deal();
-    slots.want(a);
-    expect(told).toEqual(["+a"]);
+    connectionPool.deal();
+    connectionPool.want(a);
+    expect(calls).toEqual(["+a"]);
   });
 });

@@ -70,7 +70,7 @@ TEST_F(AtomicFileTest, APieceMayBeWrittenBeforeTheOneInFrontOfIt) {
   }
 }
 
-TEST_F(AtomicFileTest, WithoutACommitTheOldFileStaysAndNothingElse) {
+TEST_F(AtomicFileTest, LeavesOnlyTheOldFileWithoutACommit) {
   std::ofstream(file_) << "old";
   try {
     AtomicFile file(file_);
@@ -82,7 +82,7 @@ TEST_F(AtomicFileTest, WithoutACommitTheOldFileStaysAndNothingElse) {
   }
 }
 
-TEST_F(AtomicFileTest, OfTwoWritersTheLastCommitWins) {
+TEST_F(AtomicFileTest, TheLastOfTwoCommitsWins) {
   AtomicFile first(file_);
   AtomicFile second(file_);
   write(second, 0, "second");
@@ -105,7 +105,7 @@ TEST_F(AtomicFileTest, AnOpenOldFileKeepsItsContent) {
 }
 
 // In a process of its own, killed before it commits.
-void write_half_and_die(const fs::path& path, AtomicFile::Before before) {
+void write_half_and_die(const fs::path& path, AtomicFile::TemporaryKind before) {
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -121,7 +121,7 @@ void write_half_and_die(const fs::path& path, AtomicFile::Before before) {
 
 TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFileAndNothingElse) {
   std::ofstream(file_) << "old";
-  write_half_and_die(file_, AtomicFile::Before::kNameless);
+  write_half_and_die(file_, AtomicFile::TemporaryKind::kNameless);
   EXPECT_EQ(content(), "old");
   if (knows_nameless_files()) {
     EXPECT_EQ(entries(), Names{"file.mtd"});
@@ -129,13 +129,13 @@ TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFileAndNothingElse) {
 }
 
 TEST_F(AtomicFileTest, RemovesOnlyLeftoversOfKilledWriters) {
-  write_half_and_die(file_, AtomicFile::Before::kHidden);
+  write_half_and_die(file_, AtomicFile::TemporaryKind::kHidden);
   ASSERT_EQ(entries().size(), 1U);
   const fs::path left = folder_ / entries().front();
   require_writable(file_);
   EXPECT_TRUE(fs::exists(left)) << "A writer may have begun just now.";
 
-  AtomicFile at_work(file_, AtomicFile::Before::kHidden);
+  AtomicFile at_work(file_, AtomicFile::TemporaryKind::kHidden);
   for (const char* other : {".other.mtd.0123456789abcdef.tmp", ".file.mtd.0123456789abcde.tmp",
                             ".file.mtd.0123456789ABCDEF.tmp"}) {
     std::ofstream(folder_ / other) << "x";
@@ -153,7 +153,7 @@ TEST_F(AtomicFileTest, RemovesOnlyLeftoversOfKilledWriters) {
 
 TEST_F(AtomicFileTest, AHiddenFileTakesTheNameAsWell) {
   std::ofstream(file_) << "old";
-  AtomicFile file(file_, AtomicFile::Before::kHidden);
+  AtomicFile file(file_, AtomicFile::TemporaryKind::kHidden);
   write(file, 0, "new");
   EXPECT_EQ(content(), "old");
   file.commit(Durability::kMachineStop);
@@ -188,14 +188,14 @@ TEST_F(AtomicFileTest, TheModeIsThatOfAnyNewFile) {
 TEST_F(AtomicFileTest, AReplacedFileKeepsItsModeAndASecretIsItsOwners) {
   const auto mode = [this] { return fs::status(file_).permissions() & fs::perms::mask; };
   std::ofstream(file_) << "old";
-  for (const AtomicFile::Before before :
-       {AtomicFile::Before::kNameless, AtomicFile::Before::kHidden}) {
+  for (const AtomicFile::TemporaryKind before :
+       {AtomicFile::TemporaryKind::kNameless, AtomicFile::TemporaryKind::kHidden}) {
     fs::permissions(file_, static_cast<fs::perms>(0640));
     AtomicFile(file_, before).commit(Durability::kProcessEnd);
     EXPECT_EQ(mode(), static_cast<fs::perms>(0640));
   }
   AtomicFile secret(file_);
-  secret.keep_private();
+  secret.make_private();
   secret.commit(Durability::kProcessEnd);
   EXPECT_EQ(mode(), static_cast<fs::perms>(0600));
 }

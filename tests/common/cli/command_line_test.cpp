@@ -109,11 +109,11 @@ TEST(HelpFormat, WrapsLines) {
   EXPECT_EQ(wrapped("a longer-than-allowed b", 6), "a\nlonger-than-allowed\nb");
 }
 
-TEST(Terminal, HasNoColoursInAFile) {
+TEST(Terminal, HasNoColorsInAFile) {
   EXPECT_EQ(styled(Style::kRed, "words", /*descriptor=*/-1), "words");
 }
 
-TEST(HumanUnits, AreThoseThatPeopleReadEasily) {
+TEST(HumanUnits, ChooseReadableUnits) {
   EXPECT_EQ(human_seconds(0.0004), "0.4 ms");
   EXPECT_EQ(human_seconds(0.024), "24 ms");
   EXPECT_EQ(human_seconds(1.254), "1.25 s");

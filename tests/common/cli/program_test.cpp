@@ -15,7 +15,7 @@ namespace {
 
 struct Ended {
   int code = 0;
-  std::string said;
+  std::string output;
 };
 Ended ended(const std::function<int()>& body) {
   ::testing::internal::CaptureStderr();
@@ -27,7 +27,7 @@ TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
   EXPECT_EQ(ended([] { return 3; }).code, 3);
   const Ended no_secrets = ended([]() -> int { throw ExitError(kNoSecrets, "No key."); });
   EXPECT_EQ(no_secrets.code, kNoSecrets);
-  EXPECT_EQ(no_secrets.said, "multitetra-this: No key.\n");
+  EXPECT_EQ(no_secrets.output, "multitetra-this: No key.\n");
   EXPECT_EQ(ended([]() -> int { throw std::runtime_error("Oh."); }).code, kFailed);
   EXPECT_EQ(ended([]() -> int { throw std::invalid_argument("--size"); }).code, kUsage);
 }
@@ -35,8 +35,8 @@ TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
 TEST(Program, SaysThatMemoryIsMissingInWords) {
   const Ended out = ended([]() -> int { throw std::bad_alloc(); });
   EXPECT_EQ(out.code, kFailed);
-  EXPECT_NE(out.said.find("not enough memory"), std::string::npos) << out.said;
-  EXPECT_EQ(out.said.find("bad_alloc"), std::string::npos) << out.said;
+  EXPECT_NE(out.output.find("not enough memory"), std::string::npos) << out.output;
+  EXPECT_EQ(out.output.find("bad_alloc"), std::string::npos) << out.output;
 }
 
 TEST(Program, FailsWhenWhatItPrintedDidNotArrive) {
@@ -46,11 +46,11 @@ TEST(Program, FailsWhenWhatItPrintedDidNotArrive) {
   });
   std::cout.clear();
   EXPECT_EQ(out.code, kFailed);
-  EXPECT_NE(out.said.find("standard output"), std::string::npos) << out.said;
+  EXPECT_NE(out.output.find("standard output"), std::string::npos) << out.output;
 }
 
 TEST(Program, DoesNotLetTextFromElsewhereSteerATerminal) {
-  EXPECT_EQ(ended([]() -> int { throw std::runtime_error("a\033]0;owned\007b"); }).said,
+  EXPECT_EQ(ended([]() -> int { throw std::runtime_error("a\033]0;owned\007b"); }).output,
             "multitetra-this: a\\x1b]0;owned\\x07b\n");
 }
 

@@ -81,7 +81,7 @@ TEST(SurfaceOptions, NameAnErrorByItsQuality) {
   EXPECT_THROW((void)request({"--quality", "best"}), CLI::ParseError);
 }
 
-TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {
+TEST(SurfaceOptions, ParsesEveryPartOfAThresholdMap) {
   const auto asked = request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5",
                               "--region", "box:0,0,0,9,9,9=1", "--region-unit", "index", "--view",
                               "eye=1,2,3,fov=45,height=600,pixels=0.5", "--combine", "minimum"});
@@ -97,7 +97,7 @@ TEST(SurfaceOptions, OfAThresholdMapAreItsParts) {
   EXPECT_EQ(thresholds.view.value().height_pixels, 600);
 }
 
-TEST(SurfaceOptions, OfABudgetAndNormalsAreTheirNumbers) {
+TEST(SurfaceOptions, ParsesBudgetAndNormals) {
   const auto asked = request({"--max-triangles", "50000", "--max-bytes", "1MB", "--normals", "9"});
   ASSERT_TRUE(asked) << asked.error().text;
   EXPECT_EQ(asked->max_triangles, 50000U);
@@ -122,7 +122,7 @@ TEST(SurfaceOptions, OutOfRangeAreRefusedByRegionAndField) {
   EXPECT_THROW((void)request({"--region-unit", "voxel"}), CLI::ParseError);
 }
 
-TEST(SurfaceOptions, OfAThresholdGridAreWhatTheProgramsReaderGives) {
+TEST(SurfaceOptions, ReadsTheThresholdGrid) {
   const auto with = [](float threshold, std::vector<std::string> words) {
     Command command("", "test");
     SurfaceArguments arguments;

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "common/mesh/joined_tiles.hpp"
+#include "common/mesh/merged_tiles.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/sample_shells.hpp"
 
@@ -44,7 +44,7 @@ void expect_manifold(const std::vector<std::uint8_t>& bytes, const LatticeMesh& 
     for (std::size_t i = 0; i < count; ++i) body(i);
   };
   const MeshTopology counted =
-      joined_tiles({&tile, 1}, header.lattice_resolution, border, for_each).topology;
+      merged_tiles({&tile, 1}, header.lattice_resolution, border, for_each).topology;
   EXPECT_EQ(counted, topology(mesh, border));
   EXPECT_TRUE(counted.is_sound());
 }
@@ -77,7 +77,7 @@ std::vector<std::vector<std::uint8_t>> small_shells() {
   return shells;
 }
 
-TEST(HostileShells, PrefixesAreRefused) {
+TEST(ShellDecoderRobustness, PrefixesAreRefused) {
   for (const auto& bytes : small_shells()) {
     ASSERT_EQ(decode_shell(bytes).status, ShellStatus::kOk);
     // The decoder supplies up to four zeros at the end: without the last bytes, the last values
@@ -98,7 +98,7 @@ TEST(HostileShells, PrefixesAreRefused) {
   }
 }
 
-TEST(HostileShells, EveryChangedByteIsRefusedOrSound) {
+TEST(ShellDecoderRobustness, EveryChangedByteIsRefusedOrSound) {
   for (const auto& bytes : small_shells()) {
     for (std::size_t i = 0; i < bytes.size(); ++i) {
       for (const int change : {0x01, 0x80, 0xff}) {
@@ -110,7 +110,7 @@ TEST(HostileShells, EveryChangedByteIsRefusedOrSound) {
   }
 }
 
-TEST(HostileShells, NoiseBehindAHeaderIsRefusedOrSound) {
+TEST(ShellDecoderRobustness, NoiseBehindAHeaderIsRefusedOrSound) {
   std::mt19937_64 random(5);
   const auto shells = small_shells();
   for (int trial = 0; trial < 2000; ++trial) {
@@ -125,7 +125,7 @@ TEST(HostileShells, NoiseBehindAHeaderIsRefusedOrSound) {
 }
 
 // A header of the largest box that promises the most, with streams of one byte over and over.
-TEST(HostileShells, TheLargestBoxTakesBoundedTime) {
+TEST(ShellDecoderRobustness, TheLargestBoxTakesBoundedTime) {
   for (const int modes : {0x00, 0x10, 0x01, 0x11, 0x02, 0x1e}) {
     for (const int filler : {0x00, 0x55, 0xaa, 0xff}) {
       std::vector<std::uint8_t> bytes = {1, static_cast<std::uint8_t>(modes), 5, 0, 0, 0, 0, 63, 63,

@@ -86,7 +86,7 @@ TEST(RangeCoder, KnowsWhenBytesAreMissingOrLeft) {
   EXPECT_TRUE(read().is_overrun());
 }
 
-TEST(LevelOfDistance, IsTheRoundedLogarithm) {
+TEST(LevelOfDistance, RoundsTheLogarithm) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 100000; ++i) {
     const double distance = std::exp2(static_cast<double>(random() % 2000) - 1060) *

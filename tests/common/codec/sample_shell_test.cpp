@@ -280,7 +280,7 @@ TEST(SampleShell, ASingleSampleBetweenLayers) {
   expect_exact(box, {.isovalue = 2, .values = ShellValues::kLatticeExact});
 }
 
-TEST(SampleShell, WithoutSurfaceThereAreNoTriangles) {
+TEST(SampleShell, NoSurfaceGivesNoTriangles) {
   for (const double value : {-1.0, 0.0, 1.0, kVoid}) {
     const Volume volume =
         fields::sampled<float>({33, 34, 35}, [value](int, int, int) { return value; });

@@ -23,8 +23,8 @@ std::string hex(const Rgb& color) {
   return text;
 }
 
-// The file is also what the viewer's colours are checked against.
-TEST_F(ColorMapTest, ColoursAreThoseOfAllPrograms) {
+// The file is also what the viewer's colors are checked against.
+TEST_F(ColorMapTest, ColorsAreThoseOfAllPrograms) {
   std::ifstream file(MULTITETRA_TEST_DATA "/colors.txt");
   std::set<std::string> maps;
   std::size_t count = 0;
@@ -50,13 +50,13 @@ TEST_F(ColorMapTest, ColoursAreThoseOfAllPrograms) {
   EXPECT_EQ(maps.size(), 4U);
 }
 
-TEST_F(ColorMapTest, NanHasItsOwnColour) {
+TEST_F(ColorMapTest, NanHasItsOwnColor) {
   const ColorScale scale{.map = ColorMap::kViridis, .no_value = {1, 2, 3}};
   EXPECT_EQ(scale(std::numeric_limits<double>::quiet_NaN()), (Rgb{1, 2, 3}));
   EXPECT_EQ(scale(std::numeric_limits<double>::infinity()), scale(1));
 }
 
-TEST_F(ColorMapTest, AColourIsSixHexadecimalDigits) {
+TEST_F(ColorMapTest, AColorIsSixHexadecimalDigits) {
   EXPECT_EQ(rgb_from("fF8000"), (Rgb{255, 128, 0}));
   for (const char* const text : {"", "ff800", "ff80000", "-f8000", "0xff80", "ff80g0", " ff800"}) {
     EXPECT_EQ(rgb_from(text), std::nullopt) << text;

@@ -39,7 +39,7 @@ LatticeMesh dust_and_a_planet() {
   return mesh;
 }
 
-TEST(MeshComponents, AreAsManyAsTheTopologyCounts) {
+TEST(MeshComponents, MatchTheTopologysCount) {
   const LatticeMesh mesh = dust_and_a_planet();
   const MeshComponents components = components_of(mesh);
   EXPECT_EQ(components.diagonals.size(), 7U);
@@ -51,7 +51,7 @@ TEST(MeshComponents, AreAsManyAsTheTopologyCounts) {
   EXPECT_EQ(components.count_from(1000), 0U);
 }
 
-TEST(MeshComponents, OfExactlyThatDiagonalStay) {
+TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
   // Sides of 2, 3 and 6 samples, in which only the sum of their squares is without rounding.
   const std::vector<LatticeTriangle> triangles = {{{{1, 1, 1}, {65, 97, 1}, {65, 1, 193}}}};
   const MeshComponents components = components_of(index_triangles(triangles, 5));
@@ -78,7 +78,7 @@ TEST(MeshComponents, RemovesOnlySmallOnes) {
   EXPECT_TRUE(with_components(mesh, components, 1000).triangles.empty());
 }
 
-TEST(MeshComponents, OfNothingAreNone) {
+TEST(MeshComponents, AnEmptyMeshHasNone) {
   const LatticeMesh nothing{};
   EXPECT_TRUE(components_of(nothing).diagonals.empty());
   EXPECT_TRUE(with_components(nothing, components_of(nothing), 1).vertices.empty());

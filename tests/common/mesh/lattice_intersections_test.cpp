@@ -108,7 +108,7 @@ TEST(LatticePlane, TouchingCountsButForCommonCornersAndEdges) {
   EXPECT_TRUE(touch(floor, {{{8, 0, 0}, {0, 0, 0}, {0, 8, 0}}})) << "The same, turned over.";
 }
 
-TEST(LatticeIntersections, AreThoseOfAllPairs) {
+TEST(LatticeIntersections, MatchAllPairs) {
   for (const std::int32_t size : {40, 400, 4000}) {
     RandomTriangles corner(1 << 14);
     RandomTriangles extent(size);
@@ -141,7 +141,7 @@ TEST(LatticeIntersections, AreThoseOfAllPairs) {
   }
 }
 
-TEST(LatticeIntersections, OfNothingAreNone) {
+TEST(LatticeIntersections, AnEmptyMeshHasNone) {
   EXPECT_EQ(lattice_intersections({}), LatticeIntersections());
 }
 

@@ -22,7 +22,7 @@ TEST(LatticePoint, KeysOrderAsZThenYThenXAndDiffer) {
   }
 }
 
-TEST(LatticePoint, IsOnTheLatticeUpToItsFarEnd) {
+TEST(LatticePoint, ValidUpToTheFarEnd) {
   const std::int32_t end = std::int32_t{1} << kMaxLatticeBits;
   EXPECT_TRUE(is_on_lattice({0, 0, 0}));
   EXPECT_TRUE(is_on_lattice({end, end, end}));
@@ -38,7 +38,7 @@ TEST(LatticePoint, HasExactGridCoordinates) {
   EXPECT_EQ(grid_coordinates({33, 1, 1 << 20}, 5), (Vec3{33.0 / 32, 1.0 / 32, 32768}));
 }
 
-TEST(OctreeCube, IsTheParentOfItsEightChildrenWhichFillIt) {
+TEST(OctreeCube, EightChildrenFillTheirParent) {
   const OctreeCube cube{.exponent = 3, .x = 5, .y = 2, .z = 7};
   std::int64_t volume = 0;
   for (int index = 0; index < 8; ++index) {
@@ -67,7 +67,7 @@ TEST(OctreeCube, ContainsItsClosedExtentAndNothingElse) {
   EXPECT_FALSE(cube.contains(low, 4)) << "the same integers are elsewhere at another resolution";
 }
 
-TEST(OctreeCube, OfTheGreatestSizeDoesNotOverflow) {
+TEST(OctreeCube, TheLargestCubeDoesNotOverflow) {
   const OctreeCube cube{.exponent = kMaxLatticeBits, .x = 0, .y = 0, .z = 0};
   EXPECT_TRUE(cube.contains({1 << 20, 1 << 20, 1 << 20}, kMaxLatticeResolution));
 }

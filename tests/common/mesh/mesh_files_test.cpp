@@ -170,21 +170,21 @@ TEST(MeshFile, HoldsTheNormalsOfTheMesh) {
   ASSERT_NE(decoded.value()->GetNamedAttribute(draco::GeometryAttribute::NORMAL), nullptr);
 }
 
-TEST(MeshFile, AsPlyReadsBackTheSame) {
+TEST(MeshFile, PlyRoundTrips) {
   const PositionedMesh mesh = world_mesh();
   const PositionedMesh read = read_ply(mesh_file(mesh, MeshFormat::kPly));
   EXPECT_EQ(read.positions, mesh.positions);
   EXPECT_EQ(read.triangles, mesh.triangles);
 }
 
-TEST(MeshFile, AsObjReadsBackTheSameToTheLastBit) {
+TEST(MeshFile, ObjRoundTripsBitForBit) {
   const PositionedMesh mesh = world_mesh();
   const PositionedMesh read = read_obj(mesh_file(mesh, MeshFormat::kObj));
   EXPECT_EQ(read.positions, mesh.positions);
   EXPECT_EQ(read.triangles, mesh.triangles);
 }
 
-TEST(MeshFile, AsStlHasTheSameCornersAndOutwardNormals) {
+TEST(MeshFile, StlHasTheCornersAndOutwardNormals) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kStl);
   EXPECT_FALSE(file.starts_with("solid")) << "would be taken for a text file";
@@ -212,7 +212,7 @@ TEST(MeshFile, AsStlHasTheSameCornersAndOutwardNormals) {
   EXPECT_TRUE(rest.empty());
 }
 
-TEST(MeshFile, AsGlbHoldsTheMeshWithItsBounds) {
+TEST(MeshFile, GlbHasTheMeshAndItsBounds) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kGlb);
   const Glb glb = read_glb(file);
@@ -244,7 +244,7 @@ TEST(MeshFile, AsGlbHoldsTheMeshWithItsBounds) {
   }
 }
 
-TEST(MeshFile, AsGlbIsWholeGltfWithTheUpAxisTurned) {
+TEST(MeshFile, GlbIsValidGltfWithTheUpAxisTurned) {
   const Glb glb = read_glb(mesh_file(world_mesh(), MeshFormat::kGlb));
   EXPECT_EQ(glb.json.at("asset").at("version"), "2.0");
   EXPECT_EQ(glb.json.at("scenes").at(0).at("nodes"), nlohmann::json::array({0}));
@@ -263,7 +263,7 @@ TEST(MeshFile, AsGlbIsWholeGltfWithTheUpAxisTurned) {
   EXPECT_EQ(glb.json.at("meshes").at(0).at("primitives").at(0).at("material"), 0);
 }
 
-TEST(MeshFile, AsGlbHasNormalsOfLengthOneThatPointOutwards) {
+TEST(MeshFile, GlbNormalsAreUnitVectorsPointingOutwards) {
   const LatticePoint center = surfaces::center(5);
   const PositionedMesh mesh =
       positioned(index_triangles(surfaces::octahedron(center, 64), 5), Affine{});
@@ -281,7 +281,7 @@ TEST(MeshFile, AsGlbHasNormalsOfLengthOneThatPointOutwards) {
   }
 }
 
-TEST(MeshFile, AsDracoHoldsEveryPositionWithinHalfAQuantizationStep) {
+TEST(MeshFile, DracoPositionsAreWithinHalfAQuantizationStep) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kDrc);
   draco::DecoderBuffer buffer;
@@ -306,7 +306,7 @@ TEST(MeshFile, AsDracoHoldsEveryPositionWithinHalfAQuantizationStep) {
   }
 }
 
-TEST(MeshFile, OfAnEmptyMeshIsAFileWithoutTriangles) {
+TEST(MeshFile, AnEmptyMeshGivesAFileWithoutTriangles) {
   const PositionedMesh empty;
   EXPECT_EQ(read_ply(mesh_file(empty, MeshFormat::kPly)).triangles.size(), 0U);
   EXPECT_EQ(read_obj(mesh_file(empty, MeshFormat::kObj)).triangles.size(), 0U);
@@ -319,7 +319,7 @@ TEST(MeshFile, OfAnEmptyMeshIsAFileWithoutTriangles) {
 
 // ---- names and disk
 
-TEST(MeshFormat, IsFoundBySuffixInEitherCaseWithOrWithoutDot) {
+TEST(MeshFormat, FoundBySuffixInAnyCase) {
   EXPECT_EQ(mesh_format_from(".PLY"), MeshFormat::kPly);
   EXPECT_EQ(mesh_format_from("stl"), MeshFormat::kStl);
   EXPECT_EQ(mesh_format_from(".obj"), MeshFormat::kObj);

@@ -51,13 +51,13 @@ TEST(IndexTriangles, KeepsAnyTrianglesAsTheyAre) {
   }
 }
 
-TEST(IndexTriangles, OfNothingIsEmpty) {
+TEST(IndexTriangles, NoTrianglesGiveAnEmptyMesh) {
   const LatticeMesh mesh = index_triangles({}, 5);
   EXPECT_TRUE(mesh.vertices.empty());
   EXPECT_TRUE(mesh.triangles.empty());
 }
 
-TEST(Weld, OfThePiecesIsTheWhole) {
+TEST(Weld, JoinsThePiecesIntoTheWhole) {
   const LatticeMesh whole = surfaces::torus(5, 24, 12, 0.2, 1);
   const std::vector<LatticeTriangle> triangles = corners(whole);
   std::vector<LatticeMesh> pieces;
@@ -73,13 +73,13 @@ TEST(Weld, OfThePiecesIsTheWhole) {
   EXPECT_EQ(topology(welded, kNoBorder), topology(whole, kNoBorder));
 }
 
-TEST(Weld, OfNothingIsEmpty) {
+TEST(Weld, NoTrianglesGiveAnEmptyMesh) {
   const LatticeMesh mesh = weld({}, 6);
   EXPECT_EQ(mesh.resolution, 6);
   EXPECT_TRUE(mesh.vertices.empty());
 }
 
-TEST(InCanonicalOrder, IsDecidedByTheTrianglesAlone) {
+TEST(InCanonicalOrder, DependsOnTheTrianglesOnly) {
   const std::vector<LatticeTriangle> triangles = {{LatticePoint{0, 0, 0}, {4, 0, 0}, {0, 4, 0}},
                                                   {LatticePoint{4, 0, 0}, {4, 4, 0}, {0, 4, 0}},
                                                   {LatticePoint{4, 4, 0}, {0, 4, 4}, {0, 4, 0}}};
@@ -118,7 +118,7 @@ TEST(Positioned, TurnsTrianglesOverExactlyWhenTheMapMirrors) {
 
 // ---- topology
 
-TEST(Topology, OfATorusHasEulerCharacteristicZero) {
+TEST(Topology, ATorusHasEulerCharacteristicZero) {
   const MeshTopology found = topology(surfaces::torus(5, 24, 12, 0.2, 1), kNoBorder);
   EXPECT_EQ(found, (MeshTopology{.vertices = 288,
                                  .edges = 864,
@@ -209,7 +209,7 @@ TEST(Topology, CountsDegenerateTrianglesWithoutTheirEdges) {
   EXPECT_FALSE(found.is_sound());
 }
 
-TEST(Topology, OfAnEmptyMeshIsAllZeroAndSound) {
+TEST(Topology, AnEmptyMeshIsAllZeroAndSound) {
   EXPECT_EQ(topology(LatticeMesh{}, kNoBorder), MeshTopology{});
   EXPECT_TRUE(MeshTopology{}.is_sound());
 }
@@ -241,7 +241,7 @@ TEST(ContentDigest, SeesEveryChange) {
   }
 }
 
-TEST(ContentDigest, OfAKnownTriangleNeverChanges) {
+TEST(ContentDigest, OneTriangleHasTheDocumentedDigest) {
   // Stored by clients between connections: a change here is a change of the protocol.
   const LatticeTriangle t = {LatticePoint{1, 2, 3}, {4, 5, 6}, {7, 8, 10}};
   EXPECT_EQ(digest(t, 5).hex(), "6b5514e8adff4fe31f714a6516d4c88d");

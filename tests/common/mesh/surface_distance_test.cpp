@@ -42,7 +42,7 @@ std::vector<SurfaceTriangle> triangle_soup(std::mt19937_64& random, std::size_t 
 
 double unlimited(const Vec3&) { return kInfinity; }
 
-TEST(DistanceToTriangle, IsToItsInsideItsSidesAndItsCorners) {
+TEST(DistanceToTriangle, MeasuresToInteriorEdgesAndCorners) {
   const SurfaceTriangle t = {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{0, 4, 0}};
   EXPECT_DOUBLE_EQ(distance_to_triangle({1, 1, 3}, t), 3);
   EXPECT_DOUBLE_EQ(distance_to_triangle({1, 1, -3}, t), 3);
@@ -53,7 +53,7 @@ TEST(DistanceToTriangle, IsToItsInsideItsSidesAndItsCorners) {
   EXPECT_DOUBLE_EQ(distance_to_triangle({7, -4, 0}, t), 5);
 }
 
-TEST(DistanceToTriangle, OfADegenerateOneIsToItsSegmentOrPoint) {
+TEST(DistanceToTriangle, DegenerateTrianglesActAsSegmentOrPoint) {
   const SurfaceTriangle segment = {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{2, 0, 0}};
   EXPECT_DOUBLE_EQ(distance_to_triangle({3, 3, 4}, segment), 5);
   EXPECT_DOUBLE_EQ(distance_to_triangle({7, 4, 0}, segment), 5);
@@ -61,7 +61,7 @@ TEST(DistanceToTriangle, OfADegenerateOneIsToItsSegmentOrPoint) {
   EXPECT_DOUBLE_EQ(distance_to_triangle({1, 4, 5}, point), 5);
 }
 
-TEST(NearestTriangle, IsTheNearestOfAll) {
+TEST(NearestTriangle, FindsTheNearestOfAll) {
   std::mt19937_64 random(5);
   for (const std::size_t count : {1U, 2U, 4U, 5U, 9U, 33U, 700U}) {
     const auto soup = triangle_soup(random, count);
@@ -85,7 +85,7 @@ TEST(NearestTriangle, AgreesWithAnotherFormula) {
   }
 }
 
-TEST(NearestTriangle, OfNoneIsInfinitelyFar) {
+TEST(NearestTriangle, AnEmptyMeshIsInfinitelyFar) {
   const NearestTriangle nothing({});
   EXPECT_TRUE(nothing.is_empty());
   EXPECT_EQ(nothing.distance({0, 0, 0}), kInfinity);
@@ -100,7 +100,7 @@ TEST(SampledPoints, LieOnTheSurface) {
   for (const Vec3& p : points) ASSERT_LT(surface.distance(p), 1e-12);
 }
 
-TEST(SampledPoints, AreSpreadByArea) {
+TEST(SampledPoints, SpreadByArea) {
   const std::vector<SurfaceTriangle> surface = {
       {Vec3{0, 0, 0}, Vec3{2, 0, 0}, Vec3{0, 1, 0}},
       {Vec3{0, 0, 1}, Vec3{0, 0, 1}, Vec3{5, 5, 1}},  // Without area.
@@ -117,7 +117,7 @@ TEST(SampledPoints, AreSpreadByArea) {
   EXPECT_NEAR(low / 3000, 0.25, 0.03) << "a quarter of the triangle lies below its middle line";
 }
 
-TEST(SampledPoints, AreTheSameEveryTimeAndOthersForAnotherSeed) {
+TEST(SampledPoints, DeterministicForASeed) {
   const auto surface = square(0);
   EXPECT_EQ(sampled_points(surface, 100, 3), sampled_points(surface, 100, 3));
   EXPECT_NE(sampled_points(surface, 100, 3), sampled_points(surface, 100, 4));
@@ -129,7 +129,7 @@ TEST(SampledPoints, ThereAreNoneWithoutArea) {
   EXPECT_TRUE(sampled_points(point, 100).empty());
 }
 
-TEST(Distances, OfParallelSquaresAreTheirDistance) {
+TEST(SurfaceDistances, ParallelSquaresHaveTheirDistance) {
   const auto points = sampled_points(square(0), 500);
   const auto d = distances(points, NearestTriangle(square(0.25)), unlimited);
   EXPECT_EQ(d.samples, 500U);
@@ -139,7 +139,7 @@ TEST(Distances, OfParallelSquaresAreTheirDistance) {
   EXPECT_EQ(d.above_limit, 0U);
 }
 
-TEST(Distances, TellMaximumAndPercentileApart) {
+TEST(SurfaceDistances, DistinguishesMaximumAndPercentile) {
   std::vector<Vec3> points(1000, Vec3{0.5, 0.5, 1});
   for (std::size_t i = 0; i < 10; ++i) points[100 * i] = {0.5, 0.5, 3};
   const auto d = distances(points, NearestTriangle(square(0)), unlimited);
@@ -149,7 +149,7 @@ TEST(Distances, TellMaximumAndPercentileApart) {
 }
 
 // What is far may be allowed, and what is near may not.
-TEST(Distances, AreComparedWithTheLimitOfTheirPlace) {
+TEST(SurfaceDistances, ComparedWithTheLimitAtTheirPlace) {
   const std::vector<Vec3> points = {{0.1, 0.5, 3}, {0.9, 0.5, 1}, {0.8, 0.5, 0.1}};
   const auto limit = [](const Vec3& p) { return p[0] < 0.5 ? 5.0 : 0.5; };
   const auto d = distances(points, NearestTriangle(square(0)), limit);
@@ -160,7 +160,7 @@ TEST(Distances, AreComparedWithTheLimitOfTheirPlace) {
   EXPECT_DOUBLE_EQ(d.worst_limit, 0.5);
 }
 
-TEST(Distances, ToNothingAreInfiniteAndOfNothingZero) {
+TEST(SurfaceDistances, EmptyMeshesHaveInfiniteOrZeroDistance) {
   const auto far = distances(sampled_points(square(0), 10), NearestTriangle({}),
                              [](const Vec3&) { return 1e300; });
   EXPECT_EQ(far.maximum, kInfinity);

@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-TEST(Endpoint, IsReadAsUsersWriteIt) {
+TEST(Endpoint, ParsesWhatUsersWrite) {
   const std::vector<std::pair<std::string, Endpoint>> good = {
       {"localhost", {"localhost", kDefaultPort}},
       {"localhost:80", {"localhost", 80}},
@@ -90,7 +90,7 @@ TEST(Endpoint, AServerListensOnTcpOnly) {
   }
 }
 
-TEST(Endpoint, IsReadBackAsItIsWritten) {
+TEST(Endpoint, RoundTrips) {
   for (const Endpoint& endpoint :
        {Endpoint{"localhost", 80}, {"127.0.0.1", 0}, {"::1", 7410}, {"fe80::2", 65535}}) {
     EXPECT_EQ(*parse_endpoint(to_string(endpoint)), endpoint) << to_string(endpoint);

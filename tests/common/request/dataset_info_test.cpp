@@ -22,7 +22,7 @@ DatasetInfo head() {
           .suggested_isovalues = {}};
 }
 
-TEST(SampleType, IsFoundByItsNameAlone) {
+TEST(SampleType, FoundByName) {
   for (const SampleType type :
        {SampleType::kU8, SampleType::kI8, SampleType::kU16, SampleType::kI16, SampleType::kF32}) {
     EXPECT_EQ(sample_type_from(name(type)), type);
@@ -34,7 +34,7 @@ TEST(SampleType, IsFoundByItsNameAlone) {
   EXPECT_EQ(bytes_per_sample(SampleType::kF32), 4);
 }
 
-TEST(GridExponent, IsTheSmallestThatHoldsSamplesAndMargin) {
+TEST(GridExponent, SmallestThatHoldsSamplesAndMargin) {
   EXPECT_EQ(grid_exponent_for({1, 1, 1}, 0), 1);
   EXPECT_EQ(grid_exponent_for({3, 1, 1}, 0), 1);
   EXPECT_EQ(grid_exponent_for({4, 1, 1}, 0), 2);
@@ -97,7 +97,7 @@ TEST(IsosurfaceRequest, WithinItsRangesIsValid) {
   EXPECT_TRUE(validated({.error = 1e9, .topology_tolerance = 4, .lattice_resolution = 8}));
 }
 
-TEST(IsosurfaceRequest, OutsideARangeNamesTheFieldAndItsRange) {
+TEST(IsosurfaceRequest, ErrorsNameTheFieldAndItsRange) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   const auto expect_invalid = [](const IsosurfaceRequest& request, const std::string& text) {

@@ -104,7 +104,7 @@ TEST(RequestKey, DiffersWhereverRequestsDiffer) {
   }
 }
 
-TEST(RequestKey, IsTheSameForEqualRequests) {
+TEST(RequestKey, SameForEqualRequests) {
   EXPECT_EQ(key_of(full()), key_of(full()));
   IsosurfaceRequest zero = full();
   zero.isovalue = 0.0;

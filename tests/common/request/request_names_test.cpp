@@ -60,7 +60,7 @@ std::string snake(const std::string& camel) {
   return name;
 }
 
-TEST(RequestNames, AreThoseOfOptions) {
+TEST(RequestNames, MatchTheOptions) {
   Command command("", "test");
   SurfaceArguments arguments;
   add_request_options(command, arguments,
@@ -74,7 +74,7 @@ TEST(RequestNames, AreThoseOfOptions) {
   EXPECT_EQ(matches(help, "--([a-z-]+)"), expected);
 }
 
-TEST(RequestNames, AreThoseOfProtobuf) {
+TEST(RequestNames, MatchProtobuf) {
   const std::string proto = text_of_file("proto/multitetra/v1/request.proto");
   Names names;
   for (const std::string message : {"ThresholdMap", "IsosurfaceRequest"}) {
@@ -92,7 +92,7 @@ TEST(RequestNames, AreThoseOfProtobuf) {
   EXPECT_EQ(names, expected);
 }
 
-TEST(RequestNames, AndTheirDescriptionsAreThoseOfHttp) {
+TEST(RequestNames, MatchTheHttpParametersAndDescriptions) {
   const auto openapi = nlohmann::json::parse(text_of_file("server/routes/openapi.json"));
   auto parameter = openapi["paths"]["/v1/datasets/{name}/isosurface"]["get"]["parameters"].begin();
   ASSERT_EQ((*parameter)["name"], "name");
@@ -116,7 +116,7 @@ TEST(RequestNames, AndTheirDescriptionsAreThoseOfHttp) {
       << "no parameter that is no field but the file's format";
 }
 
-TEST(RequestNames, AreThoseOfTheViewersAddress) {
+TEST(RequestNames, MatchTheViewersAddress) {
   const std::string url_state = text_of_file("client/web/src/state/url_state.ts");
   Names viewer;
   for (const std::string& name : matches(url_state, "set\\(\"(\\w+)\"")) viewer.insert(snake(name));

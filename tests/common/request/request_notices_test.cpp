@@ -25,66 +25,70 @@ IsosurfaceRequest with(decltype(ThresholdRegion::shape) shape,
   return request;
 }
 
-std::string told(const IsosurfaceRequest& request, const DatasetInfo& info = far_away()) {
+std::string notices_of(const IsosurfaceRequest& request, const DatasetInfo& info = far_away()) {
   std::string text;
   for (const std::string& notice : request_notices(request, info)) text += notice + "\n";
   return text;
 }
 
 TEST(RequestNotices, ThereAreNoneForASurfaceOfTheData) {
-  EXPECT_EQ(told({.isovalue = 60}), "");
-  EXPECT_EQ(told(with(BoxShape{.low = {90, -5, -30}, .high = {101, 1, -19}})), "");
-  EXPECT_EQ(told(with(BallShape{.centre = {99, 0, -20}, .radius = 0.5})), "") << "one sample away";
-  EXPECT_EQ(told(with(HalfSpaceShape{.normal = {1, 0, 0}, .offset = 119})), "");
-  EXPECT_EQ(told(with(BallShape{.centre = {5, 5, 5}}, CoordinateSystem::kIndex)), "");
+  EXPECT_EQ(notices_of({.isovalue = 60}), "");
+  EXPECT_EQ(notices_of(with(BoxShape{.low = {90, -5, -30}, .high = {101, 1, -19}})), "");
+  EXPECT_EQ(notices_of(with(BallShape{.centre = {99, 0, -20}, .radius = 0.5})), "")
+      << "one sample away";
+  EXPECT_EQ(notices_of(with(HalfSpaceShape{.normal = {1, 0, 0}, .offset = 119})), "");
+  EXPECT_EQ(notices_of(with(BallShape{.centre = {5, 5, 5}}, CoordinateSystem::kIndex)), "");
 }
 
-TEST(RequestNotices, TellWhereTheDataAreWhenARegionIsElsewhere) {
+TEST(RequestNotices, WarnsAboutRegionsOutsideTheData) {
   const std::string where =
       "Region 1 is outside of \"ct\" and without effect: its samples are from (100, 0, -20) to "
       "(120, 20, 0) in world coordinates.\n";
-  EXPECT_EQ(told(with(BoxShape{.low = {0, 0, 0}, .high = {10, 10, 10}})), where);
-  EXPECT_EQ(told(with(BallShape{.centre = {126, 24, 4}, .radius = 4})), where) << "off a corner";
-  EXPECT_EQ(told(with(HalfSpaceShape{.normal = {-1, 0, 0}, .offset = 0})), where);
-  EXPECT_EQ(told(with(BallShape{.centre = {110, 10, -10}, .radius = 5}, CoordinateSystem::kIndex)),
-            "Region 1 is outside of \"ct\" and without effect: its samples are from (0, 0, 0) to "
-            "(10, 10, 10) in sample indices.\n");
+  EXPECT_EQ(notices_of(with(BoxShape{.low = {0, 0, 0}, .high = {10, 10, 10}})), where);
+  EXPECT_EQ(notices_of(with(BallShape{.centre = {126, 24, 4}, .radius = 4})), where)
+      << "off a corner";
+  EXPECT_EQ(notices_of(with(HalfSpaceShape{.normal = {-1, 0, 0}, .offset = 0})), where);
+  EXPECT_EQ(
+      notices_of(with(BallShape{.centre = {110, 10, -10}, .radius = 5}, CoordinateSystem::kIndex)),
+      "Region 1 is outside of \"ct\" and without effect: its samples are from (0, 0, 0) to "
+      "(10, 10, 10) in sample indices.\n");
 }
 
 TEST(RequestNotices, CountManyRegionsInOneSentence) {
   IsosurfaceRequest request = with(BallShape{.centre = {110, 10, -10}});
   for (int i = 0; i < 5; ++i) request.thresholds.regions.push_back({.shape = BallShape{}});
-  EXPECT_EQ(told(request).substr(0, 48), "5 regions, the first of them number 2, are outsi");
+  EXPECT_EQ(notices_of(request).substr(0, 48), "5 regions, the first of them number 2, are outsi");
 }
 
 TEST(RequestNotices, SeeABoxBesideAxesThatAreOblique) {
   DatasetInfo info = far_away();  // Turned by 45 degrees about z.
   info.index_to_world = {.columns = {Vec3{1, 1, 0}, Vec3{-1, 1, 0}, Vec3{0, 0, 1}}};
-  EXPECT_EQ(told(with(BoxShape{.low = {-1, 9, 0}, .high = {1, 11, 1}}), info), "");
-  EXPECT_NE(told(with(BoxShape{.low = {8, 0, 0}, .high = {10, 2, 1}}), info), "")
+  EXPECT_EQ(notices_of(with(BoxShape{.low = {-1, 9, 0}, .high = {1, 11, 1}}), info), "");
+  EXPECT_NE(notices_of(with(BoxShape{.low = {8, 0, 0}, .high = {10, 2, 1}}), info), "")
       << "inside of the box around the data, beside the data";
 }
 
-TEST(RequestNotices, TellOfAGridThatLiesElsewhere) {
+TEST(RequestNotices, WarnsAboutAGridOutsideTheData) {
   ThresholdGrid grid{.dims = {2, 1, 1}, .thresholds = {1, 2}};
   IsosurfaceRequest request{.isovalue = 60};
   request.thresholds.grid = std::make_shared<const ThresholdGrid>(grid);
-  EXPECT_NE(told(request).find("from (-0.5, -0.5, -0.5) to (1.5, 0.5, 0.5)"), std::string::npos);
+  EXPECT_NE(notices_of(request).find("from (-0.5, -0.5, -0.5) to (1.5, 0.5, 0.5)"),
+            std::string::npos);
   grid.index_to_world.translation = {110, 10, -10};
   request.thresholds.grid = std::make_shared<const ThresholdGrid>(grid);
-  EXPECT_EQ(told(request), "");
+  EXPECT_EQ(notices_of(request), "");
 }
 
-TEST(RequestNotices, TellTheValuesWhenTheIsovalueIsNotAmongThem) {
+TEST(RequestNotices, WarnsAboutAnIsovalueOutsideTheRange) {
   const std::string values = "; values of \"ct\" go from 0 to 255.\n";
-  EXPECT_EQ(told({.isovalue = 255}),
+  EXPECT_EQ(notices_of({.isovalue = 255}),
             "The surface is empty: there is none at isovalue 255" + values);
-  EXPECT_EQ(told({.isovalue = -0.5}),
+  EXPECT_EQ(notices_of({.isovalue = -0.5}),
             "The surface is empty: there is none at isovalue -0.5" + values);
-  EXPECT_EQ(told({.isovalue = 0}), "") << "A sample is positive when it is greater.";
+  EXPECT_EQ(notices_of({.isovalue = 0}), "") << "A sample is positive when it is greater.";
   DatasetInfo closed = far_away();
   closed.outside = -1000;
-  EXPECT_EQ(told({.isovalue = -0.5}, closed), "") << "The surface closes around the data.";
+  EXPECT_EQ(notices_of({.isovalue = -0.5}, closed), "") << "The surface closes around the data.";
 }
 
 }  // namespace

@@ -23,25 +23,25 @@ TEST(SameWorld, BoxesThatOverlapLieInOneWorldWhateverTheirGrids) {
   DatasetInfo values = cube_at({9, 0, 0});
   values.dims = {3, 40, 5};
   values.meaning.value_unit = "K";
-  EXPECT_EQ(why_not_one_world(cube_at({0, 0, 0}), values), "");
+  EXPECT_EQ(world_mismatch(cube_at({0, 0, 0}), values), "");
 }
 
 TEST(SameWorld, OtherAxesUnitsAndPlacesAreOtherWorlds) {
   const DatasetInfo surface = cube_at({0, 0, 0});
   DatasetInfo values = surface;
   values.meaning.space = WorldSpace::kRas;
-  expect_contains(why_not_one_world(surface, values), "RAS");
+  expect_contains(world_mismatch(surface, values), "RAS");
   values = surface;
   values.meaning.length_unit = "µm";
-  expect_contains(why_not_one_world(surface, values), "µm");
-  expect_contains(why_not_one_world(surface, cube_at({0, 10, 0})), "along y from 10 to 19");
+  expect_contains(world_mismatch(surface, values), "µm");
+  expect_contains(world_mismatch(surface, cube_at({0, 10, 0})), "along y from 10 to 19");
 }
 
 TEST(SameWorld, WhatIsNotKnownIsNoDifference) {
   const DatasetInfo surface = cube_at({0, 0, 0});
   DatasetInfo values = surface;
   values.meaning = {};
-  EXPECT_EQ(why_not_one_world(surface, values), "");
+  EXPECT_EQ(world_mismatch(surface, values), "");
 }
 
 }  // namespace

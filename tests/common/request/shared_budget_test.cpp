@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-TEST(SharedBudget, IsSharedInProportionAndNeverExceeded) {
+TEST(SharedBudget, SharedInProportionAndNeverExceeded) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 300; ++i) {
     std::vector<std::uint64_t> sizes(1 + random() % 16);
@@ -23,16 +23,16 @@ TEST(SharedBudget, IsSharedInProportionAndNeverExceeded) {
             (std::vector<std::uint64_t>{251, 751}));
 }
 
-TEST(SharedBudget, WithoutABudgetThereIsNoLimit) {
+TEST(SharedBudget, NoBudgetMeansNoLimit) {
   EXPECT_EQ(shares_of(0, std::vector<std::uint64_t>{5, 6}), (std::vector<std::uint64_t>{0, 0}));
 }
 
 TEST(SharedBudget, GoesToRequestsThatAreSeveralAndHaveOne) {
   const IsosurfaceRequest request{.max_triangles = 1002, .max_bytes = 0};
   std::vector<IsosurfaceRequest> requests = {request};
-  EXPECT_FALSE(must_share(requests));
+  EXPECT_FALSE(needs_shared_budget(requests));
   requests.push_back(request);
-  ASSERT_TRUE(must_share(requests));
+  ASSERT_TRUE(needs_shared_budget(requests));
   EXPECT_TRUE(check_shared_budget(requests));
   share_budget(requests, std::vector<EstimatedSize>{{.triangles = 100}, {.triangles = 300}});
   EXPECT_EQ(requests[0].max_triangles, 251U);
@@ -41,7 +41,7 @@ TEST(SharedBudget, GoesToRequestsThatAreSeveralAndHaveOne) {
   requests.assign(2, {.max_triangles = 9, .max_bytes = 1});
   EXPECT_EQ(check_shared_budget(requests).error().code, ErrorCode::kInvalidArgument);
   requests.assign(2, {});
-  EXPECT_FALSE(must_share(requests));
+  EXPECT_FALSE(needs_shared_budget(requests));
 }
 
 }  // namespace

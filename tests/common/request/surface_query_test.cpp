@@ -13,11 +13,11 @@ const RequestField& field(std::string_view name) {
                        [&](const RequestField& f) { return f.name == name; });
 }
 
-Objection set(SurfaceQuery& query, std::string_view name, std::string_view text) {
+FieldError set(SurfaceQuery& query, std::string_view name, std::string_view text) {
   return field(name).set(field(name), text, query);
 }
 
-TEST(RequestFields, HaveTheDefaultsThatTheyTell) {
+TEST(RequestFields, HaveTheirDocumentedDefaults) {
   const SurfaceQuery usual;
   for (const RequestField& one : request_fields()) {
     if (one.usual.empty()) continue;
@@ -42,7 +42,7 @@ TEST(RequestFields, TakeEveryAlternativeOfTheirFormAndNoOther) {
       rest.remove_prefix(std::min(end + 1, rest.size()));
     }
     SurfaceQuery query;
-    const Objection wrong = one.set(one, "nonsense", query);
+    const FieldError wrong = one.set(one, "nonsense", query);
     ASSERT_TRUE(wrong) << one.name;
     EXPECT_TRUE(wrong->starts_with("must be ")) << *wrong;
   }

@@ -133,7 +133,7 @@ std::vector<Spoken> expected(const std::string& payload) {
        framed_message(ServerMessage(ErrorReply{
            .request_id = 3,
            .error = {ErrorCode::kUnknownDataset,
-                     "No dataset is named \"coroner\"; ListDatasets tells those that are."}}))},
+                     "No dataset is named \"coroner\"; ListDatasets lists the datasets."}}))},
   };
 }
 

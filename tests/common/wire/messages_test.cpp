@@ -18,7 +18,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- what is written is read
 
-TEST(Messages, FromTheClientAreReadAsTheyWereWritten) {
+TEST(Messages, ClientMessagesRoundTrip) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 500; ++i) {
     for (std::size_t kind = 0; kind < std::variant_size_v<ClientMessage>; ++kind) {
@@ -30,7 +30,7 @@ TEST(Messages, FromTheClientAreReadAsTheyWereWritten) {
   }
 }
 
-TEST(Messages, FromTheServerAreReadAsTheyWereWritten) {
+TEST(Messages, ServerMessagesRoundTrip) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 500; ++i) {
     for (std::size_t kind = 0; kind < std::variant_size_v<ServerMessage>; ++kind) {
@@ -55,10 +55,10 @@ IsosurfaceRequest largest_request() {
   return request;
 }
 
-TEST(Messages, OfFullLengthFitIntoAFrame) {
+TEST(Messages, LargestMessagesFitIntoAFrame) {
   OpenStream open{
       .request_id = ~0ULL, .dataset = std::string(255, 'x'), .request = largest_request()};
-  open.held.assign(kMaxHeldDigests, ContentDigest{1, 2});
+  open.cached_tile_digests.assign(kMaxHeldDigests, ContentDigest{1, 2});
   const std::string longest = serialize(ClientMessage(open));
   EXPECT_LE(longest.size(), kMaxClientFrameBytes);
   EXPECT_TRUE(parse_client_message(longest));
@@ -105,7 +105,7 @@ TEST(Messages, CutOrChangedAnywhereAreReadOrRefusedWithAReason) {
   }
 }
 
-TEST(Messages, OfNoKnownKindAreMalformed) {
+TEST(Messages, RejectsUnknownKinds) {
   for (const std::string_view bytes : {std::string_view(""), std::string_view("\x7A\1x"),
                                        std::string_view("\xFF"), std::string_view("hello")}) {
     const auto from_client = parse_client_message(bytes);
@@ -123,7 +123,7 @@ std::string field(int number, const std::string& content) {
          content;
 }
 
-TEST(Messages, FromANewerPeerAreReadWithoutTheirUnknownFields) {
+TEST(Messages, IgnoresUnknownFieldsOfNewerPeers) {
   const std::string bytes = serialize(ClientMessage(Ping{7}));
   const std::string unknown = "\x78\x05" + field(14, "regions");
   for (const std::string& newer : {bytes + unknown, unknown + bytes, bytes + field(5, unknown)}) {
@@ -133,7 +133,7 @@ TEST(Messages, FromANewerPeerAreReadWithoutTheirUnknownFields) {
   }
 }
 
-TEST(Messages, WithoutOptionalFieldsHaveTheirDocumentedDefaults) {
+TEST(Messages, AbsentFieldsHaveTheirDocumentedDefaults) {
   const auto hello = parse_client_message(field(1, ""));
   ASSERT_TRUE(hello);
   EXPECT_TRUE(samples::same(*hello, ClientMessage(Hello{})));
@@ -145,7 +145,7 @@ TEST(Messages, WithoutOptionalFieldsHaveTheirDocumentedDefaults) {
   EXPECT_EQ(defaults.request.lattice_resolution, 5);
 }
 
-TEST(Messages, ThatDoNotNameDracoAreRefusedAndKnownCodecsAreFound) {
+TEST(Messages, RejectsHelloWithoutDracoAndReadsKnownCodecs) {
   for (const std::string codecs : {"\x09", "\x02"}) {
     const auto refused = parse_client_message(field(1, field(3, codecs)));
     ASSERT_FALSE(refused);
@@ -157,7 +157,7 @@ TEST(Messages, ThatDoNotNameDracoAreRefusedAndKnownCodecsAreFound) {
             (std::vector{PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell}));
 }
 
-TEST(Messages, WithTextThatIsNotUtf8AreMalformed) {
+TEST(Messages, RejectsTextThatIsNotUtf8) {
   const auto parsed = parse_client_message(field(3, "\x08\x01" + field(2, "fu\xFF")));
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.error().error.code, ErrorCode::kMalformedMessage);
@@ -177,7 +177,7 @@ TEST(Messages, CarryErrorTextsThatAreNotUtf8AsFarAsTheyAre) {
   EXPECT_EQ(text_of("\xF4\x90\x80\x80"), "????") << "beyond U+10FFFF";
 }
 
-TEST(Messages, WithAnUnknownErrorCodeMeanUnknown) {
+TEST(Messages, UnknownErrorCodesMeanUnknown) {
   const auto parsed = parse_server_message(field(7, "\x10\x63"));
   ASSERT_TRUE(parsed);
   EXPECT_EQ(std::get<ErrorReply>(*parsed).error.code, ErrorCode::kUnknown);
@@ -268,8 +268,8 @@ TEST(OpenStream, OutOfRangeIsRefused) {
   scalars([](ScalarRequest& s) { s.bits = 12; }, "8 or 16");
   scalars([](ScalarRequest& s) { s.limits = {1, 1}; }, "range of scalars");
   scalars([](ScalarRequest& s) { s.limits = {0, kInfinity}; }, "range of scalars");
-  refuse([](OpenStream& o) { o.held.resize(kMaxHeldDigests + 1); }, "OpenStream.held",
-         ErrorCode::kLimitExceeded);
+  refuse([](OpenStream& o) { o.cached_tile_digests.resize(kMaxHeldDigests + 1); },
+         "OpenStream.cached_tile_digests", ErrorCode::kLimitExceeded);
 }
 
 // A request with one part of every kind.
@@ -300,14 +300,14 @@ void expect_map_refused(const std::function<void(LocalThresholds&)>& spoil, cons
       [&](Estimate& e) { spoil(e.request.thresholds); }, text, code);
 }
 
-TEST(ThresholdMaps, WithAPartOfEveryKindAreAccepted) {
+TEST(ThresholdMaps, AcceptsEveryKindOfPart) {
   const OpenStream open{.request_id = 9, .dataset = "fuel", .request = request_with_a_map()};
   const auto parsed = parse_client_message(serialize(ClientMessage(open)));
   ASSERT_TRUE(parsed) << parsed.error().error.text;
   EXPECT_TRUE(samples::same(*parsed, ClientMessage(open)));
 }
 
-TEST(ThresholdMaps, WithARegionOutOfRangeAreRefusedByItsIndexAndField) {
+TEST(ThresholdMaps, RejectsARegionOutOfRangeByIndexAndField) {
   using Map = LocalThresholds;
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_map_refused([=](Map& m) { m.regions[2].threshold = wrong; }, "regions[2].threshold");
@@ -338,7 +338,7 @@ TEST(ThresholdMaps, WithARegionOutOfRangeAreRefusedByItsIndexAndField) {
                      "threshold.combine");
 }
 
-TEST(ThresholdMaps, WithAGridOutOfRangeAreRefused) {
+TEST(ThresholdMaps, RejectsAGridOutOfRange) {
   const auto refuse = [](const std::function<void(ThresholdGrid&)>& spoil, const char* text,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_map_refused(
@@ -366,7 +366,7 @@ TEST(ThresholdMaps, WithAGridOutOfRangeAreRefused) {
   refuse([](ThresholdGrid& g) { g.index_to_world.columns[1] = {2, 0, 0}; }, "grid.index_to_world");
 }
 
-TEST(ThresholdMaps, WithAViewOutOfRangeAreRefused) {
+TEST(ThresholdMaps, RejectsAViewOutOfRange) {
   const auto refuse = [](const std::function<void(ThresholdView&)>& spoil, const char* text) {
     expect_map_refused([&](LocalThresholds& m) { spoil(*m.view); }, text);
   };
@@ -388,7 +388,7 @@ TEST(ThresholdMaps, WithAViewOutOfRangeAreRefused) {
   refuse([](ThresholdView& v) { v.frustum->up = {-3, 0, 0}; }, "view.frustum.up");
 }
 
-TEST(ThresholdMaps, OfMoreThanTenThousandRegionsAreRefusedAndTheConversationGoesOn) {
+TEST(ThresholdMaps, RejectsMoreThanTenThousandRegions) {
   for (const std::size_t count : {kMaxThresholdRegions + 1, 3 * kMaxThresholdRegions}) {
     expect_map_refused([=](LocalThresholds& m) { m.regions.resize(count); }, "regions",
                        ErrorCode::kLimitExceeded);
@@ -400,7 +400,7 @@ std::string open_stream_with_map(const std::string& map) {
   return field(3, "\x08\x09" + field(2, "fuel") + field(3, field(2, map)));
 }
 
-TEST(ThresholdMaps, OfPiecesThatAreNotWholeAreRefused) {
+TEST(ThresholdMaps, RejectsIncompletePieces) {
   const auto refusal = [](const std::string& map) {
     const auto parsed = parse_client_message(open_stream_with_map(map));
     if (parsed) return std::string("accepted");
@@ -423,7 +423,7 @@ TEST(ThresholdMaps, OfPiecesThatAreNotWholeAreRefused) {
             std::string::npos);
 }
 
-TEST(ThresholdMaps, WithoutOptionalFieldsHaveTheirDocumentedDefaults) {
+TEST(ThresholdMaps, AbsentFieldsHaveTheirDocumentedDefaults) {
   const std::string zero(8, '\0');
   std::string one_point(8, '\0');
   one_point[6] = '\xF0';
@@ -438,7 +438,7 @@ TEST(ThresholdMaps, WithoutOptionalFieldsHaveTheirDocumentedDefaults) {
   EXPECT_EQ(view.tolerance_pixels, 0);
 }
 
-TEST(OpenStream, WithAPieceOfADigestIsRefused) {
+TEST(OpenStream, RejectsAPartialDigest) {
   const std::string bytes = "\x08\x09" + field(2, "fuel") + field(5, std::string(17, 'h'));
   const auto parsed = parse_client_message(field(3, bytes));
   ASSERT_FALSE(parsed);
@@ -598,7 +598,7 @@ TEST(Probe, OutOfRangeIsRefused) {
       "1025 places", ErrorCode::kLimitExceeded);
 }
 
-TEST(SliceReply, OfOtherBytesThanItsPixelsIsRefused) {
+TEST(SliceReply, RejectsBytesThatDoNotMatchItsPixels) {
   const auto bytes = [](std::size_t count) {
     return std::make_shared<const std::string>(count, '\0');
   };
@@ -613,7 +613,7 @@ TEST(SliceReply, OfOtherBytesThanItsPixelsIsRefused) {
       good, [](SliceReply& r) { r.sample_spacing = 0; }, "sample_spacing");
 }
 
-TEST(ProbeReply, WithANumberThatIsNotFiniteIsRefused) {
+TEST(ProbeReply, RejectsNumbersThatAreNotFinite) {
   const ProbedPlace place{.world = {1, 2, 3}, .index = {4, 5, 6}, .value = 7, .gradient = Vec3{}};
   const auto refuse = [&](auto spoil, const char* text) {
     expect_refused<ProbeReply>(
@@ -653,7 +653,7 @@ std::string many_entries(int outer, int inner, std::size_t entries) {
   return long_field(outer, content);
 }
 
-TEST(ServerMessages, OfMillionsOfEmptyEntriesAreRefusedBeforeTheyAreParsed) {
+TEST(ServerMessages, RejectsMillionsOfEmptyEntriesBeforeParsing) {
   const auto code = [](const std::string& bytes) {
     const auto parsed = parse_server_message(bytes);
     return parsed ? ErrorCode::kUnknown : parsed.error().error.code;
@@ -668,7 +668,7 @@ TEST(ServerMessages, OfMillionsOfEmptyEntriesAreRefusedBeforeTheyAreParsed) {
   EXPECT_EQ(code(portions), ErrorCode::kLimitExceeded) << "tiles in portions";
 }
 
-TEST(ThresholdMaps, OfMillionsOfEmptyRegionsAreRefusedBeforeTheyAreParsed) {
+TEST(ThresholdMaps, RejectsMillionsOfEmptyRegionsBeforeParsing) {
   const std::string map = many_entries(2, 4, 1000000);  // As a field of the request.
   const std::string id = "\x08\x09";
   for (const int kind : {3, 6}) {  // OpenStream and Estimate.
@@ -704,18 +704,18 @@ TEST(Messages, CarryTheClientsSpeed) {
   }
 }
 
-TEST(Messages, ThatNamePreviewsThatCannotBeAreRefused) {
+TEST(Messages, RejectsImpossiblePreviews) {
   const auto expect_bad = [](std::vector<Preview> begun, const std::string& text,
                              ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_refused<OpenStream>(
         {.request_id = 1, .dataset = "head"},
-        [&](OpenStream& open) { open.begun = std::move(begun); }, text, code);
+        [&](OpenStream& open) { open.resumed_previews = std::move(begun); }, text, code);
   };
   for (const std::int32_t spacing : {-1, 0, 1, 3, 1 << 20}) {
     expect_bad({{.finest_spacing = spacing}}, "power of two");
   }
   expect_bad({{.finest_spacing = 1, .shell = ShellStep{.levels_per_octave = 1}}},
-             "OpenStream.begun.shell.levels_per_octave");
+             "OpenStream.resumed_previews.shell.levels_per_octave");
   expect_bad({{.finest_spacing = 4}, {.finest_spacing = 4}}, "less than the one before");
   expect_bad({{.finest_spacing = 4}, {.finest_spacing = 8}}, "less than the one before");
   expect_bad(std::vector<Preview>(21), "21 previews", ErrorCode::kLimitExceeded);
@@ -740,7 +740,7 @@ TEST(StepBegin, HasAShellStepExactlyWhereItsCodecSaysSo) {
   }
 }
 
-TEST(StepBegin, WithShellsThatCannotBeIsRefused) {
+TEST(StepBegin, RejectsImpossibleShells) {
   const StepBegin good{.request_id = 1, .shell = quantized_shells(2)};
   expect_refused<StepBegin>(
       good, [](StepBegin& begin) { begin.shell->levels_per_octave = 3; },
@@ -755,28 +755,28 @@ TEST(StepBegin, WithShellsThatCannotBeIsRefused) {
       good, [](StepBegin& begin) { begin.is_unsimplified = true; }, "StepBegin.is_unsimplified");
 }
 
-TEST(NoteBegun, NamesAFinalStepOfShellsAsTheLastPreview) {
+TEST(RecordStartedStep, NamesAFinalStepOfShellsAsTheLastPreview) {
   OpenStream open = {.request_id = 1, .dataset = "head", .use = MeshUse::kDisplay};
-  note_begun({.step = 0, .finest_spacing = 8, .shell = quantized_shells(1)}, open);
-  note_begun({.step = 1, .is_final = true, .finest_spacing = 1, .shell = quantized_shells(2)},
-             open);
+  record_started_step({.step = 0, .finest_spacing = 8, .shell = quantized_shells(1)}, open);
+  record_started_step(
+      {.step = 1, .is_final = true, .finest_spacing = 1, .shell = quantized_shells(2)}, open);
   const std::vector<Preview> both = {{.finest_spacing = 8, .shell = quantized_shells(1)},
                                      {.finest_spacing = 1, .shell = quantized_shells(2)}};
-  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.resumed_previews, both);
   EXPECT_EQ(open.steps, StepPolicy::kProgressive);
   const auto parsed = parse_client_message(serialize(open));
   ASSERT_TRUE(parsed) << parsed.error().error.text;
-  EXPECT_EQ(std::get<OpenStream>(*parsed).begun, both);
+  EXPECT_EQ(std::get<OpenStream>(*parsed).resumed_previews, both);
 }
 
-TEST(NoteBegun, MakesTheRequestThatGoesOnWhereTheStreamWas) {
+TEST(RecordStartedStep, ResumesTheStreamWhereItWas) {
   OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
   const auto begins = [&open](std::uint32_t step, std::int32_t finest, bool is_unsimplified) {
-    note_begun({.step = step,
-                .is_final = finest == 1,
-                .finest_spacing = finest,
-                .is_unsimplified = is_unsimplified},
-               open);
+    record_started_step({.step = step,
+                         .is_final = finest == 1,
+                         .finest_spacing = finest,
+                         .is_unsimplified = is_unsimplified},
+                        open);
   };
   begins(0, 8, true);
   begins(1, 4, false);
@@ -784,24 +784,24 @@ TEST(NoteBegun, MakesTheRequestThatGoesOnWhereTheStreamWas) {
   begins(1, 4, false);
   const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
                                      {.finest_spacing = 4}};
-  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.resumed_previews, both);
   EXPECT_EQ(open.steps, StepPolicy::kProgressive);
   begins(2, 1, false);
-  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.resumed_previews, both);
   EXPECT_EQ(open.steps, StepPolicy::kFinalOnly);
 }
 
-TEST(NoteBegun, DistinguishesTheRequestsModelFromTheFinalStep) {
+TEST(RecordStartedStep, DistinguishesTheRequestsModelFromTheFinalStep) {
   OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
-  note_begun({.step = 0, .finest_spacing = 8, .is_unsimplified = true}, open);
-  note_begun({.step = 1, .finest_spacing = 1, .is_unsimplified = true}, open);
+  record_started_step({.step = 0, .finest_spacing = 8, .is_unsimplified = true}, open);
+  record_started_step({.step = 1, .finest_spacing = 1, .is_unsimplified = true}, open);
   const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
                                      {.finest_spacing = 1, .is_unsimplified = true}};
-  EXPECT_EQ(open.begun, both);
+  EXPECT_EQ(open.resumed_previews, both);
   EXPECT_EQ(open.steps, StepPolicy::kProgressive);
   const auto parsed = parse_client_message(serialize(open));
   ASSERT_TRUE(parsed) << parsed.error().error.text;
-  EXPECT_EQ(std::get<OpenStream>(*parsed).begun, both);
+  EXPECT_EQ(std::get<OpenStream>(*parsed).resumed_previews, both);
 }
 
 }  // namespace

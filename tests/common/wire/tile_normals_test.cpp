@@ -117,7 +117,7 @@ TEST(TileNormals, RefusesOtherNormalsThanRequested) {
   }
 }
 
-TEST(TileNormals, InAnotherFormAreRefused) {
+TEST(TileNormals, RejectsOtherForms) {
   const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
   const EncodedTile tile =
       encode_tile(mesh, surfaces::kCube, kSpeed, {random_directions(mesh.vertices.size(), 1), 8});
@@ -130,7 +130,7 @@ TEST(TileNormals, InAnotherFormAreRefused) {
   }
 }
 
-TEST(TileNormals, ThatDifferAtOneVertexAreRefused) {
+TEST(TileNormals, RejectsDifferentNormalsAtOneVertex) {
   // Two octahedra that touch, indexed apart: their common vertex is there twice.
   const LatticePoint middle = surfaces::center(5);
   LatticeMesh twice =
@@ -150,7 +150,7 @@ TEST(TileNormals, ThatDifferAtOneVertexAreRefused) {
   expect_refused(decoded(random_directions(12, 2)), "several normals");
 }
 
-TEST(TileNormals, WithAnyByteChangedAreRefusedOrStillUnitVectors) {
+TEST(TileNormals, AChangedByteIsRejectedOrGivesUnitVectors) {
   const LatticeMesh mesh = surfaces::torus(5, 8, 6, 0.2, 9);
   const EncodedTile tile =
       encode_tile(mesh, surfaces::kCube, kSpeed, {random_directions(mesh.vertices.size(), 4), 9});
@@ -184,7 +184,7 @@ TEST(TileNormals, CutShortAnywhereAreRefused) {
   }
 }
 
-TEST(WeldedNormals, AreOneAVertexWhenAllPiecesHaveThem) {
+TEST(WeldedNormals, OnePerVertexWhenAllPiecesHaveThem) {
   std::vector<LatticeMesh> pieces(2);
   const LatticePoint middle = surfaces::center(5);
   pieces[0] = index_triangles(surfaces::octahedron({middle.x - 4, middle.y, middle.z}, 4), 5);

@@ -51,18 +51,18 @@ TEST(Tile, GivesBackTheVeryTrianglesAtEveryResolution) {
   }
 }
 
-TEST(Tile, IsLosslessAtEverySpeed) {
+TEST(Tile, LosslessAtEverySpeed) {
   const LatticeMesh mesh = surfaces::torus(5, 60, 30, 0.3, 4);
   for (int speed = 0; speed < 10; ++speed) expect_lossless(mesh, surfaces::kCube, speed);
 }
 
-TEST(Tile, OfASingleTriangleIsLossless) {
+TEST(Tile, ASingleTriangleIsLossless) {
   const LatticePoint p = surfaces::low_corner(5);
   const LatticeTriangle triangle = {p, {p.x + 7, p.y, p.z}, {p.x, p.y + 1, p.z + 3}};
   expect_lossless(index_triangles(std::vector{triangle}, 5), surfaces::kCube, 5);
 }
 
-TEST(Tile, AtTheFarEndOfTheGreatestLatticeIsLossless) {
+TEST(Tile, LosslessAtTheEndOfTheLargestLattice) {
   const std::int32_t end = std::int32_t{1} << kMaxLatticeBits;
   const std::vector<LatticeTriangle> triangles = {
       {LatticePoint{end, end, end}, {end - 1, end, end}, {end, end - 1, end}},
@@ -90,9 +90,7 @@ TEST(Tile, KeepsAnEdgeOfFourTriangles) {
   expect_lossless(index_triangles(triangles, 5), surfaces::kCube, 5);
 }
 
-TEST(Tile, OfTheSameMeshHasTheSameBytes) {
-  EXPECT_EQ(*small_tile().payload, *small_tile().payload);
-}
+TEST(Tile, EqualMeshesHaveEqualBytes) { EXPECT_EQ(*small_tile().payload, *small_tile().payload); }
 
 TEST(Tile, RefusesTilesThatDifferFromTheManifest) {
   const EncodedTile tile = small_tile();
@@ -113,7 +111,7 @@ TEST(Tile, RefusesTilesThatDifferFromTheManifest) {
   expect_damaged(decode_tile(*tile.payload, tile.summary, 4), "outside the tile's cube");
 }
 
-TEST(Tile, OutsideItsCubeIsRefused) {
+TEST(Tile, RejectsVerticesOutsideItsCube) {
   EncodedTile tile = small_tile();
   for (const OctreeCube& cube : {OctreeCube{4, 2, 0, 4}, OctreeCube{5, 0, 0, 2}}) {
     tile.summary.cube = cube;
@@ -123,7 +121,7 @@ TEST(Tile, OutsideItsCubeIsRefused) {
   }
 }
 
-TEST(Tile, WithAnyByteChangedIsRefusedOrTheSame) {
+TEST(Tile, AChangedByteIsRejectedOrHarmless) {
   const EncodedTile tile = encode_tile(surfaces::torus(5, 8, 6, 0.2, 9), surfaces::kCube);
   for (std::size_t at = 0; at < tile.payload->size(); ++at) {
     for (int bit = 0; bit < 8; ++bit) {
@@ -139,7 +137,7 @@ TEST(Tile, WithAnyByteChangedIsRefusedOrTheSame) {
   }
 }
 
-TEST(Tile, OfManyTrianglesWithAnyByteChangedIsRefusedOrTheSame) {
+TEST(Tile, ManyTrianglesWithAChangedByteAreRejectedOrEqual) {
   // Large enough for the valence traversal; one bit of every byte, for time.
   const EncodedTile tile = encode_tile(surfaces::torus(5, 36, 16, 0.2, 9), surfaces::kCube);
   ASSERT_EQ((*tile.payload)[11], 2);
@@ -209,7 +207,7 @@ TEST(Tile, RefusesContradictoryCountsBeforeDecoding) {
   EXPECT_FALSE(claims(6, 8, 7, 8)) << "more split symbols than symbols";
 }
 
-TEST(Tile, InAnotherFormOfDracoIsRefused) {
+TEST(Tile, RejectsOtherFormsOfDraco) {
   const EncodedTile tile = small_tile();
   const auto with = [&tile](std::size_t at, char byte) {
     std::string payload = *tile.payload;

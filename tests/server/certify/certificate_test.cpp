@@ -19,9 +19,9 @@ using testing::PreparedSetting;
 
 // ---- the server's surfaces
 
-class CertificateOf : public ::testing::TestWithParam<PreparedSetting> {};
+class CertificateEverySurface : public ::testing::TestWithParam<PreparedSetting> {};
 
-TEST_P(CertificateOf, EverySurfaceOfOursIsKept) {
+TEST_P(CertificateEverySurface, EverySurfaceOfOursIsKept) {
   const PreparedSetting& setting = GetParam();
   const DatasetPtr dataset = testing::prepared(setting);
   const auto all = testing::isovalues_of(*dataset);
@@ -54,12 +54,12 @@ TEST_P(CertificateOf, EverySurfaceOfOursIsKept) {
 std::string setting_name(const ::testing::TestParamInfo<PreparedSetting>& parameter) {
   return parameter.param.name;
 }
-INSTANTIATE_TEST_SUITE_P(All, CertificateOf, ::testing::ValuesIn(testing::prepared_settings()),
-                         setting_name);
+INSTANTIATE_TEST_SUITE_P(All, CertificateEverySurface,
+                         ::testing::ValuesIn(testing::prepared_settings()), setting_name);
 
 // ---- wrong surfaces
 
-class WrongSurface : public ::testing::Test {
+class CertificateErrors : public ::testing::Test {
  protected:
   [[nodiscard]] Certificate certified(const TriangleMesh& mesh, CertifyOptions options) const {
     options.isovalue = 0.1;
@@ -75,7 +75,7 @@ class WrongSurface : public ::testing::Test {
   CertifyOptions half_ = {.error = 0.5, .lattice = 5};
 };
 
-TEST_F(WrongSurface, AcceptsTheRightSurface) {
+TEST_F(CertificateErrors, AcceptsTheRightSurface) {
   const Certificate certificate = certified(surface(0.5), half_);
   EXPECT_TRUE(certificate.is_kept());
   EXPECT_EQ(certificate.error, ErrorVerdict::kKept);
@@ -83,13 +83,13 @@ TEST_F(WrongSurface, AcceptsTheRightSurface) {
   EXPECT_FALSE(certificate.is_watertight()) << "it ends at the border of the data";
 }
 
-TEST_F(WrongSurface, DetectsAShift) {
+TEST_F(CertificateErrors, DetectsAShift) {
   const Certificate certificate = certified(testing::shifted(surface(0.5), {1, 0, 0}), half_);
   EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
   EXPECT_FALSE(certificate.is_kept());
 }
 
-TEST_F(WrongSurface, DetectsAHole) {
+TEST_F(CertificateErrors, DetectsAHole) {
   TriangleMesh mesh = surface(0);
   std::erase_if(mesh.triangles, [&](const TriangleIndices& t) {
     return length(difference(mesh.vertices[t[0]], {12, 12, 12})) < 5;
@@ -101,7 +101,7 @@ TEST_F(WrongSurface, DetectsAHole) {
   EXPECT_FALSE(certificate.is_kept());
 }
 
-TEST_F(WrongSurface, OneBesideTheDataHasNoBorderThere) {
+TEST_F(CertificateErrors, ASurfaceBesideTheDataHasNoBorder) {
   const Certificate certificate = certified(testing::shifted(surface(0), {-100, 0, 0}), {});
   EXPECT_EQ(certificate.mesh.border_edges + certificate.mesh.open_edges,
             certificate.reference.border_edges);
@@ -109,11 +109,11 @@ TEST_F(WrongSurface, OneBesideTheDataHasNoBorderThere) {
   EXPECT_FALSE(certificate.is_kept());
 }
 
-TEST_F(WrongSurface, DetectsALargerError) {
+TEST_F(CertificateErrors, DetectsALargerError) {
   EXPECT_EQ(certified(surface(4), {.error = 0.05, .lattice = 5}).error, ErrorVerdict::kExceeded);
 }
 
-TEST_F(WrongSurface, DetectsAnEmptySurface) {
+TEST_F(CertificateErrors, DetectsAnEmptySurface) {
   const Certificate certificate = certified({}, half_);
   EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
   EXPECT_TRUE(std::isinf(certificate.maximum()));
@@ -121,7 +121,7 @@ TEST_F(WrongSurface, DetectsAnEmptySurface) {
   EXPECT_TRUE(json["distances"]["full_to_mesh"]["world"]["maximum"].is_null());
 }
 
-TEST_F(WrongSurface, WithoutABoundIsMeasuredOnly) {
+TEST_F(CertificateErrors, MeasuresWithoutABound) {
   const TriangleMesh mesh = testing::shifted(surface(0), {0.3, 0, 0});
   const Certificate certificate = certified(mesh, {});
   EXPECT_EQ(certificate.error, ErrorVerdict::kNotAsked);
@@ -131,7 +131,7 @@ TEST_F(WrongSurface, WithoutABoundIsMeasuredOnly) {
   EXPECT_TRUE(certified(mesh, {.any_topology = true}).is_kept());
 }
 
-TEST_F(WrongSurface, WithATriangleTurnedOverOrMissingHasItsEdges) {
+TEST_F(CertificateErrors, DetectsTurnedOrMissingTriangles) {
   TriangleMesh mesh = surface(0);
   const auto inside =
       std::find_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const TriangleIndices& t) {
@@ -175,7 +175,7 @@ TEST(Certificate, MeasuresAShift) {
   EXPECT_TRUE(certificate.is_watertight());
 }
 
-TEST(Certificate, OfAMeshWithoutAComponentIsNotKept) {
+TEST(Certificate, RejectsAMeshWithoutAComponent) {
   const Volume volume = two_balls();
   TriangleMesh mesh = extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0});
   std::erase_if(mesh.triangles,
@@ -191,7 +191,7 @@ TEST(Certificate, OfAMeshWithoutAComponentIsNotKept) {
   EXPECT_FALSE(certificate.is_kept());
 }
 
-TEST(Certificate, OfAMaskedSurfaceIsOpenWhereTheMaskIs) {
+TEST(Certificate, AllowsBoundaryEdgesAtTheMask) {
   const Volume volume = fields::masked_gyroid(33, 10);
   const DatasetPtr dataset = make_dataset(volume, "masked");
   TriangleMesh mesh = extracted(dataset, {.isovalue = 0.1, .error = 0});
@@ -201,7 +201,7 @@ TEST(Certificate, OfAMaskedSurfaceIsOpenWhereTheMaskIs) {
   EXPECT_TRUE(whole.is_kept());
 }
 
-TEST(Certificate, OfCornersThatAreOnTheirOwnIsThatOfTheWeldedMesh) {
+TEST(Certificate, WeldsSeparateCorners) {
   const Volume volume = two_balls();
   const TriangleMesh mesh =
       extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.5});
@@ -235,7 +235,7 @@ TEST(Certificate, CountsVerticesWhereFansOnlyTouch) {
   EXPECT_EQ(found.components, 1);
 }
 
-TEST(LatticeStep, IsAlongTheLongestDiagonal) {
+TEST(LatticeStep, FollowsTheLongestDiagonal) {
   DatasetInfo info;
   EXPECT_DOUBLE_EQ(lattice_step_world(info, 5), std::sqrt(3.0) / 32);
   info.index_to_world.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 2}};

@@ -71,7 +71,7 @@ TriangleMesh as_triangles(const PositionedMesh& mesh) {
   return result;
 }
 
-TEST_F(MeshFile, OfEveryFormatOfOursIsTheSameMesh) {
+TEST_F(MeshFile, EveryFormatRoundTrips) {
   const PositionedMesh mesh = world_mesh();
   const auto expected = sorted_corners(as_triangles(mesh));
   for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
@@ -90,7 +90,7 @@ TEST_F(MeshFile, OfEveryFormatOfOursIsTheSameMesh) {
   EXPECT_EQ(draco.triangles.size(), mesh.triangles.size());
 }
 
-TEST_F(MeshFile, OfGltfWithDracoLiesWhereItsNodesPutIt) {
+TEST_F(MeshFile, GltfWithDracoAppliesNodeTransforms) {
   const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
   const Vec3 step = {0.5, 2, 3};
   const TriangleMesh found = welded(read("a.glb", lattice_glb(mesh, {.exponent = 6}, step))).mesh;
@@ -105,7 +105,7 @@ TEST_F(MeshFile, OfGltfWithDracoLiesWhereItsNodesPutIt) {
 
 // ---- PLY
 
-TEST_F(MeshFile, OfPlyMayBeTextWithPolygonsAndWhatElseThereIs) {
+TEST_F(MeshFile, PlyMayBeTextWithPolygonsAndOtherElements) {
   const TriangleMesh mesh = read("a.ply",
                                  "ply\nformat ascii 1.0\ncomment x\nobj_info y\nelement vertex 5\n"
                                  "property double y\nproperty list uchar int tags\n"
@@ -120,7 +120,7 @@ TEST_F(MeshFile, OfPlyMayBeTextWithPolygonsAndWhatElseThereIs) {
   EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}}));
 }
 
-TEST_F(MeshFile, OfPlyMayBeBigEndian) {
+TEST_F(MeshFile, PlyMayBeBigEndian) {
   std::string file =
       "ply\r\nformat binary_big_endian 1.0\r\nelement vertex 3\r\nproperty short x\r\n"
       "property float y\r\nproperty double z\r\nelement face 1\r\n"
@@ -141,7 +141,7 @@ TEST_F(MeshFile, OfPlyMayBeBigEndian) {
   EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{2, 0, 1}}));
 }
 
-TEST_F(MeshFile, OfPlyThatPromisesWhatIsNotThereIsRefused) {
+TEST_F(MeshFile, RejectsTruncatedPly) {
   const std::string head = "ply\nformat ascii 1.0\n";
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   EXPECT_NE(complaint("a.ply", head + "element vertex 4000000000\n" + xyz + "end_header\n0 0 0\n")
@@ -164,7 +164,7 @@ TEST_F(MeshFile, OfPlyThatPromisesWhatIsNotThereIsRefused) {
 
 // ---- STL and OBJ
 
-TEST_F(MeshFile, OfStlMayBeTextAndItsBinaryMayBeginLikeText) {
+TEST_F(MeshFile, StlMayBeTextAndBinaryMayBeginLikeText) {
   const TriangleMesh mesh = read("a.STL",
                                  "solid thing\r\n facet normal 0 0 1\r\n  outer loop\r\n"
                                  "   vertex 0 0 0\r\n   vertex 1e0 0 0\r\n   vertex 0 1.5 0\r\n"
@@ -178,7 +178,7 @@ TEST_F(MeshFile, OfStlMayBeTextAndItsBinaryMayBeginLikeText) {
             std::string::npos);
 }
 
-TEST_F(MeshFile, OfObjNamesVerticesFromTheFirstOrTheLast) {
+TEST_F(MeshFile, ObjIndicesMayBeNegative) {
   const TriangleMesh mesh = read("a.obj",
                                  "# by hand\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\n"
                                  "v 0 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2//1 3/1 4\nv 5 5 5\n"
@@ -227,7 +227,7 @@ std::string nested_glb(const std::string& nodes) {
              binary);
 }
 
-TEST_F(MeshFile, OfGltfGoesThroughAllItsNodes) {
+TEST_F(MeshFile, GltfReadsAllNodes) {
   const TriangleMesh mesh = read("a.glb", nested_glb(R"([{"children":[1],"translation":[10,20,30]},
                               {"children":[2],"rotation":[0,1,0,0]},{"mesh":0,"scale":[3,3,3]}])"));
   // A half turn about y takes x to -x; y-up (x, y, z) is z-up (x, -z, y).
@@ -237,7 +237,7 @@ TEST_F(MeshFile, OfGltfGoesThroughAllItsNodes) {
   EXPECT_EQ(mirrored.triangles, (std::vector<TriangleIndices>{{2, 1, 0}})) << "turned over";
 }
 
-TEST_F(MeshFile, OfGltfThatIsWrongIsRefused) {
+TEST_F(MeshFile, RejectsInvalidGltf) {
   EXPECT_NE(complaint("a.glb", nested_glb(R"([{"children":[0]}])")).find("without end"),
             std::string::npos);
   EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":1}])")).find("'meshes' that is not there"),
@@ -313,7 +313,7 @@ std::string vtp(
          "</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
 }
 
-TEST_F(MeshFile, OfVtpMayBeTextBase64OrCompressed) {
+TEST_F(MeshFile, VtpMayBeTextBase64OrCompressed) {
   const auto size = [](const std::string& bytes) {
     return bytes_of(std::vector<std::uint64_t>{bytes.size()});
   };
@@ -336,7 +336,7 @@ TEST_F(MeshFile, OfVtpMayBeTextBase64OrCompressed) {
       })));
 }
 
-TEST_F(MeshFile, OfVtpThatIsWrongIsRefused) {
+TEST_F(MeshFile, RejectsInvalidVtp) {
   const auto text = [](const auto&, const auto& numbers) { return numbers; };
   std::string other = vtp("", "ascii", text);
   other.replace(other.find("PolyData"), 8, "ImageDat");

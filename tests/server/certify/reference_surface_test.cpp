@@ -43,7 +43,7 @@ double area(const std::vector<SurfaceTriangle>& surface) {
   return area;
 }
 
-TEST(ReferenceSurface, OfALinearFieldIsAPlane) {
+TEST(ReferenceSurface, ALinearFieldGivesAPlane) {
   const Volume volume = fields::sampled<float>(
       {9, 7, 12}, [](int x, int y, int z) { return 2 * x + 3 * y + 6 * z; }, {1, 2, 0.5});
   const ReferenceSurface surface = reference_of(volume, 30.25);
@@ -54,7 +54,7 @@ TEST(ReferenceSurface, OfALinearFieldIsAPlane) {
 }
 
 // The tetrahedra fill the data and do not overlap.
-TEST(ReferenceSurface, OfAPlaneAcrossTheDataHasItsArea) {
+TEST(ReferenceSurface, APlaneHasItsArea) {
   for (const std::array<std::int32_t, 3> dims :
        {std::array<std::int32_t, 3>{9, 9, 9}, {8, 6, 7}, {17, 3, 2}}) {
     const Volume volume = fields::sampled<float>(dims, [](int x, int, int) { return x; });
@@ -75,10 +75,10 @@ TEST(ReferenceSurface, EndsAtVoidAndClosesAtAValue) {
   EXPECT_EQ(closed.topology.border_edges, 0);
 }
 
-class ReferenceSurfaceOf : public ::testing::TestWithParam<PreparedSetting> {};
+class ReferenceSurfaceEveryField : public ::testing::TestWithParam<PreparedSetting> {};
 
 // Quadrangles may be cut along either diagonal, so areas and distances are compared.
-TEST_P(ReferenceSurfaceOf, IsTheOneOfTheDefinition) {
+TEST_P(ReferenceSurfaceEveryField, MatchesTheDefinition) {
   const PreparedSetting& setting = GetParam();
   const DatasetInfo info = grid_info(setting.volume, setting.outside, setting.margin);
   const auto samples = samples_of(setting.volume);
@@ -113,7 +113,8 @@ TEST_P(ReferenceSurfaceOf, IsTheOneOfTheDefinition) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ReferenceSurfaceOf, ::testing::ValuesIn(testing::prepared_settings()),
+INSTANTIATE_TEST_SUITE_P(All, ReferenceSurfaceEveryField,
+                         ::testing::ValuesIn(testing::prepared_settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
 }  // namespace

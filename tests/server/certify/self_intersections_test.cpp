@@ -39,7 +39,7 @@ int rational_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
 }
 
 // Points that are nearly in one plane, of magnitudes that differ.
-TEST(Orientation, IsExact) {
+TEST(Orientation, Exact) {
   std::mt19937_64 random(3);
   std::uniform_int_distribution<int> small(-3, 3);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -63,7 +63,7 @@ TEST(Orientation, IsExact) {
   EXPECT_GT(zeros, 1000);
 }
 
-TEST(Orientation, OfAPlaneTurnsCounterClockwise) {
+TEST(Orientation, TrianglesOfAPlaneTurnCounterClockwise) {
   EXPECT_EQ(orientation(Vec2{0, 0}, Vec2{1, 0}, Vec2{0, 1}), 1);
   EXPECT_EQ(orientation(Vec2{0, 0}, Vec2{0, 1}, Vec2{1, 0}), -1);
   EXPECT_EQ(orientation(Vec2{0.1, 0.1}, Vec2{0.2, 0.2}, Vec2{0.3, 0.3}),
@@ -74,13 +74,13 @@ TEST(Orientation, OfAPlaneTurnsCounterClockwise) {
 
 // ---- neighbours
 
-TEST(SelfIntersections, OfABowtieAreNone) {
+TEST(SelfIntersections, ABowtieHasNone) {
   EXPECT_EQ(intersecting({.vertices = {{0, 0, 0}, {-1, -1, 0}, {-1, 1, 0}, {1, -1, 0}, {1, 1, 0}},
                           .triangles = {{0, 1, 2}, {0, 3, 4}}}),
             0U);
 }
 
-TEST(SelfIntersections, OfTrianglesWithACommonVertexAreThoseBeyondIt) {
+TEST(SelfIntersections, TrianglesWithACommonVertexCountBeyondIt) {
   const auto with = [](const Vec3& a, const Vec3& b) {
     return intersecting({.vertices = {{0, 0, 0}, {4, -2, 0}, {4, 2, 0}, a, b},
                          .triangles = {{0, 1, 2}, {0, 3, 4}}});
@@ -94,7 +94,7 @@ TEST(SelfIntersections, OfTrianglesWithACommonVertexAreThoseBeyondIt) {
   EXPECT_EQ(with({8, -4, 0}, {0, 0, 3}), 2U) << "along a side";
 }
 
-TEST(SelfIntersections, OfTrianglesWithACommonEdgeAreWhereTheyOverlap) {
+TEST(SelfIntersections, TrianglesWithACommonEdgeCountWhereTheyOverlap) {
   const auto with = [](const Vec3& d) {
     return intersecting(
         {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, d}, .triangles = {{0, 1, 2}, {1, 0, 3}}});
@@ -104,7 +104,7 @@ TEST(SelfIntersections, OfTrianglesWithACommonEdgeAreWhereTheyOverlap) {
   EXPECT_EQ(with({3, 5, 0}), 2U);
 }
 
-TEST(SelfIntersections, OfATriangleThatIsThereTwiceAreBoth) {
+TEST(SelfIntersections, ADuplicateTriangleCountsTwice) {
   const TriangleMesh once = {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                              .triangles = {{0, 1, 2}}};
   EXPECT_EQ(intersecting(joined(once, once)), 2U);
@@ -112,7 +112,7 @@ TEST(SelfIntersections, OfATriangleThatIsThereTwiceAreBoth) {
 
 // ---- others
 
-TEST(SelfIntersections, OfTouchingTrianglesCount) {
+TEST(SelfIntersections, TouchingTrianglesCount) {
   const auto with = [](const std::array<Vec3, 3>& other) {
     return intersecting(
         {.vertices = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, other[0], other[1], other[2]},
@@ -126,7 +126,7 @@ TEST(SelfIntersections, OfTouchingTrianglesCount) {
   EXPECT_EQ(with({Vec3{1, 1, 1e-9}, {1, 1, 1}, {2, 1, 1}}), 0U) << "just above";
 }
 
-TEST(SelfIntersections, OfCubesThatTouchDependOnWhatTheyShare) {
+TEST(SelfIntersections, TouchingCubesDependOnWhatTheyShare) {
   const TriangleMesh cube = box({0, 0, 0}, {1, 1, 1});
   EXPECT_EQ(intersecting(cube), 0U);
   EXPECT_EQ(intersecting(joined(cube, box({1, 1, 1}, {2, 2, 2}))), 0U) << "a vertex";
@@ -146,7 +146,7 @@ TEST(SelfIntersections, LeaveOutTrianglesWithoutArea) {
   EXPECT_EQ(found.triangles, 0U);
 }
 
-TEST(SelfIntersections, AreThoseThatAllPairsHave) {
+TEST(SelfIntersections, MatchAllPairs) {
   const TriangleMesh spheres =
       welded(joined(testing::sphere({0, 0, 0}, 1, 12), testing::sphere({0.7, 0.3, 0.1}, 0.9, 9)))
           .mesh;

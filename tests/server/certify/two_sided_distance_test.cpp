@@ -42,7 +42,7 @@ double brute_force(const TriangleMesh& from, const TriangleMesh& to) {
   return largest;
 }
 
-TEST(TwoSidedDistance, OfParallelSquaresIsTheirDistance) {
+TEST(TwoSidedDistance, ParallelSquaresHaveTheirDistance) {
   const auto [there, back] = two_sided_distance(square(0), square(0.25), {.samples = 500});
   for (const SurfaceDistance& way : {there, back}) {
     EXPECT_DOUBLE_EQ(way.maximum, 0.25);
@@ -71,7 +71,7 @@ TEST(TwoSidedDistance, HasItsFarthestPointWhereThereIsNoVertex) {
   EXPECT_LT(back.maximum_at_most, 1e-5);
 }
 
-TEST(TwoSidedDistance, OfRandomTrianglesHoldsEveryPointOfThem) {
+TEST(TwoSidedDistance, BoundsEveryPointOfRandomTriangles) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0, 1);
   const auto soup = [&](int count) {
@@ -103,7 +103,7 @@ TEST(TwoSidedDistance, OfRandomTrianglesHoldsEveryPointOfThem) {
 }
 
 // What is given up is not forgotten.
-TEST(TwoSidedDistance, WithoutRoomForItsSearchStillHoldsEveryPoint) {
+TEST(TwoSidedDistance, StaysABoundWithoutMemoryForItsSearch) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 10);
   const TriangleMesh b = testing::shifted(testing::sphere({0, 0, 0}, 1, 7), {0.1, 0, 0});
   const auto exact = two_sided_distance(a, b, {.tolerance = 1e-4}).mesh_to_reference;
@@ -114,14 +114,14 @@ TEST(TwoSidedDistance, WithoutRoomForItsSearchStillHoldsEveryPoint) {
   EXPECT_GT(hasty.maximum_at_most - hasty.maximum, exact.maximum_at_most - exact.maximum);
 }
 
-TEST(TwoSidedDistance, OfAnEmptyMeshIsInfiniteFromTheOther) {
+TEST(TwoSidedDistance, AnEmptyMeshIsInfinitelyFar) {
   const auto [there, back] = two_sided_distance({}, square(0), {});
   EXPECT_EQ(there.maximum_at_most, 0);
   EXPECT_TRUE(std::isinf(back.maximum));
   EXPECT_TRUE(std::isinf(back.maximum_at_most));
 }
 
-TEST(TwoSidedDistance, IsTheSameForAnyNumberOfThreads) {
+TEST(TwoSidedDistance, DoesNotDependOnThreadCount) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 20);
   const TriangleMesh b = testing::sphere({0.05, 0.02, 0}, 1.1, 17);
   const auto run = [&](std::size_t threads) {

@@ -36,8 +36,10 @@ class ConversationTest : public ::testing::Test {
 
   void receive(const ClientMessage& message) { session_->receive(serialize(message)); }
   void open(std::uint64_t id) {
-    receive(OpenStream{
-        .request_id = id, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}});
+    receive(OpenStream{.request_id = id,
+                       .dataset = "fake",
+                       .steps = StepPolicy::kFinalOnly,
+                       .cached_tile_digests = {}});
   }
   ServerMessage next() {
     auto message = asio::co_spawn(
@@ -50,7 +52,7 @@ class ConversationTest : public ::testing::Test {
   bool has_room() {
     if (!room_.valid()) {
       room_ = asio::co_spawn(
-          io_, [this] { return session_->room(); }, asio::use_future);
+          io_, [this] { return session_->until_readable(); }, asio::use_future);
     }
     io_.restart();
     io_.poll();
@@ -70,7 +72,7 @@ class ConversationTest : public ::testing::Test {
   std::promise<void> freed_;
   bool is_free_ = false;
   std::future<void> room_;
-  ClientContextPtr client_ = admission_.admit("tcp", "127.0.0.1", "test").client;
+  ConnectionContextPtr client_ = admission_.admit("tcp", "127.0.0.1", "test").client;
   std::shared_ptr<Conversation> session_ = std::make_shared<Conversation>(
       io_.get_executor(), service_.open(client_), Session(catalogue_of(source_), {}), client_);
 };
@@ -102,9 +104,12 @@ TEST_F(ConversationTest, ReceivesNothingMoreWhileAListOfDatasetsWaits) {
   EXPECT_TRUE(has_room());
 }
 
-TEST_F(ConversationTest, WhoSendsLongMessagesTooOftenIsNotReadFromForAWhile) {
-  OpenStream open{.request_id = 1, .dataset = "fake", .steps = StepPolicy::kFinalOnly, .held = {}};
-  for (std::uint64_t i = 0; i < kMaxHeldDigests; ++i) open.held.push_back({i, i});
+TEST_F(ConversationTest, PausesReadingFromClientsAboveTheRate) {
+  OpenStream open{.request_id = 1,
+                  .dataset = "fake",
+                  .steps = StepPolicy::kFinalOnly,
+                  .cached_tile_digests = {}};
+  for (std::uint64_t i = 0; i < kMaxHeldDigests; ++i) open.cached_tile_digests.push_back({i, i});
   receive(open);
   std::optional<ServerMessage> reply;
   do {

@@ -86,7 +86,7 @@ TEST(BrickCodec, RefusesOtherSizesAndSurvivesAnyBytes) {
   }
 }
 
-TEST(PackedBytes, AreGivenBackOfAnySize) {
+TEST(PackedBytes, RoundTripAnySize) {
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{10}, kPieceBytes, 3 * kPieceBytes + 8}) {
     Bytes bytes(size);

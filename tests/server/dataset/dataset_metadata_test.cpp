@@ -57,7 +57,7 @@ TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
     EXPECT_EQ(result->info.member, member);
   }
   const std::string whole = metadata_text(metadata);
-  for (const auto& [from, to, told] :
+  for (const auto& [from, to, message] :
        {std::array{"\"#00dd65\"", "\"red\"", "color"}, std::array{"\"heart\"", "7", "series"},
         std::array{"\"heart\"", "\"\"", "member.series"}, std::array{":3.0", ":3.5", "whole"}}) {
     std::string spoilt = whole;
@@ -68,7 +68,7 @@ TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
     spoilt.replace(value, std::string(from).size(), to);
     const auto result = parse_metadata(spoilt);
     ASSERT_FALSE(result) << to;
-    expect_contains(result.error().text, told);
+    expect_contains(result.error().text, message);
   }
 }
 

@@ -35,7 +35,7 @@ std::string error_of_writing(const fs::path& path, const PreparedExample& exampl
 const std::vector<std::function<void(DatasetWriter&, const PreparedExample&)>> kSteps = {
     add_samples, add_spectrum, finish};
 
-TEST(DatasetWriter, WithoutFinishTheOldFileStaysAndNothingElse) {
+TEST(DatasetWriter, LeavesOnlyTheOldFileWithoutFinish) {
   const TemporaryFolder folder;
   const fs::path path = folder.file("a.mtd", "old");
   for (std::size_t steps = 0; steps < kSteps.size(); ++steps) {
@@ -104,7 +104,7 @@ TEST(DatasetWriter, AFullDiskIsReportedAndNothingIsLeft) {
   }
 }
 
-TEST(DatasetWriter, OfTwoWritersTheLastToFinishWins) {
+TEST(DatasetWriter, TheLastOfTwoWritersWins) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();

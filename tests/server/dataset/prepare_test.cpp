@@ -177,7 +177,7 @@ TEST(OpenDataset, RefusesWrongBins) {
                                 .spectrum_bricks = good->spectrum.layout.size()});
     const BrickLayout layout(good->info.dims);
     for (std::size_t i = 0; i < layout.size(); ++i) {
-      const KeptBytes brick = good->samples->brick(i);
+      const RetainedBytes brick = good->samples->brick(i);
       writer.add_samples({brick.data(), brick.size()});
     }
     writer.finish({.info = good->info, .source = {}, .program_version = "1"},

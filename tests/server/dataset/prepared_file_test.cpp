@@ -274,7 +274,7 @@ TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
   const PreparedFile file(path);
   const auto samples = file.samples();
   const std::byte first = samples->brick(0)[0];
-  const KeptBytes raw = file.spectrum()->brick(0);
+  const RetainedBytes raw = file.spectrum()->brick(0);
   const std::string bytes = bytes_of_file(path);
   ASSERT_NE(bytes.find(text_of(raw)), std::string::npos) << "It is not read in place.";
   fs::resize_file(path, 4096);

@@ -8,7 +8,7 @@
 #include "common/mesh/content_digest.hpp"
 #include "server/core/planning/refinement_plan.hpp"
 #include "server/dataset/verify_dataset.hpp"
-#include "server/extraction/detail/read_ahead.hpp"
+#include "server/extraction/detail/prefetch_bricks.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/folder_server.hpp"
 #include "tests/support/prepared_fields.hpp"
@@ -80,7 +80,7 @@ TEST_F(RemoteDatasets, GiveTheSurfacesOfTheFile) {
   EXPECT_EQ(verify_dataset(address()), std::filesystem::file_size(folder_.path() / "noise.mtd"));
 }
 
-TEST_F(RemoteDatasets, AreReadFromBucketsWithSignedRequests) {
+TEST_F(RemoteDatasets, ReadFromBucketsWithSignedRequests) {
   setenv("AWS_ENDPOINT_URL", (server_.address() + "/s3").c_str(), 1);
   EXPECT_THROW((void)open_dataset("s3://volumes/noise.mtd", files()), StoreError);  // Not signed.
   setenv("AWS_ACCESS_KEY_ID", "reader", 1);
@@ -116,7 +116,7 @@ TEST_F(RemoteDatasets, SayWhyThereIsNoSurfaceAndNeverGiveAnother) {
   }
 }
 
-TEST_F(RemoteDatasets, ThatAreReplacedGiveTheOldSurfaceOrAnError) {
+TEST_F(RemoteDatasets, ReplacedFilesGiveTheOldSurfaceOrAnError) {
   for (const char* const server : {"", "/no-conditions", "/no-etag"}) {
     prepare_noise(2);
     const auto opened = files();
@@ -131,7 +131,7 @@ TEST_F(RemoteDatasets, ThatAreReplacedGiveTheOldSurfaceOrAnError) {
   }
 }
 
-TEST_F(RemoteDatasets, AreServedFromTheDiskWhenTheyWereThereBefore) {
+TEST_F(RemoteDatasets, ServedFromTheDiskCache) {
   const std::filesystem::path kept = folder_.path() / "cache";
   EXPECT_EQ(digests(open_dataset(address(), files(kept))), expected_);
   const auto again = files(kept);

@@ -316,7 +316,7 @@ TEST(PreferKnownIsovalues, TakesTheSourcesRecommendationFirst) {
   EXPECT_EQ(info.suggested_isovalues.size(), kMaxSuggestedIsovalues);
 }
 
-TEST(Describe, PrintsTheFactsOfAVolume) {
+TEST(DatasetStatisticsText, PrintsTheFactsOfAVolume) {
   Volume volume = generate(GeneratorKind::kBox, {.size = 17});
   volume.spacing = {1, 2, 3};
   volume.index_to_world = {.columns = {Vec3{1, 0, 0}, Vec3{0, 2, 0}, Vec3{0, 0, 3}},
@@ -333,7 +333,7 @@ TEST(Describe, PrintsTheFactsOfAVolume) {
   EXPECT_EQ(describe(volume, "box", std::nullopt, 0).grid_exponent, 4);
 }
 
-TEST(Describe, RefusesWhatIsOutsideItsRangeAndSaysSo) {
+TEST(DatasetStatisticsText, RefusesWhatIsOutsideItsRangeAndSaysSo) {
   const Volume volume = row_of(std::vector<std::uint8_t>{1, 2});
   const auto refused = [&](const std::string& name, std::optional<double> outside,
                            std::int32_t margin) -> std::string {

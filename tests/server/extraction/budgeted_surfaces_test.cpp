@@ -135,7 +135,7 @@ TEST_P(BudgetedSurfaces, HaveNearlyAllBytesThatTheyMayHave) {
   expect_good(made, budgeted);
 }
 
-TEST_P(BudgetedSurfaces, WithEnoughForAllAreTheRequestsOwn) {
+TEST_P(BudgetedSurfaces, ALargeBudgetGivesTheRequestedSurface) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.5, .simplify = true};
   const TiledSurface own = extractor_.extract({.request = request});
   request.max_triangles = mesh_of(own).triangles.size();
@@ -147,7 +147,7 @@ TEST_P(BudgetedSurfaces, WithEnoughForAllAreTheRequestsOwn) {
   }
 }
 
-TEST_P(BudgetedSurfaces, AreTheCoarsestWhereNothingFits) {
+TEST_P(BudgetedSurfaces, FallBackToTheCoarsest) {
   const IsosurfaceRequest request{
       .isovalue = kIsovalue, .error = 0.5, .max_triangles = 1, .simplify = true};
   const BudgetedSurface made = within(request);
@@ -196,7 +196,7 @@ TEST_P(BudgetedSurfaces, TakeDetailFromTheFinestRegionsFirst) {
   expect_good(made, request);
 }
 
-TEST_P(BudgetedSurfaces, AreTheSameForAnyNumberOfThreads) {
+TEST_P(BudgetedSurfaces, DoNotDependOnThreadCount) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.1, .simplify = true};
   request.max_triangles = whole(request).triangles.size() / 2;
   const BudgetedSurface of_all = within(request);

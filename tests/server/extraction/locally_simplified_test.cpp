@@ -92,7 +92,7 @@ TEST_P(LocallySimplified, NoPlaceIsFartherFromTheFullSurfaceThanIsAllowedThere) 
   }
 }
 
-TEST_P(LocallySimplified, AreTheSameForAnyNumberOfThreads) {
+TEST_P(LocallySimplified, DoesNotDependOnThreadCount) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   std::mt19937_64 random(18);
@@ -127,7 +127,7 @@ struct MappedField {
 
 std::ostream& operator<<(std::ostream& out, const MappedField& field) { return out << field.name; }
 
-class MapsThatPay : public ::testing::TestWithParam<MappedField> {
+class ThresholdMapCost : public ::testing::TestWithParam<MappedField> {
  protected:
   void SetUp() override {
     if (!GetParam().volume) {
@@ -178,10 +178,10 @@ class MapsThatPay : public ::testing::TestWithParam<MappedField> {
 std::vector<MappedField> mapped_fields() {
   return {{"gyroid", fields::gyroid(97, 0.1, 45)}, {"ct_head", ct_head(), 500, 4}};
 }
-INSTANTIATE_TEST_SUITE_P(Fields, MapsThatPay, ::testing::ValuesIn(mapped_fields()),
+INSTANTIATE_TEST_SUITE_P(Fields, ThresholdMapCost, ::testing::ValuesIn(mapped_fields()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-TEST_P(MapsThatPay, ASmallBoxCostsWhatItNeedsItself) {
+TEST_P(ThresholdMapCost, ASmallBoxCostsWhatItNeedsItself) {
   const LatticeMesh coarse = surface(GetParam().coarse);
   const LatticeMesh fine = surface(0.25);
   const Vec3 p = grid_coordinates(fine.vertices[fine.vertices.size() / 2], fine.resolution);
@@ -192,7 +192,7 @@ TEST_P(MapsThatPay, ASmallBoxCostsWhatItNeedsItself) {
   EXPECT_GE(count_in(mixed, box), 0.5 * count_in(fine, box)) << "It is fine in the box.";
 }
 
-TEST_P(MapsThatPay, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
+TEST_P(ThresholdMapCost, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
   const double end = GetParam().volume->dims[2];
   const double middle = std::floor(end / 2);
   const BoxShape half = between_planes(-1, middle);
@@ -203,7 +203,7 @@ TEST_P(MapsThatPay, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
   EXPECT_LE(triangles(mixed), 1.1 * (count_in(fine, half) + count_in(coarse, other)));
 }
 
-TEST_P(MapsThatPay, AViewCostsLessThanItsLeastThresholdEverywhere) {
+TEST_P(ThresholdMapCost, AViewCostsLessThanItsLeastThresholdEverywhere) {
   const ThresholdView view{
       .eye = {48, 48, -20}, .field_of_view = 45, .height_pixels = 800, .tolerance_pixels = 10};
   const LatticeMesh seen = surface(1, {.coordinates = CoordinateSystem::kIndex, .view = view});

@@ -91,7 +91,7 @@ TEST_P(MappedSurfaces, HaveNoCrackAndTheTopologyOfTheFullSurface) {
   });
 }
 
-TEST_P(MappedSurfaces, OfPreparedVolumesAreThoseOfTheReferenceWay) {
+TEST_P(MappedSurfaces, PreparedVolumesMatchTheReference) {
   const DatasetPtr dataset =
       prepared({setting_.name, setting_.volume, setting_.outside, setting_.margin});
   const SurfaceExtractor extractor(dataset);
@@ -140,7 +140,7 @@ LocalThresholds scaled(LocalThresholds thresholds, double factor) {
   return thresholds;
 }
 
-TEST_P(MappedSurfaces, OfATighterMapKeepAllThatALooserOneKeeps) {
+TEST_P(MappedSurfaces, ATighterMapKeepsWhatALooserOneKeeps) {
   ReferenceIsosurfaces isosurface(setting_.volume, setting_.outside, setting_.margin);
   const Grid& grid = isosurface.field().grid();
   for_random_maps(isosurface.info(), [&](const Case& c) {
@@ -166,7 +166,7 @@ TEST_P(MappedSurfaces, OfATighterMapKeepAllThatALooserOneKeeps) {
 }
 
 // The certified bound, place by place, with distances in voxels.
-TEST(MappedSurface, IsNowhereFartherFromTheFullSurfaceThanIsAllowedThere) {
+TEST(MappedSurface, WithinTheAllowedDistanceEverywhere) {
   const Volume volume = fields::gyroid(17, 0.4, 48);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const DatasetInfo info = isosurface.info();
@@ -213,7 +213,7 @@ TEST(MappedSurface, IsNowhereFartherFromTheFullSurfaceThanIsAllowedThere) {
   }
 }
 
-TEST(MappedSurface, IsFineInARegionAndCoarseElsewhere) {
+TEST(MappedSurface, FineInARegionAndCoarseElsewhere) {
   const Volume volume = fields::gyroid(65, 0.4, 47);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const auto fine_ball = [](double threshold) {

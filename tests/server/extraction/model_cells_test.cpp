@@ -87,7 +87,7 @@ TEST_P(ModelCellsTest, FillTheVolume) {
 }
 
 // With a tolerance the surface may run into the void, where the model does not show it.
-TEST_P(ModelCellsTest, AreCrossedByTheModelsSurfaceOnly) {
+TEST_P(ModelCellsTest, ContainOnlyCellsTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for (const double tolerance : {0, 4}) {
     for_errors(ModelScope::kAll, tolerance,
@@ -100,7 +100,7 @@ TEST_P(ModelCellsTest, AreCrossedByTheModelsSurfaceOnly) {
   }
 }
 
-TEST_P(ModelCellsTest, OfTheSurfaceAreThoseThatItCrosses) {
+TEST_P(ModelCellsTest, SurfaceCellsAreThoseTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for_errors(ModelScope::kSurface, 0,
              [&](const ModelCells& model, const Surface& surface, const Field&) {

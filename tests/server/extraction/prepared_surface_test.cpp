@@ -67,7 +67,7 @@ class PreparedSurface : public ::testing::TestWithParam<PreparedSetting> {};
 INSTANTIATE_TEST_SUITE_P(Fields, PreparedSurface, ::testing::ValuesIn(prepared_settings()),
                          [](const auto& p) { return p.param.name; });
 
-TEST_P(PreparedSurface, IsThatOfTheSameModelByTheReferenceWay) {
+TEST_P(PreparedSurface, MatchesTheReferenceForTheSameModel) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   const ReferenceExtractor reference(*dataset);
@@ -172,7 +172,7 @@ class CountedBricks : public BrickSource {
  public:
   CountedBricks(std::shared_ptr<const BrickSource> source, std::size_t size)
       : source_(std::move(source)), times_read_(size) {}
-  [[nodiscard]] KeptBytes brick(std::size_t index) const override {
+  [[nodiscard]] RetainedBytes brick(std::size_t index) const override {
     ++times_read_[index];
     return source_->brick(index);
   }
@@ -237,7 +237,7 @@ TEST(PreparedSurfaces, ReadEveryBrickOnceInACube) {
   }
 }
 
-TEST(PreparedSurfaces, OfTinyGridsAreTheReferencesOwn) {
+TEST(PreparedSurfaces, TinyGridsMatchTheReference) {
   for (const std::array<std::int32_t, 3> dims :
        {std::array{2, 2, 2}, std::array{3, 5, 4}, std::array{9, 9, 9}}) {
     const DatasetPtr dataset = prepared({"tiny", fields::noise(dims, 5)});

@@ -11,7 +11,7 @@
 #include <cmath>
 
 #include "common/base/in_parallel.hpp"
-#include "common/mesh/joined_tiles.hpp"
+#include "common/mesh/merged_tiles.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/wire/shell_tile.hpp"
 #include "server/core/errors/leaves.hpp"
@@ -179,7 +179,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
          {nowhere, data_border(dataset->info, level.lattice_resolution, 0, spacing)}) {
       const LatticeMesh expected = welded(meshes, level.lattice_resolution);
       for (const auto& all : {tiles, marched}) {
-        const JoinedTiles joined = joined_tiles(all, level.lattice_resolution, border, for_each);
+        const MergedTiles joined = merged_tiles(all, level.lattice_resolution, border, for_each);
         EXPECT_EQ(joined.topology, topology(expected, border));
         EXPECT_EQ(joined.mesh.vertices.size(), expected.vertices.size());
         EXPECT_EQ(sorted_triangles(joined.mesh), sorted_triangles(expected));
@@ -191,13 +191,13 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
       const std::vector<TileInCube> without(all.begin() + 1, all.end());
       std::vector<const LatticeMesh*> left;
       for (const TileInCube& tile : without) left.push_back(tile.mesh);
-      EXPECT_EQ(joined_tiles(without, level.lattice_resolution, nowhere, for_each).topology,
+      EXPECT_EQ(merged_tiles(without, level.lattice_resolution, nowhere, for_each).topology,
                 topology(weld(left, level.lattice_resolution), nowhere));
     }
   }
 }
 
-TEST(AreApart, FindsCubesInOthers) {
+TEST(ContainsNestedCubes, FindsCubesInOthers) {
   const OctreeCube cube = {.exponent = 4, .x = 1, .y = 2, .z = 3};
   EXPECT_TRUE(are_apart(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
   EXPECT_FALSE(are_apart(std::vector{cube, cube}));
@@ -209,7 +209,7 @@ DatasetPtr prepared_noise() {
   return prepared({.name = "noise", .volume = fields::integer_noise({70, 33, 40}, 200, 5)});
 }
 
-TEST(ExtractShellTiles, AreCutWhereTheyWouldHaveTooManyTriangles) {
+TEST(ExtractShellTiles, SplitsTilesWithTooManyTriangles) {
   const DatasetPtr dataset = prepared_noise();
   const ShellLevel level = {.isovalue = 100.5};
   constexpr std::uint32_t kMost = 12 * 8 * 8 * 8;
@@ -221,7 +221,7 @@ TEST(ExtractShellTiles, AreCutWhereTheyWouldHaveTooManyTriangles) {
   EXPECT_EQ(sorted_triangles(welded(decoded(cut), 5)), sorted_triangles(welded(decoded(whole), 5)));
 }
 
-TEST(ExtractShellTiles, AreTheSameForAnyNumberOfThreads) {
+TEST(ExtractShellTiles, DoesNotDependOnThreadCount) {
   const DatasetPtr dataset = prepared_noise();
   const ShellLevel level = {.isovalue = 77.5, .shell = quantized_shells(2)};
   const auto many = extract_shells(*dataset, level, {}, 16);
@@ -245,7 +245,7 @@ TEST(ExtractShellTiles, EndSoonAfterTheyAreStopped) {
 class CountedBricks : public BrickSource {
  public:
   explicit CountedBricks(std::shared_ptr<const BrickSource> bricks) : bricks_(std::move(bricks)) {}
-  [[nodiscard]] KeptBytes brick(std::size_t index) const override {
+  [[nodiscard]] RetainedBytes brick(std::size_t index) const override {
     ++reads;
     return bricks_->brick(index);
   }

@@ -120,7 +120,7 @@ TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyAlsoWhenTheyAreSimplified) {
   }
 }
 
-TEST_P(SurfaceCells, OfOctantsThatAreNotCrossedAreEmptyAtEveryErrorAndSoAreThoseInThem) {
+TEST_P(SurfaceCells, OctantsWithoutSurfaceStayEmptyAtEveryError) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   for (const double isovalue : some_isovalues(*dataset)) {

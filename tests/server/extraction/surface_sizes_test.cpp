@@ -37,7 +37,7 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
 }
 
 // No join of pieces is in the chain twice, and none takes no time.
-TEST(SimplificationWork, IsAtLeastItsLongestChain) {
+TEST(SimplificationWork, AtLeastItsLongestChain) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   TiledSurface surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
@@ -50,7 +50,7 @@ TEST(SimplificationWork, IsAtLeastItsLongestChain) {
   EXPECT_EQ(SurfaceSimplifier({}, how.lattice_step, root).simplify(how, {}).seconds, 0);
 }
 
-TEST(SurfaceSizes, AreNearTheRealOnes) {
+TEST(SurfaceSizes, NearTheRealSizes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
     const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
@@ -63,15 +63,15 @@ TEST(SurfaceSizes, AreNearTheRealOnes) {
         SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error) + ", finest " +
                      std::to_string(finest));
         const double real = triangles_of(dataset, step);
-        const double told = sizes.of(step).triangles;
-        EXPECT_LE(std::abs(told - real), 0.3 * real + 100) << told << " for " << real;
+        const double estimate = sizes.of(step).triangles;
+        EXPECT_LE(std::abs(estimate - real), 0.3 * real + 100) << estimate << " for " << real;
       }
     }
   }
 }
 
 // What a few blocks become stands for the whole: more than a rough figure, less than the above.
-TEST(SurfaceSizes, WithSimplificationAreNearWhatIsLeft) {
+TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
     const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
@@ -81,12 +81,12 @@ TEST(SurfaceSizes, WithSimplificationAreNearWhatIsLeft) {
       SCOPED_TRACE(dataset->info.name + ", error " + std::to_string(error));
       const StepRequest step{.request = {.isovalue = isovalue, .error = error, .simplify = true}};
       const SurfaceSize real = size_of(dataset, step);
-      const SurfaceSize told = sizes.of(step);
-      EXPECT_LE(told.triangles, 2 * real.triangles + 100);
-      EXPECT_GE(told.triangles, 0.5 * real.triangles - 100);
-      EXPECT_LE(told.bytes, 2 * real.bytes + 500);
-      EXPECT_GE(told.bytes, 0.5 * real.bytes - 500);
-      EXPECT_GE(told.extracted, 0.7 * real.triangles);
+      const SurfaceSize estimate = sizes.of(step);
+      EXPECT_LE(estimate.triangles, 2 * real.triangles + 100);
+      EXPECT_GE(estimate.triangles, 0.5 * real.triangles - 100);
+      EXPECT_LE(estimate.bytes, 2 * real.bytes + 500);
+      EXPECT_GE(estimate.bytes, 0.5 * real.bytes - 500);
+      EXPECT_GE(estimate.extracted, 0.7 * real.triangles);
       // By a quick one a server refuses what is far above its limit.
       const SurfaceSize quick = quickly.of(step);
       EXPECT_LE(quick.triangles, 3 * real.triangles + 100);
@@ -96,21 +96,21 @@ TEST(SurfaceSizes, WithSimplificationAreNearWhatIsLeft) {
   }
 }
 
-TEST(SurfaceSizes, OfAnEmptySurfaceAreZero) {
+TEST(SurfaceSizes, AnEmptySurfaceHasZero) {
   const DatasetPtr dataset = datasets().front();
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles,
             0);
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).rough({.isovalue = 1e6}).bytes, 0);
 }
 
-TEST(SurfaceSizes, AreKnownOfGridsWithoutASpectrum) {
+TEST(SurfaceSizes, KnownForGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
   const StepRequest step{.request = {.isovalue = 0}};
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles,
             triangles_of(dataset, step));
 }
 
-TEST(SurfaceSizes, AreTheSameEveryTime) {
+TEST(SurfaceSizes, Deterministic) {
   const DatasetPtr dataset = datasets().front();
   const StepRequest step{.request = {.isovalue = 0.1, .error = 0.5}};
   const double first = surface_sizes(SurfaceExtractor(dataset)).of(step).triangles;
@@ -119,17 +119,17 @@ TEST(SurfaceSizes, AreTheSameEveryTime) {
 }
 
 // They stand for no others: they are made to see.
-TEST(SurfaceSizes, OfFewTrianglesWithSimplificationAreTheRealOnes) {
+TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
   const SurfaceExtractor extractor(dataset);
   const StepRequest step{.request = {.isovalue = 0, .error = 0.5, .simplify = true}};
-  const SurfaceSize told = surface_sizes(extractor, {}, SizeAccuracy::kCareful).of(step);
-  EXPECT_EQ(told.triangles, size_of(dataset, step).triangles);
-  EXPECT_EQ(told.bytes, size_of(dataset, step).bytes);
+  const SurfaceSize estimate = surface_sizes(extractor, {}, SizeAccuracy::kCareful).of(step);
+  EXPECT_EQ(estimate.triangles, size_of(dataset, step).triangles);
+  EXPECT_EQ(estimate.bytes, size_of(dataset, step).bytes);
 }
 
 // A map says how much there is, not the threshold where it says nothing.
-TEST(SurfaceSizes, AreRoughlyKnownForAnyMap) {
+TEST(SurfaceSizes, RoughlyKnownForAnyMap) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
   const SizeEstimates sizes = surface_sizes(extractor);
@@ -161,11 +161,11 @@ class SizesUnderMaps : public ::testing::Test {
   }
   void expect_near_the_real_ones(const StepRequest& step) const {
     const SurfaceSize real = size_of(dataset_, step);
-    const SurfaceSize told = surface_sizes(extractor_, {}, SizeAccuracy::kCareful).of(step);
-    EXPECT_LE(told.triangles, 2 * real.triangles);
-    EXPECT_GE(told.triangles, 0.5 * real.triangles);
-    EXPECT_LE(told.bytes, 2 * real.bytes);
-    EXPECT_GE(told.bytes, 0.5 * real.bytes);
+    const SurfaceSize estimate = surface_sizes(extractor_, {}, SizeAccuracy::kCareful).of(step);
+    EXPECT_LE(estimate.triangles, 2 * real.triangles);
+    EXPECT_GE(estimate.triangles, 0.5 * real.triangles);
+    EXPECT_LE(estimate.bytes, 2 * real.bytes);
+    EXPECT_GE(estimate.bytes, 0.5 * real.bytes);
     const SurfaceSize quick = surface_sizes(extractor_, {}, SizeAccuracy::kQuick).of(step);
     EXPECT_LE(quick.triangles, 3 * real.triangles);
     EXPECT_GE(quick.triangles, 0.3 * real.triangles);
@@ -175,7 +175,7 @@ class SizesUnderMaps : public ::testing::Test {
   SurfaceExtractor extractor_{dataset_};
 };
 
-TEST_F(SizesUnderMaps, OfASmallFineBoxAreNearTheRealOnes) {
+TEST_F(SizesUnderMaps, ASmallFineBoxIsNearTheRealSize) {
   for (const double place : {4.0, 58.0, 100.0}) {
     SCOPED_TRACE(place);
     expect_near_the_real_ones(
@@ -183,12 +183,12 @@ TEST_F(SizesUnderMaps, OfASmallFineBoxAreNearTheRealOnes) {
   }
 }
 
-TEST_F(SizesUnderMaps, OfAFineHalfAreNearTheRealOnes) {
+TEST_F(SizesUnderMaps, AFineHalfIsNearTheRealSize) {
   expect_near_the_real_ones(allowing(4, {.low = {-1, -1, -1}, .high = {120, 120, 60}}));
   expect_near_the_real_ones(allowing(4, {.low = {60, -1, -1}, .high = {120, 120, 120}}));
 }
 
-TEST_F(SizesUnderMaps, OfAViewAreNearTheRealOnes) {
+TEST_F(SizesUnderMaps, AViewIsNearTheRealSize) {
   StepRequest step{.request = {.isovalue = 0.1, .error = 0.25, .simplify = true}};
   step.request.thresholds = {
       .coordinates = CoordinateSystem::kIndex,
@@ -197,7 +197,7 @@ TEST_F(SizesUnderMaps, OfAViewAreNearTheRealOnes) {
   expect_near_the_real_ones(step);
 }
 
-TEST(SurfaceSizes, AreGivenUpWhenStopped) {
+TEST(SurfaceSizes, AbandonedWhenStopped) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
   std::stop_source stop;

@@ -1,4 +1,4 @@
-// Slices, probes and colours through a gateway: what a server answers, from a server that can.
+// Slices, probes and colors through a gateway: what a server answers, from a server that can.
 #include <gtest/gtest.h>
 
 #include "server/dataset/prepare.hpp"
@@ -34,7 +34,7 @@ void say_hello(WebSocketClient& client) {
   EXPECT_EQ(client.receive_a<Welcome>().version, kProtocolVersion);
 }
 
-OpenStream coloured_slope() {
+OpenStream colored_slope() {
   return {.request_id = 1,
           .dataset = "slope",
           .request = {.isovalue = 800.5},
@@ -57,13 +57,13 @@ TEST(ForwardedSamples, QuestionsAreAnsweredByAServerThatHasTheDataset) {
   EXPECT_EQ(client.receive_a<ProbeReply>().places.at(0).value, 304);
 }
 
-TEST(ForwardedSamples, AColouredSurfaceComesFromAServerThatHasBothDatasets) {
+TEST(ForwardedSamples, AColoredSurfaceComesFromAServerThatHasBothDatasets) {
   Upstream one(testing::catalogue_of(served("slope", 1)));
   Upstream other(both());
   RunningGateway gateway({.upstream = {.upstreams = {one.endpoint(), other.endpoint()}}});
   WebSocketClient client(gateway.http());
   say_hello(client);
-  client.send(coloured_slope());
+  client.send(colored_slope());
   std::size_t tiles = 0;
   std::size_t scalars = 0;
   for (;;) {
@@ -77,17 +77,17 @@ TEST(ForwardedSamples, AColouredSurfaceComesFromAServerThatHasBothDatasets) {
   EXPECT_EQ(scalars, tiles);
 }
 
-TEST(ForwardedSamples, WithoutSuchAServerTheStreamIsRefusedAndTheNextOneComes) {
+TEST(ForwardedSamples, RejectsAStreamWithoutASuitableUpstream) {
   Upstream one(testing::catalogue_of(served("slope", 1)));
   Upstream other(testing::catalogue_of(served("heat", 2)));
   RunningGateway gateway({.upstream = {.upstreams = {one.endpoint(), other.endpoint()}}});
   WebSocketClient client(gateway.http());
   say_hello(client);
-  client.send(coloured_slope());
+  client.send(colored_slope());
   const ServerMessage refusal = end_of_stream(client);
   ASSERT_TRUE(std::holds_alternative<ErrorReply>(refusal));
   EXPECT_EQ(std::get<ErrorReply>(refusal).error.code, ErrorCode::kUnavailable);
-  OpenStream plain = coloured_slope();
+  OpenStream plain = colored_slope();
   plain.request_id = 2;
   plain.scalars.reset();
   client.send(plain);

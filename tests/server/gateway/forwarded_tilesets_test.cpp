@@ -49,7 +49,7 @@ std::vector<std::string> files_of_tree(const testing::HttpClient::Response& firs
   return paths;
 }
 
-class ForwardedTrees : public ::testing::Test {
+class ForwardedTilesets : public ::testing::Test {
  protected:
   const std::string folder_ = "/v1/3dtiles/gyroid/iso/0.1,error=1/";
   const CataloguePtr catalogue_ = gyroids(1, 7);
@@ -57,7 +57,7 @@ class ForwardedTrees : public ::testing::Test {
   HttpClient direct_{server_.http()};
 };
 
-TEST_F(ForwardedTrees, HaveTheFilesAndTagsOfAServer) {
+TEST_F(ForwardedTilesets, HaveTheFilesAndTagsOfAServer) {
   Upstream upstream(catalogue_);
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   HttpClient through(gateway.http());
@@ -83,7 +83,7 @@ TEST_F(ForwardedTrees, HaveTheFilesAndTagsOfAServer) {
   }
 }
 
-TEST_F(ForwardedTrees, AreRefusedAsAServerRefusesThem) {
+TEST_F(ForwardedTilesets, RejectedWithTheServersErrors) {
   Upstream upstream(catalogue_);
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   HttpClient through(gateway.http());
@@ -99,7 +99,7 @@ TEST_F(ForwardedTrees, AreRefusedAsAServerRefusesThem) {
   }
 }
 
-TEST_F(ForwardedTrees, GoOnWhereAServerIsLost) {
+TEST_F(ForwardedTilesets, GoOnWhereAServerIsLost) {
   auto first = std::make_unique<Upstream>(catalogue_);
   auto second = std::make_unique<Upstream>(catalogue_);
   RunningGateway gateway({.upstream = {.upstreams = {first->endpoint(), second->endpoint()}}});
@@ -115,7 +115,7 @@ TEST_F(ForwardedTrees, GoOnWhereAServerIsLost) {
   }
 }
 
-TEST_F(ForwardedTrees, NeverHaveTheSurfacesOfAnotherDatasetOfTheSameName) {
+TEST_F(ForwardedTilesets, NeverHaveTheSurfacesOfAnotherDatasetOfTheSameName) {
   Upstream old(catalogue_);
   Upstream other(gyroids(2, 8));
   RunningGateway gateway({.upstream = {.upstreams = {old.endpoint(), other.endpoint()}}});

@@ -30,7 +30,8 @@ inline ErrorCode code_of(const ServerMessage& message) {
 }
 
 inline void open(WebSocketClient& client, std::uint64_t id, std::string dataset = "octahedron") {
-  client.send(OpenStream{.request_id = id, .dataset = std::move(dataset), .held = {}});
+  client.send(
+      OpenStream{.request_id = id, .dataset = std::move(dataset), .cached_tile_digests = {}});
 }
 
 // The last message of the stream that runs.

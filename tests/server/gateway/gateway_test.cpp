@@ -70,11 +70,11 @@ TEST(ForwardedStream, SkipsSeenStepsAndDetectsDifferences) {
 TEST(ForwardedStream, ContinuesOnTheNextServer) {
   ForwardedStream stream{OpenStream{.request_id = 1}};
   (void)stream.next(StepBegin{.request_id = 1, .finest_spacing = 8, .is_unsimplified = true});
-  EXPECT_EQ(stream.open().begun,
+  EXPECT_EQ(stream.open().resumed_previews,
             (std::vector<Preview>{{.finest_spacing = 8, .is_unsimplified = true}}));
   EXPECT_EQ(stream.open().steps, StepPolicy::kProgressive);
   (void)stream.next(StepBegin{.request_id = 1, .step = 1, .is_final = true});
-  EXPECT_EQ(stream.open().begun.size(), 1U);
+  EXPECT_EQ(stream.open().resumed_previews.size(), 1U);
   EXPECT_EQ(stream.open().steps, StepPolicy::kFinalOnly);
 }
 
@@ -83,8 +83,9 @@ TEST(ForwardedStream, NamesShellsThatEndAStreamAsItsLastPreview) {
   const ShellStep shell = quantized_shells(2);
   (void)stream.next(StepBegin{.request_id = 1, .finest_spacing = 8, .shell = shell});
   (void)stream.next(StepBegin{.request_id = 1, .step = 1, .is_final = true, .shell = shell});
-  EXPECT_EQ(stream.open().begun, (std::vector<Preview>{{.finest_spacing = 8, .shell = shell},
-                                                       {.finest_spacing = 1, .shell = shell}}));
+  EXPECT_EQ(stream.open().resumed_previews,
+            (std::vector<Preview>{{.finest_spacing = 8, .shell = shell},
+                                  {.finest_spacing = 1, .shell = shell}}));
   EXPECT_EQ(stream.open().steps, StepPolicy::kProgressive);
 }
 
@@ -218,7 +219,7 @@ TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
   Upstream damaged(std::make_shared<FakeSteps>(
       "octahedron", [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
   GatewayServerOptions options{.upstream = {.upstreams = {damaged.endpoint()}}};
-  options.upstream.patience = std::chrono::milliseconds(100);
+  options.upstream.failover_timeout = std::chrono::milliseconds(100);
   options.runtime.metrics = std::make_shared<PrometheusMetrics>();
   RunningGateway gateway(std::move(options));
   WebSocketClient client(gateway.http());
@@ -300,8 +301,10 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
   greet(client);
   const auto order =
       rendezvous_order("octahedron", {to_string(first.endpoint()), to_string(second.endpoint())});
-  client.send(OpenStream{
-      .request_id = 1, .dataset = "octahedron", .steps = StepPolicy::kFinalOnly, .held = {}});
+  client.send(OpenStream{.request_id = 1,
+                         .dataset = "octahedron",
+                         .steps = StepPolicy::kFinalOnly,
+                         .cached_tile_digests = {}});
   client.receive_a<StepBegin>();
   for (std::uint32_t tile = 0; tile < 40; ++tile) {
     if (tile == 5) (order[0] == 0 ? first : second).stop();
@@ -328,7 +331,8 @@ TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
 
 TEST(GatewayTest, FailsAStreamWhoseServersStayAway) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .patience = 100ms}});
+  RunningGateway gateway(
+      {.upstream = {.upstreams = {upstream.endpoint()}, .failover_timeout = 100ms}});
   WebSocketClient client(gateway.http());
   greet(client);
   upstream.stop();
@@ -351,8 +355,10 @@ TEST(GatewayTest, NeverMixesTheAnswersOfServersThatDiffer) {
   greet(client);
   const auto order =
       rendezvous_order("octahedron", {to_string(first.endpoint()), to_string(second.endpoint())});
-  client.send(OpenStream{
-      .request_id = 1, .dataset = "octahedron", .steps = StepPolicy::kFinalOnly, .held = {}});
+  client.send(OpenStream{.request_id = 1,
+                         .dataset = "octahedron",
+                         .steps = StepPolicy::kFinalOnly,
+                         .cached_tile_digests = {}});
   client.receive_a<StepBegin>();
   (order[0] == 0 ? first : second).stop();
   const auto rest = all_of_stream(client);

@@ -31,7 +31,7 @@ using testing::RunningGateway;
 using testing::Upstream;
 using testing::WebSocketClient;
 
-TEST(LostUpstreams, IsReadyOnlyWhileAServerIsThere) {
+TEST(GatewayFailover, ReadyOnlyWithAReachableServer) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .most_backoff = 50ms}});
   HttpClient probe(gateway.http());
@@ -43,7 +43,7 @@ TEST(LostUpstreams, IsReadyOnlyWhileAServerIsThere) {
   EXPECT_TRUE(eventually(is_ready));
 }
 
-TEST(LostUpstreams, TakesAServerThatHangsForALostOne) {
+TEST(GatewayFailover, TakesAServerThatHangsForALostOne) {
   HangingServer hanging;
   Upstream good(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint(), good.endpoint()},
@@ -61,7 +61,7 @@ TEST(LostUpstreams, TakesAServerThatHangsForALostOne) {
   }
 }
 
-TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
+TEST(GatewayFailover, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
   Upstream first(octahedron());
   Upstream second(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()},
@@ -83,7 +83,7 @@ TEST(LostUpstreams, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
 
 // Patience is with the time without a server, not with one that works for long. Whichever server is
 // asked first works until it is lost.
-TEST(LostUpstreams, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
+TEST(GatewayFailover, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   Count working_first;
   Count working_second;
   std::atomic<bool> is_first_call = true;
@@ -96,8 +96,8 @@ TEST(LostUpstreams, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   Upstream first(dataset(working_first));
   Upstream second(dataset(working_second));
   constexpr auto kPatience = 1ms;
-  RunningGateway gateway(
-      {.upstream = {.upstreams = {first.endpoint(), second.endpoint()}, .patience = kPatience}});
+  RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()},
+                                       .failover_timeout = kPatience}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   open(client, 1);
@@ -115,7 +115,7 @@ class SlowSteps : public FakeSteps {
 };
 
 // What the client has seen decides, not what the server that goes on would have planned.
-TEST(LostUpstreams, AStreamGoesOnWithThePreviewsItBeganWith) {
+TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
   Count working;
   Upstream fast(std::make_shared<FakeSteps>(
       "octahedron", [&](const StepRequest& step, const std::stop_token& stop) {
@@ -161,7 +161,7 @@ TEST(LostUpstreams, AStreamGoesOnWithThePreviewsItBeganWith) {
   EXPECT_GT(both.size(), alone.size()) << "or this test would show nothing";
 }
 
-TEST(LostUpstreams, StopsWhileAServerHangs) {
+TEST(GatewayFailover, StopsWhileAServerHangs) {
   HangingServer hanging;
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
   WebSocketClient client(gateway.http());
@@ -182,11 +182,11 @@ class IdleCount : public ServiceObserver {
 };
 
 // With one server and a backoff beyond all patience a loss would fail the stream.
-TEST(LostUpstreams, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
+TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   const auto idle = std::make_shared<IdleCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()},
-                                       .patience = 5s,
+                                       .failover_timeout = 5s,
                                        .least_backoff = 20s,
                                        .most_backoff = 20s}});
   WebSocketClient client(gateway.http());
@@ -208,7 +208,7 @@ class ListCount : public ServiceObserver {
   std::atomic<int> lists = 0;
 };
 
-TEST(LostUpstreams, JoinsEqualRequestsOfSeveralClients) {
+TEST(GatewayFailover, JoinsEqualRequestsOfSeveralClients) {
   const auto count = std::make_shared<ListCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = count}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .list_lifetime = 1h}});

@@ -31,8 +31,8 @@ TEST(UpstreamHealth, ReportsEachChangeOnce) {
 TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
   UpstreamHealth health(100ms, 1s);
   health.reached();
-  EXPECT_EQ(health.leave_out(kStart, 60s), Change::kLost);
-  EXPECT_EQ(health.leave_out(kStart, 60s), Change::kNone);
+  EXPECT_EQ(health.quarantine(kStart, 60s), Change::kLost);
+  EXPECT_EQ(health.quarantine(kStart, 60s), Change::kNone);
   health.reached();
   EXPECT_FALSE(health.may_be_asked(kStart + 59s));
   EXPECT_FALSE(health.is_there(kStart + 59s));

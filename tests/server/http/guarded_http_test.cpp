@@ -28,7 +28,7 @@ unsigned status_of(HttpClient& client, std::string_view fields = {}) {
   return client.get("/livez", fields).result_int();
 }
 
-TEST(GuardedHttp, BeyondItsConnectionsTheFirstRequestIsAnsweredWith503) {
+TEST(GuardedHttp, ExcessConnectionsGet503) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 1}}});
   HttpClient first(server.http());
@@ -41,7 +41,7 @@ TEST(GuardedHttp, BeyondItsConnectionsTheFirstRequestIsAnsweredWith503) {
   EXPECT_EQ(status_of(first), 200U);
 }
 
-TEST(GuardedHttp, BehindATrustedProxyLimitsCountForItsClients) {
+TEST(GuardedHttp, LimitsApplyToClientsOfATrustedProxy) {
   RunningHttpServer server(
       fake_catalogue("octahedron"), {},
       {.admission = {.connections = {.total = 10, .per_name = 1},
@@ -95,14 +95,14 @@ TEST(GuardedHttp, ClosesAfterCloseNotify) {
   EXPECT_TRUE(context.parts_well());
 }
 
-TEST(GuardedHttp, IsNotReadyWhileItDrains) {
+TEST(GuardedHttp, NotReadyWhileDraining) {
   testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
   WebSocketClient busy(server.http());
   busy.send(Hello{});
   (void)busy.receive_a<Welcome>();
-  busy.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
+  busy.send(OpenStream{.request_id = 1, .dataset = "octahedron", .cached_tile_digests = {}});
   ASSERT_TRUE(running.reaches(1));
   HttpClient probe(server.http());
   EXPECT_EQ(probe.get("/readyz").result_int(), 200U);

@@ -347,7 +347,7 @@ TEST_F(ViewerTest, ConnectsToItsOwnHostOnly) {
   EXPECT_EQ(policy["frame-ancestors"], "'self'");
 }
 
-TEST_F(ViewerTest, IsInFramesOfNamedOriginsAlone) {
+TEST_F(ViewerTest, AllowsFramesOfNamedOriginsOnly) {
   write("index.html", "<p>viewer");
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.allowed_origins = {"https://journal.example", "*", "http://a:8888"}},
@@ -358,7 +358,7 @@ TEST_F(ViewerTest, IsInFramesOfNamedOriginsAlone) {
       << policy;
 }
 
-TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
+TEST_F(ViewerTest, ServesOneFolderOnly) {
   write("index.html", "<p>viewer");
   write("assets/index-1a2b.js", "let x = 1;");
   write("assets/index-1a2b.js.gz", "zipped");
@@ -389,7 +389,7 @@ TEST_F(ViewerTest, IsServedFromOneFolderOnly) {
   }
 }
 
-TEST_F(ViewerTest, IsReplacedByAPageWhereThereIsNone) {
+TEST_F(ViewerTest, ShowsAPageWhenNotInstalled) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   EXPECT_NE(client.get("/").body().find("not installed"), std::string::npos);

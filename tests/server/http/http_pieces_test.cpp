@@ -83,7 +83,7 @@ TEST(RequestReader, NeverHoldsMuchMoreThanItsLimit) {
 
 // ---- targets and routes
 
-TEST(Target, IsTakenApartBeforeItIsDecoded) {
+TEST(Target, SplitsBeforeDecoding) {
   const Target target = parse_target("/v1/a%2Fb/c%20d?x=%26&y&region=ball:1,2,3,4=0.5").value();
   EXPECT_EQ(target.path, (std::vector<std::string>{"v1", "a/b", "c d"}));
   EXPECT_EQ(target.query, (std::vector<std::pair<std::string, std::string>>{
@@ -93,7 +93,7 @@ TEST(Target, IsTakenApartBeforeItIsDecoded) {
   EXPECT_TRUE(parse_target("https://example.org").value().path.empty());
 }
 
-TEST(Target, IsTheSameBelowTheBasePathAndWithoutIt) {
+TEST(Target, SameWithAndWithoutTheBasePath) {
   EXPECT_EQ(without_base_path("/volumes/v1/datasets?x=1", "/volumes"), "/v1/datasets?x=1");
   EXPECT_EQ(without_base_path("/volumes/", "/volumes"), "/");
   EXPECT_EQ(without_base_path("/v1/datasets", "/volumes"), "/v1/datasets");
@@ -118,7 +118,7 @@ TEST(Target, ABasePathBeginsWithASlashAndEndsWithoutOne) {
   }
 }
 
-TEST(Target, IsRefusedWhereItIsNotWellEncoded) {
+TEST(Target, RejectsInvalidEncoding) {
   for (const auto* bad : {"", "*", "ftp://x/", "a", "/%", "/%4", "/%zz", "/?a=%", "/?%=a"}) {
     EXPECT_FALSE(parse_target(bad)) << bad;
   }
@@ -206,7 +206,7 @@ TEST(MeshQuery, NamesTheInvalidParameter) {
   }
 }
 
-TEST(MeshQuery, IsCheckedAsARequestOverTheWireIs) {
+TEST(MeshQuery, ValidatedLikeAWireRequest) {
   DatasetInfo info;
   info.name = "a";
   EXPECT_FALSE(requests_for(query_of("").surface, info));
@@ -230,7 +230,7 @@ TEST(Conditions, NameATagInAListOrAll) {
   EXPECT_FALSE(names_tag("", ""));
 }
 
-TEST(Ranges, AreMetWhereTheyAreOneAndUnderstood) {
+TEST(Ranges, ServesASingleValidRange) {
   const auto range = [](std::string_view field) { return range_of(field, "", "\"t\"", 100); };
   EXPECT_EQ(range("bytes=0-0"), (RangeOutcome{ByteRange{0, 1}}));
   EXPECT_EQ(range("bytes=10-19"), (RangeOutcome{ByteRange{10, 10}}));
@@ -238,19 +238,19 @@ TEST(Ranges, AreMetWhereTheyAreOneAndUnderstood) {
   EXPECT_EQ(range("bytes=90-99999999999999999999999"), (RangeOutcome{ByteRange{90, 10}}));
   EXPECT_EQ(range("bytes=-7"), (RangeOutcome{ByteRange{93, 7}}));
   EXPECT_EQ(range("bytes=-200"), (RangeOutcome{ByteRange{0, 100}}));
-  EXPECT_EQ(range("bytes=100-"), RangeOutcome{Unsatisfiable{}});
-  EXPECT_EQ(range("bytes=-0"), RangeOutcome{Unsatisfiable{}});
+  EXPECT_EQ(range("bytes=100-"), RangeOutcome{RangeNotSatisfiable{}});
+  EXPECT_EQ(range("bytes=-0"), RangeOutcome{RangeNotSatisfiable{}});
   for (const auto* all : {"", "bytes=", "bytes=-", "bytes=a-b", "bytes=5-4", "bytes=0-1,3-4",
                           "lines=0-1", "bytes=1", "bytes=0x1-2"}) {
-    EXPECT_EQ(range(all), RangeOutcome{Everything{}}) << all;
+    EXPECT_EQ(range(all), RangeOutcome{FullContent{}}) << all;
   }
-  EXPECT_EQ(range_of("bytes=0-", "", "\"t\"", 0), RangeOutcome{Unsatisfiable{}});
+  EXPECT_EQ(range_of("bytes=0-", "", "\"t\"", 0), RangeOutcome{RangeNotSatisfiable{}});
 }
 
-TEST(Ranges, ArePassedOverWhenTheContentIsAnother) {
+TEST(Ranges, IgnoredWhenTheContentChanged) {
   EXPECT_EQ(range_of("bytes=0-0", "\"t\"", "\"t\"", 9), (RangeOutcome{ByteRange{0, 1}}));
-  EXPECT_EQ(range_of("bytes=0-0", "\"s\"", "\"t\"", 9), RangeOutcome{Everything{}});
-  EXPECT_EQ(range_of("bytes=0-0", "W/\"t\"", "\"t\"", 9), RangeOutcome{Everything{}});
+  EXPECT_EQ(range_of("bytes=0-0", "\"s\"", "\"t\"", 9), RangeOutcome{FullContent{}});
+  EXPECT_EQ(range_of("bytes=0-0", "W/\"t\"", "\"t\"", 9), RangeOutcome{FullContent{}});
 }
 
 // ---- formats and origins
@@ -265,7 +265,7 @@ TEST(Media, HonoursTheClientsPreference) {
   EXPECT_EQ(accepted_format("*/*;q=0"), std::nullopt);
 }
 
-TEST(Origin, IsAllowedWhereItIsOursOrListed) {
+TEST(Origin, AllowsOwnAndListedOrigins) {
   EXPECT_TRUE(is_allowed_origin("", "h", {}));
   EXPECT_TRUE(is_allowed_origin("http://h:7480", "h:7480", {}));
   EXPECT_TRUE(is_allowed_origin("https://H", "h", {}));
@@ -278,7 +278,7 @@ TEST(Origin, IsAllowedWhereItIsOursOrListed) {
   EXPECT_TRUE(is_allowed_origin("null", "h", {"*"}));
 }
 
-TEST(Origin, IsWrittenAsBrowsersWriteIt) {
+TEST(Origin, FormattedAsBrowsersDo) {
   for (const char* good : {"*", "https://a.example", "http://localhost:8080", "http://[::1]:80",
                            "moz-extension://1b2c-3d"}) {
     EXPECT_TRUE(is_origin(good)) << good;

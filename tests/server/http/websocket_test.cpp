@@ -27,7 +27,7 @@ std::string upgrade_with(std::string_view more) {
 
 // All messages of one stream, ended by its StreamEnd.
 std::vector<ServerMessage> stream(WebSocketClient& client, std::uint64_t id) {
-  client.send(OpenStream{.request_id = id, .dataset = "octahedron", .held = {}});
+  client.send(OpenStream{.request_id = id, .dataset = "octahedron", .cached_tile_digests = {}});
   std::vector<ServerMessage> messages;
   do {
     messages.push_back(client.receive());
@@ -61,7 +61,7 @@ TEST(WebSocketListener, SendsMessagesOfMegabytesInOneFrame) {
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(messages.back()));
 }
 
-TEST(WebSocketListener, IsShutWithoutTheSubprotocol) {
+TEST(WebSocketListener, RequiresTheSubprotocol) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto none = client.get("/v1/stream", kUpgradeFields);
@@ -74,7 +74,7 @@ TEST(WebSocketListener, IsShutWithoutTheSubprotocol) {
   EXPECT_EQ(client.get("/v1/stream", upgrade_with("")).result_int(), 101U);
 }
 
-TEST(WebSocketListener, IsShutForPagesOfOtherOrigins) {
+TEST(WebSocketListener, RejectsPagesOfOtherOrigins) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.allowed_origins = {"https://example.org"}});
   HttpClient client(server.http());
@@ -104,8 +104,8 @@ TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
   WebSocketClient welcomed(server.http());
   welcomed.send(Hello{});
   welcomed.receive_a<Welcome>();
-  OpenStream open{.request_id = 1, .dataset = "octahedron", .held = {}};
-  open.held.resize(8000, ContentDigest{1, 2});  // 128 000 bytes.
+  OpenStream open{.request_id = 1, .dataset = "octahedron", .cached_tile_digests = {}};
+  open.cached_tile_digests.resize(8000, ContentDigest{1, 2});  // 128 000 bytes.
   welcomed.send(open);
   EXPECT_TRUE(std::holds_alternative<StepBegin>(welcomed.receive()));
 }
@@ -136,7 +136,7 @@ TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
   WebSocketClient client(server.http());
   client.send(Hello{});
   client.receive_a<Welcome>();
-  client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
+  client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .cached_tile_digests = {}});
   ASSERT_TRUE(count->ended.reaches(1));
   EXPECT_NE(client.closed().code, websocket::close_code::normal);
 }
@@ -160,7 +160,7 @@ TEST(WebSocketListener, StopsAStreamWhoseClientIsGone) {
     WebSocketClient client(server.http());
     client.send(Hello{});
     client.receive_a<Welcome>();
-    client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .held = {}});
+    client.send(OpenStream{.request_id = 1, .dataset = "octahedron", .cached_tile_digests = {}});
     ASSERT_TRUE(running.reaches(1));
   }
   EXPECT_TRUE(running.reaches(0));

@@ -187,7 +187,7 @@ TEST(AccessList, ATimeIsAMomentThatThereIs) {
       << "no datasets";
 }
 
-TEST(AccessList, WithoutANameTheOthersAndTheCommentsStay) {
+TEST(AccessList, RemovingANameKeepsOtherEntriesAndComments) {
   const std::string alice = access_line("alice", "a", {"*"}) + "\n";
   const std::string bob = access_line("bob", "b", {"*"});
   const auto without = without_name("# alice\n" + alice + "\n" + alice + bob, "alice");

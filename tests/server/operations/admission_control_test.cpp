@@ -7,34 +7,34 @@ namespace {
 
 constexpr const char* kAddress = "192.0.2.7";
 
-ClientContextPtr client_of(AdmissionControl& admission, const char* token = nullptr) {
-  const ClientContextPtr client = admission.admit("tcp", kAddress, kAddress).client;
+ConnectionContextPtr client_of(AdmissionControl& admission, const char* token = nullptr) {
+  const ConnectionContextPtr client = admission.admit("tcp", kAddress, kAddress).client;
   if (token != nullptr) client->is_named(token, true);
   return client;
 }
 
 // Behind one address there may be a whole institute.
-TEST(AdmissionControl, WhoAsksTooMuchLeavesTheirRateToOtherTokensOfTheirAddress) {
+TEST(AdmissionControl, TokensOfOneAddressHaveSeparateRateLimits) {
   AdmissionControl admission({.requests = {.per_second = 0.001, .burst = 2}});
-  const ClientContextPtr greedy = client_of(admission, "eve");
-  EXPECT_TRUE(greedy->may_ask());
-  EXPECT_TRUE(client_of(admission, "eve")->may_ask());
-  const auto refused = greedy->may_ask();
+  const ConnectionContextPtr greedy = client_of(admission, "eve");
+  EXPECT_TRUE(greedy->check_rate_limit());
+  EXPECT_TRUE(client_of(admission, "eve")->check_rate_limit());
+  const auto refused = greedy->check_rate_limit();
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text.find("with your token"), std::string::npos);
   EXPECT_GT(refused.error().retry_after, 0);
-  EXPECT_TRUE(client_of(admission, "alice")->may_ask());
-  EXPECT_TRUE(client_of(admission)->may_ask()) << "nor to those without one";
+  EXPECT_TRUE(client_of(admission, "alice")->check_rate_limit());
+  EXPECT_TRUE(client_of(admission)->check_rate_limit()) << "nor to those without one";
 }
 
 TEST(AdmissionControl, ANewcomerTakesThePlaceOfTheOneThatRestsLongestOfTheLargestShare) {
   AdmissionControl admission({.connections = {.total = 5}});
   std::string ended;
-  std::vector<ClientContextPtr> clients;
+  std::vector<ConnectionContextPtr> clients;
   const auto connect = [&](const char* address, const char* name, std::optional<int> rests_since) {
     auto admitted = admission.admit("tcp", address, name);
-    using Clock = RestingConnection::Clock;
-    admitted.client->may_be_ended(
+    using Clock = IdleConnection::Clock;
+    admitted.client->set_evictable(
         {.since =
              [rests_since] {
                return rests_since
@@ -61,27 +61,27 @@ TEST(AdmissionControl, ANewcomerTakesThePlaceOfTheOneThatRestsLongestOfTheLarges
 TEST(AdmissionControl, TheNetworksOfOneIpv6NetworkAreOneShareWhereConnectionsAreFew) {
   AdmissionControl admission(
       {.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});
-  std::vector<ClientContextPtr> clients;
+  std::vector<ConnectionContextPtr> clients;
   int admitted = 0;
   int asked = 0;
   for (int i = 0; i < 64; ++i) {
     auto [client, refusal] =
         admission.admit("tcp", "2001:db8:1:" + std::to_string(i) + "00::7", "somebody");
     admitted += refusal ? 0 : 1;
-    if (client && client->may_ask()) ++asked;
+    if (client && client->check_rate_limit()) ++asked;
     clients.push_back(std::move(client));
   }
   EXPECT_EQ(admitted, 8) << "a /48 has what four addresses have";
   EXPECT_EQ(asked, 8);
 }
 
-TEST(AdmissionControl, WithoutATokenAnAddressIsOne) {
+TEST(AdmissionControl, LimitsByAddressWithoutAToken) {
   AdmissionControl admission({.requests = {.per_second = 0.001, .burst = 1}});
-  EXPECT_TRUE(client_of(admission)->may_ask());
-  const auto refused = client_of(admission)->may_ask();
+  EXPECT_TRUE(client_of(admission)->check_rate_limit());
+  const auto refused = client_of(admission)->check_rate_limit();
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().text.find("from your address"), std::string::npos);
-  EXPECT_TRUE(client_of(admission, "alice")->may_ask());
+  EXPECT_TRUE(client_of(admission, "alice")->check_rate_limit());
 }
 
 }  // namespace

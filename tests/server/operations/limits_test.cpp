@@ -204,7 +204,7 @@ AddressRanges ranges(const std::vector<std::string>& texts) {
 }
 std::string client_of(std::string_view peer, std::string_view forwarded_for,
                       const std::vector<std::string>& trusted) {
-  const ClientBehind client = client_behind(peer, forwarded_for, ranges(trusted));
+  const ForwardedClient client = forwarded_client(peer, forwarded_for, ranges(trusted));
   return client.address + (client.is_trusted ? " trusted" : "");
 }
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/operations/detail/log_sampling.hpp"
-#include "server/operations/memory_return.hpp"
+#include "server/operations/heap_trimmer.hpp"
 
 namespace multitetra {
 namespace {
@@ -97,7 +97,7 @@ TEST(Log, NamesOfFormatsAndLevelsAreKnown) {
 
 // ---- what is left out
 
-TEST(LogSampler, OfANameAndOfAllTogetherSoManyLinesAreWritten) {
+TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
   LogSampler lines(
       {.of_a_name = {.per_second = 1, .burst = 2}, .of_all = {.per_second = 1, .burst = 5}});
   EXPECT_EQ(lines.admit("a", 0), 0U);
@@ -116,10 +116,10 @@ TEST(LogSampler, OfANameAndOfAllTogetherSoManyLinesAreWritten) {
 
 // ---- memory
 
-TEST(MemoryReturn, IsDueOnceAfterWorkHasEnded) {
+TEST(HeapTrimmer, RunsOnceAfterWork) {
   using namespace std::chrono_literals;
-  MemoryReturn memory;
-  const MemoryReturn::Clock::time_point start{1000s};
+  HeapTrimmer memory;
+  const HeapTrimmer::Clock::time_point start{1000s};
   EXPECT_FALSE(memory.is_due(start, 0, false)) << "Nothing was done.";
   EXPECT_TRUE(memory.is_due(start + 1s, 1, true)) << "The first time for long.";
   EXPECT_FALSE(memory.is_due(start + 2s, 2, true));
@@ -128,12 +128,12 @@ TEST(MemoryReturn, IsDueOnceAfterWorkHasEnded) {
   EXPECT_FALSE(memory.is_due(start + 10s, 2, false)) << "Nothing was done since.";
 }
 
-TEST(MemoryReturn, IsDueNowAndThenWhileWorkGoesOn) {
+TEST(HeapTrimmer, RunsPeriodicallyDuringWork) {
   using namespace std::chrono_literals;
-  MemoryReturn memory;
+  HeapTrimmer memory;
   int times = 0;
   for (int second = 0; second < 300; ++second) {
-    const auto now = MemoryReturn::Clock::time_point{1000s + std::chrono::seconds(second)};
+    const auto now = HeapTrimmer::Clock::time_point{1000s + std::chrono::seconds(second)};
     times += memory.is_due(now, static_cast<std::uint64_t>(second) + 1, true) ? 1 : 0;
   }
   EXPECT_EQ(times, 10);

@@ -47,8 +47,8 @@ struct Handshake {
   std::string protocol;  // Chosen by ALPN.
 };
 
-Handshake shake_hands(const TlsContextPtr& tls,
-                      const std::function<void(asio::ssl::context&)>& prepare) {
+Handshake perform_handshake(const TlsContextPtr& tls,
+                            const std::function<void(asio::ssl::context&)>& prepare) {
   asio::io_context io(1);
   tcp::acceptor acceptor(io, {asio::ip::address_v4::loopback(), 0});
   tcp::socket connecting(io);
@@ -76,8 +76,8 @@ Handshake shake_hands(const TlsContextPtr& tls,
 }
 
 TEST_F(TlsFilesTest, AClientThatTrustsTheCertificateSpeaksTls13) {
-  const Handshake shaken =
-      shake_hands(load_tls(files(good_.certificate, good_.key)), [&](asio::ssl::context& client) {
+  const Handshake shaken = perform_handshake(
+      load_tls(files(good_.certificate, good_.key)), [&](asio::ssl::context& client) {
         client.add_certificate_authority(asio::buffer(good_.certificate));
         client.set_verify_mode(asio::ssl::verify_peer);
         client.set_verify_callback(asio::ssl::host_name_verification("localhost"));
@@ -91,7 +91,7 @@ TEST_F(TlsFilesTest, AClientThatTrustsTheCertificateSpeaksTls13) {
 TEST_F(TlsFilesTest, Tls12IsSpokenAndNothingOlder) {
   const TlsContextPtr tls = load_tls(files(good_.certificate, good_.key));
   const auto at_most = [&](int version) {
-    return shake_hands(tls, [&](asio::ssl::context& client) {
+    return perform_handshake(tls, [&](asio::ssl::context& client) {
       SSL_CTX_set_min_proto_version(client.native_handle(), TLS1_VERSION);
       SSL_CTX_set_max_proto_version(client.native_handle(), version);
       SSL_CTX_set_cipher_list(client.native_handle(), "ALL:@SECLEVEL=0");
@@ -104,7 +104,7 @@ TEST_F(TlsFilesTest, Tls12IsSpokenAndNothingOlder) {
 TEST_F(TlsFilesTest, Http11IsChosenWhereItIsOfferedAndNothingElse) {
   const TlsContextPtr tls = load_tls(files(good_.certificate, good_.key));
   const auto offered = [&](const std::string& protocols) {
-    return shake_hands(tls, [&](asio::ssl::context& client) {
+    return perform_handshake(tls, [&](asio::ssl::context& client) {
       SSL_CTX_set_alpn_protos(client.native_handle(),
                               reinterpret_cast<const unsigned char*>(protocols.data()),
                               static_cast<unsigned int>(protocols.size()));

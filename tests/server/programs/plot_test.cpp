@@ -36,7 +36,7 @@ double triangles_of(const SurfaceExtractor& extractor, double isovalue, double e
   return triangles;
 }
 
-TEST(SizeCurves, AreNearTheRealSizes) {
+TEST(SizeCurves, NearTheRealSizes) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   const std::vector<double> errors = {0.25, 1, 4};
@@ -50,7 +50,7 @@ TEST(SizeCurves, AreNearTheRealSizes) {
   }
 }
 
-TEST(SizeCurves, OfSimplifiedSurfacesAreNearTheRealSizes) {
+TEST(SizeCurves, SimplifiedSizesAreNearTheRealOnes) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   const std::vector<double> errors = {0.25, 1};
@@ -78,7 +78,7 @@ TEST(SizeCurves, FallWithTheError) {
   }
 }
 
-TEST(SizeCurves, OfAGridWithoutASpectrumAreThere) {
+TEST(SizeCurves, ExistForGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({7, 8, 6}, 3)});
   const SizeCurves curves =
       size_curves(SurfaceExtractor(dataset), spread_isovalues(dataset->info, 4), {0});
@@ -110,7 +110,7 @@ TEST(DatasetPlot, HasACurveForEveryErrorAndAMarkForEverySuggestion) {
   EXPECT_EQ(occurrences(svg, "nan") + occurrences(svg, "inf"), 0U);
 }
 
-TEST(DatasetPlot, OfOneValueOnlyIsAPlotWithoutCurves) {
+TEST(DatasetPlot, AConstantDatasetHasNoCurves) {
   DatasetInfo info;
   info.name = "constant";
   info.dims = {2, 2, 2};

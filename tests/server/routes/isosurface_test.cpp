@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
-#include "server/http/detail/slowest_reader.hpp"
+#include "server/http/detail/min_transfer_rate.hpp"
 #include "server/routes/detail/mesh_file_cache.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
@@ -21,7 +21,7 @@ using testing::FakeSteps;
 using testing::HttpClient;
 using testing::RunningHttpServer;
 
-// Octahedra whose content is told, and a count of how often they were made.
+// Octahedra with a given content, and a count of the extractions.
 class CountedSteps : public FakeSteps {
  public:
   explicit CountedSteps(std::atomic<int>& made)
@@ -67,7 +67,7 @@ TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
   }
 }
 
-TEST_F(IsosurfaceTest, TellsWhenItIsHardlyWhatWasMeant) {
+TEST_F(IsosurfaceTest, WarnsAboutUnlikelyRequests) {
   const std::string path = "/v1/datasets/octahedron/isosurface?format=ply";
   EXPECT_EQ(client_.get(path + "&isovalue=0.5").count("Multitetra-Notice"), 0U);
   const auto empty = client_.get(path + "&isovalue=1e9");
@@ -87,7 +87,7 @@ TEST_F(IsosurfaceTest, ComesInTheFormatThatIsAccepted) {
   EXPECT_EQ(client_.get(path, "Accept: text/html\r\n").result_int(), 406U);
 }
 
-TEST_F(IsosurfaceTest, IsMadeOnceAndKept) {
+TEST_F(IsosurfaceTest, ExtractsOnceAndCaches) {
   const auto first = client_.get(kPath);
   const auto second = client_.get(kPath);
   EXPECT_EQ(first.body(), second.body());
@@ -95,7 +95,7 @@ TEST_F(IsosurfaceTest, IsMadeOnceAndKept) {
   EXPECT_EQ(made_, 1);
 }
 
-TEST_F(IsosurfaceTest, IsNotMadeForWhoHasItOrAsksForItsHead) {
+TEST_F(IsosurfaceTest, DoesNotExtractForHeadRequestsOrMatchingTags) {
   const auto head = client_.ask("HEAD", kPath);
   EXPECT_EQ(head.result_int(), 200U);
   EXPECT_EQ(head.count(http::field::content_length), 0U);
@@ -131,7 +131,7 @@ TEST_F(IsosurfaceTest, HasAnotherTagForAnotherRequest) {
   EXPECT_NE(tag(""), tag("&coordinates=index"));
 }
 
-TEST_F(IsosurfaceTest, IsRefusedWithTheReason) {
+TEST_F(IsosurfaceTest, RejectsWithTheReason) {
   const auto at = [&](const std::string& query) {
     return client_.get("/v1/datasets/octahedron/isosurface?" + query);
   };
@@ -142,7 +142,7 @@ TEST_F(IsosurfaceTest, IsRefusedWithTheReason) {
   EXPECT_EQ(client_.get("/v1/datasets/none/isosurface").result_int(), 404U);
 }
 
-TEST(Isosurface, IsRefusedWhereItIsTooLargeForOneResponse) {
+TEST(Isosurface, RejectsSurfacesTooLargeForOneResponse) {
   std::atomic<int> made = 0;
   RunningHttpServer server(catalogue_of(std::make_shared<CountedSteps>(made)), {}, {},
                            {.max_mesh_triangles = 9});
@@ -164,7 +164,7 @@ TEST(Isosurface, StopsBeingMadeWhenTheClientHangsUp) {
   EXPECT_TRUE(running.reaches(0));
 }
 
-TEST(Isosurface, IsAnsweredWith503WhenTheServerStops) {
+TEST(Isosurface, Gets503WhenTheServerStops) {
   testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
@@ -179,18 +179,18 @@ TEST(Isosurface, IsAnsweredWith503WhenTheServerStops) {
 
 // ---- files on the disk
 
-StoredMesh stored(ByteReservations::Reservation room) {
+StoredMesh stored(ByteReservations::Reservation reservation) {
   struct Holder {
-    explicit Holder(ByteReservations::Reservation of_it) : room(std::move(of_it)) {}
-    ByteReservations::Reservation room;
+    explicit Holder(ByteReservations::Reservation of_it) : reservation(std::move(of_it)) {}
+    ByteReservations::Reservation reservation;
     ScratchFile file{std::filesystem::temp_directory_path()};
   };
-  const std::uint64_t bytes = room.bytes();
-  const auto held = std::make_shared<Holder>(std::move(room));
+  const std::uint64_t bytes = reservation.bytes();
+  const auto held = std::make_shared<Holder>(std::move(reservation));
   return {.file = SharedFile(held, &held->file), .bytes = bytes, .fields = ""};
 }
 
-TEST(MeshFileCache, ForgetsWhatIsKeptForWhatIsWanted) {
+TEST(MeshFileCache, EvictsCachedFilesForNewOnes) {
   MeshFileCache files(1000);
   files.keep("a", stored(files.reserve("one", 180).value()));
   files.keep("b", stored(files.reserve("another", 180).value()));
@@ -226,23 +226,23 @@ TEST(MeshFileCache, AShareHasAQuarterOfWhatTheOthersLeave) {
   EXPECT_EQ(never.error().code, ErrorCode::kLimitExceeded) << "It is no use to come again.";
 }
 
-TEST(MeshFileCache, OfNoSizeKeepsNothingAndRefusesNothing) {
+TEST(MeshFileCache, ZeroCapacityCachesNothingAndRejectsNothing) {
   MeshFileCache files(0);
   files.keep("a", stored(files.reserve("one", 400).value()));
   EXPECT_FALSE(files.find("a"));
 }
 
-TEST(SlowestReader, HasTimeForEachPieceAndForAllTogether) {
-  using Clock = SlowestReader::Clock;
+TEST(MinTransferRate, HasTimeForEachPieceAndForAllTogether) {
+  using Clock = MinTransferRate::Clock;
   const Clock::time_point began{1000s};
-  const SlowestReader slowest(began, 60s, 1000);
+  const MinTransferRate slowest(began, 60s, 1000);
   EXPECT_EQ(slowest.deadline(began, 1000), began + 60s);
   EXPECT_EQ(slowest.deadline(began + 59s, 10'000), began + 70s) << "at 1000 bytes a second";
   EXPECT_EQ(slowest.deadline(began + 5s, 1'000'000), began + 65s) << "this piece";
-  EXPECT_EQ(SlowestReader(began, 60s, 0).deadline(began + 1h, 10), began + 1h + 60s);
+  EXPECT_EQ(MinTransferRate(began, 60s, 0).deadline(began + 1h, 10), began + 1h + 60s);
 }
 
-TEST_F(IsosurfaceTest, ThatFindsNoRoomOnTheDiskIsRefused) {
+TEST_F(IsosurfaceTest, RejectsRequestsWithoutDiskSpace) {
   RunningHttpServer small(catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
                           {.mesh_cache_bytes = 100});
   HttpClient client(small.http());
@@ -252,7 +252,7 @@ TEST_F(IsosurfaceTest, ThatFindsNoRoomOnTheDiskIsRefused) {
       << refused.body();
 }
 
-TEST_F(IsosurfaceTest, ThatTheTemporaryFolderDoesNotTakeIsAnsweredWithTheReason) {
+TEST_F(IsosurfaceTest, ReportsAnUnwritableTemporaryFolder) {
   RunningHttpServer full(catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {},
                          {.temporary_folder = "/dev/null/nothing"});
   HttpClient client(full.http());

@@ -1,4 +1,4 @@
-// Several surfaces, and surfaces in the colours of a field, as files over HTTP.
+// Several surfaces, and surfaces in the colors of a field, as files over HTTP.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -86,7 +86,7 @@ TEST_F(SceneTest, SeveralSurfacesShareABudget) {
   expect_refused("isovalue=-2,2&max_triangles=1", "cannot be shared");
 }
 
-TEST_F(SceneTest, ASurfaceHasTheColoursOfAField) {
+TEST_F(SceneTest, ASurfaceHasTheColorsOfAField) {
   const auto ply = get("isovalue=0&error=0.5&color_by=height&colors=gray&format=ply");
   ASSERT_EQ(ply.result_int(), 200U) << ply.body();
   EXPECT_NE(ply.body().find("property float scalar\nproperty uchar red"), std::string::npos);

@@ -79,7 +79,7 @@ TEST_F(SliceTest, APlaneMayBeNamedByItsVectorsOrItsNormal) {
   EXPECT_EQ(oblique, (std::vector<float>{1704, 1705, 1706, 1684, 1685, 1686, 1664, 1665, 1666}));
 }
 
-TEST_F(SliceTest, IsAPictureInWhichTheWindowIsBlackToWhite) {
+TEST_F(SliceTest, MapsTheWindowToBlackAndWhite) {
   const auto response = get("slice?axis=z&at=0&window=100&level=50");
   ASSERT_EQ(response.result_int(), 200U) << response.body();
   EXPECT_EQ(response[http::field::content_type], "image/png");

@@ -33,10 +33,10 @@ const std::string kFolder = "/v1/3dtiles/gyroid/iso/0.1/";
 
 DatasetPtr gyroid() {
   static const DatasetPtr dataset = [] {
-    auto told = std::make_shared<PreparedVolume>(
+    auto described = std::make_shared<PreparedVolume>(
         *testing::prepared({"gyroid", testing::fields::gyroid(90, 0.1, 8)}));
-    told->info.content_id = 7;
-    return told;
+    described->info.content_id = 7;
+    return described;
   }();
   return dataset;
 }
@@ -45,7 +45,7 @@ CataloguePtr gyroid_catalogue() {
   return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(extractor));
 }
 
-class TreeFiles : public ::testing::Test {
+class TilesetFiles : public ::testing::Test {
  protected:
   nlohmann::json tileset(const std::string& path) {
     const auto response = client_.get(path);
@@ -61,7 +61,7 @@ class TreeFiles : public ::testing::Test {
   HttpClient client_{server_.http()};
 };
 
-TEST_F(TreeFiles, LeavesAreTogetherTheSurfaceWithItsTopologyAndWithoutACrack) {
+TEST_F(TilesetFiles, LeavesAreTogetherTheSurfaceWithItsTopologyAndWithoutACrack) {
   const std::string first = kFolder + "tileset.json";
   const auto json = tileset(first);
   std::vector<LatticeMesh> leaves;
@@ -101,7 +101,7 @@ TEST_F(TreeFiles, LeavesAreTogetherTheSurfaceWithItsTopologyAndWithoutACrack) {
   EXPECT_LT(found.triangles, expected.triangles);
 }
 
-TEST_F(TreeFiles, BelowTheContentsNameLastForever) {
+TEST_F(TilesetFiles, ContentsAreImmutable) {
   const std::string first = kFolder + "tileset.json";
   const auto response = client_.get(first);
   EXPECT_EQ(response[http::field::cache_control], "public, no-cache");
@@ -116,7 +116,7 @@ TEST_F(TreeFiles, BelowTheContentsNameLastForever) {
   EXPECT_EQ(HttpClient(other.http()).get(path).body(), surface.body());
 }
 
-TEST_F(TreeFiles, ThatAreNoneAreRefusedWithAReason) {
+TEST_F(TilesetFiles, RejectsUnknownFilesWithAReason) {
   const std::string id = tileset(kFolder + "tileset.json")["asset"]["tilesetVersion"];
   const std::map<std::string, std::pair<unsigned, std::string>> answers = {
       {"/v1/3dtiles", {400, "invalid_argument"}},
@@ -140,7 +140,7 @@ TEST_F(TreeFiles, ThatAreNoneAreRefusedWithAReason) {
   EXPECT_FALSE(nothing.contains("children"));
 }
 
-class NeuroglancerFiles : public TreeFiles {
+class NeuroglancerFiles : public TilesetFiles {
  protected:
   static std::string at(const std::string& path) { return "/v1/neuroglancer/gyroid/" + path; }
 
@@ -154,7 +154,7 @@ class NeuroglancerFiles : public TreeFiles {
   }
 };
 
-TEST_F(NeuroglancerFiles, TellOfAMeshWhoseFragmentsAreAllThere) {
+TEST_F(NeuroglancerFiles, ManifestNamesExistingFragments) {
   const std::string segment = std::to_string(segment_of(kIsovalue));
   const auto index = answer(at("surfaces,error=1/" + segment + ".index"));
   ASSERT_EQ(index.result_int(), 200U) << index.body();
@@ -215,7 +215,7 @@ class CountedCells : public SurfaceProvider {
   ExtractedSurfaces steps_{std::make_shared<const SurfaceExtractor>(gyroid())};
 };
 
-TEST_F(NeuroglancerFiles, AreNotMadeAgainForWhoHasThem) {
+TEST_F(NeuroglancerFiles, MatchingTagsGet304) {
   const auto steps = std::make_shared<CountedCells>();
   RunningHttpServer other(testing::catalogue_of(steps));
   const std::string segment = std::to_string(segment_of(kIsovalue));
@@ -239,7 +239,7 @@ TEST_F(NeuroglancerFiles, AreNotMadeAgainForWhoHasThem) {
   EXPECT_GT(steps->made, 0);
 }
 
-TEST_F(NeuroglancerFiles, ThatAreNoneAreRefusedWithAReason) {
+TEST_F(NeuroglancerFiles, RejectsUnknownFilesWithAReason) {
   const std::map<std::string, std::pair<unsigned, std::string>> answers = {
       {"/v1/neuroglancer/gyroid/info", {400, "invalid_argument"}},
       {at("surfaces,error=x/info"), {400, "invalid_argument"}},
@@ -255,7 +255,7 @@ TEST_F(NeuroglancerFiles, ThatAreNoneAreRefusedWithAReason) {
   }
 }
 
-TEST(GuardedTreeFiles, AreForWhoHasTheTokenInAFieldOrInThePath) {
+TEST(GuardedTilesetFiles, AcceptsATokenInTheHeaderOrThePath) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"reader", "secret", "gyroid"}});
   RunningHttpServer server(gyroid_catalogue(), {}, {.admission = {.tokens = tokens.path()}});
@@ -270,7 +270,7 @@ TEST(GuardedTreeFiles, AreForWhoHasTheTokenInAFieldOrInThePath) {
   EXPECT_EQ(by_path[http::field::cache_control], "private, no-cache");
 }
 
-TEST(CrawledTreeFiles, MeetTheLimitsOfAnyClient) {
+TEST(CrawledTilesetFiles, MeetTheLimitsOfAnyClient) {
   RunningHttpServer server(gyroid_catalogue(), {},
                            {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
   HttpClient client(server.http());
@@ -289,7 +289,7 @@ TEST(CrawledTreeFiles, MeetTheLimitsOfAnyClient) {
   }
 }
 
-TEST(WithoutToken, NothingOfATokenIsLeft) {
+TEST(TokenRemoval, NothingOfATokenIsLeft) {
   EXPECT_EQ(without_token("/v1/token/secret/3dtiles/a"), "/v1/token/.../3dtiles/a");
   EXPECT_EQ(without_token("/base/v1/token/secret"), "/base/v1/token/...");
   EXPECT_EQ(without_token("/v1/token/secret?x=1"), "/v1/token/...?x=1");

@@ -58,7 +58,7 @@ class UnreadingClient {
   tcp::socket socket_;
 };
 
-class UnreadAnswers : public ::testing::TestWithParam<std::string> {
+class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
  protected:
   static CataloguePtr catalogue() {
     const Volume volume = testing::fields::sampled<std::uint16_t>(
@@ -104,7 +104,7 @@ class UnreadAnswers : public ::testing::TestWithParam<std::string> {
   RunningHttpServer server_{catalogue(), http(), server(), routes()};
 };
 
-TEST_P(UnreadAnswers, StayWithinTheDocumentedMemory) {
+TEST_P(UnreadAnswerMemory, StayWithinTheDocumentedMemory) {
   const std::string asked = path();
   const std::size_t before = resident_bytes();
   std::deque<UnreadingClient> clients;
@@ -128,7 +128,7 @@ TEST_P(UnreadAnswers, StayWithinTheDocumentedMemory) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    OfAllRoutes, UnreadAnswers,
+    OfAllRoutes, UnreadAnswerMemory,
     ::testing::Values("/v1/datasets/head/slice?format=raw&width=1024&height=512",
                       "/v1/datasets/head/slice?width=1024&height=512",
                       "/v1/datasets/head/isosurface?isovalue=200&error=0&format=stl",

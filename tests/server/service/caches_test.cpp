@@ -231,7 +231,7 @@ TEST(SurfaceCache, ATileOfTwoStepsKeepsWhatEachPromises) {
   }
 }
 
-TEST(SurfaceCache, OfZeroBytesCachesNothing) {
+TEST(SurfaceCache, ZeroBytesCachesNothing) {
   SurfaceCache cache(0);
   int made = 0;
   for (int i = 0; i < 3; ++i) {

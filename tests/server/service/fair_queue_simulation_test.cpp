@@ -30,7 +30,7 @@ class SimulatedWorkers {
     while (!running_.empty() && running_.begin()->first <= time) {
       const auto first = running_.begin();
       now_ = first->first;
-      const FairQueue::Taken taken = std::move(first->second);
+      const FairQueue::DequeuedJob taken = std::move(first->second);
       running_.erase(first);
       queue_.done(taken, taken.job.expected_seconds);
       taken.job.run();
@@ -51,7 +51,7 @@ class SimulatedWorkers {
 
   std::size_t workers_;
   FairQueue queue_;
-  std::multimap<double, FairQueue::Taken> running_;  // By their ends.
+  std::multimap<double, FairQueue::DequeuedJob> running_;  // By their ends.
   double now_ = 0;
 };
 

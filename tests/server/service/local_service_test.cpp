@@ -65,7 +65,7 @@ struct Running {
   AdmissionControl admission;
   asio::io_context io{1};
   LocalService service;
-  ClientContextPtr client = admission.admit("http", "127.0.0.1", "test").client;
+  ConnectionContextPtr client = admission.admit("http", "127.0.0.1", "test").client;
   CallerPtr caller;
 };
 

@@ -18,7 +18,7 @@ AccessListPtr list_of(const std::string& token, const std::string& datasets) {
   return list;
 }
 
-TEST(Permit, WithoutAListAllDatasetsAreVisible) {
+TEST(Permit, AllDatasetsAreVisibleWithoutAnAccessList) {
   const auto permit = Permit::of("whatever", nullptr, fake_catalogue("head"));
   ASSERT_TRUE(permit);
   EXPECT_FALSE(permit->has_token());
@@ -57,7 +57,7 @@ TEST(Permit, SuggestsOnlyDatasetsThatAreVisible) {
   EXPECT_NE(text("frog-*", "frog1").find("Did you mean \"frog-1\"?"), std::string::npos);
 }
 
-TEST(Permit, ColoursAreRightsOfTheirOwn) {
+TEST(Permit, ColorsAreRightsOfTheirOwn) {
   const auto catalogue = fake_catalogue("head");
   catalogue->add(std::make_shared<FakeSteps>("dose"));
   OpenStream open = testing::open_fake(1, "head");
@@ -89,7 +89,7 @@ TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
     EXPECT_EQ(without.codecs(), std::vector{PayloadCodec::kDracoLattice});
     EXPECT_FALSE(without.accept(testing::open_fake(1, "head"))->shells);
     OpenStream open = testing::open_fake(1, "head");
-    open.begun = {{.finest_spacing = 4, .shell = quantized_shells(2)}};
+    open.resumed_previews = {{.finest_spacing = 4, .shell = quantized_shells(2)}};
     const auto refused = without.accept(open);
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument);
@@ -121,9 +121,9 @@ TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
   permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
   OpenStream open = testing::open_fake(1, "head");
   // The grid has 64 steps a side.
-  open.begun = {{.finest_spacing = 64, .shell = quantized_shells(2)}};
+  open.resumed_previews = {{.finest_spacing = 64, .shell = quantized_shells(2)}};
   EXPECT_FALSE(permit.accept(open));
-  open.begun = {{.finest_spacing = 32, .shell = quantized_shells(2)}};
+  open.resumed_previews = {{.finest_spacing = 32, .shell = quantized_shells(2)}};
   EXPECT_TRUE(permit.accept(open));
   open.request.normal_bits = 8;
   EXPECT_FALSE(permit.accept(open));

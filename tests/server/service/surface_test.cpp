@@ -51,7 +51,7 @@ class SurfaceTest : public ::testing::Test {
   ExtractedSurfaces surfaces_{extractor_, std::make_shared<SurfaceCache>(std::size_t{64} << 20)};
 };
 
-TEST_F(SurfaceTest, IsTheSameWithAndWithoutEncoding) {
+TEST_F(SurfaceTest, SameWithAndWithoutEncoding) {
   for (const bool is_simplified : {false, true}) {
     const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25, .simplify = is_simplified};
     const TiledStep made = meshes(request);
@@ -89,7 +89,7 @@ TEST_F(SurfaceTest, TakesTilesFromTheCacheWhereItHasThem) {
   EXPECT_EQ(again.tiles.front().payload, kept.tiles.front().payload);
 }
 
-TEST_F(SurfaceTest, WithAMissingOrAWrongTileIsDamaged) {
+TEST_F(SurfaceTest, AMissingOrWrongTileIsAnError) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   SurfaceTiles missing = tiles_of(encoded(request), request);
   missing.payloads.back() = nullptr;

@@ -33,7 +33,7 @@ struct Describe {
   std::string operator()(const StartStream& start) const {
     return "start " + std::to_string(start.open.request_id);
   }
-  std::string operator()(const AnswerQuestion& asked) const {
+  std::string operator()(const RunQuery& asked) const {
     return std::string(kind_of(asked.question)) + " " +
            std::to_string(request_id_of(asked.question));
   }
@@ -65,7 +65,10 @@ Session welcomed_session() {
 }
 
 OpenStream open(std::uint64_t id, std::string dataset = "head") {
-  return {.request_id = id, .dataset = std::move(dataset), .request = {.isovalue = 1}, .held = {}};
+  return {.request_id = id,
+          .dataset = std::move(dataset),
+          .request = {.isovalue = 1},
+          .cached_tile_digests = {}};
 }
 
 const Words kEndsWithUnexpected = {"error unexpected_message 0", "close"};
@@ -218,7 +221,7 @@ TEST(Session, ABadRequestIsAnsweredAndLeavesTheRunningStreamAlone) {
   OpenStream fine_lattice = open(2);
   fine_lattice.request.lattice_resolution = kMaxLatticeResolution + 1;
   OpenStream many_held = open(2);
-  many_held.held.resize(4);
+  many_held.cached_tile_digests.resize(4);
   const std::vector<std::pair<OpenStream, std::string>> bad = {
       {nan_isovalue, "invalid_argument 2"},
       {negative_error, "invalid_argument 2"},
@@ -412,13 +415,13 @@ TEST(Session, KeepsItsGuaranteesWhateverMessageIsLost) {
 TEST(Session, RefusesPreviewsThatTheDatasetCannotHave) {
   Session session = welcomed_session();
   OpenStream stream = open(1);
-  stream.begun = {{.finest_spacing = 128}};  // Its grid has 64 steps a side.
+  stream.resumed_previews = {{.finest_spacing = 128}};  // Its grid has 64 steps a side.
   const Actions actions = session.receive(stream);
   ASSERT_EQ(actions.size(), 1U);
   const auto& refusal = std::get<ErrorReply>(std::get<Send>(actions.front()).message);
   EXPECT_EQ(refusal.error.code, ErrorCode::kInvalidArgument);
   EXPECT_NE(refusal.error.text.find("64 steps"), std::string::npos) << refusal.error.text;
-  stream.begun = {{.finest_spacing = 64}};
+  stream.resumed_previews = {{.finest_spacing = 64}};
   EXPECT_EQ(words(session.receive(stream)), Words{"start 1"});
 }
 
@@ -436,8 +439,8 @@ TEST(Session, AClientHasTheDatasetsAsItListedThemLast) {
     return all;
   };
   const auto source = [&session](std::uint64_t id, const std::string& dataset) {
-    const Actions actions =
-        session.receive(OpenStream{.request_id = id, .dataset = dataset, .held = {}});
+    const Actions actions = session.receive(
+        OpenStream{.request_id = id, .dataset = dataset, .cached_tile_digests = {}});
     const auto* start = std::get_if<StartStream>(&actions.back());
     return start != nullptr ? start->source : nullptr;
   };

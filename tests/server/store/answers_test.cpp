@@ -48,7 +48,7 @@ TEST(Redirects, NeverLeadFromHttpsToHttp) {
   }
 }
 
-TEST(Redirects, AreNamedWithoutPasswords) {
+TEST(Redirects, NamedWithoutPasswords) {
   const auto refused =
       refused_redirect("https://a.example/x", "https://me:secret@b.example/x", false);
   ASSERT_TRUE(refused);

@@ -145,7 +145,7 @@ TEST_F(BucketTest, AbortsAnUploadThatFails) {
   EXPECT_EQ(files_in_bucket(), 1U);
 }
 
-TEST(BucketFolders, AreNamesWithoutTheSuffix) {
+TEST(BucketFolders, StripTheSuffix) {
   EXPECT_TRUE(is_bucket_folder("s3://volumes", ".mtd"));
   EXPECT_TRUE(is_bucket_folder("s3://volumes/in/", ".mtd"));
   EXPECT_FALSE(is_bucket_folder("s3://volumes/head.mtd", ".mtd"));

@@ -79,15 +79,15 @@ TEST_F(HttpStoreTest, TriesAgainWhatMayPass) {
   EXPECT_EQ(part(*twice), text_.substr(100, 50));
 }
 
-TEST_F(HttpStoreTest, TellsWhatDoesNotPass) {
-  const auto told = [&](const std::string& lie) {
+TEST_F(HttpStoreTest, ReportsFailedRequests) {
+  const auto error_after = [&](const std::string& lie) {
     const auto never = store("/lies/" + lie + "/1000");
     return trouble([&] { return part(*never); });
   };
-  EXPECT_NE(told("503").find("status 503"), std::string::npos);
-  EXPECT_NE(told("wrong-range").find("asked for bytes 100-149"), std::string::npos);
-  EXPECT_NE(told("truncated"), "none");
-  EXPECT_NE(told("lost"), "none");
+  EXPECT_NE(error_after("503").find("status 503"), std::string::npos);
+  EXPECT_NE(error_after("wrong-range").find("asked for bytes 100-149"), std::string::npos);
+  EXPECT_NE(error_after("truncated"), "none");
+  EXPECT_NE(error_after("lost"), "none");
   EXPECT_NE(trouble([&] { return part(*store("/whole/")); }).find("does not serve ranges"),
             std::string::npos);
 }
@@ -141,8 +141,8 @@ TEST_F(HttpStoreTest, HasAsManyConnectionsAsAllowedAndServesMoreThreads) {
 TEST_F(HttpStoreTest, TakesARefusalForNoAnswer) {
   for (const char* const status : {"401", "403"}) {
     const auto refusing = store(std::string("/lies/") + status + "/1000");
-    EXPECT_THROW((void)refusing->get("a/object", 10), StoreRefusal) << status;
-    EXPECT_THROW((void)refusing->get_range("a/none", 0, 10), StoreRefusal) << status;
+    EXPECT_THROW((void)refusing->get("a/object", 10), StoreAccessDenied) << status;
+    EXPECT_THROW((void)refusing->get_range("a/none", 0, 10), StoreAccessDenied) << status;
   }
 }
 
@@ -205,7 +205,7 @@ TEST_F(HttpStoreTest, NamesNoPasswords) {
   EXPECT_EQ(refusing->place("x").string().find("wrong"), std::string::npos);
 }
 
-TEST(Addresses, OfBucketsWithoutANameAreRefused) {
+TEST(Addresses, RejectsBucketsWithoutAName) {
   EXPECT_THROW((void)http_store("s3:///path"), StoreError);
   EXPECT_TRUE(is_address("s3://bucket"));
   EXPECT_FALSE(is_address("head.mtd"));

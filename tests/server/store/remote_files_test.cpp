@@ -114,7 +114,7 @@ TEST_F(RemoteFilesTest, PrefetchInFewRequestsWithoutWaiting) {
   const std::vector<FileRange> ranges = {
       {10 * kBlock + 3, 5 * kBlock}, {15 * kBlock + 9, 2 * kBlock}, {12 * kBlock, 100}};
   EXPECT_EQ(file->missing_bytes(ranges), 8 * kBlock);
-  file->will_need(ranges);
+  file->prefetch(ranges);
   wait_for_fetches(*all, RemoteFiles::kOpeningBlocks + 8);
   EXPECT_EQ(all->counts().requests, 2U);
   EXPECT_EQ(file->missing_bytes(ranges), 0U);
@@ -128,7 +128,7 @@ TEST_F(RemoteFilesTest, FetchOnceForManyThreads) {
     for (int i = 0; i < 4; ++i) {
       threads.emplace_back([&] {
         const FileRange whole{0, kSize};
-        file->will_need({&whole, 1});
+        file->prefetch({&whole, 1});
         EXPECT_TRUE(part(*file, 0, kSize) == content(1));
       });
     }
@@ -140,7 +140,7 @@ TEST_F(RemoteFilesTest, EndDuringAPrefetch) {
   for (int i = 0; i < 10; ++i) {
     const auto all = files();
     const FileRange whole{0, kSize};
-    all->open(address())->will_need({&whole, 1});
+    all->open(address())->prefetch({&whole, 1});
   }
 }
 
@@ -219,7 +219,7 @@ TEST_F(RemoteFilesTest, DiscardDamagedBlocks) {
 
 // ---- the folder of this machine
 
-TEST_F(RemoteFilesTest, AreKeptOnDiskForTheNextStartAndForOthers) {
+TEST_F(RemoteFilesTest, KeepsADiskCacheAcrossProcesses) {
   RemoteFilesOptions options = quick();
   options.folder = folder_.path() / "cache";
   for (int start = 0; start < 3; ++start) {
@@ -234,7 +234,7 @@ TEST_F(RemoteFilesTest, AreKeptOnDiskForTheNextStartAndForOthers) {
   EXPECT_TRUE(part(*files(options)->open(address()), 0, kSize) == content(2));
 }
 
-TEST_F(RemoteFilesTest, AreFetchedAgainWhereTheDiskIsDamaged) {
+TEST_F(RemoteFilesTest, RefetchesWhenTheDiskCacheIsDamaged) {
   RemoteFilesOptions options = quick();
   options.folder = folder_.path() / "cache";
   EXPECT_TRUE(part(*files(options)->open(address()), 0, kSize) == content(1));

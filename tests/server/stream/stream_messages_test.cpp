@@ -15,16 +15,19 @@ using testing::fine_tiles;
 using testing::octahedra_info;
 
 OpenStream progressive() {
-  return {.request_id = 7, .dataset = "octahedra", .request = {.isovalue = 1}, .held = {}};
+  return {.request_id = 7,
+          .dataset = "octahedra",
+          .request = {.isovalue = 1},
+          .cached_tile_digests = {}};
 }
 
-MadeStep made_step(std::vector<EncodedTile> tiles, bool is_final = false) {
+StepResult made_step(std::vector<EncodedTile> tiles, bool is_final = false) {
   return {.step = {.request = progressive().request, .finest_spacing = is_final ? 1 : 4},
           .is_final = is_final,
           .encoded = {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)},
           .after = {.request = progressive().request}};
 }
-MadeStep empty_step(const OpenStream& open) {
+StepResult empty_step(const OpenStream& open) {
   return {.step = {.request = open.request}, .is_final = true, .encoded = {}};
 }
 
@@ -61,7 +64,7 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
     ASSERT_TRUE(state);
     EXPECT_EQ(state->request, progressive().request);
     EXPECT_EQ(state->shown.size(), i);
-    MadeStep made = made_step(fine_tiles(), i + 1 == kSteps);
+    StepResult made = made_step(fine_tiles(), i + 1 == kSteps);
     made.after = *state;
     stream.supply(made, 0.25);
     const auto begin = std::get<StepBegin>(stream.take());
@@ -97,7 +100,7 @@ TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
 TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
   OpenStream open = progressive();
   const auto tiles = fine_tiles();
-  open.held = {tiles[0].summary.digest};
+  open.cached_tile_digests = {tiles[0].summary.digest};
   StreamMessages stream(open, octahedra_info());
   (void)stream.wanted();
   stream.supply(made_step(tiles), 0.5);

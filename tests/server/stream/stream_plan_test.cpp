@@ -47,7 +47,7 @@ class Misjudged : public FakeSteps {
   double part_;
 };
 
-TEST(StreamPlan, OfPreviewsAloneEndsBeforeTheFinalStepUnlessThatIsThereAtOnce) {
+TEST(StreamPlan, PreviewsOnlyEndsBeforeTheFinalStep) {
   const FakeSteps source("large");
   StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kPreviewsOnly};
   std::size_t previews = 0;
@@ -70,7 +70,7 @@ TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
     const Misjudged source(1e6, part, made);
     const StreamState state = {.request = {.error = 0.25, .max_triangles = 100'000},
                                .steps = StepPolicy::kFinalOnly};
-    const MadeStep step = make_next_step(source, state, {}).value();
+    const StepResult step = make_next_step(source, state, {}).value();
     EXPECT_TRUE(step.is_final);
     EXPECT_LE(made, 2);
     EXPECT_EQ(made == 1, part >= 0.9) << "estimates are trusted to a tenth";
@@ -84,11 +84,11 @@ TEST(StreamPlan, AnEstimateThatIsTooLargeCostsASurfaceAndNoDetail) {
   for (const double part : {1.5, 2.0, 5.0, 100.0}) {
     int made = 0;
     const Misjudged source(1e6, part, made);
-    const MadeStep step = make_next_step(source,
-                                         {.request = {.error = 0.25, .max_triangles = 100'000},
-                                          .steps = StepPolicy::kFinalOnly},
-                                         {})
-                              .value();
+    const StepResult step = make_next_step(source,
+                                           {.request = {.error = 0.25, .max_triangles = 100'000},
+                                            .steps = StepPolicy::kFinalOnly},
+                                           {})
+                                .value();
     EXPECT_EQ(made, 2) << part;
     EXPECT_LE(size_of(step.encoded).triangles, 100'000);
     EXPECT_GE(size_of(step.encoded).triangles, 70'000) << part;
@@ -166,7 +166,7 @@ TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
   const Misjudged source(1e6, 1, made);
   StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kProgressive};
   state.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}, .finest_spacing = 8};
-  const MadeStep step = make_next_step(source, state, {}).value();
+  const StepResult step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
   EXPECT_EQ(step.step.request, state.request);
   EXPECT_EQ(step.step.finest_spacing, 8);
@@ -190,7 +190,7 @@ TEST(StreamPlan, ASimplifiedSurfaceIsMadeOnceAndNamesTheThresholdOfItsBudget) {
   });
   StreamState state = {.request = {.error = 0.25, .max_triangles = 100, .simplify = true},
                        .steps = StepPolicy::kFinalOnly};
-  const MadeStep step = make_next_step(source, state, {}).value();
+  const StepResult step = make_next_step(source, state, {}).value();
   EXPECT_TRUE(step.is_final);
   EXPECT_EQ(made, 1);
   EXPECT_EQ(step.step.request.thresholds.at_least, 2.5);
@@ -225,15 +225,16 @@ TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
     state.request.error = 0.5;
     state.request.simplify = true;
     state.steps = previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly;
-    state.begun = {{.finest_spacing = 16}, {.finest_spacing = 4, .is_unsimplified = true}};
-    for (const Preview& preview : state.begun) {
-      const MadeStep made = make_next_step(source, state, {}).value();
+    state.resumed_previews = {{.finest_spacing = 16},
+                              {.finest_spacing = 4, .is_unsimplified = true}};
+    for (const Preview& preview : state.resumed_previews) {
+      const StepResult made = make_next_step(source, state, {}).value();
       EXPECT_FALSE(made.is_final);
       EXPECT_EQ(made.step, preview_step(state.request, preview, source.info()));
       state = made.after;
       state.shown.push_back({.step = made.step, .size = size_of(made.encoded)});
     }
-    const MadeStep next = make_next_step(source, state, {}).value();
+    const StepResult next = make_next_step(source, state, {}).value();
     EXPECT_LT(next.step.finest_spacing, 4);
     if (!previews) {
       EXPECT_TRUE(next.is_final) << "the final step had begun";
@@ -258,7 +259,7 @@ TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
   int made = 0;
   const Misjudged source(1'000'000, 1, made);
   const StreamState state = {.request = {.error = 0.25, .simplify = true},
-                             .begun = {{.finest_spacing = 1, .is_unsimplified = true}}};
+                             .resumed_previews = {{.finest_spacing = 1, .is_unsimplified = true}}};
   const auto triangles = static_cast<std::uint64_t>(
       size_of(make_next_step(source, state, {}).value().encoded).triangles);
   EXPECT_TRUE(make_next_step(source, state, {}, {.max_triangles = triangles}));
@@ -267,12 +268,12 @@ TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
 }
 
-TEST(StreamPlan, TheRequestsOwnModelComesSoonerOnlyWhereNobodyWaits) {
+TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
   const LargeSteps source;
   const auto has_own_model = [&](StepPolicy steps, const MakingLimits& limits) {
     StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
     for (;;) {
-      const MadeStep made = make_next_step(source, state, {}, limits).value();
+      const StepResult made = make_next_step(source, state, {}, limits).value();
       if (made.is_final || made.is_over) return false;
       if (made.step.finest_spacing == 1) return true;
       state = made.after;

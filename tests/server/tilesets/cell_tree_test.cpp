@@ -20,7 +20,7 @@ DatasetInfo info_of(std::int32_t exponent) {
   return info;
 }
 
-TEST(TreeSettings, AreReadAsTheyAreWritten) {
+TEST(TreeSettings, RoundTrip) {
   for (const TreeSettings& settings : {TreeSettings{.isovalue = 500.5},
                                        {.isovalue = -1e-30, .error = 0},
                                        {.isovalue = 0.1, .error = 1e9}}) {
@@ -39,7 +39,7 @@ TEST(TreeSettings, RefusesInvalidTextWithAnExample) {
   }
 }
 
-TEST(CellName, IsReadBackAndNothingElseIs) {
+TEST(CellName, RoundTripsAndRejectsOtherTexts) {
   const OctreeCube cell{9, 0, 31, 7};
   EXPECT_EQ(cell_name(cell), "9-0-31-7");
   EXPECT_EQ(cell_from("9-0-31-7"), cell);
@@ -96,7 +96,7 @@ TEST(CellTree, ItsIdChangesWithTheContent) {
   EXPECT_EQ(CellTree(info, {.isovalue = 3}).id(), *ids.find(CellTree(info, {}).id()));
 }
 
-TEST(Metres, OfTheUnitsThatFilesName) {
+TEST(Metres, ConvertsTheUnitsInFiles) {
   EXPECT_EQ(metres_of("mm"), 1e-3);
   EXPECT_EQ(metres_of("Micrometers"), 1e-6);
   EXPECT_EQ(metres_of("\xC2\xB5m"), 1e-6);

@@ -34,7 +34,7 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
   }
 }
 
-TEST(LatticeGlb, OfTheLargestGridIsExactToo) {
+TEST(LatticeGlb, ExactForTheLargestGrid) {
   const OctreeCube cube{12, 3, 0, 3};  // In a grid of 2^14 steps, whose lattice has 2^20.
   const std::int32_t low = 3 * (1 << 18);
   const LatticeMesh mesh{
@@ -45,7 +45,7 @@ TEST(LatticeGlb, OfTheLargestGridIsExactToo) {
             digest(mesh).hex());
 }
 
-TEST(LatticeGlb, WithoutTrianglesIsAnEmptyScene) {
+TEST(LatticeGlb, NoTrianglesGiveAnEmptyScene) {
   const ReadGlb glb = read_glb(lattice_glb({}, {5, 0, 0, 0}, {1, 1, 1}));
   EXPECT_TRUE(glb.binary.empty());
   EXPECT_FALSE(glb.json["scenes"][0].contains("nodes"));

@@ -25,7 +25,7 @@ DatasetInfo scan() {
   return info;
 }
 
-TEST(NeuroglancerSegment, IsAnIsovalueExactly) {
+TEST(NeuroglancerSegment, RepresentsAnIsovalueExactly) {
   for (const double isovalue : {500.5, -300.0, 1e-30, 0.0, 1.0 / 3}) {
     const std::uint64_t segment = segment_of(isovalue);
     EXPECT_NE(segment, 0U);

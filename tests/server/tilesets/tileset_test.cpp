@@ -79,7 +79,7 @@ TEST(Tileset, BoxesHoldTheCellsPartOfTheDataAndThoseOfChildrenLieInThem) {
   }
 }
 
-TEST(Tileset, OfAnEmptySurfaceHasNoContent) {
+TEST(Tileset, AnEmptySurfaceHasNoContent) {
   const CellTree tree(head(), {.isovalue = 3});
   const auto json = tileset(tree, tree.root(), {.is_empty = true});
   EXPECT_FALSE(json["root"].contains("content"));

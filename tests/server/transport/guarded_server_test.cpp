@@ -105,7 +105,7 @@ class TokensTest : public ::testing::Test {
   std::filesystem::path file_;
 };
 
-TEST_F(TokensTest, WithoutAKnownTokenTheConversationEnds) {
+TEST_F(TokensTest, UnknownTokensEndTheConversation) {
   write(access_line("alice", "right", {"*"}));
   const RunningServer server(two_datasets(), options());
   for (const std::string& token : std::vector<std::string>{"", "wrong"}) {
@@ -239,7 +239,7 @@ TEST_F(TlsTest, ARenewedCertificateHoldsForNewConnectionsAndABrokenOneForNone) {
   EXPECT_NO_THROW(TlsClient(server.endpoint(), second_.certificate));
 }
 
-TEST_F(TlsTest, WhoDoesNotShakeHandsIsSentAwayInTime) {
+TEST_F(TlsTest, ClosesConnectionsWithoutAHandshake) {
   write(first_);
   const RunningServer server(
       fake_catalogue(),
@@ -254,7 +254,7 @@ TEST_F(TlsTest, WhoDoesNotShakeHandsIsSentAwayInTime) {
 
 // ---- limits
 
-TEST(Limits, ConnectionsFromOneAddress) {
+TEST(ServerLimits, ConnectionsFromOneAddress) {
   const RunningServer server(
       fake_catalogue(),
       {.admission = {.connections = {.total = 10, .per_name = 1}}, .connection = {.linger = 10ms}});
@@ -274,7 +274,7 @@ MessageSocket greet_from(const RunningServer& server, const std::string& address
   return *std::move(socket);
 }
 
-TEST(Limits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) {
+TEST(ServerLimits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) {
   testing::Count running;
   const RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
@@ -296,7 +296,7 @@ TEST(Limits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) {
   }
 }
 
-TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
+TEST(ServerLimits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(
       fake_catalogue(),
@@ -315,7 +315,7 @@ TEST(Limits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
   EXPECT_TRUE(notes->has("requests_per_second"));
 }
 
-TEST(Limits, RegionsOfAThresholdMap) {
+TEST(ServerLimits, RegionsOfAThresholdMap) {
   const RunningServer server(fake_catalogue(), {.service = {.requests = {.max_regions = 1}}});
   MessageSocket socket = server.greet();
   OpenStream request = open_fake(1);
@@ -329,7 +329,7 @@ TEST(Limits, RegionsOfAThresholdMap) {
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
-TEST(Limits, WorkersTimeForOneRequest) {
+TEST(ServerLimits, WorkersTimeForOneRequest) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.service = {.workers = 1, .limits = {.request_time = 50ms}}});
@@ -347,7 +347,7 @@ TEST(Limits, WorkersTimeForOneRequest) {
 // What a request takes besides its step. A share has half of what there is.
 constexpr std::size_t kOfARequest = 4096;
 
-TEST(Limits, BytesThatWaitForClients) {
+TEST(ServerLimits, BytesThatWaitForClients) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
                              {.admission = {.queue_bytes = 2 * (400'000 + kOfARequest) - 2}});
   MessageSocket socket = server.greet();
@@ -357,7 +357,7 @@ TEST(Limits, BytesThatWaitForClients) {
   EXPECT_NE(full.text.find("no memory"), std::string::npos);
 }
 
-TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
+TEST(ServerLimits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
                              {.admission = {.queue_bytes = 4 * (400'000 + kOfARequest)}});
   for (int i = 0; i < 3; ++i) {
@@ -369,7 +369,7 @@ TEST(Limits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
   }
 }
 
-TEST(Limits, AnIdleClientIsSentAwayAndABusyOneIsNot) {
+TEST(ServerLimits, ClosesIdleClientsOnly) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.idle_time = 100ms, .connection = {.linger = 10ms}});
@@ -398,7 +398,7 @@ class EndlessSizes : public FakeSteps {
   testing::Count& running_;
 };
 
-TEST(Limits, EstimatesUnderWayOnOneConnection) {
+TEST(ServerLimits, EstimatesUnderWayOnOneConnection) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
                              {.session = {.max_questions = 2}, .connection = {.linger = 10ms}});
@@ -415,7 +415,7 @@ TEST(Limits, EstimatesUnderWayOnOneConnection) {
   (void)receive<Pong>(other);
 }
 
-TEST(Limits, TimeForAClientToTakeAMessage) {
+TEST(ServerLimits, ClosesClientsThatReadTooSlowly) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", heavy(40, 1'000'000))),
@@ -447,7 +447,7 @@ class SizedSteps : public FakeSteps {
 
 // 1000 triangles at an error of 1, with nine tenths of the limit aimed at: 2.83 are the first rung
 // that fits 400.
-TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
+TEST(ServerLimits, RejectsLargeFinalStepsWithAnErrorThatFits) {
   for (const double estimated : {1000.0, 420.0}) {  // Refused before it is made, and after.
     const RunningServer server(
         catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
@@ -467,7 +467,7 @@ TEST(Limits, TrianglesOfAFinalStepWithAnErrorAtWhichItFits) {
   }
 }
 
-TEST(Limits, WhatHasNotTooManyTrianglesIsGiven) {
+TEST(ServerLimits, AcceptsFinalStepsWithinTheTriangleLimit) {
   const RunningServer server(catalogue_of(std::make_shared<SizedSteps>("fake", 400, 470)),
                              {.service = {.limits = {.max_triangles = 400}}});
   MessageSocket socket = server.greet();
@@ -475,7 +475,7 @@ TEST(Limits, WhatHasNotTooManyTrianglesIsGiven) {
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
-TEST(Limits, TheFirstMessageMayBeSmallerThanTheOthers) {
+TEST(ServerLimits, TheFirstMessageMayBeSmallerThanTheOthers) {
   const RunningServer server(fake_catalogue(), {.connection = {.max_hello_bytes = 100}});
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send(Hello{.token = std::string(200, 'x')}));
@@ -555,7 +555,7 @@ TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
 
 // ---- events
 
-TEST(Observer, AStreamIsToldOnceWithItsFacts) {
+TEST(ServerObserver, ReportsAStreamOnceWithItsFacts) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(3, 1000))),
                              {.admission = {.observer = notes}});
@@ -578,7 +578,7 @@ TEST(Observer, AStreamIsToldOnceWithItsFacts) {
   EXPECT_FALSE(notes->has("stream left"));
 }
 
-TEST(Observer, AClientThatGoesLeavesItsStream) {
+TEST(ServerObserver, ReportsAbandonedStreams) {
   const auto notes = std::make_shared<Notes>();
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
@@ -608,7 +608,7 @@ class SharesTest : public TokensTest {
   testing::Count running_;
 };
 
-TEST_F(SharesTest, WhoComesByManyConnectionsLeavesWorkersToOthers) {
+TEST_F(SharesTest, ManyConnectionsOfOneClientLeaveWorkersToOthers) {
   auto catalogue = fake_catalogue("quick");
   catalogue->add(std::make_shared<FakeSteps>("slow", endless(running_)));
   ServerOptions with = options();
@@ -655,7 +655,7 @@ TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
   }
 }
 
-TEST_F(SharesTest, WhoWaitsForMuchIsToldWhenToComeAgain) {
+TEST_F(SharesTest, RejectionsHaveARetryDelay) {
   ServerOptions with = options();
   with.service.workers = 1;
   with.service.limits.waiting_time = 1'200ms;
@@ -688,7 +688,7 @@ OpenStream with_a_large_map(std::uint64_t id) {
   return open;
 }
 
-TEST_F(SharesTest, RequestsThatWaitTakeRoomOfTheQueue) {
+TEST_F(SharesTest, WaitingRequestsReserveQueueBytes) {
   constexpr std::size_t kOfOne = 2 * kMaxThresholdRegions * sizeof(ThresholdRegion) + kOfARequest;
   ServerOptions with = options();
   with.service.workers = 1;
@@ -721,7 +721,7 @@ TEST_F(SharesTest, RequestsThatWaitTakeRoomOfTheQueue) {
   })) << "What a client has left is free.";
 }
 
-TEST_F(SharesTest, ListsThatWaitTakeRoomOfTheQueue) {
+TEST_F(SharesTest, WaitingListsReserveQueueBytes) {
   ServerOptions with = options();
   with.admission.queue_bytes = 1000;
   const RunningServer server(two_datasets(), with);

@@ -19,12 +19,12 @@ using testing::fake_catalogue;
 
 // The messages that a client sends and receives while it is connected.
 struct Client {
-  explicit Client(asio::io_context& io) : something_said(io.get_executor()) {}
+  explicit Client(asio::io_context& io) : some_output(io.get_executor()) {}
 
   std::deque<ClientMessage> says;
   std::vector<ServerMessage> heard;
   bool is_gone = false;
-  AsyncEvent something_said;
+  AsyncEvent some_output;
 };
 
 class MemoryTransport : public MessageTransport {
@@ -32,7 +32,7 @@ class MemoryTransport : public MessageTransport {
   explicit MemoryTransport(Client& client) : client_(client) {}
 
   asio::awaitable<Result<std::string>> receive() override {
-    while (client_.says.empty() && !client_.is_gone) co_await client_.something_said.wait();
+    while (client_.says.empty() && !client_.is_gone) co_await client_.some_output.wait();
     if (client_.is_gone) co_return fail(ErrorCode::kUnavailable, "the client is gone");
     const ClientMessage message = std::move(client_.says.front());
     client_.says.pop_front();
@@ -56,14 +56,14 @@ class MessageConnectionTest : public ::testing::Test {
   MessageConnectionTest() { set_log_level(LogLevel::kOff); }
   ~MessageConnectionTest() override {
     client_.is_gone = true;
-    client_.something_said.notify_all();
+    client_.some_output.notify_all();
     run();
     EXPECT_TRUE(is_closed_);
     service_.workers().join();
   }
 
   void start(std::chrono::milliseconds idle_time = {}) {
-    const ClientContextPtr context = admission_.admit("tcp", "127.0.0.1", "test").client;
+    const ConnectionContextPtr context = admission_.admit("tcp", "127.0.0.1", "test").client;
     auto session =
         std::make_shared<Conversation>(io_.get_executor(), service_.open(context),
                                        Session(fake_catalogue(), {}), context, idle_time);
@@ -79,7 +79,7 @@ class MessageConnectionTest : public ::testing::Test {
   }
   void say(ClientMessage message) {
     client_.says.push_back(std::move(message));
-    client_.something_said.notify_all();
+    client_.some_output.notify_all();
     run();
   }
   void keep_time(Clock::duration from_now) {

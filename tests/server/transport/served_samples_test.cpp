@@ -60,7 +60,7 @@ TEST(ServedSamples, APickedPlaceHasItsSample) {
   EXPECT_FALSE(reply->places[1].value);
 }
 
-TEST(ServedSamples, OfNoDatasetOrFromASourceWithoutSamplesAreRefused) {
+TEST(ServedSamples, RejectsUnknownDatasetsAndSourcesWithoutSamples) {
   const RunningServer server(testing::fake_catalogue());
   Client client = client_of(server);
   const auto nothing = client.slice("nothing", {});
@@ -85,7 +85,7 @@ DatasetPtr heat(WorldSpace space = WorldSpace::kUnnamed) {
   return make_dataset(std::move(volume), "heat");
 }
 
-CataloguePtr coloured(DatasetPtr field) {
+CataloguePtr colored(DatasetPtr field) {
   Volume surface = gyroid();
   surface.meaning.space = WorldSpace::kLps;
   auto catalogue = std::make_shared<DatasetCatalogue>();
@@ -96,21 +96,21 @@ CataloguePtr coloured(DatasetPtr field) {
   return catalogue;
 }
 
-OpenStream coloured_gyroid(int bits = 16) {
+OpenStream colored_gyroid(int bits = 16) {
   return {.dataset = "gyroid",
           .request = {.isovalue = 0.1, .error = 0.5, .simplify = true, .normal_bits = 8},
           .scalars = ScalarRequest{.dataset = "heat", .bits = bits}};
 }
 
 TEST(ServedSamples, ScalarsAreTheFieldAtTheVerticesOfEveryStep) {
-  const RunningServer server(coloured(heat()));
+  const RunningServer server(colored(heat()));
   Client client = client_of(server);
   const auto infos = client.list_datasets();
   ASSERT_TRUE(infos);
   for (const int bits : {8, 16}) {
     std::size_t steps = 0;
     const auto fetched =
-        client.fetch(infos->at(0), coloured_gyroid(bits), [&](const FetchedStep& f) {
+        client.fetch(infos->at(0), colored_gyroid(bits), [&](const FetchedStep& f) {
           ++steps;
           const CommittedStep& step = *f.step;
           ASSERT_TRUE(step.begin.scalars);
@@ -130,31 +130,31 @@ TEST(ServedSamples, ScalarsAreTheFieldAtTheVerticesOfEveryStep) {
   }
 }
 
-TEST(ServedSamples, TilesThatAreHeldAreColouredAllTheSame) {
-  const RunningServer server(coloured(heat()));
+TEST(ServedSamples, TilesThatAreHeldAreColoredAllTheSame) {
+  const RunningServer server(colored(heat()));
   Client client = client_of(server);
   const auto infos = client.list_datasets();
   ASSERT_TRUE(infos);
-  TileMemory memory({.tiles = 1000, .triangles = 10'000'000});
-  OpenStream plain = coloured_gyroid();
+  DecodedTileCache memory({.tiles = 1000, .triangles = 10'000'000});
+  OpenStream plain = colored_gyroid();
   plain.scalars.reset();
   ASSERT_TRUE(client.fetch(infos->at(0), plain, [](const FetchedStep&) {}, {.tiles = &memory}));
   const auto again =
-      client.fetch(infos->at(0), coloured_gyroid(), [](const FetchedStep&) {}, {.tiles = &memory});
+      client.fetch(infos->at(0), colored_gyroid(), [](const FetchedStep&) {}, {.tiles = &memory});
   ASSERT_TRUE(again) << again.error().error.text;
   EXPECT_EQ(again->step->end.tiles_sent, 0U);
   EXPECT_EQ(again->step->mesh.scalars.size(), again->step->mesh.vertices.size());
 }
 
 TEST(ServedSamples, RefusesScalarsOfUnknownOrOtherWorlds) {
-  const RunningServer server(coloured(heat(WorldSpace::kRas)));
+  const RunningServer server(colored(heat(WorldSpace::kRas)));
   Client client = client_of(server);
   const auto infos = client.list_datasets();
   ASSERT_TRUE(infos);
-  const auto other = client.fetch(infos->at(0), coloured_gyroid(), [](const FetchedStep&) {});
+  const auto other = client.fetch(infos->at(0), colored_gyroid(), [](const FetchedStep&) {});
   ASSERT_FALSE(other);
   EXPECT_NE(other.error().error.text.find("the axes"), std::string::npos);
-  OpenStream none = coloured_gyroid();
+  OpenStream none = colored_gyroid();
   none.scalars->dataset = "cold";
   const auto unknown = client.fetch(infos->at(0), none, [](const FetchedStep&) {});
   ASSERT_FALSE(unknown);
@@ -172,12 +172,12 @@ TEST(ServedSamples, PreviewsAloneLeaveTheFinalStepForLater) {
   OpenStream open{.dataset = "gyroid",
                   .request = {.isovalue = 0.1, .error = 0},
                   .steps = StepPolicy::kPreviewsOnly,
-                  .begun = {{.finest_spacing = 8}}};
+                  .resumed_previews = {{.finest_spacing = 8}}};
   const auto preview = client.fetch(
       infos->at(0), open, [](const FetchedStep& f) { EXPECT_FALSE(f.step->begin.is_final); });
   ASSERT_TRUE(preview) << preview.error().error.text;
   open.steps = StepPolicy::kFinalOnly;
-  open.begun.clear();
+  open.resumed_previews.clear();
   const auto last = client.fetch(infos->at(0), open,
                                  [](const FetchedStep& f) { EXPECT_TRUE(f.step->begin.is_final); });
   ASSERT_TRUE(last) << last.error().error.text;

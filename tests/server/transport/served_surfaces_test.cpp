@@ -55,8 +55,9 @@ Client client_of(const RunningServer& server) {
 std::vector<FetchedStep> fetch(Client& client, const DatasetInfo& info,
                                const IsosurfaceRequest& request) {
   std::vector<FetchedStep> steps;
-  const auto fetched = client.fetch(info, {.dataset = info.name, .request = request, .held = {}},
-                                    [&steps](const FetchedStep& step) { steps.push_back(step); });
+  const auto fetched =
+      client.fetch(info, {.dataset = info.name, .request = request, .cached_tile_digests = {}},
+                   [&steps](const FetchedStep& step) { steps.push_back(step); });
   EXPECT_TRUE(fetched) << fetched.error().error.text;
   return steps;
 }
@@ -69,7 +70,7 @@ ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& ste
   return sum;
 }
 
-TEST(ServedSurfaces, AreTheExtractedOnesWithAnyNumberOfThreads) {
+TEST(ServedSurfaces, MatchExtractionForAnyThreadCount) {
   const DatasetPtr dataset = noisy_gyroid();
   const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.5};
   for (const std::size_t threads : {1U, 2U, 4U}) {
@@ -181,7 +182,7 @@ TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
   }
 }
 
-TEST(ServedSurfaces, AtErrorZeroAreTheSameSimplifiedOrNot) {
+TEST(ServedSurfaces, ErrorZeroIsTheSameSimplifiedOrNot) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = closed_ball()->info;
@@ -217,7 +218,7 @@ TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
 }
 
 // What is estimated is what comes, about.
-TEST(ServedSurfaces, AreAboutAsLargeAsEstimated) {
+TEST(ServedSurfaces, SizesAreNearTheEstimates) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
@@ -278,10 +279,11 @@ TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
   const IsosurfaceRequest request{.isovalue = 0.1, .error = 0.25, .max_triangles = 1};
-  const auto fetched = client.fetch(info, {.dataset = info.name, .request = request, .held = {}},
-                                    [](const auto&) {});
+  const auto fetched =
+      client.fetch(info, {.dataset = info.name, .request = request, .cached_tile_digests = {}},
+                   [](const auto&) {});
   ASSERT_FALSE(fetched);
-  EXPECT_EQ(fetched.error().trouble, Trouble::kServer);
+  EXPECT_EQ(fetched.error().source, ErrorSource::kServer);
   EXPECT_EQ(fetched.error().error.code, ErrorCode::kLimitExceeded);
   EXPECT_NE(fetched.error().error.text.find("budget of 1 triangles"), std::string::npos)
       << fetched.error().error.text;
@@ -357,12 +359,12 @@ TEST(ServedSurfaces, ARepeatedRequestWithAllTilesHeldSendsNone) {
   const OpenStream open{.dataset = "gyroid",
                         .request = {.isovalue = 0.1, .error = 0.5},
                         .steps = StepPolicy::kFinalOnly,
-                        .held = {}};
+                        .cached_tile_digests = {}};
   MessageSocket socket = server.greet();
   const auto run = [&](std::uint64_t id, const HeldTiles& held) {
     OpenStream request = open;
     request.request_id = id;
-    for (const auto& [digest, mesh] : held) request.held.push_back(digest);
+    for (const auto& [digest, mesh] : held) request.cached_tile_digests.push_back(digest);
     EXPECT_TRUE(socket.send(request));
     Assembler assembler(info, request, held);
     for (;;) {
@@ -397,7 +399,7 @@ TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
 }
 
 // A file that was damaged after it was prepared: opening does not see it, reading does.
-TEST(ServedSurfaces, OfADamagedBrickAreAnErrorAndNothingElseSuffers) {
+TEST(ServedSurfaces, ADamagedBrickFailsOnlyItsRequests) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "gyroid.mtd";
   prepare(*source_of(fields::gyroid(40, 0.2, 7)), {.name = "gyroid"}, path, {});
@@ -416,9 +418,9 @@ TEST(ServedSurfaces, OfADamagedBrickAreAnErrorAndNothingElseSuffers) {
   RunningServer server(catalogue);
   Client client = client_of(server);
   const DatasetPtr damaged = open_dataset(path);
-  const auto fetched =
-      client.fetch(damaged->info, {.dataset = "gyroid", .request = {.isovalue = 0.1}, .held = {}},
-                   [](const FetchedStep&) {});
+  const auto fetched = client.fetch(
+      damaged->info, {.dataset = "gyroid", .request = {.isovalue = 0.1}, .cached_tile_digests = {}},
+      [](const FetchedStep&) {});
   ASSERT_FALSE(fetched);
   EXPECT_EQ(fetched.error().error.code, ErrorCode::kDamagedData);
   Client another = client_of(server);

@@ -83,7 +83,7 @@ void expect_numbers(const std::vector<fs::path>& files, const std::vector<double
   }
 }
 
-class DamagedVolumes : public ::testing::Test {
+class VolumeFileRobustness : public ::testing::Test {
  protected:
   // The sentence of the VolumeFileError that opening and reading `file` throws.
   static std::string error_of(const fs::path& file, const VolumeFileOptions& options = {}) {
@@ -101,7 +101,7 @@ class DamagedVolumes : public ::testing::Test {
 
 // ---- numbers
 
-TEST_F(DamagedVolumes, NanInfinityAndExtremesMeanTheSameInEveryFormat) {
+TEST_F(VolumeFileRobustness, NanInfinityAndExtremesMeanTheSameInEveryFormat) {
   std::vector<double> numbers = values();
   numbers[3] = kNaN;
   numbers[5] = kInfinity;
@@ -133,7 +133,7 @@ TEST_F(DamagedVolumes, NanInfinityAndExtremesMeanTheSameInEveryFormat) {
       integers, SampleType::kF32);
 }
 
-TEST_F(DamagedVolumes, ReportsTheLargestRoundingError) {
+TEST_F(VolumeFileRobustness, ReportsTheLargestRoundingError) {
   std::vector<double> numbers = values();
   numbers[4] = 9007199254740993.0;  // Becomes 2^53 as a double already.
   numbers[5] = 16777217;            // Not a float: one off.
@@ -146,7 +146,7 @@ TEST_F(DamagedVolumes, ReportsTheLargestRoundingError) {
   expect_contains(notices[0], "i64 become f32, at most 1 from their values");
 }
 
-TEST_F(DamagedVolumes, ComponentsAreChosenByNumberMagnitudeOrLuminance) {
+TEST_F(VolumeFileRobustness, ComponentsAreChosenByNumberMagnitudeOrLuminance) {
   std::string samples;
   for (int i = 0; i < 24; ++i) samples += {static_cast<char>(2 * i), static_cast<char>(3 * i), 6};
   const fs::path file = folder_.file(
@@ -166,7 +166,7 @@ TEST_F(DamagedVolumes, ComponentsAreChosenByNumberMagnitudeOrLuminance) {
   EXPECT_FALSE(ComponentChoice::from("first"));
 }
 
-TEST_F(DamagedVolumes, TimesOfNiftiAreChosen) {
+TEST_F(VolumeFileRobustness, TimesOfNiftiAreChosen) {
   std::vector<double> later = values();
   for (double& number : later) number += 1000;
   const std::string both = packed<std::int16_t>(values()) + packed<std::int16_t>(later);
@@ -178,7 +178,7 @@ TEST_F(DamagedVolumes, TimesOfNiftiAreChosen) {
   EXPECT_EQ(std::get<std::vector<std::int16_t>>(volume.samples)[0], 1007);
 }
 
-TEST_F(DamagedVolumes, CubeFilesHaveTheirThirdAxisFastest) {
+TEST_F(VolumeFileRobustness, CubeFilesHaveTheirThirdAxisFastest) {
   std::string text = "density\nof nothing\n";
   const std::string grid =
       "    1.0    2.0    3.0\n    2    0.5    0    0\n    3    0    0.25    0\n"
@@ -204,7 +204,7 @@ TEST_F(DamagedVolumes, CubeFilesHaveTheirThirdAxisFastest) {
 
 // ---- headers that end their readers
 
-TEST_F(DamagedVolumes, SurvivesHeadersThatCrashLibraries) {
+TEST_F(VolumeFileRobustness, SurvivesHeadersThatCrashLibraries) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string good =
       "type: int16\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n";
@@ -243,7 +243,7 @@ TEST_F(DamagedVolumes, SurvivesHeadersThatCrashLibraries) {
   }
 }
 
-TEST_F(DamagedVolumes, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
+TEST_F(VolumeFileRobustness, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string lines =
       "NRRD0004\ntype: int16\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n";
@@ -272,7 +272,7 @@ TEST_F(DamagedVolumes, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
   }
 }
 
-TEST_F(DamagedVolumes, ExtremeShapesAreReadOrRefusedInASentence) {
+TEST_F(VolumeFileRobustness, ExtremeShapesAreReadOrRefusedInASentence) {
   const auto raw = [](std::array<std::int32_t, 3> dims) { return RawLayout{.dims = dims}; };
   const Volume thin =
       read_volume(folder_.file("thin.raw", std::string(4000, 'x')), {.raw = raw({4000, 1, 1})});
@@ -302,7 +302,7 @@ int mutations() {
   return more == nullptr ? 8 : std::atoi(more);
 }
 
-TEST_F(DamagedVolumes, RandomlyChangedFilesAreReadOrRefusedInASentence) {
+TEST_F(VolumeFileRobustness, RandomlyChangedFilesAreReadOrRefusedInASentence) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string lines = "type: int16\ndimension: 3\nsizes: 4 3 2\n";
   const std::string small = deflated(shorts, false);

@@ -112,7 +112,7 @@ void expect_refused(const Fields& fields) {
   }
 }
 
-TEST(OddVolumes, AreReadAsTheirWritersIntended) {
+TEST(VolumeFileVariants, ReadAsWritten) {
   const TemporaryFolder folder;
   const std::vector<Fields> volumes = written_volumes("write_odd_volumes.py", folder.path());
   if (volumes.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -127,7 +127,7 @@ TEST(OddVolumes, AreReadAsTheirWritersIntended) {
 }
 
 // Each kind of file in 60 variants of size, type, order, packing and place. Another seed:
-// MULTITETRA_SEED=2 formats_test --gtest_filter=RandomVolumes.*
+// MULTITETRA_SEED=2 formats_test --gtest_filter=RandomVolumeFiles.*
 void expect_variants_read(const std::string& script) {
   const TemporaryFolder folder;
   const char* const seed = std::getenv("MULTITETRA_SEED");
@@ -140,11 +140,9 @@ void expect_variants_read(const std::string& script) {
   }
 }
 
-TEST(RandomVolumes, AreReadAsTheirWritersMeanThem) {
-  expect_variants_read("write_random_volumes.py");
-}
+TEST(RandomVolumeFiles, ReadAsWritten) { expect_variants_read("write_random_volumes.py"); }
 
-TEST(RandomVolumes, OfFurtherFormatsAreReadAsTheirWritersMeanThem) {
+TEST(RandomVolumeFiles, FurtherFormatsReadAsWritten) {
   expect_variants_read("write_random_files.py");
 }
 

@@ -60,7 +60,7 @@ TEST(Placement, OrientTurnsAllWorldCoordinates) {
   EXPECT_EQ(header.index_to_world.translation, (Vec3{1, 2, 3})) << "an origin is not turned";
 }
 
-TEST(AxisDirections, AreEachAxisOnce) {
+TEST(AxisDirections, ContainEachAxisOnce) {
   EXPECT_EQ(axis_directions_from("x,-z,+y"),
             (AxisDirections{Vec3{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}));
   for (const char* text :

@@ -27,7 +27,7 @@ long most_of_children() {
   return usage.ru_maxrss / 1024;
 }
 
-TEST(ReaderMemory, OfAHeaderIsLimited) {
+TEST(ReaderMemory, HeadersAreLimited) {
   // A DICOM file with an element of 3 GiB before its pixels; the file has holes and takes no room.
   const TemporaryFolder folder;
   std::string head(128, '\0');
@@ -50,7 +50,7 @@ TEST(ReaderMemory, OfAHeaderIsLimited) {
   EXPECT_LT(most_of_children(), 1500);
 }
 
-TEST(ReaderMemory, OfALayerOfShardsIsNotThatOfAllTheirIndices) {
+TEST(ReaderMemory, ShardLayersDoNotHoldAllIndices) {
   // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte together. Those of
   // the first slice say that their chunks are missing; the others are a hole in the file.
   const TemporaryFolder folder;

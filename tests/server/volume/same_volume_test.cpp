@@ -59,14 +59,14 @@ VolumeChoice choice_for(const std::string& name) {
 }
 
 // Whether the format stores origin and spacing.
-bool tells_origin(const std::string& name) {
+bool has_origin(const std::string& name) {
   return !name.starts_with("n5") && !name.starts_with("raw") && !name.starts_with("tiff");
 }
-bool tells_spacing(const std::string& name) {
+bool has_spacing(const std::string& name) {
   return name != "raw-gzip" && name != "tiff-pages" && name != "tiff-stack";
 }
 
-std::string unit_told_by(const std::string& name) {
+std::string unit_named_in(const std::string& name) {
   if (name.starts_with("zarr") || name.starts_with("n5") || name.starts_with("nifti")) return "µm";
   if (name.starts_with("tiff-ome")) return "µm";
   if (name.starts_with("mrc")) return "Å";
@@ -74,7 +74,7 @@ std::string unit_told_by(const std::string& name) {
   return name.starts_with("dicom") ? "mm" : "";
 }
 
-TEST(SameVolume, InEveryFormatHasTheSameSamplesPlaceAndContent) {
+TEST(VolumeFormats, EveryFormatGivesTheSameSamplesAndPlacement) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -90,12 +90,12 @@ TEST(SameVolume, InEveryFormatHasTheSameSamplesPlaceAndContent) {
     prepare(*source, {.name = name}, output, {});
     const VolumeHeader header = source->header();
     EXPECT_EQ(header.dims, expected.dims);
-    EXPECT_EQ(header.meaning.length_unit, unit_told_by(name));
+    EXPECT_EQ(header.meaning.length_unit, unit_named_in(name));
     EXPECT_EQ(source->take_all(), expected.samples);
-    if (!tells_spacing(name)) continue;
+    if (!has_spacing(name)) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       EXPECT_NEAR(header.spacing[axis], expected.spacing[axis], 1e-6);
-      const double origin = tells_origin(name) ? expected.index_to_world.translation[axis] : 0;
+      const double origin = has_origin(name) ? expected.index_to_world.translation[axis] : 0;
       EXPECT_NEAR(header.index_to_world.translation[axis], origin, 1e-5);
     }
     const std::uint64_t own = open_dataset(output)->info.content_id;
@@ -105,7 +105,7 @@ TEST(SameVolume, InEveryFormatHasTheSameSamplesPlaceAndContent) {
   EXPECT_GE(formats.size(), 20u);
 }
 
-TEST(SameVolume, IsReadBackwardsAsWell) {
+TEST(VolumeFormats, ReadsLayersBackwards) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -123,7 +123,7 @@ TEST(SameVolume, IsReadBackwardsAsWell) {
   }
 }
 
-TEST(SameVolume, IsAChannelOfAHyperstackOfImageJ) {
+TEST(VolumeFormats, ReadsChannelsOfImageJHyperstacks) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   const fs::path file = folder.path() / "imagej.tif";
@@ -144,7 +144,7 @@ TEST(SameVolume, IsAChannelOfAHyperstackOfImageJ) {
   }
 }
 
-TEST(SameVolume, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheared) {
+TEST(VolumeFormats, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheared) {
   const TemporaryFolder folder;
   (void)written_formats(folder.path());
   if (!fs::exists(folder.path() / "oblique")) {
@@ -168,7 +168,7 @@ TEST(SameVolume, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheared) 
 
 // ---- over the network
 
-TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
+TEST(VolumeFormats, ReadsHttpAndSignedBuckets) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -198,7 +198,7 @@ TEST(SameVolume, IsReadOverHttpAndFromBucketsWithSignedRequests) {
 }
 
 // What a store refuses is not what it has not.
-TEST(SameVolume, IsNotReadFromAStoreThatForbidsSomeOfIt) {
+TEST(VolumeFormats, RejectsPartlyForbiddenStores) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -225,7 +225,7 @@ TEST(SameVolume, IsNotReadFromAStoreThatForbidsSomeOfIt) {
   EXPECT_NE(notices.find("1 of 27 chunks are missing"), std::string::npos) << notices;
 }
 
-TEST(SameVolume, ErrorsNameNoPasswordOfAnAddress) {
+TEST(VolumeFormats, ErrorsNameNoPasswordOfAnAddress) {
   const TemporaryFolder folder;
   const FolderServer server(folder.path());
   ASSERT_FALSE(server.address().empty());
@@ -239,7 +239,7 @@ TEST(SameVolume, ErrorsNameNoPasswordOfAnAddress) {
 }
 
 // What comes instead of a range would be taken for its bytes.
-TEST(SameVolume, IsNotReadFromServersWithoutRanges) {
+TEST(VolumeFormats, RejectsServersWithoutRanges) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";

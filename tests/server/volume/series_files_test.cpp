@@ -50,7 +50,7 @@ class SeriesFiles : public ::testing::Test {
   fs::path file(const std::string& name, const std::string& bytes) {
     return folder_.file(name, bytes);
   }
-  static SourceMembers members(const fs::path& path, VolumeChoice choice = {}) {
+  static VolumeContents members(const fs::path& path, VolumeChoice choice = {}) {
     choice.first = true;
     return open_volume(path, {.choice = choice})->members();
   }
@@ -81,7 +81,7 @@ class SeriesFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(SeriesFiles, OfNrrdHaveTheirTimesLastOrFirst) {
+TEST_F(SeriesFiles, NrrdHasTimesLastOrFirst) {
   const std::string all = all_times();
   const SourceTimes frames{.count = 3};
   const SourceTimes quarters{.count = 3, .at = {5, 5.25, 5.5}, .unit = "ms"};
@@ -115,14 +115,14 @@ TEST_F(SeriesFiles, OfNrrdHaveTheirTimesLastOrFirst) {
       {.count = 3, .at = {0, 0.5, 2}, .unit = "s"});
 }
 
-TEST_F(SeriesFiles, OfNrrdKeepTheirPlaceInTheWorld) {
+TEST_F(SeriesFiles, NrrdKeepsItsPlacement) {
   const Volume volume = read_volume(
       file("raw.nrrd", nrrd(kInSpace + "encoding: raw\n", all_times())), {.choice = {.time = 1}});
   EXPECT_EQ(volume.meaning.space, WorldSpace::kLps);
   EXPECT_EQ(volume.index_to_world.translation, (Vec3{10, 20, 30}));
 }
 
-TEST_F(SeriesFiles, OfNrrdWhoseFourthAxisIsOfComponentsAreNone) {
+TEST_F(SeriesFiles, NrrdComponentsAreNoSeries) {
   const std::string components = nrrd(
       kFour + "sizes: 3 4 3 2\nkinds: list domain domain domain\nencoding: raw\n", interleaved());
   const fs::path path = file("components.nrrd", components);
@@ -130,7 +130,7 @@ TEST_F(SeriesFiles, OfNrrdWhoseFourthAxisIsOfComponentsAreNone) {
   EXPECT_EQ(std::get<std::vector<std::int16_t>>(volume.samples)[0], 2007);
 }
 
-TEST_F(SeriesFiles, OfNrrdThatAreNoneOfOursAreRefused) {
+TEST_F(SeriesFiles, RejectsUnsupportedNrrd) {
   expect_contains(
       refusal(file("text.nrrd", nrrd(kInSpace + "encoding: ascii\n", "1 2 3")), {.time = 1}),
       "after 3 numbers it ends");
@@ -150,7 +150,7 @@ TEST_F(SeriesFiles, OfNrrdThatAreNoneOfOursAreRefused) {
                   "2 data files for 3 parts");
 }
 
-TEST_F(SeriesFiles, OfMetaImageHaveTheirTimesLast) {
+TEST_F(SeriesFiles, MetaImageHasTimesLast) {
   const auto header = [](const std::string& more) {
     return "ObjectType = Image\nNDims = 4\nBinaryData = True\nBinaryDataByteOrderMSB = False\n" +
            more +
@@ -166,7 +166,7 @@ TEST_F(SeriesFiles, OfMetaImageHaveTheirTimesLast) {
                halves);
 }
 
-TEST_F(SeriesFiles, OfNiftiTellTheirTimesAndUnit) {
+TEST_F(SeriesFiles, NiftiHasTimesAndUnit) {
   std::string bytes = nifti({4, 16}, all_times(), Endian::kLittle, {1, 0}, {3, 1});
   const auto put = [&](std::size_t at, float value) {
     bytes.replace(at, 4, packed<float>({static_cast<double>(value)}));
@@ -181,7 +181,7 @@ TEST_F(SeriesFiles, OfNiftiTellTheirTimesAndUnit) {
   expect_times(file("none.nii", bytes), {.count = 3});
 }
 
-TEST_F(SeriesFiles, OfVtiTellTheirFields) {
+TEST_F(SeriesFiles, VtiHasItsFields) {
   const auto array = [](const std::string& name, const std::string& components) {
     return "<DataArray type=\"UInt8\" Name=\"" + name + "\" NumberOfComponents=\"" + components +
            "\" format=\"ascii\">1 2 3 4 5 6 7 8 9 1 2 3 4 5 6 7 8 9 1 2 3 4 5 6</DataArray>";
@@ -198,7 +198,7 @@ TEST_F(SeriesFiles, OfVtiTellTheirFields) {
                                       {.name = "velocity", .array = "velocity", .components = 3}}));
 }
 
-TEST_F(SeriesFiles, WithChangedHeadersAreReadOrRefusedInASentence) {
+TEST_F(SeriesFiles, ChangedHeadersAreReadOrRejected) {
   std::mt19937 random(2);
   const std::vector<std::pair<std::string, std::string>> whole = {
       {"a.nrrd", nrrd(kInSpace + "encoding: raw\n", all_times())},
@@ -210,9 +210,9 @@ TEST_F(SeriesFiles, WithChangedHeadersAreReadOrRefusedInASentence) {
       for (auto n = 1 + random() % 3; n > 0; --n) {
         changed[9 + random() % (header - 9)] = "0123456789 ()-\"nx\n"[random() % 18];
       }
-      const std::string told =
+      const std::string problem =
           refusal(file(name, changed), {.time = static_cast<int>(random() % 3)});
-      if (!told.empty()) expect_contains(told, "Cannot read '");
+      if (!problem.empty()) expect_contains(problem, "Cannot read '");
     }
   }
 }

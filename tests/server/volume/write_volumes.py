@@ -21,14 +21,14 @@ z, y, x = numpy.meshgrid(*(numpy.arange(n) for n in SHAPE), indexing="ij")
 volume = (900 * numpy.sin(x / 3) * numpy.cos(y / 4) + 40 * z - 200 + (7 * x + 3 * y + 5 * z) % 11).astype("<i2")
 
 
-def told(name, path):
+def print_volume(name, path):
     print(name, path)
 
 
 def nrrd():
     head = ("NRRD0004\ntype: int16\ndimension: 3\nsizes: 24 20 12\nencoding: raw\nendian: little\n"
             "space dimension: 3\nspace directions: (0.5,0,0) (0,0.75,0) (0,0,2)\nspace origin: (10,-20,30)\n\n")
-    told("nrrd", write("v.nrrd", head.encode() + volume.tobytes()))
+    print_volume("nrrd", write("v.nrrd", head.encode() + volume.tobytes()))
 
 
 def scale(numbers):
@@ -50,7 +50,7 @@ def zarr_2():
         root.create_dataset("0", data=volume, chunks=(5, 8, 9), compressor=compressor, **more)
         root.attrs["multiscales"] = [{"version": "0.4", "axes": AXES,
                                       "datasets": [{"path": "0", "coordinateTransformations": PLACE}]}]
-        told(f"zarr-2-{name}", folder / f"{name}2.zarr")
+        print_volume(f"zarr-2-{name}", folder / f"{name}2.zarr")
     # Five dimensions: two times, three channels; the volume is time 1, channel 2.
     root = zarr.open_group(str(folder / "five.zarr"), "w")
     five = numpy.zeros((2, 3) + SHAPE, "<i2")
@@ -61,7 +61,7 @@ def zarr_2():
         "datasets": [{"path": "a/0", "coordinateTransformations": [
             {"type": "scale", "scale": [1, 1, 2.0, 0.75, 0.5]},
             {"type": "translation", "translation": [0, 0, 30, -20, 10]}]}]}]
-    told("zarr-2-time-1-channel-2", folder / "five.zarr")
+    print_volume("zarr-2-time-1-channel-2", folder / "five.zarr")
 
 
 def crc32c(data):
@@ -99,7 +99,7 @@ def zarr_3():
             "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": chunk}},
             "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
             "fill_value": 0, "codecs": codecs, "dimension_names": ["z", "y", "x"]}).encode())
-        told(f"zarr-3-{name}", root)
+        print_volume(f"zarr-3-{name}", root)
 
     array("whole", (5, 8, 9), [big, gzipped, crc])
     for place, block in blocks((5, 8, 9)):
@@ -140,7 +140,7 @@ def n5():
             part = volume[tuple(slice(p * s, p * s + s) for p, s in zip(place, (5, 8, 9)))]
             head = struct.pack(">HHIII", 0, 3, *part.shape[::-1])
             write(f"{name}.n5/" + "/".join(map(str, place[::-1])), head + pack(part.astype(">i2").tobytes()))
-        told(f"n5-{name}", folder / f"{name}.n5")
+        print_volume(f"n5-{name}", folder / f"{name}.n5")
 
 
 def hdf5():
@@ -155,7 +155,7 @@ def hdf5():
             file[label].make_scale(label)
             file["fields/density"].dims[dimension].attach_scale(file[label])
         file["fields/other"] = numpy.zeros((3, 3))
-    told("hdf5", f"{folder}/v.h5:/fields/density")
+    print_volume("hdf5", f"{folder}/v.h5:/fields/density")
 
 
 def vti_file(name, compressor, attributes, inside, appended=b"", byte_order="LittleEndian", header="UInt32"):
@@ -176,7 +176,7 @@ def vti():
         return struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, last, *map(len, small)), b"".join(small)
 
     def file(name, *arguments, **more):
-        told(f"vti-{name}", vti_file(name, *arguments, **more))
+        print_volume(f"vti-{name}", vti_file(name, *arguments, **more))
 
     data = volume.tobytes()
     zipped = ' compressor="vtkZLibDataCompressor"'
@@ -201,7 +201,7 @@ def vti_lz4():
     parts = [data[i:i + 4096] for i in range(0, len(data), 4096)]
     small = [numcodecs.LZ4().encode(part)[4:] for part in parts]  # Without numcodecs' count in front.
     head = struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, len(parts[-1]) % 4096, *map(len, small))
-    told("vti-lz4", vti_file("lz4", ' compressor="vtkLZ4DataCompressor"', 'format="binary"',
+    print_volume("vti-lz4", vti_file("lz4", ' compressor="vtkLZ4DataCompressor"', 'format="binary"',
                              base64.b64encode(head) + base64.b64encode(b"".join(small))))
 
 
@@ -229,11 +229,11 @@ def dicom():
             save(data, name, f"slice{(7 * i) % SHAPE[0]}")
 
     series("dicom")
-    told("dicom", folder / "dicom")
+    print_volume("dicom", folder / "dicom")
     series("dicom-rle", pack=pydicom.uid.RLELossless)
-    told("dicom-rle", folder / "dicom-rle")
+    print_volume("dicom-rle", folder / "dicom-rle")
     series("dicom-deflated", syntax=pydicom.uid.DeflatedExplicitVRLittleEndian)
-    told("dicom-deflated", folder / "dicom-deflated")
+    print_volume("dicom-deflated", folder / "dicom-deflated")
     # Not the volume's place: the tests know these by name.
     series("oblique", (0.36, -0.8, 0.48), (0.48, 0.6, 0.64), (-1.6, 0, 1.2))
     series("tilted", step=(0, 0.5, 2))
@@ -249,7 +249,7 @@ def dicom():
         items(PlanePositionSequence=items(ImagePositionPatient=[10, -20, 30 + 2 * i]))[0] for i in range(SHAPE[0])])
     data.PixelData = pixels(volume)
     save(data, "frames", "all")
-    told("dicom-frames", folder / "frames")
+    print_volume("dicom-frames", folder / "frames")
 
 
 def tiff():
@@ -259,13 +259,13 @@ def tiff():
     for name, options in (("tiff-ome", {}), ("tiff-ome-tiled", {"tile": (16, 16), "compression": "zlib"}),
                           ("tiff-ome-big", {"bigtiff": True, "byteorder": ">"})):
         tifffile.imwrite(folder / f"{name}.ome.tif", volume, ome=True, metadata=metadata, **options)
-        told(name, folder / f"{name}.ome.tif")
+        print_volume(name, folder / f"{name}.ome.tif")
     tifffile.imwrite(folder / "pages.tif", volume, metadata=None)
-    told("tiff-pages", folder / "pages.tif")
+    print_volume("tiff-pages", folder / "pages.tif")
     (folder / "stack").mkdir()
     for i in range(SHAPE[0]):
         tifffile.imwrite(folder / "stack" / f"slice{i}.tif", volume[i], metadata=None)
-    told("tiff-stack", folder / "stack")
+    print_volume("tiff-stack", folder / "stack")
     # Not the volume's type: the tests know it by name.
     tifffile.imwrite(folder / "imagej.tif", numpy.stack([volume, volume + 1], 1).astype("f4"), imagej=True,
                      resolution=(2, 4 / 3), metadata={"axes": "ZCYX", "spacing": 2.0, "unit": "um"})
@@ -279,8 +279,8 @@ def mrc():
     struct.pack_into("<i", head, 92, 80)
     struct.pack_into("<3f", head, 196, *ORIGIN)
     head[208:214] = b"MAP DD"
-    told("mrc", write("v.mrc", bytes(head) + bytes(80) + volume.tobytes()))
-    told("mrc-gzip", write("v.map.gz", gzip.compress(bytes(head) + bytes(80) + volume.tobytes())))
+    print_volume("mrc", write("v.mrc", bytes(head) + bytes(80) + volume.tobytes()))
+    print_volume("mrc-gzip", write("v.map.gz", gzip.compress(bytes(head) + bytes(80) + volume.tobytes())))
 
 
 def nifti():
@@ -296,13 +296,13 @@ def nifti():
         struct.pack_into(endian + "12f", head, 280, -0.5, 0, 0, -10, 0, -0.75, 0, 20, 0, 0, 2, 30)
         head[344:347] = b"n+1"
         data = bytes(head) + volume.astype(endian + "i2").tobytes()
-        told(f"nifti-{name}", write(name, gzip.compress(data) if name.endswith("gz") else data))
+        print_volume(f"nifti-{name}", write(name, gzip.compress(data) if name.endswith("gz") else data))
 
 
 def raw():
-    told("raw-gzip", write("v_24x20x12_int16.raw.gz", gzip.compress(volume.tobytes())))
+    print_volume("raw-gzip", write("v_24x20x12_int16.raw.gz", gzip.compress(volume.tobytes())))
     write("described.raw", volume.tobytes())
-    told("raw-described", write("described.dat", b"ObjectFileName: described.raw\nResolution: 24 20 12\n"
+    print_volume("raw-described", write("described.dat", b"ObjectFileName: described.raw\nResolution: 24 20 12\n"
                                 b"SliceThickness: 0.5 0.75 2\nFormat: SHORT\n"))
 
 

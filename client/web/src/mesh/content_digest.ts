@@ -27,7 +27,7 @@ export function fromHex(text: string): ContentDigest {
   return { high: BigInt("0x" + text.slice(0, 16)), low: BigInt("0x" + text.slice(16)) };
 }
 
-// How OpenStream.held names tiles: 16 bytes each, `high` then `low`, little-endian.
+// How OpenStream.cached_tile_digests names tiles: 16 bytes each, `high` then `low`, little-endian.
 export function packed(keys: readonly string[]): Uint8Array {
   const bytes = new Uint8Array(16 * keys.length);
   const view = new DataView(bytes.buffer);

@@ -15,7 +15,7 @@ export function scalarAttribute(positions: Float32Array, codes: Uint8Array, bits
   return attribute;
 }
 
-const orders = new WeakMap<Float32Array, Uint32Array>(); // Tiles are coloured again and again.
+const orders = new WeakMap<Float32Array, Uint32Array>(); // Tiles are colored again and again.
 
 function verticesInOrder(p: Float32Array): Uint32Array {
   let order = orders.get(p);

@@ -6,14 +6,14 @@
 import { Components } from "./components";
 import { PointNumbers } from "./point_numbers";
 import type { LatticeBox } from "./tile_mesh";
-import type { TileRim } from "./tile_rim";
+import type { TileBoundary } from "./tile_boundary";
 
 export type Triangles = Uint16Array | Uint32Array;
 
 interface Tile {
   positions: Float32Array; // Lattice coordinates.
   triangles: Triangles;
-  rim: Pick<TileRim, "positions" | "vertices">;
+  rim: Pick<TileBoundary, "positions" | "vertices">;
 }
 
 export interface LargeComponents {

@@ -17,7 +17,7 @@ const keys = [
   ["U", "flip: upside down"],
   ["[ ]", "roll"],
   ["W", "wireframe: the triangles"],
-  ["C", "colours: plain, tiles, steps"],
+  ["C", "colors: plain, tiles, steps"],
   ["A", "axes, box and scale"],
   ["P", "perspective or parallel projection"],
   ["O", "ambient occlusion"],

@@ -14,7 +14,7 @@ export type ValueRange = Pick<DatasetInfo, "min" | "max">;
 export interface Isoline {
   surface: number; // 0 for the first. Those of other datasets have no line here.
   isovalue: number;
-  colour: string; // The colour of its surface.
+  color: string; // The color of its surface.
 }
 
 const integerTypes = 4; // U8, I8, U16, I16 come before the floats.
@@ -78,12 +78,12 @@ export class HistogramView {
     this.handles[0]?.classList.toggle("is-inviting", isInviting);
   }
 
-  private showLine({ surface, isovalue, colour }: Isoline, at: number): void {
+  private showLine({ surface, isovalue, color }: Isoline, at: number): void {
     const { min, max } = this.range;
     const handle = (this.handles[at] ??= this.handle(at));
     handle.style.left = this.percent(isovalue);
-    // With a single surface the handle has the accent colour of the page.
-    handle.style.setProperty("--line-colour", this.lines.length > 1 ? colour : "");
+    // With a single surface the handle has the accent color of the page.
+    handle.style.setProperty("--line-color", this.lines.length > 1 ? color : "");
     handle.setAttribute("aria-label", this.lines.length > 1 ? `Isovalue of surface ${surface + 1}` : "Isovalue");
     handle.setAttribute("aria-valuemin", String(min));
     handle.setAttribute("aria-valuemax", String(max));

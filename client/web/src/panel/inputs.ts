@@ -36,13 +36,13 @@ export function slider(options: SliderOptions): Control<number> {
     readout.textContent = text;
     input.setAttribute("aria-valuetext", text);
   };
-  const tell = (isDragging: boolean) => {
+  const notify = (isDragging: boolean) => {
     const value = fromPosition(Number(input.value));
     say(value);
     options.moved(value, isDragging);
   };
-  input.addEventListener("input", () => tell(true));
-  input.addEventListener("change", () => tell(false));
+  input.addEventListener("input", () => notify(true));
+  input.addEventListener("change", () => notify(false));
   const element = h("label", { class: "control", "data-tip": options.tip },
     h("span", { class: "control-head" }, h("span", {}, options.label), readout), input);
   return {

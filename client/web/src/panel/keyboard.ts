@@ -1,7 +1,7 @@
 // Keyboard shortcuts, active unless the user types text. panel/help.ts lists them.
 import type { Settings } from "../state/settings";
 
-export interface KeyActs {
+export interface KeyActions {
   turn: (azimuth: number, elevation: number, factor?: number) => void;
   fit: () => void;
   reset: () => void;
@@ -20,7 +20,7 @@ export interface Turned {
   set: (change: Partial<Settings>) => void;
 }
 
-export function installKeyboard(settings: Turned, acts: KeyActs): void {
+export function installKeyboard(settings: Turned, acts: KeyActions): void {
   const turn = 0.09;
   const keys: Record<string, () => void> = {
     ArrowLeft: () => acts.turn(-turn, 0),
@@ -46,7 +46,7 @@ export function installKeyboard(settings: Turned, acts: KeyActs): void {
     ".": () => acts.stepTime(1),
     w: () => settings.set({ wireframe: !settings.get().wireframe }),
     a: () => settings.set({ axes: !settings.get().axes }),
-    c: () => settings.set({ colouring: nextOf(["plain", "tiles", "steps"], settings.get().colouring) }),
+    c: () => settings.set({ coloring: nextOf(["plain", "tiles", "steps"], settings.get().coloring) }),
   };
   window.addEventListener("keydown", (event) => {
     const target = event.target as Element;
@@ -63,7 +63,7 @@ export function installKeyboard(settings: Turned, acts: KeyActs): void {
   });
 }
 
-function takeBack(event: KeyboardEvent, acts: KeyActs): void {
+function takeBack(event: KeyboardEvent, acts: KeyActions): void {
   const key = event.key.toLowerCase();
   if (key !== "z" && key !== "y") return;
   event.preventDefault();

@@ -1,6 +1,6 @@
-// Colours and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
+// Colors and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
 // down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
-import { gradientOf, type LegendWords } from "../shared/colour_maps";
+import { gradientOf, type LegendWords } from "../shared/color_maps";
 import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
@@ -9,7 +9,7 @@ import { inDigits } from "../shared/quantities";
 // The names of the settings that a legend shows and turns.
 export interface LegendNames {
   label: string;
-  colours: "sliceColors" | "colors";
+  colors: "sliceColors" | "colors";
   level: "level" | "fieldLevel";
   width: "windowWidth" | "fieldWindow";
   isLog: "samplesLog" | "fieldLog";
@@ -41,7 +41,7 @@ export class Legend {
 
   constructor(
     private readonly names: LegendNames,
-    private readonly turn: (said: Partial<Settings>, isDragging: boolean) => void,
+    private readonly turn: (changes: Partial<Settings>, isDragging: boolean) => void,
   ) {
     this.element.setAttribute("aria-label", `Window and level of ${names.label}`);
     this.element.append(this.name, this.bar, h("div", { class: "legend-ends" }, this.low, this.high));
@@ -56,7 +56,7 @@ export class Legend {
     if (!info) return;
     const { low, high, isLog } = scaleOf(settings[this.names.level], settings[this.names.width], settings[this.names.isLog], info);
     this.name.textContent = isLog ? `${name || "samples"}, logarithmic` : name;
-    this.bar.style.background = gradientOf(settings[this.names.colours]);
+    this.bar.style.background = gradientOf(settings[this.names.colors]);
     this.low.textContent = inDigits(low, 4);
     this.high.textContent = `${inDigits(high, 4)}${info.valueUnit ? ` ${info.valueUnit}` : ""}`;
     this.element.setAttribute("aria-valuemin", String(info.min));
@@ -68,7 +68,7 @@ export class Legend {
   // Null: it is not shown.
   get words(): LegendWords | null {
     const [name, low, high] = [this.name, this.low, this.high].map(({ textContent }) => textContent ?? "");
-    return this.element.hidden || !this.settings ? null : { map: this.settings[this.names.colours], name, low, high };
+    return this.element.hidden || !this.settings ? null : { map: this.settings[this.names.colors], name, low, high };
   }
 
   private window(settings: Settings, info: LegendValues): { low: number; high: number } {

@@ -8,7 +8,7 @@ import { h } from "../shared/elements";
 import { inBytes, inTriangles } from "../shared/quantities";
 import { TokenForm } from "./token_form";
 
-export interface NoticeActs {
+export interface NoticeActions {
   connectNow: () => void;
   useToken: (token: string) => void;
   insist: () => void; // On the surface that was held back.
@@ -29,10 +29,10 @@ export class Notices {
   private readonly words = h("span");
   private form: TokenForm | null = null;
 
-  constructor(private readonly acts: NoticeActs) {}
+  constructor(private readonly acts: NoticeActions) {}
 
   // Stays until clear(), or as long as it takes to read.
-  tell(text: string, isPassing = false): void {
+  announce(text: string, isPassing = false): void {
     this.own = text;
     clearTimeout(this.timer);
     if (isPassing) this.timer = window.setTimeout(() => this.clear(), 2000 + 60 * text.length);

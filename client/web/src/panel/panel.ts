@@ -4,22 +4,22 @@ import type { Progress, SurfaceSize } from "../state/progress";
 import { timesOf } from "../state/series";
 import { defaults, type Settings } from "../state/settings";
 import type { Store } from "../state/store";
-import { type AccuracyPart, accuracyPart } from "./accuracy_part";
-import { bookmarksPart, type BookmarksEvents } from "./bookmarks_part";
+import { type AccuracyPart, accuracyPart } from "./accuracy_section";
+import { bookmarksPart, type BookmarksEvents } from "./bookmarks_section";
 import { h } from "../shared/elements";
 import { inBytes, inTriangles } from "../shared/quantities";
 import type { HistogramView } from "./histogram";
-import { type SeriesPart, seriesPart } from "./series_part";
-import { type FieldPart, fieldPart } from "./field_part";
+import { type SeriesPart, seriesPart } from "./series_section";
+import { type FieldPart, fieldPart } from "./field_section";
 import { folded, section } from "./inputs";
-import { type IsovaluePart, isovaluePart } from "./isovalue_part";
-import { type LabelsPart, labelsPart } from "./labels_part";
-import { lookPart } from "./look_part";
-import type { Change, Part } from "./part";
-import { regionPart } from "./region_part";
-import { slicePart } from "./slice_part";
-import { type SurfacesPart, surfacesPart } from "./surfaces_part";
-import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_part";
+import { type IsovaluePart, isovaluePart } from "./isovalue_section";
+import { type LabelsPart, labelsPart } from "./labels_section";
+import { lookPart } from "./look_section";
+import type { Change, PanelSection } from "./panel_section";
+import { regionPart } from "./region_section";
+import { slicePart } from "./slice_section";
+import { type SurfacesPart, surfacesPart } from "./surfaces_section";
+import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_section";
 
 export interface PanelEvents extends DownloadsEvents, BookmarksEvents {
   reset: () => void;
@@ -31,7 +31,7 @@ export interface PanelEvents extends DownloadsEvents, BookmarksEvents {
 export class Panel {
   readonly element: HTMLElement;
   readonly histogram: HistogramView;
-  private readonly parts: Part[];
+  private readonly parts: PanelSection[];
   private readonly accuracy: AccuracyPart;
   private readonly isovalue: IsovaluePart;
   private readonly surfaces: SurfacesPart;
@@ -84,7 +84,7 @@ export class Panel {
       ...this.ofValues,
       section("Accuracy", ...accuracy.elements),
       folded("Finer in one place", false, ...region.elements),
-      folded("Colour by a field", settings.get().colorBy !== "", ...field.elements),
+      folded("Color by a field", settings.get().colorBy !== "", ...field.elements),
       folded("Slice of the samples", settings.get().slice !== "off", ...slice.elements),
       folded("Appearance", false, ...look.elements),
       folded("Bookmarks", false, ...bookmarksPart(events)),

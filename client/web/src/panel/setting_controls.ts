@@ -4,7 +4,7 @@ import type { Settings } from "../state/settings";
 import {
   choice, type ChoiceOptions, type Control, slider, type SliderOptions, toggle, type ToggleOptions,
 } from "./inputs";
-import type { Change } from "./part";
+import type { Change } from "./panel_section";
 
 type NamesOf<T> = { [K in keyof Settings]: Settings[K] extends T ? K : never }[keyof Settings];
 type Word = Exclude<NamesOf<string>, "dataset">;

@@ -24,7 +24,7 @@ export class TimeBar {
   private times: ShownTimes | null = null;
   private settings: Settings | null = null;
 
-  constructor(turn: (said: Partial<Settings>, isDragging: boolean) => void) {
+  constructor(turn: (changes: Partial<Settings>, isDragging: boolean) => void) {
     this.element.append(this.play, this.slider, this.time, this.pace, this.speed, this.loop);
     this.play.addEventListener("click", () => turn({ playing: !this.settings?.playing }, false));
     this.loop.addEventListener("click", () => turn({ loop: !this.settings?.loop }, false));

@@ -2,7 +2,7 @@
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 
-export interface ViewActs {
+export interface ViewActions {
   fit: () => void;
   reset: () => void;
   lookUpright: (direction: readonly [number, number, number]) => void; // Where z is what is above in the picture.
@@ -17,7 +17,7 @@ const directions = [
   ["Top", 0, 0, 1],
 ] as const;
 
-export function viewTools(acts: ViewActs): { element: HTMLElement; show: (settings: Settings) => void } {
+export function viewTools(acts: ViewActions): { element: HTMLElement; show: (settings: Settings) => void } {
   const button = (word: string, label: string, tip: string, act: () => void) => {
     const element = h("button", { type: "button", "aria-label": label, "data-tip": tip }, word);
     element.addEventListener("click", act);

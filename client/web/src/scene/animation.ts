@@ -3,7 +3,7 @@
 // faster than it should.
 import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
 
-import { hasDrawn } from "./card";
+import { hasDrawn } from "./gpu_fence";
 import type { Stage } from "./stage";
 
 export interface Animation {
@@ -14,7 +14,7 @@ export interface Animation {
   show: (at: number) => Promise<void>;
 }
 
-type Told = (share: number) => void; // 0 to 1: what is done.
+type ProgressCallback = (share: number) => void; // 0 to 1: what is done.
 
 // The first picture is what is shown; so is what follows the last.
 export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
@@ -27,7 +27,7 @@ export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
   return { name: "turn", frames, framesASecond: 30, show };
 }
 
-export async function pictures(stage: Stage, animation: Animation, background: string, told: Told): Promise<Blob> {
+export async function pictures(stage: Stage, animation: Animation, background: string, report: ProgressCallback): Promise<Blob> {
   const parts: Uint8Array[] = [];
   const zip = new Zip((error, bytes) => {
     if (error) throw error;
@@ -39,13 +39,13 @@ export async function pictures(stage: Stage, animation: Animation, background: s
     const file = new ZipPassThrough(`${animation.name}_${String(at).padStart(4, "0")}.png`); // PNG does not get smaller.
     zip.add(file);
     file.push(new Uint8Array(await png.arrayBuffer()), true);
-    told((at + 1) / animation.frames);
+    report((at + 1) / animation.frames);
   });
   zip.end();
   return new Blob(parts as Uint8Array<ArrayBuffer>[], { type: "application/zip" });
 }
 
-export async function film(stage: Stage, animation: Animation, background: string, told: Told): Promise<Blob> {
+export async function film(stage: Stage, animation: Animation, background: string, report: ProgressCallback): Promise<Blob> {
   if (typeof MediaRecorder === "undefined") throw new Error("this browser records none.");
   const screen = stage.picture(background);
   const context = screen.getContext("2d")!;
@@ -60,7 +60,7 @@ export async function film(stage: Stage, animation: Animation, background: strin
       context.drawImage(canvas, 0, 0);
       if (begin === null) recorder.start();
       begin ??= performance.now();
-      told((at + 1) / animation.frames);
+      report((at + 1) / animation.frames);
       const due = begin + ((at + 1) * 1000) / animation.framesASecond;
       await new Promise((resolve) => setTimeout(resolve, Math.max(0, due - performance.now())));
     });

@@ -1,6 +1,6 @@
 // What exported pictures have over the scene: the scale bar, the axes, the legends with their units, and what is measured. All of
 // it is drawn at the size that it has on the screen.
-import { gradientOf, type LegendWords } from "../shared/colour_maps";
+import { gradientOf, type LegendWords } from "../shared/color_maps";
 
 export interface Annotations {
   scale: { pixels: number; text: string } | null; // CSS pixels.
@@ -21,10 +21,10 @@ export interface Arm {
 
 const margin = 16;
 const arm = 30; // CSS pixels.
-const axisColours = ["#d9534f", "#5cb85c", "#4f8fd9"];
+const axisColors = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
 
-// `ratio`: pixels of the canvas for one of the screen; `ink` and `paper`: colours of words and what lies around them.
+// `ratio`: pixels of the canvas for one of the screen; `ink` and `paper`: colors of words and what lies around them.
 export function annotate(context: CanvasRenderingContext2D, { scale, axes, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
   context.save();
   context.scale(ratio, ratio);
@@ -60,9 +60,9 @@ function drawLegend(
   write: (text: string, x: number, y: number, align: CanvasTextAlign) => void,
 ): void {
   const length = 200;
-  const colours = gradientOf(map).match(/#[0-9a-f]{6}/g)!;
+  const colors = gradientOf(map).match(/#[0-9a-f]{6}/g)!;
   const gradient = context.createLinearGradient(x, 0, x + length, 0);
-  colours.forEach((colour, i) => gradient.addColorStop(i / (colours.length - 1), colour));
+  colors.forEach((color, i) => gradient.addColorStop(i / (colors.length - 1), color));
   context.fillStyle = gradient;
   context.fillRect(x, bottom - 28, length, 11);
   write(low, x, bottom - 3, "left");
@@ -74,7 +74,7 @@ function drawAxes(context: CanvasRenderingContext2D, axes: readonly Arm[], x: nu
   context.textAlign = "center";
   for (const { letter, axis, x: right, y: down, isBehind } of axes) {
     context.globalAlpha = isBehind ? 0.55 : 1;
-    context.strokeStyle = axisColours[axis];
+    context.strokeStyle = axisColors[axis];
     context.lineWidth = 2;
     context.beginPath();
     context.moveTo(x, y);

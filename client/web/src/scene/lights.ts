@@ -24,8 +24,8 @@ export class Lights {
   }
 }
 
-function light(colour: number, intensity: number, from: [number, number, number]): THREE.DirectionalLight {
-  const one = new THREE.DirectionalLight(colour, intensity);
+function light(color: number, intensity: number, from: [number, number, number]): THREE.DirectionalLight {
+  const one = new THREE.DirectionalLight(color, intensity);
   one.position.set(...from);
   one.add(one.target); // Its target lies at the origin of the group.
   one.target.position.set(...from).negate();

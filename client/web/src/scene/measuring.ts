@@ -54,13 +54,13 @@ export class Measuring {
     const before = this.places.length < mostPlaces && this.info === info ? this.places : [];
     this.info = info;
     this.places = [...before, { world, index, bound, surface }];
-    this.tell();
+    this.emitChange();
   }
 
   forget(): void {
     if (this.places.length === 0) return;
     this.places = [];
-    this.tell();
+    this.emitChange();
   }
 
   // The places that the settings have; of those that were picked here more is known.
@@ -81,7 +81,7 @@ export class Measuring {
     return { points: isWhole ? points : [], words: [...this.lengths(), ...this.angle()] };
   }
 
-  private tell(): void {
+  private emitChange(): void {
     this.write();
     this.changed(this.places.map(({ world, bound }) => ({ world, bound })));
   }

@@ -4,7 +4,7 @@ import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import { generateMagicSquareNoise, GTAOShader } from "three/examples/jsm/shaders/GTAOShader.js";
 
-import { exactDepths } from "./depths";
+import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
 
 export class Occlusion {
@@ -38,7 +38,7 @@ export class Occlusion {
 
   // 1 where light comes from everywhere, less in hollows narrower than `radius`, in world units.
   texture(
-    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: Lens, { radius, clip }: OcclusionWish,
+    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: LensSettings, { radius, clip }: OcclusionWish,
     { width, height }: { width: number; height: number },
   ): THREE.Texture {
     this.shape.setSize(width, height);
@@ -79,4 +79,4 @@ export interface OcclusionWish {
   clip: THREE.Plane[]; // What materials of solid things have.
 }
 
-export type Lens = THREE.PerspectiveCamera | THREE.OrthographicCamera;
+export type LensSettings = THREE.PerspectiveCamera | THREE.OrthographicCamera;

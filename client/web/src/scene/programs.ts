@@ -2,9 +2,9 @@
 // not ready yet has the page wait for it, some tenths of a second where the card is the processor.
 import * as THREE from "three";
 
-import { hasDrawn } from "./card";
+import { hasDrawn } from "./gpu_fence";
 
-const patience = 5000; // Milliseconds: an upper limit for cards that never report completion.
+const compileTimeout = 5000; // Milliseconds: an upper limit for cards that never report completion.
 
 export class Programs {
   private readonly ready = new Set<string>();
@@ -30,7 +30,7 @@ export class Programs {
   private async make(kind: string, object: THREE.Object3D): Promise<void> {
     this.coming.add(kind);
     for (const target of this.targets) {
-      await Promise.race([this.made(object, target), new Promise((resolve) => setTimeout(resolve, patience))]);
+      await Promise.race([this.made(object, target), new Promise((resolve) => setTimeout(resolve, compileTimeout))]);
     }
     this.coming.delete(kind);
     this.ready.add(kind);
@@ -40,11 +40,11 @@ export class Programs {
   // A card that cannot report when a program is ready reports at least a completed draw.
   private async made(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
     const { renderer, camera, scene } = this;
-    const canTell = renderer.extensions.has("KHR_parallel_shader_compile");
+    const canReport = renderer.extensions.has("KHR_parallel_shader_compile");
     renderer.setRenderTarget(target);
-    const made = canTell ? renderer.compileAsync(object, camera, scene) : renderer.compile(object, camera, scene);
+    const made = canReport ? renderer.compileAsync(object, camera, scene) : renderer.compile(object, camera, scene);
     renderer.setRenderTarget(null);
     await made;
-    if (!canTell) await hasDrawn(renderer, 10);
+    if (!canReport) await hasDrawn(renderer, 10);
   }
 }

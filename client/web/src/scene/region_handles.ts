@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 import type { Region } from "../state/settings";
 import type { Vec3 } from "../stream/dataset";
-import { discard } from "./discard";
+import { disposeTree } from "./dispose_tree";
 import { layers } from "./layers";
 import type { Stage } from "./stage";
 
@@ -15,7 +15,7 @@ interface Handle {
   dragged: (region: Region, to: Vec3) => Region;
 }
 
-const colour = 0x4fb3ff;
+const color = 0x4fb3ff;
 
 export class RegionHandles {
   private readonly group = new THREE.Group();
@@ -62,7 +62,7 @@ export class RegionHandles {
   }
 
   private build(): void {
-    discard(this.group);
+    disposeTree(this.group);
     this.handles = [];
     if (!this.region) return;
     const shape =
@@ -71,7 +71,7 @@ export class RegionHandles {
         : new THREE.SphereGeometry(1, 48, 32);
     const glass = new THREE.Mesh(
       shape,
-      new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.DoubleSide }),
+      new THREE.MeshBasicMaterial({ color: color, transparent: true, opacity: 0.1, depthWrite: false, side: THREE.DoubleSide }),
     );
     glass.renderOrder = 2;
     const edges =
@@ -222,7 +222,7 @@ function handleMesh(isMiddle = false): THREE.Mesh {
   const mesh = new THREE.Mesh(
     isMiddle ? new THREE.OctahedronGeometry(1.25) : new THREE.SphereGeometry(1, 16, 12),
     // Transparent, so that it is drawn behind nothing, not even the wireframe.
-    new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : colour, depthTest: false, transparent: true }),
+    new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : color, depthTest: false, transparent: true }),
   );
   mesh.renderOrder = 4;
   mesh.layers.set(layers.overlay);
@@ -230,7 +230,7 @@ function handleMesh(isMiddle = false): THREE.Mesh {
 }
 
 function lineMaterial(): THREE.LineBasicMaterial {
-  return new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.9 });
+  return new THREE.LineBasicMaterial({ color: color, transparent: true, opacity: 0.9 });
 }
 
 function rings(): THREE.LineSegments {

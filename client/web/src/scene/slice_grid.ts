@@ -1,6 +1,6 @@
 // The pixels of a slice across the box of the data, and what lies at them.
 import type { Vec3 } from "../stream/dataset";
-import type { SliceGrid, SliceValues } from "../stream/questions";
+import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 
 export const mostPixels = 768; // Per side: about as fine as a picture shows it.
 

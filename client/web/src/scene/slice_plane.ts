@@ -1,26 +1,26 @@
-// A slice of the samples in the picture: a rectangle with the field's colours, and on it the lines in
+// A slice of the samples in the picture: a rectangle with the field's colors, and on it the lines in
 // which it cuts the surfaces. As a filled cut it is there only where the field is above an isovalue.
 import * as THREE from "three";
 
 import type { Affine, Vec3 } from "../stream/dataset";
-import type { SliceValues } from "../stream/questions";
-import { type ColourMap, colourRow, type ColourScale, endsOf, shareInShader } from "../shared/colour_maps";
+import type { SliceValues } from "../stream/dataset_queries";
+import { type ColorMap, colorRow, type ColorScale, endsOf, shareInShader } from "../shared/color_maps";
 import { layers } from "./layers";
 import { valueAt } from "./slice_grid";
 
-export interface SliceLook extends ColourScale {
+export interface SliceLook extends ColorScale {
   above: number; // Nothing is drawn below this value; -Infinity: all.
 }
 
 export interface CutLines {
   segments: Float32Array; // Lattice coordinates.
   toWorld: Affine;
-  colour: string;
+  color: string;
 }
 
 const fragment = /* glsl */ `
   uniform highp sampler2D values;
-  uniform sampler2D colours;
+  uniform sampler2D colors;
   uniform vec2 ends;
   uniform bool isLog;
   uniform float above;
@@ -47,14 +47,14 @@ const fragment = /* glsl */ `
     float value = valueHere();
     if (isnan(value) || value < above) discard;
     float share = shareOf(value, ends, isLog);
-    gl_FragColor = vec4(texture2D(colours, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb, 1.0);
+    gl_FragColor = vec4(texture2D(colors, vec2((share * 255.0 + 0.5) / 256.0, 0.5)).rgb, 1.0);
     #include <colorspace_fragment>
   }`;
 
 export class SlicePlane {
   private readonly material = new THREE.ShaderMaterial({
     uniforms: {
-      values: { value: null }, colours: { value: null }, above: { value: 0 },
+      values: { value: null }, colors: { value: null }, above: { value: 0 },
       ends: { value: new THREE.Vector2(0, 1) }, isLog: { value: false },
     },
     vertexShader:
@@ -69,7 +69,7 @@ export class SlicePlane {
   private readonly lines = new THREE.Group();
   private shown: SliceValues | null = null;
   private look: SliceLook = { map: "gray", low: 0, high: 1, isLog: false, above: -Infinity };
-  private map: ColourMap | null = null;
+  private map: ColorMap | null = null;
 
   constructor(scene: THREE.Scene, private readonly invalidate: () => void) {
     this.quad.visible = false;
@@ -97,11 +97,11 @@ export class SlicePlane {
     uniforms.isLog.value = look.isLog;
     uniforms.above.value = Math.max(look.above, -3e38); // Shaders know no infinity.
     if (look.map !== this.map) {
-      uniforms.colours.value?.dispose();
-      const row = new THREE.DataTexture(colourRow(look.map, 256), 256, 1);
+      uniforms.colors.value?.dispose();
+      const row = new THREE.DataTexture(colorRow(look.map, 256), 256, 1);
       row.colorSpace = THREE.SRGBColorSpace;
       row.needsUpdate = true;
-      uniforms.colours.value = row;
+      uniforms.colors.value = row;
       this.map = look.map;
     }
     this.invalidate();
@@ -113,10 +113,10 @@ export class SlicePlane {
       (one.material as THREE.Material).dispose();
     }
     this.lines.clear();
-    for (const { segments, toWorld: m, colour } of all) {
+    for (const { segments, toWorld: m, color } of all) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(segments, 3));
-      const line = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: colour }));
+      const line = new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: color }));
       line.matrixAutoUpdate = false;
       line.matrix.set(m[0], m[3], m[6], m[9], m[1], m[4], m[7], m[10], m[2], m[5], m[8], m[11], 0, 0, 0, 1);
       line.layers.set(layers.marks);

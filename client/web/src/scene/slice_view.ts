@@ -1,16 +1,16 @@
 // One of three linked slices: the samples on a plane across an axis of the world as a flat picture, with the lines where it cuts
 // the surfaces and a crosshair where the other two planes meet it. A click or a drag moves the crosshair, the wheel the plane.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
-import { colourRow, type ColourScale, shareOf } from "../shared/colour_maps";
+import { colorRow, type ColorScale, shareOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
 import { applied, lengthText, type Vec3, voxelLength, worldBox } from "../stream/dataset";
-import type { SliceValues } from "../stream/questions";
+import type { SliceValues } from "../stream/dataset_queries";
 import { axisNames } from "./axis_names";
 import { type Direction, type PlaneSides, valueAt } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 
-const axisColours = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
+const axisColors = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
 const gap = 9; // CSS pixels around the middle of the crosshair.
 const wheelStep = 60; // Pixels of the wheel for one sample.
 
@@ -41,10 +41,10 @@ export class SliceView {
   private info: DatasetInfo | null = null;
   private sides: PlaneSides;
   private cross: Vec3 = [0, 0, 0];
-  private scale: ColourScale = { map: "gray", low: 0, high: 1, isLog: false };
+  private scale: ColorScale = { map: "gray", low: 0, high: 1, isLog: false };
   private slice: SliceValues | null = null;
   private lines: readonly CutLines[] = [];
-  private readonly picture = h("canvas"); // The colours of the slice, a pixel each.
+  private readonly picture = h("canvas"); // The colors of the slice, a pixel each.
   private isPainted = false;
   private isDue = false;
   private scrolled = 0;
@@ -56,7 +56,7 @@ export class SliceView {
     this.listen();
   }
 
-  show(info: DatasetInfo, cross: Vec3, scale: ColourScale): void {
+  show(info: DatasetInfo, cross: Vec3, scale: ColorScale): void {
     const { map, low, high, isLog } = this.scale;
     if (map !== scale.map || low !== scale.low || high !== scale.high || isLog !== scale.isLog) this.isPainted = false;
     [this.info, this.cross, this.scale] = [info, cross, scale];
@@ -194,8 +194,8 @@ export class SliceView {
 
   private drawLines(context: CanvasRenderingContext2D): void {
     context.lineWidth = 1.5;
-    for (const { segments, toWorld, colour } of this.lines) {
-      context.strokeStyle = colour;
+    for (const { segments, toWorld, color } of this.lines) {
+      context.strokeStyle = color;
       context.beginPath();
       for (let at = 0; at + 5 < segments.length; at += 6) {
         context.moveTo(...this.toScreen(applied(toWorld, [segments[at], segments[at + 1], segments[at + 2]])));
@@ -205,18 +205,18 @@ export class SliceView {
     }
   }
 
-  // Each line has the colour of the axis that its plane lies across.
+  // Each line has the color of the axis that its plane lies across.
   private drawCross(context: CanvasRenderingContext2D, { x, y, width, height }: Rectangle): void {
     const [atX, atY] = this.toScreen(this.cross);
-    const line = (colour: string, ...ends: number[]) => {
-      context.strokeStyle = colour;
+    const line = (color: string, ...ends: number[]) => {
+      context.strokeStyle = color;
       context.beginPath();
       context.moveTo(ends[0], ends[1]);
       context.lineTo(ends[2], ends[3]);
       context.stroke();
     };
     context.lineWidth = 1;
-    const [upright, level] = [axisColours[this.sides.right.axis], axisColours[this.sides.down.axis]];
+    const [upright, level] = [axisColors[this.sides.right.axis], axisColors[this.sides.down.axis]];
     line(upright, atX, y, atX, Math.max(y, atY - gap));
     line(upright, atX, Math.min(y + height, atY + gap), atX, y + height);
     line(level, x, atY, Math.max(x, atX - gap), atY);
@@ -228,12 +228,12 @@ export class SliceView {
     const info = this.info!;
     context.font = '12px system-ui, "Segoe UI", Roboto, "Noto Sans", sans-serif';
     context.lineJoin = "round";
-    const write = (text: string, atX: number, atY: number, align: CanvasTextAlign, colour = "#ffffff") => {
+    const write = (text: string, atX: number, atY: number, align: CanvasTextAlign, color = "#ffffff") => {
       context.textAlign = align;
       context.strokeStyle = "#000000";
       context.lineWidth = 3;
       context.strokeText(text, atX, atY);
-      context.fillStyle = colour;
+      context.fillStyle = color;
       context.fillText(text, atX, atY);
     };
     const names = axisNames(info);
@@ -243,7 +243,7 @@ export class SliceView {
     write(letter(right, true), x + width - 6, y + height / 2 - 6, "right");
     write(letter(down, false), x + width / 2 + 6, y + 16, "left");
     write(letter(down, true), x + width / 2 + 6, y + height - 8, "left");
-    write(planeName(info, this.axis), 8, 18, "left", axisColours[this.axis]);
+    write(planeName(info, this.axis), 8, 18, "left", axisColors[this.axis]);
     write(this.placeText(), 8, clientHeight - 8, "left");
   }
 
@@ -252,20 +252,20 @@ export class SliceView {
     const info = this.info!;
     const value = this.slice ? valueAt(this.slice, this.cross) : NaN;
     const unit = info.valueUnit ? ` ${info.valueUnit}` : "";
-    const told = Number.isNaN(value) ? "" : `: ${inDigits(value, 4)}${unit}`;
-    return `${"xyz"[this.axis]} ${lengthText(this.cross[this.axis], info, 5)}${told}`;
+    const valueText = Number.isNaN(value) ? "" : `: ${inDigits(value, 4)}${unit}`;
+    return `${"xyz"[this.axis]} ${lengthText(this.cross[this.axis], info, 5)}${valueText}`;
   }
 }
 
 // Places without field stay transparent.
-function paint(canvas: HTMLCanvasElement, { grid: { width, height }, values }: SliceValues, scale: ColourScale): void {
+function paint(canvas: HTMLCanvasElement, { grid: { width, height }, values }: SliceValues, scale: ColorScale): void {
   canvas.width = width;
   canvas.height = height;
   const image = new ImageData(width, height);
-  const colours = new Uint32Array(colourRow(scale.map, 256).buffer);
+  const colors = new Uint32Array(colorRow(scale.map, 256).buffer);
   const pixels = new Uint32Array(image.data.buffer);
   for (let i = 0; i < pixels.length; ++i) {
-    if (!Number.isNaN(values[i])) pixels[i] = colours[Math.round(255 * Math.min(1, Math.max(0, shareOf(values[i], scale))))];
+    if (!Number.isNaN(values[i])) pixels[i] = colors[Math.round(255 * Math.min(1, Math.max(0, shareOf(values[i], scale))))];
   }
   canvas.getContext("2d", { willReadFrequently: true })!.putImageData(image, 0, 0);
 }

@@ -8,10 +8,10 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
-import { hasDrawn } from "./card";
+import { hasDrawn } from "./gpu_fence";
 import { Lights } from "./lights";
-import type { Lens } from "./occlusion";
-import { Painter } from "./painter";
+import type { LensSettings } from "./occlusion";
+import { SceneRenderer } from "./scene_renderer";
 import { Programs } from "./programs";
 
 export interface StageLook {
@@ -34,7 +34,7 @@ export class Stage {
   readonly controls: OrbitControls;
   private readonly flat = new THREE.OrthographicCamera(); // Follows `camera`.
   private readonly lights = new Lights();
-  private readonly painter: Painter;
+  private readonly painter: SceneRenderer;
   readonly programs: Programs;
   private look: StageLook = { isOrthographic: false, hasOcclusion: false, translucent: 0, clip: [] };
   private occlusionCost: number | null = null; // Milliseconds of the frame that had it; null: not known.
@@ -54,7 +54,7 @@ export class Stage {
     this.renderer.localClippingEnabled = true; // Materials have planes that cut the surface open.
     this.camera.up.set(0, 0, 1);
     this.flat.up.copy(this.camera.up);
-    this.painter = new Painter(this.renderer);
+    this.painter = new SceneRenderer(this.renderer);
     this.programs = new Programs(this.renderer, this.scene, this.camera, this.painter.targets, () => this.invalidate());
     // Asked now, when nothing is being drawn: later the page would wait for all that is.
     for (const name of extensions) this.renderer.extensions.has(name);
@@ -79,7 +79,7 @@ export class Stage {
   }
 
   // What rays and places are seen through.
-  get lens(): Lens {
+  get lens(): LensSettings {
     return this.look.isOrthographic ? this.flat : this.camera;
   }
 

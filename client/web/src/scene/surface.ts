@@ -8,9 +8,9 @@ import * as THREE from "three";
 
 import type { LatticeBox } from "../mesh/tile_mesh";
 import type { Affine } from "../stream/dataset";
-import type { Colouring, Settings } from "../state/settings";
+import type { Coloring, Settings } from "../state/settings";
 import type { DecodedTile, Selection } from "../workers/worker_messages";
-import type { FieldColours } from "./field_colours";
+import type { FieldColors } from "./field_colors";
 import { layers } from "./layers";
 import type { Programs } from "./programs";
 import { setFinish, surfaceMaterial } from "./surface_material";
@@ -33,7 +33,7 @@ const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d
 
 // What of the settings is one surface's look.
 export type SurfaceLook =
-  Pick<Settings, "wireframe" | "shading" | "colour" | "opacity" | "visible" | "colorBy" | "material"> & { colouring: Colouring };
+  Pick<Settings, "wireframe" | "shading" | "color" | "opacity" | "visible" | "colorBy" | "material"> & { coloring: Coloring };
 
 export class Surface {
   budget = mostTriangles; // Kept of this one.
@@ -54,14 +54,14 @@ export class Surface {
     opacity: 0.24,
     depthWrite: false,
   });
-  private look: SurfaceLook = { colouring: "plain", wireframe: false, shading: "field", colour: "#e0cdb4", opacity: 1, visible: true, colorBy: "", material: "neutral" };
+  private look: SurfaceLook = { coloring: "plain", wireframe: false, shading: "field", color: "#e0cdb4", opacity: 1, visible: true, colorBy: "", material: "neutral" };
   private clip: THREE.Plane[] = [];
 
   constructor(
     private readonly scene: THREE.Scene,
     private readonly invalidate: () => void,
     private readonly onDropped: (ids: string[]) => void,
-    private readonly field: FieldColours,
+    private readonly field: FieldColors,
     private readonly programs: Programs,
   ) {}
 
@@ -190,7 +190,7 @@ export class Surface {
     attribute.needsUpdate = true;
   }
 
-  // Sets the colours of a second field, from scalarAttribute(). They may arrive before their tile, from another worker.
+  // Sets the colors of a second field, from scalarAttribute(). They may arrive before their tile, from another worker.
   setScalars(id: string, scalars: Float32Array): void {
     const tile = this.tiles.get(id);
     if (tile) tile.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
@@ -241,7 +241,7 @@ export class Surface {
     this.look = look;
     this.clip = clip ? [clip] : [];
     if (wasTranslucent !== this.isTranslucent || before.colorBy !== look.colorBy) this.forgetMaterials();
-    if (before.colour !== look.colour) this.recolour(before.colour);
+    if (before.color !== look.color) this.recolor(before.color);
     for (const material of this.materials.values()) this.refresh(material);
     this.lines.clippingPlanes = this.clip;
     const shown = new Set(this.shown);
@@ -325,26 +325,26 @@ export class Surface {
   }
 
   private material(id: string, stepNumber: number): THREE.MeshStandardMaterial {
-    let { colour } = this.look;
-    if (this.look.colouring === "tiles") colour = palette[parseInt(id.slice(-6), 16) % palette.length];
-    if (this.look.colouring === "steps") colour = stepPalette[stepNumber % stepPalette.length];
-    let material = this.materials.get(colour);
+    let { color } = this.look;
+    if (this.look.coloring === "tiles") color = palette[parseInt(id.slice(-6), 16) % palette.length];
+    if (this.look.coloring === "steps") color = stepPalette[stepNumber % stepPalette.length];
+    let material = this.materials.get(color);
     if (!material) {
-      material = surfaceMaterial(colour, this.isTranslucent, this.look.colorBy === "" ? null : this.field);
+      material = surfaceMaterial(color, this.isTranslucent, this.look.colorBy === "" ? null : this.field);
       this.refresh(material);
-      this.materials.set(colour, material);
+      this.materials.set(color, material);
     }
     return material;
   }
 
-  // A colour that is being chosen is no new material each time.
-  private recolour(before: string): void {
+  // A color that is being chosen is no new material each time.
+  private recolor(before: string): void {
     const material = this.materials.get(before);
     if (!material || palette.includes(before) || stepPalette.includes(before)) return;
     this.materials.delete(before);
-    if (this.materials.has(this.look.colour)) return material.dispose();
-    material.color.set(this.look.colour);
-    this.materials.set(this.look.colour, material);
+    if (this.materials.has(this.look.color)) return material.dispose();
+    material.color.set(this.look.color);
+    this.materials.set(this.look.color, material);
   }
 
   private forgetMaterials(): void {

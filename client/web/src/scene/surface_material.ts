@@ -1,7 +1,7 @@
-// The shading of surfaces. The inside, visible where a surface ends or is cut, has another colour.
+// The shading of surfaces. The inside, visible where a surface ends or is cut, has another color.
 import * as THREE from "three";
 
-import type { FieldColours } from "./field_colours";
+import type { FieldColors } from "./field_colors";
 import type { Material } from "../state/settings";
 import { peeled } from "./translucency";
 
@@ -36,12 +36,12 @@ export function setFinish(material: THREE.MeshStandardMaterial, name: Material):
   (material.userData.finish as THREE.Vector4).set(...rim, isMatcap ? 1 : 0);
 }
 
-// With `field` its colours are those of a second field, where vertices have its values.
+// With `field` its colors are those of a second field, where vertices have its values.
 export function surfaceMaterial(
-  colour: string, isTranslucent = false, field: FieldColours | null = null,
+  color: string, isTranslucent = false, field: FieldColors | null = null,
 ): THREE.MeshStandardMaterial {
   const material = new THREE.MeshStandardMaterial({
-    color: colour,
+    color: color,
     metalness: 0,
     side: THREE.DoubleSide,
     blending: isTranslucent ? THREE.NoBlending : THREE.NormalBlending,

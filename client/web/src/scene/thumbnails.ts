@@ -3,7 +3,7 @@
 import * as THREE from "three";
 
 import { Priority, type DatasetInfo } from "../protocol/messages";
-import { session } from "../state/remembered";
+import { session } from "../state/browser_storage";
 import { defaults } from "../state/settings";
 import { Conversation, type Effect } from "../stream/conversation";
 import { shellModeOf } from "../stream/step_checks";
@@ -12,7 +12,7 @@ import { Link } from "../stream/link";
 import { isosurfaceRequest } from "../stream/request";
 import type { TilePool } from "../workers/tile_pool";
 import type { DecodedTile } from "../workers/worker_messages";
-import { hasDrawn } from "./card";
+import { hasDrawn } from "./gpu_fence";
 import { surfaceMaterial } from "./surface_material";
 
 const width = 128;
@@ -193,7 +193,7 @@ export class Thumbnails {
   }
 
   // Asking the graphics card something makes the page wait until it has drawn everything before, which
-  // may be a large surface, for seconds. A first picture has to (extensions, a program for its colours):
+  // may be a large surface, for seconds. A first picture has to (extensions, a program for its colors):
   // so the card is idle before, and the pixels are awaited.
   private async render(scene: THREE.Scene, camera: THREE.Camera): Promise<string> {
     await idle(this.renderer);

@@ -6,9 +6,9 @@
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
-import { exactDepths } from "./depths";
+import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
-import type { Lens } from "./occlusion";
+import type { LensSettings } from "./occlusion";
 
 const passthrough = "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }";
 
@@ -57,7 +57,7 @@ export class Translucency {
 
   // All translucent surfaces of the scene in front of `solid`: premultiplied, linear.
   texture(
-    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: Lens, solid: THREE.DepthTexture, passes: number,
+    renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: LensSettings, solid: THREE.DepthTexture, passes: number,
   ): THREE.Texture {
     const { width, height } = solid.image as { width: number; height: number };
     for (const target of [...this.targets, this.sum]) target.setSize(width, height);

@@ -1,13 +1,13 @@
-// The default range of a dataset's sample colours, and which samples are air.
+// The default range of a dataset's sample colors, and which samples are air.
 //
 // Values of computed tomography are known: Hounsfield units, where air is -1000 and water 0. Elsewhere the histogram decides:
-// a peak at its low end that holds a large share of all samples is the background, and the colours span what most of the other
+// a peak at its low end that holds a large share of all samples is the background, and the colors span what most of the other
 // samples have.
 import type { DatasetInfo } from "../protocol/messages";
 
 export interface SampleWindow {
   name: string;
-  level: number; // In the middle of the colours;
+  level: number; // In the middle of the colors;
   width: number; // so many values they span.
 }
 
@@ -35,16 +35,16 @@ export function isCt({ min, max, valueUnit }: WindowedDataset): boolean {
 
 export function sampleWindows(info: WindowedDataset): readonly SampleWindow[] {
   const all = { name: "All values", level: (info.min + info.max) / 2, width: info.max - info.min };
-  return isCt(info) ? [...ctWindows, all] : [{ name: "Most values", ...usualWindow(info) }, all];
+  return isCt(info) ? [...ctWindows, all] : [{ name: "Most values", ...defaultWindow(info) }, all];
 }
 
 // What a surface at such a value shows of a body; empty: not known.
-export function tissueAt(isovalue: number, info: WindowedDataset): string {
+export function tissueAtValue(isovalue: number, info: WindowedDataset): string {
   return isCt(info) ? tissues.find(({ from }) => isovalue >= from)!.name : "";
 }
 
 // The default window.
-export function usualWindow(info: WindowedDataset): { level: number; width: number } {
+export function defaultWindow(info: WindowedDataset): { level: number; width: number } {
   if (isCt(info)) return ctWindows[0];
   const [low, high] = [percentile(info, spread.low), percentile(info, spread.high)];
   if (!(high > low)) return { level: (info.min + info.max) / 2, width: info.max - info.min };

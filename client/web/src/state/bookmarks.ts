@@ -1,5 +1,5 @@
 // Views to come back to, each an address with a name. They stay in this browser.
-import type { Memory } from "./remembered";
+import type { Memory } from "./browser_storage";
 
 export interface Bookmark {
   name: string;
@@ -15,8 +15,8 @@ export class Bookmarks {
   // The newest first.
   list(): Bookmark[] {
     try {
-      const said: unknown = JSON.parse(this.memory.get(key) ?? "[]");
-      return Array.isArray(said) ? said.filter(isBookmark).slice(0, most) : [];
+      const stored: unknown = JSON.parse(this.memory.get(key) ?? "[]");
+      return Array.isArray(stored) ? stored.filter(isBookmark).slice(0, most) : [];
     } catch {
       return []; // What else is there under this name is not ours.
     }

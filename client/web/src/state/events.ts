@@ -9,7 +9,7 @@ export class Events<Kinds extends object> {
     return () => void all.delete(listener);
   }
 
-  tell<K extends keyof Kinds>(kind: K, what: Kinds[K]): void {
+  emit<K extends keyof Kinds>(kind: K, what: Kinds[K]): void {
     for (const listener of this.listeners.get(kind) ?? []) (listener as (what: Kinds[K]) => void)(what);
   }
 }

@@ -1,5 +1,5 @@
 // The status of the shown surface and of the next one, for the status bar and the certificate.
-import type { MeshTopology } from "../mesh/seams";
+import type { MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
 
 export interface StepFacts {
@@ -60,7 +60,7 @@ export interface Progress {
   postponed: { text: string; until: number } | null;
   heldBack: SurfaceSize | null; // The size of the requested surface, of which less was sent.
   // A second field on the surface: the range of its values, and the largest difference between the field and the
-  // interpolated colours.
+  // interpolated colors.
   scalars: { low: number; high: number; deviation: number } | null;
   // One sentence for the user, and how bad it is.
   trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
@@ -100,4 +100,4 @@ export const noProgress: Progress = {
   trouble: null,
 };
 
-export const noTrouble = { text: "", isFatal: false, needsToken: false };
+export const noErrors = { text: "", isFatal: false, needsToken: false };

@@ -1,8 +1,8 @@
 // Datasets that belong together, as listed by the server: times of a series, fields of a simulation, labels of a
 // segmentation. They have the same grid, so that settings of one of them (view, errors, regions) hold for all.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { labelColour } from "./label_colours";
-import { defaults, type FurtherSurface, type Settings } from "./settings";
+import { labelColor } from "./label_colors";
+import { defaults, type AdditionalSurface, type Settings } from "./settings";
 
 export interface Series {
   name: string;
@@ -87,7 +87,7 @@ export function ofField(series: Series, info: DatasetInfo, field: string): Datas
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
 }
 
-// Which values the dataset has over all its times, so that a colour means the same at each.
+// Which values the dataset has over all its times, so that a color means the same at each.
 export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min: number; max: number } {
   const all = [info, ...alike(list, info)];
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
@@ -120,13 +120,13 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
   const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < mostLabelsAtFirst);
   const [first, ...others] = labels.map((one, at) => surfaceOfLabel(one, isShown(one, at)));
   if (!first) return { dataset: info.name, isovalue: null, surfaces: [] };
-  const { dataset, colour, opacity, visible } = first;
-  return { dataset, isovalue: labelIsovalue, colour, opacity, visible, surfaces: others };
+  const { dataset, color, opacity, visible } = first;
+  return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
 }
 
-function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): FurtherSurface {
+function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): AdditionalSurface {
   const { value, color } = member!.label!;
-  return { dataset, isovalue: labelIsovalue, error: null, colour: labelColour(value, color), opacity: defaults.opacity, visible };
+  return { dataset, isovalue: labelIsovalue, error: null, color: labelColor(value, color), opacity: defaults.opacity, visible };
 }
 
 function firstOf({ members, labels }: Series): DatasetInfo {

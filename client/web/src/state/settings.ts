@@ -1,6 +1,6 @@
 // All settings of a user as one plain value: the request, and how it is
 // shown. The whole of it is in the page's address.
-import type { ColourMap } from "../shared/colour_maps";
+import type { ColorMap } from "../shared/color_maps";
 
 export interface BoxRegion {
   kind: "box";
@@ -17,7 +17,7 @@ export interface BallRegion {
 export type Region = BoxRegion | BallRegion;
 
 export type Shading = "field" | "smooth" | "facets";
-export type Colouring = "plain" | "tiles" | "steps";
+export type Coloring = "plain" | "tiles" | "steps";
 export type Axis = "off" | "x" | "y" | "z";
 export type Projection = "perspective" | "orthographic";
 export const materials = ["neutral", "skin", "bone", "glossy", "matcap"] as const;
@@ -34,11 +34,11 @@ export interface MeasuredPlace {
 }
 
 // A surface beside the first one, of the same dataset or of another one in the same world.
-export interface FurtherSurface {
+export interface AdditionalSurface {
   dataset?: string; // Empty or absent: that of the first one.
   isovalue: number;
   error: number | null; // Voxels; null: as the first one.
-  colour: string; // "#rrggbb"
+  color: string; // "#rrggbb"
   opacity: number; // 0 to 1: nothing to see through.
   visible: boolean;
   minComponent?: number; // Samples, as the settings have it of the first one; not said: 0.
@@ -59,22 +59,22 @@ export interface Settings {
   pixels: number; // Allowed error on the screen where the view is followed.
   maxTriangles: number; // 0: no limit.
   simplify: boolean; // Without the triangles that the error does not need.
-  surfaces: readonly FurtherSurface[]; // All but the first: state/surfaces.ts has all as one list.
+  surfaces: readonly AdditionalSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  colour: string; // Of the first surface, as are the next four.
+  color: string; // Of the first surface, as are the next four.
   material: Material;
   opacity: number;
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
-  colorBy: string; // A dataset whose values colour the surfaces; empty: none.
-  colors: ColourMap; // These three are settings of those values.
+  colorBy: string; // A dataset whose values color the surfaces; empty: none.
+  colors: ColorMap; // These three are settings of those values.
   fieldLevel: number | null;
   fieldWindow: number | null;
-  fieldLog: boolean; // Equal factors of the values have equal steps of colour.
-  noValueColor: string; // The colour where the field has no value.
+  fieldLog: boolean; // Equal factors of the values have equal steps of color.
+  noValueColor: string; // The color where the field has no value.
   shading: Shading;
   wireframe: boolean;
-  colouring: Colouring;
+  coloring: Coloring;
   clip: Axis;
   clipAt: number; // 0 to 1 along the axis.
   clipFlipped: boolean;
@@ -84,9 +84,9 @@ export interface Settings {
   sliceAt: number; // 0 to 1 along the axis.
   layout: Layout; // The surface alone, or with three slices beside it that meet
   cross: [number, number, number] | null; // there, in world coordinates; null: in the middle of the data.
-  sliceColors: ColourMap; // Of samples.
-  level: number | null; // The sample value in the middle of the colours, and how many they span: null
-  windowWidth: number | null; // for those that tell most of the data.
+  sliceColors: ColorMap; // Of samples.
+  level: number | null; // The sample value in the middle of the colors, and how many they span: null
+  windowWidth: number | null; // for those that show most of the data.
   samplesLog: boolean;
   axes: boolean;
   projection: Projection;
@@ -116,7 +116,7 @@ export const defaults: Settings = {
   maxTriangles: 0,
   simplify: true,
   surfaces: [],
-  colour: "#e0cdb4",
+  color: "#e0cdb4",
   material: "neutral",
   opacity: 1,
   visible: true,
@@ -129,7 +129,7 @@ export const defaults: Settings = {
   noValueColor: "#808080",
   shading: "smooth",
   wireframe: false,
-  colouring: "plain",
+  coloring: "plain",
   clip: "off",
   clipAt: 0.5,
   clipFlipped: false,

@@ -1,8 +1,8 @@
 // The surfaces of one view as a list. The first one's isovalue and error are the settings' own, so that the address of
 // a page with one surface stays short. All others have their own.
-import { defaults, type FurtherSurface, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, type Settings } from "./settings";
 
-export interface SurfaceSettings extends Omit<FurtherSurface, "isovalue"> {
+export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
   isovalue: number | null; // Null, of the first alone: the dataset's own suggestion.
 }
 
@@ -15,11 +15,11 @@ export const maxMinComponent = 1e6; // Samples, as everywhere in the project.
 const outerOpacity = 0.35;
 
 // Distinguishable for color-blind users; the first two are bone and skin.
-const colours = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
+const colors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, colour, opacity, visible, minComponent, material } = settings;
-  return [{ isovalue, error, colour, opacity, visible, minComponent, material }, ...settings.surfaces];
+  const { isovalue, error, color, opacity, visible, minComponent, material } = settings;
+  return [{ isovalue, error, color, opacity, visible, minComponent, material }, ...settings.surfaces];
 }
 
 // The request for this surface alone. Null: there is none.
@@ -60,12 +60,12 @@ export function withAllSurfaces(
 
 // Nothing more than `mostSurfaces`. A surface encloses those of larger isovalues: of the new one and the first, the outer one
 // becomes translucent, unless it is. `suggested`: the first one's isovalue, where the settings have none.
-export function withNewSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
+export function withAddedSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
   const used = surfacesOf(settings);
   if (used.length >= mostSurfaces) return {};
-  const colour = colours.find((one) => used.every((surface) => surface.colour !== one)) ?? colours[0];
+  const color = colors.find((one) => used.every((surface) => surface.color !== one)) ?? colors[0];
   const isOuter = isovalue < (settings.isovalue ?? suggested);
-  const surface = { isovalue, error: null, colour, opacity: isOuter ? outerOpacity : 1, visible: true };
+  const surface = { isovalue, error: null, color, opacity: isOuter ? outerOpacity : 1, visible: true };
   const surfaces = [...settings.surfaces, surface];
   return isOuter || settings.opacity < 1 ? { surfaces } : { surfaces, opacity: outerOpacity };
 }

@@ -8,46 +8,46 @@
 //
 // Unreadable settings are ignored and reported: an address from elsewhere never breaks the
 // page.
-import { colourMaps } from "../shared/colour_maps";
-import { defaults, type FurtherSurface, materials, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";
+import { colorMaps } from "../shared/color_maps";
+import { defaults, type AdditionalSurface, materials, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";
 import { maxMinComponent, mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
-  const said = new URLSearchParams();
+  const parameters = new URLSearchParams();
   const add = (name: string, value: string | number | boolean | null, usual: unknown) => {
-    if (value !== usual && value !== null) said.set(addressName(name), String(value));
+    if (value !== usual && value !== null) parameters.set(addressName(name), String(value));
   };
   for (const name of plainNames) add(name, settings[name], defaults[name]);
-  for (const name of ["colour", "noValueColor"] as const) {
-    if (settings[name] !== defaults[name]) said.set(addressName(name), settings[name].slice(1));
+  for (const name of ["color", "noValueColor"] as const) {
+    if (settings[name] !== defaults[name]) parameters.set(addressName(name), settings[name].slice(1));
   }
-  if (settings.surfaces.length > 0) said.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
-  if (settings.region) said.set("region", regionText(settings.region));
-  if (settings.up.some((part, axis) => part !== defaults.up[axis])) said.set("up", settings.up.map(short).join(","));
-  if (settings.places.length > 0) said.set("places", settings.places.map(placeText).join(";"));
-  if (settings.cross) said.set("cross", settings.cross.map(short).join(","));
-  if (settings.eye) said.set("eye", settings.eye.map(short).join(","));
-  if (settings.target) said.set("target", settings.target.map(short).join(","));
-  return said.toString().replace(/%(2C|3A|3B|3D)/g, decodeURIComponent);
+  if (settings.surfaces.length > 0) parameters.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
+  if (settings.region) parameters.set("region", regionText(settings.region));
+  if (settings.up.some((part, axis) => part !== defaults.up[axis])) parameters.set("up", settings.up.map(short).join(","));
+  if (settings.places.length > 0) parameters.set("places", settings.places.map(placeText).join(";"));
+  if (settings.cross) parameters.set("cross", settings.cross.map(short).join(","));
+  if (settings.eye) parameters.set("eye", settings.eye.map(short).join(","));
+  if (settings.target) parameters.set("target", settings.target.map(short).join(","));
+  return parameters.toString().replace(/%(2C|3A|3B|3D)/g, decodeURIComponent);
 }
 
 export function fromAddress(text: string): Partial<Settings> {
-  const said = new Map(wordsOf(text).map(({ setting, value }) => [setting, value]));
+  const parameters = new Map(wordsOf(text).map(({ setting, value }) => [setting, value]));
   const settings: Partial<Settings> = {};
   const set = <K extends keyof Settings>(name: K, value: Settings[K] | undefined) => {
     if (value !== undefined) settings[name] = value;
   };
   const word = <T extends string>(name: string, ...known: T[]) =>
-    known.find((value) => value === said.get(name));
+    known.find((value) => value === parameters.get(name));
   const number = (name: string, low: number, high: number) => {
-    const value = said.get(name)?.trim() ? Number(said.get(name)) : NaN;
+    const value = parameters.get(name)?.trim() ? Number(parameters.get(name)) : NaN;
     return value >= low && value <= high ? value : undefined;
   };
-  const yes = (name: string) => switches.get(said.get(name) ?? "");
-  set("dataset", said.get("dataset") ?? undefined);
+  const yes = (name: string) => switches.get(parameters.get(name) ?? "");
+  set("dataset", parameters.get("dataset") ?? undefined);
   set("t", number("t", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("isovalue", number("isovalue", -Number.MAX_VALUE, Number.MAX_VALUE));
-  set("error", number("error", 0, 1e6) ?? qualities.get(said.get("quality") ?? ""));
+  set("error", number("error", 0, 1e6) ?? qualities.get(parameters.get("quality") ?? ""));
   set("bound", word("bound", "certified", "paper"));
   set("topologyRule", word("topologyRule", "exact", "paper"));
   set("topologyTolerance", number("topologyTolerance", 0, 1e6));
@@ -57,45 +57,45 @@ export function fromAddress(text: string): Partial<Settings> {
   set("simplify", yes("simplify"));
   set("shading", word("shading", "field", "smooth", "facets"));
   set("wireframe", yes("wireframe"));
-  set("colouring", word("colouring", "plain", "tiles", "steps"));
+  set("coloring", word("coloring", "plain", "tiles", "steps"));
   set("clip", word("clip", "off", "x", "y", "z"));
   set("clipAt", number("clipAt", 0, 1));
   set("clipFlipped", yes("clipFlipped"));
   set("filled", yes("filled"));
-  set("colorBy", said.get("colorBy") ?? undefined);
-  set("colors", word("colors", ...colourMaps));
+  set("colorBy", parameters.get("colorBy") ?? undefined);
+  set("colors", word("colors", ...colorMaps));
   set("fieldLevel", number("fieldLevel", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("fieldWindow", number("fieldWindow", 0, Number.MAX_VALUE));
   set("fieldLog", yes("fieldLog"));
-  set("noValueColor", colourFrom(said.get("noValueColor")));
+  set("noValueColor", colorFrom(parameters.get("noValueColor")));
   set("slice", word("slice", "off", "x", "y", "z"));
   set("transparentAir", yes("transparentAir"));
   set("sliceAt", number("sliceAt", 0, 1));
   set("layout", word("layout", "surface", "four"));
-  set("cross", numbersFrom(said.get("cross"), 3) as Settings["cross"] | undefined);
-  set("sliceColors", word("sliceColors", ...colourMaps));
+  set("cross", numbersFrom(parameters.get("cross"), 3) as Settings["cross"] | undefined);
+  set("sliceColors", word("sliceColors", ...colorMaps));
   set("level", number("level", -Number.MAX_VALUE, Number.MAX_VALUE));
   set("windowWidth", number("windowWidth", 0, Number.MAX_VALUE));
   set("samplesLog", yes("samplesLog"));
   set("axes", yes("axes"));
   set("projection", word("projection", "perspective", "orthographic"));
   set("occlusion", yes("occlusion"));
-  set("colour", colourFrom(said.get("colour")));
+  set("color", colorFrom(parameters.get("color")));
   set("material", word("material", ...materials));
   set("opacity", number("opacity", 0, 1));
   set("visible", yes("visible"));
   set("minComponent", number("minComponent", 0, maxMinComponent));
-  set("surfaces", surfacesFrom(said.get("surfaces") ?? null));
+  set("surfaces", surfacesFrom(parameters.get("surfaces") ?? null));
   set("logScale", yes("logScale"));
   set("playing", yes("playing"));
   set("speed", number("speed", 0.1, 60));
   set("loop", yes("loop"));
   set("theme", word("theme", "auto", "dark", "light"));
-  set("region", regionFrom(said.get("region") ?? null));
-  set("up", upFrom(said.get("up") ?? null));
-  set("places", placesFrom(said.get("places") ?? null));
-  set("eye", numbersFrom(said.get("eye"), 3) as Settings["eye"] | undefined);
-  set("target", numbersFrom(said.get("target"), 3) as Settings["target"] | undefined);
+  set("region", regionFrom(parameters.get("region") ?? null));
+  set("up", upFrom(parameters.get("up") ?? null));
+  set("places", placesFrom(parameters.get("places") ?? null));
+  set("eye", numbersFrom(parameters.get("eye"), 3) as Settings["eye"] | undefined);
+  set("target", numbersFrom(parameters.get("target"), 3) as Settings["target"] | undefined);
   return settings;
 }
 
@@ -111,7 +111,7 @@ export function misread(text: string): string[] {
 // The settings after the user has edited the address: missing parts get their defaults, invalid ones are unchanged.
 export function edited(now: Settings, text: string): Settings {
   const kept = misread(text)
-    .map((said) => settingName(said.slice(0, said.indexOf("="))))
+    .map((parameters) => settingName(parameters.slice(0, parameters.indexOf("="))))
     .filter((name): name is keyof Settings => Object.hasOwn(now, name));
   const asTheyWere = Object.fromEntries(kept.map((name) => [name, now[name]]));
   return { ...defaults, ...asTheyWere, ...fromAddress(text) };
@@ -143,7 +143,7 @@ export const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["n
 
 const plainNames = [
   "dataset", "t", "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "followView", "pixels",
-  "maxTriangles", "simplify", "shading", "wireframe", "colouring", "clip", "clipAt", "clipFlipped", "filled",
+  "maxTriangles", "simplify", "shading", "wireframe", "coloring", "clip", "clipAt", "clipFlipped", "filled",
   "slice", "sliceAt", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
   "projection", "occlusion", "material", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
@@ -153,27 +153,27 @@ function short(value: number): string {
   return String(Number(value.toPrecision(6)));
 }
 
-// "300.5,d9775f,0.4": isovalue, colour and opacity; an error of its own as fourth (empty: none), "hidden"
+// "300.5,d9775f,0.4": isovalue, color and opacity; an error of its own as fourth (empty: none), "hidden"
 // as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, the
 // samples of the smallest component that is shown as seventh, and a material as eighth.
-function surfaceText({ dataset = "", isovalue, error, colour, opacity, visible, minComponent = 0, material = "neutral" }: FurtherSurface): string {
+function surfaceText({ dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral" }: AdditionalSurface): string {
   const words = [
-    isovalue, colour.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
+    isovalue, color.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
     visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : short(minComponent),
     material === "neutral" ? "" : material,
   ];
   return words.join(",").replace(/,+$/, "");
 }
 
-function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
+function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
   if (!text) return undefined;
-  const surfaces = text.split(";").map((one): FurtherSurface | null => {
-    const [value, colourText, opacityText, errorText, hidden, name, leastText, materialText] = one.split(",");
+  const surfaces = text.split(";").map((one): AdditionalSurface | null => {
+    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
     const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
-    const colour = colourFrom(colourText);
-    if (isovalue === undefined || opacity === undefined || !colour || (hidden && hidden !== "hidden")) return null;
+    const color = colorFrom(colorText);
+    if (isovalue === undefined || opacity === undefined || !color || (hidden && hidden !== "hidden")) return null;
     if (!(opacity >= 0 && opacity <= 1) || (error !== null && !(error >= 0))) return null;
     const dataset = nameFrom(name ?? "");
     if (dataset === undefined) return null;
@@ -181,7 +181,7 @@ function surfacesFrom(text: string | null): FurtherSurface[] | undefined {
     if (minComponent === undefined || !(minComponent >= 0 && minComponent <= maxMinComponent)) return null;
     const material = materials.find((word) => word === (materialText || "neutral"));
     if (!material) return null;
-    const surface = { isovalue, error, colour, opacity, visible: hidden !== "hidden" };
+    const surface = { isovalue, error, color, opacity, visible: hidden !== "hidden" };
     return { ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}), ...(material !== "neutral" ? { material } : {}) };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
@@ -220,7 +220,7 @@ function nameFrom(text: string): string | undefined {
   }
 }
 
-function colourFrom(text: string | null | undefined): string | undefined {
+function colorFrom(text: string | null | undefined): string | undefined {
   return text && /^[0-9a-f]{6}$/i.test(text) ? `#${text.toLowerCase()}` : undefined;
 }
 

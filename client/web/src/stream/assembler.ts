@@ -5,7 +5,7 @@
 // A step is shown only when all its tiles are decoded and its checks have passed; until then the step before stays.
 // Steps end in the order in which they began. After a failed check the assembler returns no more effects.
 import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
-import { isSound, type MeshTopology } from "../mesh/seams";
+import { isSound, type MeshTopology } from "../mesh/boundary_matcher";
 import { nameOf, type TilePromise } from "../mesh/tile_mesh";
 import {
   type DatasetInfo,

@@ -33,7 +33,7 @@ import {
 import { isSameRequest } from "./request";
 import { promiseOf } from "./step_checks";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
-import type { MeshTopology } from "../mesh/seams";
+import type { MeshTopology } from "../mesh/boundary_matcher";
 
 export type Phase = "connecting" | "greeting" | "ready" | "lost";
 
@@ -41,35 +41,35 @@ export type Effect =
   | { kind: "send"; message: ClientKind }
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
   | { kind: "datasets"; datasets: DatasetInfo[] }
-  | { kind: "opened"; order: Wanted; stream: number }
+  | { kind: "opened"; order: StreamRequest; stream: number }
   // How large the surface of an order would be; answers a question of askSize().
-  | { kind: "size"; order: Wanted; triangles: number; bytes: number; errorWorld: number }
-  | { kind: "scalars"; stream: number; order: Wanted; values: TileValues }
+  | { kind: "size"; order: StreamRequest; triangles: number; bytes: number; errorWorld: number }
+  | { kind: "scalars"; stream: number; order: StreamRequest; values: TileValues }
   // The server wants the stream asked for later; again() does that.
   | { kind: "postponed"; text: string; inMilliseconds: number }
   // For a stream; `stream` identifies it, as results from elsewhere may come late.
-  | { kind: "stream"; stream: number; order: Wanted; effect: AssemblerEffect; isNews: boolean }
+  | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNews: boolean }
   | { kind: "trouble"; text: string; isFatal: boolean; code: ErrorCode };
 
-export interface Wanted {
+export interface StreamRequest {
   info: DatasetInfo;
   request: IsosurfaceRequest;
   steps?: "all" | "previews" | "final"; // All by default.
-  scalars?: ScalarWish;
+  scalars?: ScalarOptions;
 }
 
 // A dataset whose values are requested at the vertices, and their range.
-export interface ScalarWish {
+export interface ScalarOptions {
   dataset: string;
   low?: number; // Both or none: what the dataset has.
   high?: number;
 }
 
-// Whether they are answered by the same surface in the same colours; how it comes does not matter.
-export function isSameOrder(a: Wanted, b: Wanted): boolean {
+// Whether they are answered by the same surface in the same colors; how it comes does not matter.
+export function isSameOrder(a: StreamRequest, b: StreamRequest): boolean {
   const [x, y] = [a.scalars, b.scalars];
-  const isSameColouring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
-  return a.info === b.info && isSameColouring && isSameRequest(a.request, b.request);
+  const isSameColoring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
+  return a.info === b.info && isSameColoring && isSameRequest(a.request, b.request);
 }
 
 // The scalars of a tile; a step's come before its end.
@@ -84,7 +84,7 @@ export interface ConversationOptions {
   agent: string;
   token: () => string;
   // Keys of the tiles that are kept and fit this request; the most useful first.
-  held: (order: Wanted) => string[];
+  held: (order: StreamRequest) => string[];
   priority?: Priority; // The priority of all requests; normal by default.
   trianglesPerSecond?: () => number; // The triangles a second that this page decodes, checks and shows; optional.
   isListing?: () => boolean; // Whether a new connection lists the datasets; yes by default.
@@ -101,12 +101,12 @@ export class Conversation {
   private retry = firstRetry;
   private lastRequestId = 0n; // The last request id of streams and queries.
   private streamId = 0n; // The request id of the last stream.
-  private question: { id: bigint; order: Wanted } | null = null; // Under way.
-  private nextQuestion: Wanted | null = null;
+  private question: { id: bigint; order: StreamRequest } | null = null; // Under way.
+  private nextQuestion: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
-  private wanted: Wanted | null = null;
+  private wanted: StreamRequest | null = null;
   private assembler: Assembler | null = null;
-  private order: Wanted | null = null; // The request of the assembler.
+  private order: StreamRequest | null = null; // The request of the assembler.
   private stream = 0;
   private isGivenUp = false;
   private wait = 0; // Milliseconds until the next connection, from the server's reply.
@@ -122,7 +122,7 @@ export class Conversation {
   // ---- what the user wants
 
   // Another surface; it replaces the one before. Waits for a connection if there is none.
-  want(order: Wanted): Effect[] {
+  want(order: StreamRequest): Effect[] {
     this.wanted = order;
     this.given = 0;
     this.begun = [];
@@ -132,7 +132,7 @@ export class Conversation {
 
   // How large a surface would be. One question is under way at a time; of those that come meanwhile
   // the last one follows. Without a connection nothing is requested.
-  askSize(order: Wanted): Effect[] {
+  askSize(order: StreamRequest): Effect[] {
     if (this.phase !== "ready") return [];
     if (this.question) {
       this.nextQuestion = order;
@@ -209,7 +209,7 @@ export class Conversation {
     if (!this.assembler) return [];
     if (message.case === "stepBegin") this.noteBegun(message.value);
     if (message.case === "tileScalars") return this.valued(message.value);
-    return this.told(this.assembler.receive(message));
+    return this.track(this.assembler.receive(message));
   }
 
   // ---- what the page did
@@ -248,7 +248,7 @@ export class Conversation {
   }
 
   private current(stream: number, act: (a: Assembler) => AssemblerEffect[]): Effect[] {
-    return stream === this.stream && this.assembler ? this.told(act(this.assembler)) : [];
+    return stream === this.stream && this.assembler ? this.track(act(this.assembler)) : [];
   }
 
   private turn(phase: Phase): Effect[] {
@@ -279,11 +279,11 @@ export class Conversation {
     const tile = this.lastStep?.tiles[index];
     const range = this.lastStep?.scalars;
     if (this.lastStep?.step !== step || !tile || !range) {
-      return this.told(this.assembler.damaged(`Step ${step}: values come of tile ${index}, which it does not have.`));
+      return this.track(this.assembler.damaged(`Step ${step}: values come of tile ${index}, which it does not have.`));
     }
     if (![8, 16].includes(range.bits) || codes.length !== (tile.vertices * range.bits) / 8) {
       const text = `Step ${step}: ${codes.length} bytes of values come for the ${tile.vertices} vertices of tile ${index}.`;
-      return this.told(this.assembler.damaged(text));
+      return this.track(this.assembler.damaged(text));
     }
     const values = { key: promiseOf(tile).key, codes, range, deviation: largestDeviation };
     return [{ kind: "scalars", stream: this.stream, order: this.order!, values }];
@@ -311,8 +311,8 @@ export class Conversation {
       dataset: order.info.name,
       request: order.request,
       steps: policies[steps],
-      held: packed(held),
-      begun: this.begun,
+      cachedTileDigests: packed(held),
+      resumedPreviews: this.begun,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
       scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
@@ -332,7 +332,7 @@ export class Conversation {
     return [{ kind: "trouble", text, isFatal, code }];
   }
 
-  private told(effects: AssemblerEffect[]): Effect[] {
+  private track(effects: AssemblerEffect[]): Effect[] {
     return effects.map((effect): Effect => {
       if (effect.kind === "refused" && waitOf(effect.retryAfter) > 0) {
         return { kind: "postponed", text: effect.text, inMilliseconds: waitOf(effect.retryAfter) };

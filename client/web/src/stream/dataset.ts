@@ -1,5 +1,5 @@
 // What follows from a DatasetInfo: lengths, the maps between coordinates, where surfaces may end.
-import type { DataBorder } from "../mesh/seams";
+import type { DataBorder } from "../mesh/boundary_matcher";
 import { type DatasetInfo, SampleType, WorldSpace } from "../protocol/messages";
 
 export type Vec3 = [number, number, number];

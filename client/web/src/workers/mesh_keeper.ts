@@ -7,7 +7,7 @@ import { meshFile } from "../mesh/mesh_files";
 import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
-import { type DataBorder, joined } from "../mesh/seams";
+import { type DataBorder, joined } from "../mesh/boundary_matcher";
 import { largeComponents, withLargeComponents } from "../mesh/tile_components";
 import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay, Selection } from "./worker_messages";
 

@@ -1,7 +1,7 @@
 // The page's side of the workers: tiles are decoded by several, whole steps are kept by one.
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
-import type { DataBorder } from "../mesh/seams";
+import type { DataBorder } from "../mesh/boundary_matcher";
 import type {
   Certified,
   DamagedTile,

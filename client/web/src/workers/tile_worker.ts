@@ -10,7 +10,7 @@ import { normalRounds, type ShellMode, shellDecoder } from "../mesh/shell_decode
 import { TileDamage } from "../mesh/tile_damage";
 import { decodeTile } from "../mesh/tile_decoder";
 import type { LatticeMesh } from "../mesh/tile_mesh";
-import { rimOf, type TileRim } from "../mesh/tile_rim";
+import { boundaryOf, type TileBoundary } from "../mesh/tile_boundary";
 import type { DecodedTile, KeptTile, TileJob } from "./worker_messages";
 
 const bytesOf = (url: string) => fetch(url).then((response) => response.arrayBuffer());
@@ -25,14 +25,14 @@ function hasherFor(resolution: number): Promise<TriangleHasher> {
   return hasher;
 }
 
-async function meshOf({ payload, promised, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; rim: TileRim }> {
+async function meshOf({ payload, promised, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; rim: TileBoundary }> {
   if (shell) {
     const { mesh, box, hasVoid } = (await shells)(payload, promised, shell, resolution);
-    return { mesh, rim: rimOf(mesh, hasVoid ? null : box) };
+    return { mesh, rim: boundaryOf(mesh, hasVoid ? null : box) };
   }
   const hasher = await hasherFor(resolution);
   const mesh = decodeTile(payload, promised, { draco: await draco, hasher, resolution, hasNormals });
-  return { mesh, rim: rimOf(mesh) };
+  return { mesh, rim: boundaryOf(mesh) };
 }
 
 function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {

@@ -3,11 +3,11 @@
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { HalfSpace } from "../mesh/ray";
-import type { DataBorder, MeshTopology } from "../mesh/seams";
+import type { DataBorder, MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
 import type { Triangles } from "../mesh/tile_components";
 import type { LatticeBox, TilePromise } from "../mesh/tile_mesh";
-import type { TileRim } from "../mesh/tile_rim";
+import type { TileBoundary } from "../mesh/tile_boundary";
 
 // ---- page -> tile worker
 
@@ -46,7 +46,7 @@ export interface KeptTile {
   triangles: Uint16Array | Uint32Array;
   normals: Int16Array;
   sums: Float32Array | null; // For computed normals.
-  rim: TileRim;
+  rim: TileBoundary;
 }
 
 // ---- page -> keeper

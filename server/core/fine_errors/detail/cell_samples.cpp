@@ -42,7 +42,7 @@ CellSamples::CellSamples(const PreparedVolume& volume, GridPoint low, GridPoint 
 
 const std::byte* CellSamples::brick(GridPoint at) {
   const GridPoint p = at - first_;
-  KeptBytes& bytes = bricks_[static_cast<std::size_t>(p.x + row_ * p.y + slice_ * p.z)];
+  RetainedBytes& bytes = bricks_[static_cast<std::size_t>(p.x + row_ * p.y + slice_ * p.z)];
   if (bytes.empty()) bytes = volume_.samples->brick(layout_.index({at.x, at.y, at.z}));
   return bytes.data();
 }

@@ -31,7 +31,7 @@ class CellSamples {
   std::int32_t row_ = 0;  // Strides of bricks_.
   std::int32_t slice_ = 0;
   // Each is empty until it is first read.
-  std::vector<KeptBytes> bricks_;
+  std::vector<RetainedBytes> bricks_;
 };
 
 }  // namespace multitetra

@@ -34,8 +34,8 @@ namespace multitetra {
 
 // Whether a new edge would join two vertices of the border, or a new triangle three. The surface
 // beyond the border may have such an edge or triangle too.
-[[nodiscard]] inline bool joins_borders(const CollapsingMesh& mesh,
-                                        std::span<const std::uint32_t> ring) {
+[[nodiscard]] inline bool merges_boundaries(const CollapsingMesh& mesh,
+                                            std::span<const std::uint32_t> ring) {
   const auto is_inner = [&](std::uint32_t corner) {
     return mesh.kind(mesh.vertex(CollapsingMesh::next(corner))) ==
            CollapsingMesh::VertexKind::kInner;

@@ -16,7 +16,7 @@ void CollapseFan::set_up(std::span<const Vec3> ring, double limit) {
   spokes_.resize(ring.size());
   triangles_.resize(ring.size() - 1);
   for (std::uint32_t k = 1; k < ring.size(); ++k) {
-    Spoke& spoke = spokes_[k];
+    FanEdge& spoke = spokes_[k];
     spoke.along = difference(ring[k], apex_);
     spoke.squared_length = squared_length(spoke.along);
     spoke.inverse = spoke.squared_length > 0 ? 1 / spoke.squared_length : 0;
@@ -63,7 +63,7 @@ std::optional<std::uint32_t> CollapseFan::sector_near(const Point& point) {
       }
     };
     for (std::uint32_t k = 1; k <= sectors_ + 1; ++k) {
-      const Spoke& spoke = spokes_[k];
+      const FanEdge& spoke = spokes_[k];
       const double t = std::clamp(dot(p, spoke.along) * spoke.inverse, 0.0, 1.0);
       look_at(moved(p, -t, spoke.along), std::min(k, sectors_));
     }
@@ -89,7 +89,7 @@ CollapseFan::SeenEdge::SeenEdge(const Point& low_end, const Point& high_end, con
 
 // At the pair of nearest points: it is the same one seen from both sides of an edge, which is what
 // limits that differ from triangle to triangle need.
-bool CollapseFan::is_near(const SeenEdge& edge, const Spoke& spoke) {
+bool CollapseFan::is_near(const SeenEdge& edge, const FanEdge& spoke) {
   const double mixed = dot(edge.along, spoke.along);
   const double along_spoke = dot(edge.low, spoke.along);
   const double product = edge.squared_length * spoke.squared_length;
@@ -122,7 +122,7 @@ bool CollapseFan::is_near(const Point& low, const Point& high, std::uint32_t fir
 
 bool CollapseFan::is_near_rim(const Point& low, const Point& high, const Vec3& begin,
                               const Vec3& end) {
-  Spoke rim{.along = difference(end, begin)};
+  FanEdge rim{.along = difference(end, begin)};
   rim.squared_length = squared_length(rim.along);
   rim.inverse = rim.squared_length > 0 ? 1 / rim.squared_length : 0;
   return is_near(SeenEdge(low, high, begin), rim);

@@ -45,7 +45,7 @@ class CollapseFan {
   // The squared sine of a triangle: a thinner one has no normal to measure heights along.
   static constexpr double kThinnest = 1e-12;
 
-  struct Spoke {
+  struct FanEdge {
     Vec3 along;
     double squared_length = 0;
     double inverse = 0;  // 1 / squared_length
@@ -69,13 +69,13 @@ class CollapseFan {
     double rise;
   };
 
-  [[nodiscard]] bool is_near(const SeenEdge& edge, const Spoke& spoke);
+  [[nodiscard]] bool is_near(const SeenEdge& edge, const FanEdge& spoke);
 
   std::uint32_t sectors_ = 0;
   Vec3 apex_ = {0, 0, 0};
   double limit_ = 0;
   double largest_ = 0;
-  std::vector<Spoke> spokes_;        // From 1 on.
+  std::vector<FanEdge> spokes_;      // From 1 on.
   std::vector<Triangle> triangles_;  // From 1 on.
 };
 

@@ -39,7 +39,7 @@ class Embedding {
     LatticePlane plane;
     TriangleBox box;
   };
-  // A vertex of the ring. `seen` tells in which collapse it was one.
+  // A vertex of the ring. `seen` is the number of the collapse in which it was one.
   struct RingVertex {
     std::uint32_t seen = 0;
     std::uint32_t place = 0;

@@ -152,7 +152,7 @@ class Sweeps {
     mesh_.ring(u, ring_);
     if (ring_.size() > kMostNeighbours) return false;
     turn_to_goal(positions_[u]);
-    if (turns_over(positions_[u], places_) || joins_borders(mesh_, ring_)) return false;
+    if (turns_over(positions_[u], places_) || merges_boundaries(mesh_, ring_)) return false;
     const double limit = limit_around(positions_[u]);
     if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
     if (!mesh_.keeps_topology(ring_)) return false;

@@ -162,7 +162,7 @@ void SuccessiveMapping::mark(std::span<const std::uint32_t> ring) {
     across.place = i;
     Edge& spoke = edges_[edge_of_[CollapsingMesh::previous(ring[i])]];
     spoke.seen = now_;
-    spoke.place = kSpoke;
+    spoke.place = kFanEdge;
   }
 }
 
@@ -197,7 +197,7 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, double limi
     }
   }
   mark(ring);
-  return find_strands_of_vertices() && find_strands_that_pass(ring);
+  return find_strands_of_vertices() && find_passing_segments(ring);
 }
 
 // First as if nothing but the fan counted; then with what was found to lie there.
@@ -257,7 +257,7 @@ bool SuccessiveMapping::find_strands_of_vertices() {
       const Half& half = halves_[h];
       const bool from_low = p < half.other;
       std::uint32_t c = half.first;
-      while (c != kNone && is_spoke(crossings_[c].on)) {
+      while (c != kNone && is_fan_edge(crossings_[c].on)) {
         crossings_[c].seen = now_;
         c = from_low ? crossings_[c].next : crossings_[c].previous;
       }
@@ -278,18 +278,18 @@ bool SuccessiveMapping::find_strands_of_vertices() {
   return true;
 }
 
-bool SuccessiveMapping::find_strands_that_pass(std::span<const std::uint32_t> ring) {
+bool SuccessiveMapping::find_passing_segments(std::span<const std::uint32_t> ring) {
   for (const std::uint32_t corner : ring) {
     const std::uint32_t spoke = edge_of_[CollapsingMesh::previous(corner)];
     for (std::uint32_t c = edges_[spoke].crossed; c != kNone; c = crossings_[c].next_on) {
       if (crossings_[c].half == kNone || crossings_[c].seen == now_) continue;
       std::uint32_t before = c;
-      while (before != kNone && is_spoke(crossings_[before].on)) {
+      while (before != kNone && is_fan_edge(crossings_[before].on)) {
         crossings_[before].seen = now_;
         before = crossings_[before].previous;
       }
       std::uint32_t after = c;
-      while (after != kNone && is_spoke(crossings_[after].on)) {
+      while (after != kNone && is_fan_edge(crossings_[after].on)) {
         crossings_[after].seen = now_;
         after = crossings_[after].next;
       }
@@ -306,7 +306,7 @@ SuccessiveMapping::Sectors SuccessiveMapping::sectors_at(std::uint32_t crossing,
     return vertices_[vertex].sectors;
   }
   const Edge& on = edges_[crossings_[crossing].on];
-  assert(on.seen == now_ && on.place != kSpoke);
+  assert(on.seen == now_ && on.place != kFanEdge);
   const std::uint32_t sector = std::clamp(on.place, 1U, fan_.sectors());
   return {sector, sector};
 }
@@ -321,7 +321,7 @@ bool SuccessiveMapping::add_strand(std::uint32_t half, std::uint32_t before, std
   };
   const Sectors from = sectors_at(before, low);
   const Sectors to = sectors_at(after, high);
-  Strand strand{.half = half, .before = before, .after = after, .from = 0, .to = 0};
+  OverlaySegment strand{.half = half, .before = before, .after = after, .from = 0, .to = 0};
   if (from.last < to.first) {
     strand.from = from.last;
     strand.to = to.first;
@@ -354,14 +354,15 @@ void SuccessiveMapping::keep(std::span<const std::uint32_t> ring) {
     vertices_[vertex].next_carried = first;
     first = vertex;
   }
-  for (const Strand& strand : strands_) keep_strand(strand, ring);
+  for (const OverlaySegment& strand : strands_) keep_strand(strand, ring);
   is_carried_[placed_.front()] = 1;
   edge_of_[CollapsingMesh::previous(ring[1])] = edge_of_[ring[0]];
   edge_of_[CollapsingMesh::next(ring[fan_.sectors()])] = edge_of_[ring.back()];
   largest_ = std::max(largest_, fan_.largest());
 }
 
-void SuccessiveMapping::keep_strand(const Strand& strand, std::span<const std::uint32_t> ring) {
+void SuccessiveMapping::keep_strand(const OverlaySegment& strand,
+                                    std::span<const std::uint32_t> ring) {
   std::uint32_t before = strand.before;
   std::uint32_t after = strand.after;
   if (before != kNone && after != kNone && crossings_[before].on == crossings_[after].on) {

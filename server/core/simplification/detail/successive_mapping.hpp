@@ -115,7 +115,7 @@ class SuccessiveMapping {
 
  private:
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
-  static constexpr std::uint32_t kSpoke = kNone;
+  static constexpr std::uint32_t kFanEdge = kNone;
   static constexpr double kLargestLimit = 1e150;  // Its square is finite.
   // In `seen`, of a vertex that is no carried one. No surface has so many vertices to collapse.
   static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
@@ -140,7 +140,7 @@ class SuccessiveMapping {
   struct Edge {
     std::uint32_t crossed = kNone;  // A list of the crossings on it.
     std::uint32_t seen = 0;         // In which collapse; then
-    std::uint32_t place = 0;        // kSpoke, or i when it goes from w_i to w_(i+1).
+    std::uint32_t place = 0;        // kFanEdge, or i when it goes from w_i to w_(i+1).
   };
   struct Crossing {
     std::uint32_t half = kNone;  // The low one; kNone when the crossing is no more.
@@ -150,7 +150,7 @@ class SuccessiveMapping {
     std::uint32_t seen = 0;
   };
   // A piece of an original edge inside of the ring, from the low end on.
-  struct Strand {
+  struct OverlaySegment {
     std::uint32_t half = 0;
     std::uint32_t before = kNone, after = kNone;  // Crossings of the ring, or none at an end.
     std::uint32_t from = 0, to = 0;               // Sectors.
@@ -173,13 +173,13 @@ class SuccessiveMapping {
   [[nodiscard]] bool place(std::uint32_t vertex);
   void mark(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool find_strands_of_vertices();
-  [[nodiscard]] bool find_strands_that_pass(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool find_passing_segments(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
                                 bool had_crossings);
   [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;
-  void keep_strand(const Strand& strand, std::span<const std::uint32_t> ring);
-  [[nodiscard]] bool is_spoke(std::uint32_t edge) const {
-    return edges_[edge].seen == now_ && edges_[edge].place == kSpoke;
+  void keep_strand(const OverlaySegment& strand, std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool is_fan_edge(std::uint32_t edge) const {
+    return edges_[edge].seen == now_ && edges_[edge].place == kFanEdge;
   }
 
   const CollapsingMesh& mesh_;
@@ -203,7 +203,7 @@ class SuccessiveMapping {
   CollapseFan fan_;
   std::vector<Vec3> ring_positions_;
   std::vector<std::uint32_t> placed_;
-  std::vector<Strand> strands_;
+  std::vector<OverlaySegment> strands_;
   // Where limits differ: a box around all that lies in the fan, and the largest error in it.
   Box region_ = {};
   double largest_error_ = 0;

@@ -71,7 +71,7 @@ class BrickValues {
   static constexpr std::int32_t kSide = BrickLayout::kSampleSide;
 
   struct Brick {
-    KeptBytes bytes;
+    RetainedBytes bytes;
     const Sample* samples = nullptr;
     std::int32_t row = 0;
     std::int32_t slice = 0;

@@ -77,7 +77,7 @@ std::vector<RegionOctree::Leaf> RegionOctree::divide(const Leaf& leaf) {
     const Cube cube = child(leaf.cube, first, octant);
     const Box box = box_of(cube);
     if (is_empty(box)) {  // Beyond the places: no query comes here.
-      nodes_[cube.node] = {.least = ThresholdBound{}.least, .is_constant = true};
+      nodes_[cube.node] = {.least = ThresholdInterval{}.least, .is_constant = true};
     } else {
       parts.push_back({cube, regions_.relevant(leaf.list, box)});
     }
@@ -99,7 +99,7 @@ void RegionOctree::sum_up() {
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     Node& node = nodes_[i];
     if (!node.has_children) continue;
-    node.least = ThresholdBound{}.least;
+    node.least = ThresholdInterval{}.least;
     node.has_gap = false;
     for (std::size_t octant = 0; octant < 8; ++octant) {
       node.least = std::min(node.least, nodes_[node.first + octant].least);
@@ -127,7 +127,7 @@ void RegionOctree::settle(const Leaf& leaf) {
   const RegionSet::List& list = leaf.list;
   Node& bounded = nodes_[leaf.cube.node];
   bounded.has_gap = !list.is_closed;
-  bounded.least = ThresholdBound{}.least;
+  bounded.least = ThresholdInterval{}.least;
   double largest = 0;
   for (const RegionSet::Index i : list.regions) {
     bounded.least = std::min(bounded.least, regions_.threshold(i));
@@ -136,13 +136,13 @@ void RegionOctree::settle(const Leaf& leaf) {
   bounded.is_constant = list.regions.empty() || (list.is_closed && bounded.least == largest);
 }
 
-ThresholdBound RegionOctree::least_in(const Box& box) const {
-  ThresholdBound bound;
+ThresholdInterval RegionOctree::least_in(const Box& box) const {
+  ThresholdInterval bound;
   add({.node = 0, .low = {}, .side = side_}, box, bound);
   return bound;
 }
 
-void RegionOctree::add(const Cube& cube, const Box& box, ThresholdBound& bound) const {
+void RegionOctree::add(const Cube& cube, const Box& box, ThresholdInterval& bound) const {
   const Node& node = nodes_[cube.node];
   if (node.least >= bound.least && (bound.has_gap || !node.has_gap)) return;
   const Box whole = box_of(cube);
@@ -170,7 +170,7 @@ void RegionOctree::add(const Cube& cube, const Box& box, ThresholdBound& bound) 
   }
 }
 
-void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdBound& bound) const {
+void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdInterval& bound) const {
   const RegionSet::Places places = regions_.places(part);
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const RegionSet::Index region = lists_[i];

@@ -7,7 +7,7 @@
 // border compares its regions with the part of the box inside it. Where the borders of very many
 // regions cross in one small cube, the least of them stands for the whole cube.
 //
-// The result is monotone (threshold_bound.hpp): an inner box touches no leaf that the outer one
+// The result is monotone (threshold_interval.hpp): an inner box touches no leaf that the outer one
 // does not touch, its part there lies in the outer one's part, and for a part it is the minimum
 // over the regions that touch it and are not hidden by a later one that contains it.
 #pragma once
@@ -18,7 +18,7 @@
 
 #include "server/core/framework/box.hpp"
 #include "server/core/thresholds/detail/region_set.hpp"
-#include "server/core/thresholds/detail/threshold_bound.hpp"
+#include "server/core/thresholds/detail/threshold_interval.hpp"
 
 namespace multitetra {
 
@@ -32,7 +32,7 @@ class RegionOctree {
                const std::function<void()>& check = {});
 
   // Requires a box within the places. Costs some comparisons for each cube at the box's border.
-  [[nodiscard]] ThresholdBound least_in(const Box& box) const;
+  [[nodiscard]] ThresholdInterval least_in(const Box& box) const;
 
  private:
   struct Node {
@@ -65,8 +65,8 @@ class RegionOctree {
   [[nodiscard]] std::vector<Leaf> divide(const Leaf& leaf);
   void store(const Leaf& leaf);
   void sum_up();
-  void add(const Cube& cube, const Box& box, ThresholdBound& bound) const;
-  void add_leaf(const Node& node, const Box& part, ThresholdBound& bound) const;
+  void add(const Cube& cube, const Box& box, ThresholdInterval& bound) const;
+  void add_leaf(const Node& node, const Box& part, ThresholdInterval& bound) const;
 
   RegionSet regions_;
   Box places_;

@@ -63,7 +63,7 @@ ThresholdPyramid::Range ThresholdPyramid::range_of(const Box& box) const {
   return range;
 }
 
-ThresholdBound ThresholdPyramid::least_in(const Box& box) const {
+ThresholdInterval ThresholdPyramid::least_in(const Box& box) const {
   const Range range = range_of(box);
   Cell bound{.least = kSilent, .has_gap = range.leaves_grid || range.is_empty};
   if (!range.is_empty) {

@@ -2,8 +2,8 @@
 //
 // Each sample is valid in its voxel, half a step around it, borders included. Over a box the result
 // is the least of all voxels that the box's image in the grid's own indices touches; where the axes
-// are not parallel the image is the least box around it. Monotone (threshold_bound.hpp): the image
-// and the range of voxels of an inner box lie in those of the outer one.
+// are not parallel the image is the least box around it. Monotone (threshold_interval.hpp): the
+// image and the range of voxels of an inner box lie in those of the outer one.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 #include "common/request/local_thresholds.hpp"
 #include "server/core/framework/box.hpp"
-#include "server/core/thresholds/detail/threshold_bound.hpp"
+#include "server/core/thresholds/detail/threshold_interval.hpp"
 
 namespace multitetra {
 
@@ -22,7 +22,7 @@ class ThresholdPyramid {
   // length of 1 in their unit.
   ThresholdPyramid(const ThresholdGrid& grid, const Affine& to_samples, double unit);
 
-  [[nodiscard]] ThresholdBound least_in(const Box& box) const;
+  [[nodiscard]] ThresholdInterval least_in(const Box& box) const;
 
   // At least the result of least_in for any box within this one; 0 without a threshold.
   [[nodiscard]] double largest_in(const Box& box) const;

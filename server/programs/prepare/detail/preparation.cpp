@@ -95,7 +95,7 @@ namespace {
 
 // A dataset that was made of something else is not replaced by mistake. One of the same name, or of
 // the same series, is made anew.
-void require_same_source(const PrepareJob& job, const SourceNote& note) {
+void require_same_source(const PrepareJob& job, const Provenance& note) {
   if (is_address(job.output.string()) || !std::filesystem::exists(job.output)) return;
   std::optional<DatasetMetadata> there;
   try {
@@ -115,17 +115,17 @@ void require_same_source(const PrepareJob& job, const SourceNote& note) {
 
 }  // namespace
 
-std::optional<Prepared> Preparation::prepare_unless_up_to_date(const PrepareJob& job) {
+std::optional<PrepareResult> Preparation::prepare_unless_up_to_date(const PrepareJob& job) {
   require_free_output(job);
   DatasetOutput output(job.output, arguments_.force);
-  const SourceNote note = note_of(job);
+  const Provenance note = note_of(job);
   if (arguments_.force || !is_up_to_date(job, note)) return prepare_one(job, note, output);
   see_prepared(job);
   return std::nullopt;
 }
 
-Prepared Preparation::prepare_one(const PrepareJob& job, const SourceNote& note,
-                                  DatasetOutput& output) {
+PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& note,
+                                       DatasetOutput& output) {
   if (!arguments_.force) require_same_source(job, note);
   const std::optional<double> outside = arguments_.outside_value();
   Progress progress(job.member ? "prepare " + job.name : "prepare", 3,
@@ -153,7 +153,7 @@ Prepared Preparation::prepare_one(const PrepareJob& job, const SourceNote& note,
     if (pass != name) progress.begin(pass = name);
     progress.update(static_cast<double>(done), static_cast<double>(all), "voxels");
   };
-  Prepared prepared;
+  PrepareResult prepared;
   prepared.info = prepare(*opened.source, how, output.file(), note);
   prepared.label_volume = opened.label_volume;
   output.finish([&](double fraction) {
@@ -166,12 +166,13 @@ Prepared Preparation::prepare_one(const PrepareJob& job, const SourceNote& note,
   return prepared;
 }
 
-SourceNote Preparation::note_of(const PrepareJob& job) {
+Provenance Preparation::note_of(const PrepareJob& job) {
   auto [at, is_new] = notes_.try_emplace(job.input);
-  if (is_new) at->second = source_note(job.input);
-  SourceNote note = at->second;
-  note.options = arguments_.told();
-  for (const std::string& more : job.told) note.options += (note.options.empty() ? "" : " ") + more;
+  if (is_new) at->second = provenance(job.input);
+  Provenance note = at->second;
+  note.options = arguments_.command_line();
+  for (const std::string& more : job.command_line)
+    note.options += (note.options.empty() ? "" : " ") + more;
   return note;
 }
 

@@ -56,7 +56,7 @@ class PreparationStopped : public std::runtime_error {
 // Throws ExitError (kUsage) when the job's output is its input, or cannot be written.
 void require_free_output(const PrepareJob& job);
 
-struct Prepared {
+struct PrepareResult {
   DatasetInfo info;
   std::optional<LabelVolume> label_volume = std::nullopt;
   std::uint64_t file_bytes = 0;
@@ -72,13 +72,13 @@ class Preparation {
 
   // Throws VolumeFileError or MissingLabel when the source cannot be read, PreparationStopped,
   // DatasetFileError, StoreError.
-  Prepared prepare_one(const PrepareJob& job, const SourceNote& note, DatasetOutput& output);
+  PrepareResult prepare_one(const PrepareJob& job, const Provenance& note, DatasetOutput& output);
 
   // The same unless the job's dataset is up to date, where `force` does not ask for a new one.
-  std::optional<Prepared> prepare_unless_up_to_date(const PrepareJob& job);
+  std::optional<PrepareResult> prepare_unless_up_to_date(const PrepareJob& job);
 
   // The note of a job's source. The bytes of a source are read once, however many jobs it has.
-  [[nodiscard]] SourceNote note_of(const PrepareJob& job);
+  [[nodiscard]] Provenance note_of(const PrepareJob& job);
 
  private:
   // The placement of a series' members, which share their grid.
@@ -96,7 +96,7 @@ class Preparation {
   const PrepareArguments& arguments_;
   LatestLabelMap& maps_;
   std::stop_token stop_;
-  std::map<std::string, SourceNote> notes_;
+  std::map<std::string, Provenance> notes_;
   std::map<std::string, std::pair<Places, std::string>> first_;  // By series, with its input.
 };
 

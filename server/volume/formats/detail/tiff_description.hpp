@@ -12,7 +12,7 @@
 
 #include "common/base/result.hpp"
 #include "common/base/vec3.hpp"
-#include "server/volume/formats/source_members.hpp"
+#include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {
 

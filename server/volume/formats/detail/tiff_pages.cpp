@@ -194,7 +194,7 @@ void TiffPages::read(std::size_t page, std::byte* into) const {
   const ImageHeader image = header(page);
   TIFF* const tiff = reader_->tiff;
   const PageFormat format = format_of(tiff);
-  // Colours that JPEG has as brightness and tint come as red, green and blue.
+  // Colors that JPEG has as brightness and tint come as red, green and blue.
   if (tiff_field<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, 1) == COMPRESSION_JPEG) {
     (void)TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
   }

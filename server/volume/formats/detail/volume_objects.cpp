@@ -13,8 +13,8 @@ template <typename Action>
 auto as_volume_trouble(const Action& action) {
   try {
     return action();
-  } catch (const StoreRefusal& refusal) {
-    throw RefusedObject(refusal.what());
+  } catch (const StoreAccessDenied& refusal) {
+    throw InaccessibleObject(refusal.what());
   } catch (const StoreError& error) {
     throw VolumeFileError(error.what());
   }

@@ -10,7 +10,7 @@
 namespace multitetra {
 
 // An object that the store refuses: whether it is there is not known.
-class RefusedObject : public VolumeFileError {
+class InaccessibleObject : public VolumeFileError {
  public:
   using VolumeFileError::VolumeFileError;
 };
@@ -18,7 +18,7 @@ class RefusedObject : public VolumeFileError {
 // The files below a folder, those in a zip archive, or what lies below an address (http_store.hpp).
 // Links, keys and redirects that lead elsewhere are followed only with `follow`. Throws
 // VolumeFileError, now and from the store's functions, where the store throws StoreError;
-// RefusedObject for StoreRefusal.
+// InaccessibleObject for StoreAccessDenied.
 [[nodiscard]] std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool follow);
 
 }  // namespace multitetra

@@ -86,7 +86,7 @@ std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
 }
 
 // Those of the chosen one's shape, called by what is behind the last slash where that is enough.
-void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, SourceMembers& members) {
+void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, VolumeContents& members) {
   std::vector<std::string> names;
   std::map<std::string, int> uses;
   for (const std::string& name : datasets_in(file).names) {
@@ -97,11 +97,11 @@ void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, SourceMem
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
     const std::string last = name.substr(name.rfind('/') + 1);
-    const std::string told = member_name_from(uses[last] == 1 ? last : name.substr(1));
-    if (told.empty()) {
+    const std::string name_of_field = member_name_from(uses[last] == 1 ? last : name.substr(1));
+    if (name_of_field.empty()) {
       members.unnamed.push_back(name);
     } else {
-      members.fields.push_back({.name = told, .array = name});
+      members.fields.push_back({.name = name_of_field, .array = name});
     }
   }
 }

@@ -50,8 +50,8 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
 }
 
 // The arrays beside the chosen one that have as many samples.
-SourceMembers members_beside(const VtiHeader& header, const VtiArray& chosen) {
-  SourceMembers members;
+VolumeContents members_beside(const VtiHeader& header, const VtiArray& chosen) {
+  VolumeContents members;
   for (const VtiArray& array : header.arrays) {
     if (array.of_cells != chosen.of_cells || members.fields.size() == kMostSourceMembers) continue;
     const std::string name = member_name_from(array.name);

@@ -10,7 +10,7 @@ const viewer = setupDefaultViewer();
 // By layer: how many pieces a view of it needs, and how many are there.
 window.pieces = () =>
   viewer.layerManager.managedLayers.map(({ name, layer }) => {
-    const told = (layer?.renderLayers ?? []).map((one) => one.layerChunkProgressInfo);
-    const sum = (key) => told.reduce((before, progress) => before + progress[key], 0);
+    const infos = (layer?.renderLayers ?? []).map((one) => one.layerChunkProgressInfo);
+    const sum = (key) => infos.reduce((before, progress) => before + progress[key], 0);
     return { name, needed: sum("numVisibleChunksNeeded"), there: sum("numVisibleChunksAvailable") };
   });

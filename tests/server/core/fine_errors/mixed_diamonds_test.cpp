@@ -54,7 +54,7 @@ void visit_points(const Visit& visit) {
   }
 }
 
-TEST(MixedDiamonds, AreThoseWithABitOfEachKindInThePointsOfTheDiamond) {
+TEST(MixedDiamonds, NeedABitOfEachKind) {
   for (const double density : {0.02, 0.1, 0.5}) {
     const Bits above(1, density);
     const Bits below(2, density);
@@ -68,7 +68,7 @@ TEST(MixedDiamonds, AreThoseWithABitOfEachKindInThePointsOfTheDiamond) {
   }
 }
 
-TEST(PointsOfALayer, AreThoseOfTheirKindAndSpacingAndKnowTheirChildren) {
+TEST(LayerPoints, HaveKindSpacingAndChildren) {
   const Grid grid(5);
   for (const double density : {0.02, 0.2}) {
     const Bits bits(3, density);

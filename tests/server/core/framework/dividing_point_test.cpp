@@ -41,7 +41,7 @@ class DividingPoints : public ::testing::TestWithParam<int> {
 };
 INSTANTIATE_TEST_SUITE_P(Grids, DividingPoints, ::testing::Values(1, 2, 3));
 
-TEST_P(DividingPoints, AreAllGridPointsButTheCornersAndTheCentre) {
+TEST_P(DividingPoints, CoverAllGridPointsButCornersAndCenter) {
   std::set<GridPoint> expected;
   for_every_point(grid_, [&](const DividingPoint& p) {
     if (!is_centre(p, grid_)) expected.insert(p.at());
@@ -51,7 +51,7 @@ TEST_P(DividingPoints, AreAllGridPointsButTheCornersAndTheCentre) {
   EXPECT_EQ(divided, expected);
 }
 
-TEST_P(DividingPoints, InsideTheGridDivideFourEightOrSixTetrahedra) {
+TEST_P(DividingPoints, InteriorPointsDivideFourEightOrSixTetrahedra) {
   for (const auto& [at, count] : framework_.chain_lengths()) {
     const DividingPoint point(at);
     bool is_inside = true;
@@ -94,7 +94,7 @@ TEST_P(DividingPoints, HaveTheChildrenThatTheTreeGivesThem) {
   }
 }
 
-TEST_P(DividingPoints, AreChildrenOfExactlyTheirParents) {
+TEST_P(DividingPoints, ChildrenAndParentsAgree) {
   std::set<std::pair<GridPoint, GridPoint>> down;
   std::set<std::pair<GridPoint, GridPoint>> up;
   for_every_point(grid_, [&](const DividingPoint& p) {

@@ -36,7 +36,7 @@ TEST(Budget, KeepsRequestsThatFit) {
   }
 }
 
-TEST(Budget, IsMetByTheLowestFloorOfThresholds) {
+TEST(Budget, UsesTheLowestSufficientFloor) {
   for (const std::uint64_t triangles : {900'000U, 500'000U, 300'000U}) {
     const IsosurfaceRequest found = within_budget(request_for(triangles), dataset(), noisy_surface);
     EXPECT_EQ(found.topology_tolerance, 0);

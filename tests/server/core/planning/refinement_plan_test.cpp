@@ -50,7 +50,7 @@ std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& i
                           const Surface& surface = {}, const CostEstimates& costs = {},
                           const PlanLimits& limits = {}) {
   const SizeEstimates sizes = surface.sizes();
-  std::vector<ShownStep> shown;
+  std::vector<DeliveredStep> shown;
   std::vector<Shown> steps;
   for (;;) {
     const PlannedStep next = next_step(request, limits, shown, info, sizes, costs);
@@ -200,7 +200,7 @@ TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
   EXPECT_EQ(next_step(kSimplified, {}, {}, dataset(1025), sizes, kFast).step.finest_spacing, 32);
 }
 
-TEST(RefinementPlan, IsCoarserForALargerSurface) {
+TEST(RefinementPlan, CoarserForALargerSurface) {
   const auto small = stream(kSimplified, dataset(513), {.triangles = 1e6});
   const auto large = stream(kSimplified, dataset(513), {.triangles = 1e8});
   EXPECT_LT(small.front().step.finest_spacing, large.front().step.finest_spacing);
@@ -403,7 +403,7 @@ TEST(RefinementPlan, AShellStepIsWhatItsNameSays) {
   }
 }
 
-TEST(CertifiedShells, AreTheCheapestWithinAllThresholds) {
+TEST(CertifiedShells, CheapestWithinAllThresholds) {
   DatasetInfo info = dataset(129);
   info.type = SampleType::kU16;
   const auto shell_for = [&](double error) {
@@ -442,7 +442,7 @@ TEST(CertifiedShells, AreTheCheapestWithinAllThresholds) {
   EXPECT_EQ(step->shell->values, shell::ShellValues::kLatticeExact);
 }
 
-TEST(EstimatedBytes, OfShellsFollowTheirValues) {
+TEST(EstimatedBytes, ShellBytesFollowTheirValues) {
   const auto bits = [](const ShellStep& shell, SampleType type = SampleType::kU16) {
     const StepRequest step = {.request = {}, .shell = shell};
     EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_a_vertex(shell, type, 5) + 250, 1);
@@ -480,8 +480,8 @@ TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
 
 // ---- costs
 
-TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
-  LearnedCosts learned;
+TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
+  MeasuredCosts learned;
   for (int i = 0; i < 30; ++i) {
     learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsAStep + 0.02);
     learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsAStep + 0.5);
@@ -490,15 +490,15 @@ TEST(LearnedCosts, FindWhatTrianglesCostOnThisMachine) {
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
 }
 
-TEST(LearnedCosts, IgnoreASingleSlowStep) {
-  LearnedCosts learned;
+TEST(MeasuredCosts, IgnoreASingleSlowStep) {
+  MeasuredCosts learned;
   const double before = learned.costs().plain;
   learned.note(StepForm::kPlain, 1e5, 1000);
   EXPECT_LE(learned.costs().plain, 2 * before);
 }
 
-TEST(LearnedCosts, IgnoreTinySteps) {
-  LearnedCosts learned;
+TEST(MeasuredCosts, IgnoreTinySteps) {
+  MeasuredCosts learned;
   learned.note(StepForm::kSimplified, 100, 10);
   learned.note(StepForm::kSimplified, 0, 10);
   EXPECT_EQ(learned.costs().simplified, CostEstimates{}.simplified);

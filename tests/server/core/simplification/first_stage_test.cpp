@@ -10,7 +10,7 @@
 namespace multitetra::testing {
 namespace {
 
-class FirstStages : public Simplifying {
+class FirstStageTest : public SimplificationGuarantees {
  protected:
   // Edge lengths in lattice steps; the shortest is 1.
   Vec3 proportions_ = scaled(step_, 1 / *std::min_element(step_.begin(), step_.end()));
@@ -23,13 +23,13 @@ class FirstStages : public Simplifying {
     return first_stage(mesh, positions, PieceLimit(limit, frame, positions), std::nullopt, [] {});
   }
 };
-INSTANTIATE_TEST_SUITE_P(Fields, FirstStages, ::testing::ValuesIn(settings()),
+INSTANTIATE_TEST_SUITE_P(Fields, FirstStageTest, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
 // In units of a lattice step: half a voxel, and more.
 const double kInLatticeSteps[] = {16, 64, 1e6};
 
-TEST_P(FirstStages, KeepTopologyBorderAndVertices) {
+TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
   const MeshTopology before = topology(surface_.mesh, kAnywhere);
   for (const double limit : kInLatticeSteps) {
     const FirstStage stage = simplified(limit);
@@ -44,7 +44,7 @@ TEST_P(FirstStages, KeepTopologyBorderAndVertices) {
 }
 
 // One way point by point, with the error there; the other way with the largest.
-TEST_P(FirstStages, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
+TEST_P(FirstStageTest, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);
   for (const double limit : kInLatticeSteps) {

@@ -39,7 +39,7 @@ CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
   return result;
 }
 
-class HausdorffJudge : public Simplifying {};
+class HausdorffJudge : public SimplificationGuarantees {};
 // Those on which the judge is quick: it takes a thousand times as long as what it judges.
 std::vector<Setting> judged_settings() {
   std::vector<Setting> some = settings();

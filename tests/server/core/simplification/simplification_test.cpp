@@ -21,10 +21,10 @@ double volume_inside(const LatticeMesh& mesh) {
   return volume;
 }
 
-INSTANTIATE_TEST_SUITE_P(Fields, Simplifying, ::testing::ValuesIn(settings()),
+INSTANTIATE_TEST_SUITE_P(Fields, SimplificationGuarantees, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-TEST_P(Simplifying, KeepsTopologyBorderAndVertices) {
+TEST_P(SimplificationGuarantees, KeepsTopologyBorderAndVertices) {
   const auto border = border_edges(surface_.mesh);
   std::size_t before = surface_.mesh.triangles.size();
   for (const double max_distance : kDistances) {
@@ -41,7 +41,7 @@ TEST_P(Simplifying, KeepsTopologyBorderAndVertices) {
   }
 }
 
-TEST_P(Simplifying, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
+TEST_P(SimplificationGuarantees, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
   for (const double max_distance : kDistances) {
     const Simplified small =
@@ -54,7 +54,7 @@ TEST_P(Simplifying, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   }
 }
 
-TEST_P(Simplifying, TilesThatAreSimplifiedApartStillWeld) {
+TEST_P(SimplificationGuarantees, TilesThatAreSimplifiedApartStillWeld) {
   const OctreeCube root = root_cube(isosurfaces_.field().grid());
   const ErrorBasedModel model =
       isosurfaces_.model({.isovalue = setting_.isovalue, .threshold = 0.2});
@@ -90,7 +90,7 @@ TEST_P(Simplifying, TilesThatAreSimplifiedApartStillWeld) {
   }
 }
 
-TEST_P(Simplifying, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
+TEST_P(SimplificationGuarantees, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
   const SimplificationOptions options{.lattice_step = step_, .max_distance = 0.3};
   const Simplified once = simplified(surface_.mesh, options);
   const Simplified again = simplified(surface_.mesh, options);
@@ -104,7 +104,7 @@ TEST_P(Simplifying, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
 }
 
 // With holes, pinched vertices, edges of three triangles and triangles that lie on each other.
-TEST_P(Simplifying, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
+TEST_P(SimplificationGuarantees, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
   std::mt19937_64 random(7);
   for (int round = 0; round < 8; ++round) {
     LatticeMesh broken{.resolution = kDefaultLatticeResolution,
@@ -164,7 +164,7 @@ LatticeMesh plane(std::int32_t side) {
   return index_triangles(triangles, kDefaultLatticeResolution);
 }
 
-TEST(Simplification, OfAPlaneLeavesItsBorder) {
+TEST(Simplification, APlaneKeepsItsBorder) {
   const LatticeMesh mesh = plane(20);
   const Simplified small = simplified(mesh, {.lattice_step = {1, 1, 1}, .max_distance = 1e-6});
   // A triangle for every edge of the border but two, and two for every vertex that is left inside.
@@ -183,7 +183,7 @@ double regularity(const SurfaceTriangle& t) {
 }
 
 // Streaks in the shading come from triangles that are long and thin.
-TEST(Simplification, OfAGentleSurfaceFewTrianglesAreThin) {
+TEST(Simplification, GentleSurfacesHaveFewThinTriangles) {
   LatticeMesh waves = plane(60);
   for (LatticePoint& p : waves.vertices) {
     p = {32 * p.x, 32 * p.y,
@@ -205,7 +205,7 @@ TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
   EXPECT_EQ(digest(small.mesh), digest(front));
 }
 
-TEST_P(Simplifying, AnyErrorThatMayBeAskedForHasAFiniteBound) {
+TEST_P(SimplificationGuarantees, AnyErrorThatMayBeAskedForHasAFiniteBound) {
   for (const double max_distance : {1e154, 1e300, std::numeric_limits<double>::max()}) {
     const Simplified small =
         simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
@@ -215,7 +215,7 @@ TEST_P(Simplifying, AnyErrorThatMayBeAskedForHasAFiniteBound) {
 }
 
 // Lengths of 1e-30 to 1e30 have squares beyond single precision.
-TEST_P(Simplifying, InAnyUnitOfLengthTheSameIsLeft) {
+TEST_P(SimplificationGuarantees, DoesNotDependOnTheUnitOfLength) {
   const auto in_unit = [&](double unit) {
     return simplified(surface_.mesh,
                       {.lattice_step = {unit * step_[0], unit * step_[1], unit * step_[2]},
@@ -229,7 +229,7 @@ TEST_P(Simplifying, InAnyUnitOfLengthTheSameIsLeft) {
   }
 }
 
-TEST_P(Simplifying, ALargerBudgetLaterGoesOn) {
+TEST_P(SimplificationGuarantees, ALargerBudgetLaterGoesOn) {
   SimplifiedPiece piece(surface_.mesh, step_);
   piece.simplify(0.05);
   const std::size_t before = piece.triangles();
@@ -242,7 +242,7 @@ TEST_P(Simplifying, ALargerBudgetLaterGoesOn) {
   EXPECT_LE(piece.triangles(), at_once + at_once / 4 + 8);
 }
 
-TEST_P(Simplifying, ACheckpointThatThrowsLeavesNothing) {
+TEST_P(SimplificationGuarantees, ACheckpointThatThrowsLeavesNothing) {
   struct Stopped {};
   int calls = 0;
   const auto stop = [&calls] {
@@ -254,7 +254,7 @@ TEST_P(Simplifying, ACheckpointThatThrowsLeavesNothing) {
   EXPECT_TRUE(piece.result().mesh.vertices.empty());
 }
 
-TEST(Simplification, OfNothingIsNothing) {
+TEST(Simplification, AnEmptyMeshStaysEmpty) {
   const Simplified nothing = simplified({}, {.lattice_step = {1, 1, 1}, .max_distance = 1});
   EXPECT_TRUE(nothing.mesh.triangles.empty());
   EXPECT_EQ(nothing.bound, 0);

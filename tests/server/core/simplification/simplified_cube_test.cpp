@@ -14,7 +14,7 @@
 namespace multitetra::testing {
 namespace {
 
-class SimplifiedCubes : public Simplifying {
+class SimplifiedCubes : public SimplificationGuarantees {
  protected:
   // Small ones, so that there are many borders.
   [[nodiscard]] std::vector<TileMesh> leaves(std::size_t max_triangles = 300) {
@@ -123,7 +123,7 @@ TEST_P(SimplifiedCubes, LieInTheirCubes) {
   }
 }
 
-TEST_P(SimplifiedCubes, WithoutABudgetAreTheSurfaceItself) {
+TEST_P(SimplifiedCubes, NoBudgetKeepsTheSurface) {
   const auto parts = leaves();
   EXPECT_EQ(digest(welded(simplified_tiles(parts, 0, {}))), digest(welded(parts)));
 }
@@ -173,7 +173,7 @@ TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) 
   }
 }
 
-TEST(SimplifiedSize, IsThatOfTheBlocksWhereTheyHaveNoBorder) {
+TEST(SimplifiedSize, SumsBlocksWithoutBorder) {
   EXPECT_DOUBLE_EQ(share_left({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1, 1e8),
                    0.2);
   EXPECT_EQ(share_left({}, 1, 1e8), 1);
@@ -201,7 +201,7 @@ TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
   }
 }
 
-TEST(SimplifiedSize, OfABorderIsAnyShareOfATriangleAnEdge) {
+TEST(SimplifiedSize, BordersKeepAShareOfATrianglePerEdge) {
   const SimplifiedBlocks small{.count = 8, .before = 1e4, .left = 5000, .border_edges = 1000};
   SimplifiedBlocks large{.count = 1, .before = 1e4, .left = 4700, .border_edges = 500};
   EXPECT_DOUBLE_EQ(triangles_a_border_edge(small, large), 0.6);

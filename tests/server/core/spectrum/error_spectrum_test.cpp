@@ -29,11 +29,11 @@ void for_each_point(const SpectrumLayout& layout, const Visit& visit) {
   }
 }
 
-class ErrorSpectrumOf : public ::testing::TestWithParam<PreparedSetting> {};
-INSTANTIATE_TEST_SUITE_P(Fields, ErrorSpectrumOf, ::testing::ValuesIn(prepared_settings()),
+class ErrorSpectrumEveryField : public ::testing::TestWithParam<PreparedSetting> {};
+INSTANTIATE_TEST_SUITE_P(Fields, ErrorSpectrumEveryField, ::testing::ValuesIn(prepared_settings()),
                          [](const auto& p) { return p.param.name; });
 
-TEST_P(ErrorSpectrumOf, IsNeverSmallerThanTheExactErrors) {
+TEST_P(ErrorSpectrumEveryField, NeverBelowTheExactErrors) {
   const Field field(GetParam().volume, GetParam().outside, GetParam().margin);
   for (const int bins : {7, 64, 256}) {
     const DatasetPtr dataset = prepared(GetParam(), bins);
@@ -57,7 +57,7 @@ TEST_P(ErrorSpectrumOf, IsNeverSmallerThanTheExactErrors) {
   }
 }
 
-TEST_P(ErrorSpectrumOf, GrowsFromChildrenToParents) {
+TEST_P(ErrorSpectrumEveryField, GrowsFromChildrenToParents) {
   const DatasetPtr dataset = prepared(GetParam());
   const Grid grid = grid_of(dataset->info);
   for (const double isovalue : isovalues_of(*dataset)) {
@@ -76,7 +76,7 @@ TEST_P(ErrorSpectrumOf, GrowsFromChildrenToParents) {
   }
 }
 
-TEST_P(ErrorSpectrumOf, IsTheSameForAnyMemory) {
+TEST_P(ErrorSpectrumEveryField, DoesNotDependOnMemory) {
   const DatasetPtr ample = prepared(GetParam());
   const DatasetPtr scarce =
       prepare_in_memory(*source_of(GetParam().volume), {.name = GetParam().name,
@@ -91,7 +91,7 @@ TEST_P(ErrorSpectrumOf, IsTheSameForAnyMemory) {
   }
 }
 
-TEST(ErrorSpectrum, IsEmptyBeyondTheRangeOfValues) {
+TEST(ErrorSpectrum, EmptyOutsideTheValueRange) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(33, 0.3, 1)});
   for (const double isovalue : {-100.0, dataset->info.min - 1e-9, dataset->info.max, 1e300}) {
     const SpectrumErrors spectrum(dataset->spectrum, isovalue, ErrorMeasure::kCertified,
@@ -102,7 +102,7 @@ TEST(ErrorSpectrum, IsEmptyBeyondTheRangeOfValues) {
   }
 }
 
-TEST(ErrorSpectrum, OfAConstantFieldIsEmpty) {
+TEST(ErrorSpectrum, AConstantFieldHasAnEmptySpectrum) {
   const DatasetPtr dataset = prepared(
       {"constant", fields::sampled<float>({20, 20, 20}, [](int, int, int) { return 3.0; })});
   EXPECT_EQ(dataset->spectrum.bins.count(), 0);
@@ -112,7 +112,7 @@ TEST(ErrorSpectrum, OfAConstantFieldIsEmpty) {
 
 // ---- bins
 
-TEST(IsovalueBins, OfIntegersBeginAtIntegersAndAreEquallyWide) {
+TEST(IsovalueBins, IntegerBinsBeginAtIntegersAndHaveEqualWidth) {
   DatasetInfo info;
   info.type = SampleType::kI16;
   info.min = -1024;
@@ -127,7 +127,7 @@ TEST(IsovalueBins, OfIntegersBeginAtIntegersAndAreEquallyWide) {
   }
 }
 
-TEST(IsovalueBins, OfFewIntegersShareAValue) {
+TEST(IsovalueBins, FewIntegersShareAValue) {
   DatasetInfo info;
   info.type = SampleType::kU8;
   info.max = 29;
@@ -136,7 +136,7 @@ TEST(IsovalueBins, OfFewIntegersShareAValue) {
   EXPECT_EQ(bins.low(1), 0.5F);
 }
 
-TEST(IsovalueBins, OfSkewedFloatsHoldEquallyManyDistinctValues) {
+TEST(IsovalueBins, FloatBinsHoldEquallyManyDistinctValues) {
   DatasetInfo info;
   info.type = SampleType::kF32;
   info.max = 1000;

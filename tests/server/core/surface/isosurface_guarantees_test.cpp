@@ -236,7 +236,7 @@ TEST_P(IsosurfaceGuarantees, TilesOfAnySizeHoldTheWholeSurfaceOnceAndLieInTheirC
   }
 }
 
-TEST_P(IsosurfaceGuarantees, AtFullResolutionNoVertexIsAGridPointWhateverTheLattice) {
+TEST_P(IsosurfaceGuarantees, NoVertexIsAGridPointAtFullResolution) {
   const Field& field = isosurface_.field();
   const UniformModel full(field.grid(), 1000);
   for (const int resolution : {1, 3, 5, 8}) {
@@ -252,7 +252,7 @@ TEST_P(IsosurfaceGuarantees, AtFullResolutionNoVertexIsAGridPointWhateverTheLatt
   }
 }
 
-TEST(Isosurface, OfNoiseAtThresholdZeroIsTheFullResolutionOneBitForBit) {
+TEST(Isosurface, ThresholdZeroGivesTheFullResolutionBitForBit) {
   const Volume volume = fields::noise({17, 16, 14}, 31);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const Field& field = isosurface.field();
@@ -262,7 +262,7 @@ TEST(Isosurface, OfNoiseAtThresholdZeroIsTheFullResolutionOneBitForBit) {
   EXPECT_LT(lossless.tetrahedra, full.tetrahedra);
 }
 
-TEST(Isosurface, OutsideTheRangeOfTheDataIsEmpty) {
+TEST(Isosurface, IsovaluesOutsideTheRangeGiveAnEmptySurface) {
   const Volume volume = fields::noise({9, 9, 9}, 32);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   for (const double isovalue : {-1.0, 1.0, 1e300, -1e300}) {
@@ -272,7 +272,7 @@ TEST(Isosurface, OutsideTheRangeOfTheDataIsEmpty) {
   }
 }
 
-TEST(Isosurface, OfABallFacesOutwardsAndIsASphere) {
+TEST(Isosurface, ABallFacesOutwardsAndIsASphere) {
   const Volume volume = fields::ball({20, 20, 20}, 7);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   for (const double threshold : {0.0, 0.3, 1.0}) {

@@ -71,7 +71,7 @@ TEST(MarchingTetrahedron, HasTheSameTrianglesForEveryOrderOfItsCorners) {
   EXPECT_EQ(vertex_sets.size(), 1U);
 }
 
-TEST(MarchingTetrahedron, WithAVoidCornerIsEmpty) {
+TEST(MarchingTetrahedron, AVoidCornerGivesNoTriangles) {
   const float none = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(marching_tetrahedron(kCorners, {1, -1, none, 1}, 0, kResolution).count, 0U);
   EXPECT_EQ(marching_tetrahedron(kCorners, {none, -1, 1, 1}, 0, kResolution).count, 0U);
@@ -106,7 +106,7 @@ TEST(LatticeVertex, DoesNotDependOnTheDirectionOfTheEdge) {
   }
 }
 
-TEST(LatticeVertex, IsTheNearestLatticePointToTheCrossing) {
+TEST(LatticeVertex, NearestLatticePointToTheCrossing) {
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {4, 0, 0}, 1, 0.25, 3), (LatticePoint{8, 0, 0}));
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {1, 1, 0}, 8, 3.4, 3), (LatticePoint{3, 3, 0}));
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {1, 1, 0}, 8, 3.6, 3), (LatticePoint{4, 4, 0}));

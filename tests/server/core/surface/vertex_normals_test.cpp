@@ -72,7 +72,7 @@ Affine oblique() {
           .translation = {10, -20, 30}};
 }
 
-TEST(VertexNormals, OfAPlaneAreExactUpToTheDatasBorder) {
+TEST(VertexNormals, APlaneIsExactUpToTheBorder) {
   const DatasetPtr dataset = make_dataset(plane(), "plane", std::nullopt, 3);
   const auto falls = [](const Vec3&) { return Vec3{-3, -2, 1}; };
   const auto points = places(dataset->info, 0, 3000);
@@ -106,7 +106,7 @@ TEST(VertexNormals, StandUprightInAnyCoordinates) {
   }
 }
 
-TEST(VertexNormals, OfABallPointAwayFromItsMiddle) {
+TEST(VertexNormals, ABallPointsAwayFromItsMiddle) {
   const DatasetPtr dataset = make_dataset(fields::ball({41, 41, 41}, 12), "ball");
   std::vector<LatticePoint> points;
   for (const LatticePoint& p : places(dataset->info, 2, 3000)) {
@@ -118,7 +118,7 @@ TEST(VertexNormals, OfABallPointAwayFromItsMiddle) {
   EXPECT_LT(largest_angle(dataset, points, NormalSource::kSamples, outwards), 0.5);
 }
 
-TEST(VertexNormals, OfAGyroidFollowItsGradient) {
+TEST(VertexNormals, AGyroidFollowsItsGradient) {
   const DatasetPtr dataset = make_dataset(fields::gyroid(65, 0, 1), "gyroid");
   const double k = 4 * kPi / 64;
   const auto sin = [k](double v) { return std::sin(k * v); };
@@ -184,7 +184,7 @@ TEST(VertexNormals, SeeTheValueOutside) {
             (std::vector<UnitVector>{{0, 0, -1}, {1, 0, 0}}));
 }
 
-TEST(VertexNormals, WithoutAnyDirectionAreUp) {
+TEST(VertexNormals, ZeroGradientsPointUp) {
   const Volume flat = fields::sampled<std::int16_t>({9, 9, 9}, [](int, int, int) { return -4; });
   const Volume empty = fields::sampled<float>({9, 9, 9}, [](int x, int y, int z) {
     return x + y + z == 0 ? 1.0 : std::numeric_limits<double>::quiet_NaN();
@@ -198,7 +198,7 @@ TEST(VertexNormals, WithoutAnyDirectionAreUp) {
   }
 }
 
-TEST(VertexNormals, OfTheLargestFloatsAreUnitVectorsToo) {
+TEST(VertexNormals, TheLargestFloatsGiveUnitVectors) {
   const Volume steep =
       fields::sampled<float>({9, 9, 9}, [](int x, int, int) { return x < 4 ? -3e38 : 3e38; });
   const DatasetPtr dataset = make_dataset(steep, "steep");
@@ -208,12 +208,12 @@ TEST(VertexNormals, OfTheLargestFloatsAreUnitVectorsToo) {
 }
 
 struct Unreadable : BrickSource {
-  [[nodiscard]] KeptBytes brick(std::size_t) const override {
+  [[nodiscard]] RetainedBytes brick(std::size_t) const override {
     throw std::runtime_error("a brick was read");
   }
 };
 
-TEST(VertexNormals, FromCoarseSamplesReadNoBrick) {
+TEST(VertexNormals, CoarseSamplesReadNoBrick) {
   const DatasetPtr dataset = make_dataset(plane(), "plane");
   PreparedVolume coarse_only = *dataset;
   coarse_only.samples = std::make_shared<const Unreadable>();

@@ -146,7 +146,7 @@ TEST(PrepareParts, RefusesToMergeDamagedParts) {
   merge_parts(folder.path() / "all.mtd");
 }
 
-TEST(PrepareParts, OfAnotherVolumeOrPlanAreRefused) {
+TEST(PrepareParts, RejectsPartsOfAnotherVolumeOrPlan) {
   const PreparedSetting setting = settings().front();
   const TemporaryFolder folder;
   plan(setting, folder.path() / "all.mtd", 2);
@@ -159,7 +159,7 @@ TEST(PrepareParts, OfAnotherVolumeOrPlanAreRefused) {
   EXPECT_THROW(merge_parts(folder.path() / "all.mtd"), DatasetFileError);
 }
 
-TEST(PartBoxes, AreTheVolumeAndWholeCubes) {
+TEST(PartBoxes, CoverTheVolumeInWholeCubes) {
   std::mt19937 random(3);
   for (int i = 0; i < 200; ++i) {
     const GridCounts dims = {static_cast<std::int32_t>(1 + random() % 700),

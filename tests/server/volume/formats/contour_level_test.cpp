@@ -13,24 +13,25 @@ constexpr const char* kVersion3 = R"(<?xml version="1.0"?>
   <contour primary="true"><level> 0.05 </level><source>AUTHOR</source></contour>
 </contour_list></map></emd>)";
 
-TEST(ContourLevel, IsThePrimaryOneOfAnEmdbHeader) {
+TEST(ContourLevel, ReadsThePrimaryLevelOfAnEmdbHeader) {
   EXPECT_EQ(contour_level_in_xml(kVersion3), 0.05);
 }
 
-TEST(ContourLevel, IsThatOfAnOlderEmdbHeader) {
-  EXPECT_EQ(contour_level_in_xml(
-                "<emdEntry><map><contourLevel source=\"author\">2.5</contourLevel></map></emdEntry>"),
-            2.5);
+TEST(ContourLevel, ReadsOlderEmdbHeaders) {
+  EXPECT_EQ(
+      contour_level_in_xml(
+          "<emdEntry><map><contourLevel source=\"author\">2.5</contourLevel></map></emdEntry>"),
+      2.5);
 }
 
-TEST(ContourLevel, IsThePrimaryOneOfTheWebDescription) {
+TEST(ContourLevel, ReadsThePrimaryLevelOfTheWebDescription) {
   EXPECT_EQ(contour_level_in_json(
                 R"({"map": {"contour_list": {"contour": [{"primary": false, "level": 1},
                                                           {"primary": true, "level": 0.25}]}}})"),
             0.25);
 }
 
-TEST(ContourLevel, IsNoneOfOtherAndDamagedTexts) {
+TEST(ContourLevel, IgnoresOtherAndDamagedTexts) {
   EXPECT_FALSE(contour_level_in_xml("<emd><map/></emd>"));
   EXPECT_FALSE(contour_level_in_xml("<emd><map><contour><level>0.05</level>"));
   EXPECT_FALSE(contour_level_in_xml("<contour><level>much</level></contour>"));
@@ -38,7 +39,7 @@ TEST(ContourLevel, IsNoneOfOtherAndDamagedTexts) {
   EXPECT_FALSE(contour_level_in_json("{"));
 }
 
-TEST(ContourLevel, IsFoundBesideTheMapAndInTheHeadersOfAnArchive) {
+TEST(ContourLevel, ReadsFilesBesideTheMapAndArchiveHeaders) {
   const TemporaryFolder folder;
   const std::filesystem::path map = folder.file("map/emd_1234.map.gz", "");
   EXPECT_FALSE(contour_level_beside(map));

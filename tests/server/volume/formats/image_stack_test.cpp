@@ -16,7 +16,7 @@ TEST(ImageStack, NaturalOrderCountsRunsOfDigits) {
                                            "a10b", "a11", "b0",  "b1.tif", "b10.tif"};
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     for (std::size_t j = 0; j < sorted.size(); ++j) {
-      EXPECT_EQ(naturally_less(sorted[i], sorted[j]), i < j) << sorted[i] << " " << sorted[j];
+      EXPECT_EQ(natural_order_less(sorted[i], sorted[j]), i < j) << sorted[i] << " " << sorted[j];
     }
   }
 }

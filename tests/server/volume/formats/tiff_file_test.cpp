@@ -229,8 +229,8 @@ TEST_F(TiffFile, ResolutionIsSpacingUnlessItIsThatOfAScreen) {
   const auto spacing = [&](double resolution, std::uint16_t unit) {
     const Volume volume = read_volume(written<std::uint8_t>(
         2, SAMPLEFORMAT_UINT, {.resolution = resolution, .resolution_unit = unit}));
-    const bool is_told = volume.spacing[0] != 1;
-    EXPECT_EQ(volume.meaning.length_unit, is_told ? "mm" : "");
+    const bool is_known = volume.spacing[0] != 1;
+    EXPECT_EQ(volume.meaning.length_unit, is_known ? "mm" : "");
     return volume.spacing;
   };
   EXPECT_EQ(spacing(72, RESUNIT_INCH), (Vec3{1, 1, 1}));
@@ -255,7 +255,7 @@ TEST_F(TiffFile, HyperstacksOfImageJHaveChannelsSlicesAndTimes) {
   const Volume volume = read_volume(file, {.choice = {.time = 1, .channel = 0}});
   EXPECT_EQ(volume.spacing, (Vec3{0.25, 0.125, 2.5}));
   EXPECT_EQ(volume.meaning.length_unit, "µm");
-  const SourceMembers members = open_volume(file, {.choice = {.first = true}})->members();
+  const VolumeContents members = open_volume(file, {.choice = {.first = true}})->members();
   EXPECT_EQ(members.times, (SourceTimes{.count = 2, .at = {0, 0.5}, .unit = "s"}));
   ASSERT_EQ(members.fields.size(), 2U);
   EXPECT_EQ(members.fields[1].channel, 1);
@@ -298,7 +298,7 @@ TEST_F(TiffFile, OmeDescriptionsOrderPagesAndHaveUnits) {
   const Volume volume = read_volume(file, {.choice = {.time = 1, .channel = 0}});
   EXPECT_EQ(volume.spacing, (Vec3{0.2, 0.3, 1.5}));
   EXPECT_EQ(volume.meaning.length_unit, "nm");
-  const SourceMembers members = open_volume(file, {.choice = {.first = true}})->members();
+  const VolumeContents members = open_volume(file, {.choice = {.first = true}})->members();
   EXPECT_EQ(members.fields[0].name, "DAPI");
   EXPECT_EQ(members.fields[1].name, "GFP");
   EXPECT_EQ(members.times.at, (std::vector<double>{0, 2}));

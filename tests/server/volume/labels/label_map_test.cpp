@@ -121,7 +121,7 @@ TEST(LabelMap, HasEverySampleOnItsSideInStepsOf256) {
   }
 }
 
-TEST(LabelMap, OfTwoLabelsHasFieldsThatAddUpToOne) {
+TEST(LabelMap, FieldsOfTwoLabelsSumToOne) {
   const TemporaryFolder folder;
   for (const Volume& volume :
        {noise({23, 18, 9}, 2, 3), labels_of<std::uint16_t>({31, 31, 31}, [](int x, int y, int z) {
@@ -134,7 +134,7 @@ TEST(LabelMap, OfTwoLabelsHasFieldsThatAddUpToOne) {
   }
 }
 
-TEST(LabelMap, IsSmoothWhereTheLabelIs) {
+TEST(LabelMap, SmoothWhereTheLabelIs) {
   // Far from the boundary the field is constant; along a wall it is that of the wall alone.
   const TemporaryFolder folder;
   const LabelMap map = map_of(

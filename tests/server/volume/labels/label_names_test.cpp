@@ -1,4 +1,4 @@
-// Names and colours of labels in text files of two kinds, and errors for invalid lines.
+// Names and colors of labels in text files of two kinds, and errors for invalid lines.
 #include "server/volume/labels/label_names.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ constexpr const char* kTable =
     "7 \"two words\" 1 2 3\n"
     "-2 2 1 2 3";
 
-TEST(LabelNames, AreThoseOfItkSnap) {
+TEST(LabelNames, ReadsItkSnap) {
   const auto labels = parse_label_names(kSnap);
   ASSERT_TRUE(labels) << labels.error().text;
   EXPECT_EQ(*labels, (std::vector<Label>{
@@ -37,7 +37,7 @@ TEST(LabelNames, AreThoseOfItkSnap) {
                          {.value = 3, .name = "liver, \xc3\xa0 gauche", .color = 0xdd8265}}));
 }
 
-TEST(LabelNames, AreThoseOfSlicerAndFreeSurfer) {
+TEST(LabelNames, ReadsSlicerAndFreeSurfer) {
   const auto labels = parse_label_names(kTable);
   ASSERT_TRUE(labels) << labels.error().text;
   EXPECT_EQ(*labels, (std::vector<Label>{{.value = 0, .name = "Background", .color = 0},
@@ -46,7 +46,7 @@ TEST(LabelNames, AreThoseOfSlicerAndFreeSurfer) {
                                          {.value = -2, .name = "2", .color = 0x010203}}));
 }
 
-TEST(LabelNames, AreRefusedWithTheLineAndWhatWouldBeRight) {
+TEST(LabelNames, ErrorsNameTheLineAndTheFix) {
   for (const char* line : {"x liver 1 2 3", "3 liver 1 2", "3 liver 1 2 256", "3 liver 1 2 -1",
                            "3 liver 1 2 3 4 5", "3 \"liver 1 2 3", "3.5 liver 1 2 3",
                            "3 liv\x01"
@@ -65,7 +65,7 @@ TEST(LabelNames, AreRefusedWithTheLineAndWhatWouldBeRight) {
   EXPECT_TRUE(parse_label_names(""));
 }
 
-TEST(LabelNames, OfChangedTextsAreNamesOrARefusal) {
+TEST(LabelNames, ChangedTextsAreReadOrRejected) {
   std::mt19937 random(1);
   for (const std::string whole : {kSnap, kTable}) {
     for (int i = 0; i < 4000; ++i) {

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 // How far a slice may be from its place, in steps.
 constexpr double kOnGrid = 0.1;
 // The least deviation that gives a warning, in steps.
-constexpr double kTold = 0.01;
+constexpr double kReportedDeviation = 0.01;
 constexpr double kTilt = 1e-3;  // Cosine of an axis with the step from slice to slice.
 // The most slices of an interpolated grid.
 constexpr double kMostSlices = 1e5;
@@ -80,7 +80,7 @@ DicomGrid even_grid(const fs::path& place, const std::vector<DicomImage>& stack,
     if (is_tilted)
       shift = {dot(way, first.row) / first.spacing[0], dot(way, first.column) / first.spacing[1]};
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      if (std::abs(shift[axis] - std::round(shift[axis])) < kTold)
+      if (std::abs(shift[axis] - std::round(shift[axis])) < kReportedDeviation)
         shift[axis] = std::round(shift[axis]);
       low[axis] = std::min(low[axis], std::floor(shift[axis]));
       high[axis] = std::max(high[axis], std::ceil(shift[axis]));
@@ -225,7 +225,7 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
   const bool is_tilted = std::abs(dot(step, first.row)) > kTilt * step_length ||
                          std::abs(dot(step, first.column)) > kTilt * step_length;
   if (is_even && !is_tilted) {
-    if (largest > kTold * step_length) {
+    if (largest > kReportedDeviation * step_length) {
       notices.push_back("'" + place.string() + "': its slices lie up to " + rounded_text(largest) +
                         " mm off an even grid with steps of " + rounded_text(step_length) +
                         " mm; they are taken to be on it.");

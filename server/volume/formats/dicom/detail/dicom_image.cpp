@@ -205,7 +205,7 @@ bool check_pixels(const fs::path& path, const DicomHeader& header, const DicomIm
   const char* const uid = syntax.GetString();
   const auto photometric =
       gdcm::ImageHelper::GetPhotometricInterpretationValue(header.reader.GetFile());
-  // Two pixels share their colour: four samples instead of six, as long as nothing is packed.
+  // Two pixels share their color: four samples instead of six, as long as nothing is packed.
   const bool is_subsampled = photometric == gdcm::PhotometricInterpretation::YBR_FULL_422 ||
                              photometric == gdcm::PhotometricInterpretation::YBR_PARTIAL_422;
   return check_dicom_pixels(

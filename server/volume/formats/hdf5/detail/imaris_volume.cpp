@@ -80,7 +80,7 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
   long long level = choice.level.value_or(0);
   long long time = 0;
   long long channel = 0;
-  SourceMembers members;
+  VolumeContents members;
   if (choice.array.empty()) {
     const std::int64_t levels = count_of(file, "/DataSet/ResolutionLevel ");
     (void)chosen_of(path, "level", levels, level, true);

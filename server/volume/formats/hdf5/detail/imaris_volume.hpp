@@ -5,7 +5,7 @@
 #include <string>
 
 #include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
-#include "server/volume/formats/source_members.hpp"
+#include "server/volume/formats/volume_contents.hpp"
 
 namespace multitetra {
 
@@ -17,7 +17,7 @@ struct ImarisVolume {
   Vec3 origin{};
   Vec3 spacing{};
   std::string unit = {};
-  SourceMembers members = {};
+  VolumeContents members = {};
 };
 
 // The volume that `choice` names by level, time, channel, or the path of its dataset; nullopt for

@@ -79,10 +79,10 @@ class VtiParser {
   static void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int,
                                 const XML_Char*, const XML_Char*, const XML_Char*,
                                 const XML_Char*) {
-    static_cast<VtiParser*>(self)->complain("it declares XML entities");
+    static_cast<VtiParser*>(self)->print_error("it declares XML entities");
   }
 
-  void complain(const std::string& text) {
+  void print_error(const std::string& text) {
     if (trouble_.empty()) trouble_ = text;
     XML_StopParser(parser_.get(), XML_FALSE);
   }
@@ -98,9 +98,9 @@ class VtiParser {
     };
     const auto markup = static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
     if (++depth_ > kMaxDepth || (markup_bytes_ += markup) > kMaxMarkupBytes) {
-      return complain("its XML has too many tags");
+      return print_error("its XML has too many tags");
     }
-    if (depth_ == 1 && name != "VTKFile") return complain("it is no VTK file");
+    if (depth_ == 1 && name != "VTKFile") return print_error("it is no VTK file");
     if (name == "VTKFile") start_file(get("type"), get("byte_order"), get("header_type"));
     if (name == "VTKFile") header_.compressor = get("compressor");
     if (name == "ImageData")
@@ -120,7 +120,7 @@ class VtiParser {
     if (name == "AppendedData") {
       const std::string encoding = get("encoding");
       if (encoding != "raw" && encoding != "base64") {
-        return complain("its appended data has the encoding '" + encoding.substr(0, 40) + "'");
+        return print_error("its appended data has the encoding '" + encoding.substr(0, 40) + "'");
       }
       header_.appended_raw = encoding == "raw";
       in_appended_ = true;
@@ -132,39 +132,39 @@ class VtiParser {
   void start_file(const std::string& type, const std::string& order, const std::string& lengths) {
     const std::string wanted = kind_ == VtkDataKind::kImageData ? "ImageData" : "PolyData";
     if (type != wanted) {
-      return complain("it holds " + (type.empty() ? "nothing" : type.substr(0, 40)) + " and not " +
-                      wanted);
+      return print_error("it holds " + (type.empty() ? "nothing" : type.substr(0, 40)) +
+                         " and not " + wanted);
     }
     header_.endian = order == "BigEndian" ? Endian::kBig : Endian::kLittle;
     header_.length_bytes = lengths == "UInt64" ? 8 : 4;
     if (!order.empty() && order != "BigEndian" && order != "LittleEndian") {
-      complain("its byte_order is '" + order.substr(0, 40) + "'");
+      print_error("its byte_order is '" + order.substr(0, 40) + "'");
     }
     if (!lengths.empty() && lengths != "UInt64" && lengths != "UInt32") {
-      complain("its header_type is '" + lengths.substr(0, 40) + "'");
+      print_error("its header_type is '" + lengths.substr(0, 40) + "'");
     }
   }
 
   void start_image(const std::string& extent, const std::string& origin, const std::string& spacing,
                    const std::string& direction) {
     if (!read_numbers(extent, header_.extent))
-      return complain("its WholeExtent is no six integers");
+      return print_error("its WholeExtent is no six integers");
     for (std::size_t axis = 0; axis < 3; ++axis) {
       constexpr std::int64_t kFar = std::int64_t{1} << 40;
       const std::int64_t low = header_.extent[2 * axis];
       const std::int64_t high = header_.extent[2 * axis + 1];
       if (low > high || low < -kFar || high > kFar) {
-        return complain("its WholeExtent '" + extent.substr(0, 100) + "' is empty or too large");
+        return print_error("its WholeExtent '" + extent.substr(0, 100) + "' is empty or too large");
       }
     }
     if (!origin.empty() && !read_numbers(origin, header_.origin))
-      complain("its Origin is no three numbers");
+      print_error("its Origin is no three numbers");
     if (!spacing.empty() && !read_numbers(spacing, header_.spacing)) {
-      complain("its Spacing is no three numbers");
+      print_error("its Spacing is no three numbers");
     }
     std::array<double, 9> rows{};
     if (direction.empty()) return;
-    if (!read_numbers(direction, rows)) return complain("its Direction is no nine numbers");
+    if (!read_numbers(direction, rows)) return print_error("its Direction is no nine numbers");
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         header_.directions[axis][row] = rows[3 * row + axis];
@@ -174,7 +174,7 @@ class VtiParser {
 
   void start_piece(const std::string& extent) {
     std::array<std::int64_t, 6> piece{};
-    if (++pieces_ > 1) return complain("it has several pieces; save it as one");
+    if (++pieces_ > 1) return print_error("it has several pieces; save it as one");
     bool is_inside = read_numbers(extent, piece);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t low = piece[2 * axis];
@@ -183,21 +183,21 @@ class VtiParser {
                   high <= header_.extent[2 * axis + 1];
     }
     if (!is_inside) {
-      complain("its piece has the extent '" + extent.substr(0, 100) +
-               "', which is not inside the whole one");
+      print_error("its piece has the extent '" + extent.substr(0, 100) +
+                  "', which is not inside the whole one");
     }
     header_.piece = piece;
   }
 
   void start_poly_piece(const std::string& points, const std::string& polys,
                         const std::string& strips) {
-    if (++pieces_ > 1) return complain("it has several pieces; save it as one");
+    if (++pieces_ > 1) return print_error("it has several pieces; save it as one");
     const auto count = [this](const std::string& text) -> std::uint64_t {
       std::array<std::int64_t, 1> number{};
       constexpr std::int64_t kMost = 0xFFFFFFFF;
       if (text.empty()) return 0;
       if (!read_numbers(text, number) || number[0] < 0 || number[0] > kMost) {
-        complain("its piece has '" + text.substr(0, 40) + "' points or cells");
+        print_error("its piece has '" + text.substr(0, 40) + "' points or cells");
       }
       return static_cast<std::uint64_t>(number[0]);
     };
@@ -216,7 +216,7 @@ class VtiParser {
       const auto found = attributes.find(key);
       return found == attributes.end() ? otherwise : found->second;
     };
-    if (header_.arrays.size() >= kMaxArrays) return complain("it has too many arrays");
+    if (header_.arrays.size() >= kMaxArrays) return print_error("it has too many arrays");
     VtiArray array{.name = get("Name", ""), .of_cells = of_cells_, .section = section_};
     const std::string type = get("type", "");
     const auto known = stored_type_from_word(type);
@@ -225,8 +225,8 @@ class VtiParser {
     const std::string components = get("NumberOfComponents", "1");
     std::array<std::int64_t, 1> count{};
     if (!read_numbers(components, count) || count[0] < 1 || count[0] > kMaxComponents) {
-      return complain("its array '" + array.name.substr(0, 100) + "' has " +
-                      components.substr(0, 40) + " components");
+      return print_error("its array '" + array.name.substr(0, 100) + "' has " +
+                         components.substr(0, 40) + " components");
     }
     array.components = count[0];
     const std::string format = get("format", "ascii");
@@ -236,12 +236,12 @@ class VtiParser {
       std::array<std::uint64_t, 1> offset{};
       const std::string text = get("offset", "");
       if (text.starts_with('-') || !read_numbers(text, offset)) {
-        return complain("its array '" + array.name.substr(0, 100) + "' has no offset");
+        return print_error("its array '" + array.name.substr(0, 100) + "' has no offset");
       }
       array.begin = offset[0];
     } else if (format != "binary" && format != "ascii") {
-      return complain("its array '" + array.name.substr(0, 100) + "' has the format '" +
-                      format.substr(0, 40) + "'");
+      return print_error("its array '" + array.name.substr(0, 100) + "' has the format '" +
+                         format.substr(0, 40) + "'");
     } else {
       array.begin = position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
       open_array_ = depth_;

@@ -1,0 +1,125 @@
+#include "client/commands/connected_request.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/nearest_word.hpp"
+#include "common/request/request_notices.hpp"
+
+namespace multitetra {
+namespace {
+
+using Connected = std::pair<Client, std::vector<DatasetInfo>>;
+
+ClientResult<Connected> connected_once(const ServerAccess& access) {
+  auto client = Client::connect(access.server, access.options);
+  if (!client) return tl::unexpected(client.error());
+  auto datasets = client->list_datasets();
+  if (!datasets) return tl::unexpected(datasets.error());
+  return Connected(*std::move(client), *std::move(datasets));
+}
+
+tl::unexpected<ExitCode> exit_with(ExitCode code) { return tl::unexpected(code); }
+
+std::string names(const std::vector<DatasetInfo>& datasets) {
+  std::string text;
+  for (const DatasetInfo& info : datasets) {
+    text += (text.empty() ? "\"" : ", \"") + info.name + "\"";
+  }
+  return text;
+}
+
+// What to do about a trouble at the server's listener; empty when its own sentence says enough.
+std::string advice(const ClientError& failure) {
+  if (failure.error.code != ErrorCode::kUnauthenticated) return "";
+  return "Give the token that you were sent with --token-file FILE or MULTITETRA_TOKEN.";
+}
+
+// The dataset that is meant, or why none is.
+Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInfo>& datasets) {
+  if (datasets.empty()) {
+    return fail(ErrorCode::kUnknownDataset, "The server has no dataset that we may see.");
+  }
+  if (name.empty() && datasets.size() == 1) return datasets.front();
+  if (name.empty()) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "The server has several datasets; choose one with --dataset: " + names(datasets) + ".");
+  }
+  const auto found = std::find_if(datasets.begin(), datasets.end(),
+                                  [&](const DatasetInfo& info) { return info.name == name; });
+  if (found != datasets.end()) return *found;
+  for (const DatasetInfo& info : datasets) {
+    if (!info.member || info.member->series != name) continue;
+    return fail(ErrorCode::kUnknownDataset, "\"" + name +
+                                                "\" is a series of datasets; choose one of them, "
+                                                "as --dataset " +
+                                                info.name + ".");
+  }
+  std::vector<std::string> known;
+  for (const DatasetInfo& info : datasets) known.push_back(info.name);
+  return fail(ErrorCode::kUnknownDataset, "The server has no dataset \"" + name + "\"; it has " +
+                                              names(datasets) + "." + did_you_mean(name, known));
+}
+
+}  // namespace
+
+ExpectedOrExit<ConnectedServer> connected_to(const ServerArguments& arguments,
+                                             const RetryOptions& retry_options) {
+  const auto access = access_of(arguments);
+  if (!access) return exit_with(print_error(kUsage, access.error().text));
+  Retries retries(retry_options);
+  auto connected = connected_once(*access);
+  while (!connected && retries.wait_after(connected.error().error)) {
+    connected = connected_once(*access);
+  }
+  if (!connected) {
+    ClientError failure = connected.error();
+    const std::string more = advice(failure);
+    if (!more.empty()) failure.error.text += " " + more;
+    return exit_with(print_error(failure));
+  }
+  auto& [client, datasets] = *connected;
+  return ConnectedServer{access->server, std::move(client), std::move(datasets)};
+}
+
+void add_order_options(Command& command, SurfaceOrder& order,
+                       std::initializer_list<FieldGroup> fields) {
+  command
+      .add_option("--dataset", order.dataset,
+                  "Name of the dataset, from `list`; needed where there are several")
+      ->type_name("NAME");
+  add_request_options(command, order.surface, fields);
+  add_server_options(command, order.server);
+}
+
+ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order, const RetryOptions& retries) {
+  auto connected = connected_to(order.server, retries);
+  if (!connected) return tl::unexpected(connected.error());
+  auto info = chosen(order.dataset, connected->datasets);
+  if (!info) {
+    const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
+    return exit_with(print_error(is_usage ? kUsage : kFailed, info.error().text));
+  }
+  auto requests = requests_of(order.surface, *info);
+  if (!requests) return exit_with(print_error(kUsage, requests.error().text));
+  auto scalars = scalars_for(order.surface.query);
+  if (!scalars) return exit_with(print_error(kUsage, scalars.error().text));
+  for (const DatasetInfo& values : connected->datasets) {
+    if (!*scalars || values.name != (*scalars)->dataset) continue;
+    const auto fits = check_colors(order.surface.query, *info, values);
+    if (!fits) return exit_with(print_error(kUsage, fits.error().text));
+  }
+  Notices notices;
+  for (const IsosurfaceRequest& request : *requests) notices.add(request_notices(request, *info));
+  return ConnectedRequest{connected->server,    std::move(connected->client), *std::move(info),
+                          *std::move(requests), *std::move(scalars),          std::move(notices)};
+}
+
+ExpectedOrExit<void> share_budget(ConnectedRequest& surface) {
+  const auto shared = surface.client.share_budget(surface.info.name, surface.requests);
+  if (!shared) return exit_with(print_error(shared.error()));
+  return {};
+}
+
+}  // namespace multitetra

@@ -1,0 +1,64 @@
+// From a command's options to a connected server and a validated surface request: the first half of
+// every command for one surface.
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/commands/program.hpp"
+#include "client/commands/server_options.hpp"
+#include "client/library/client.hpp"
+#include "client/library/nrrd_thresholds.hpp"
+#include "common/cli/command.hpp"
+#include "common/cli/surface_options.hpp"
+#include "common/cli/terminal.hpp"
+
+namespace multitetra {
+
+// The exit code of a failure that was already printed, or a value.
+template <typename T>
+using ExpectedOrExit = tl::expected<T, ExitCode>;
+
+struct ConnectedServer {
+  Endpoint server;
+  Client client;
+  std::vector<DatasetInfo> datasets;
+};
+
+// Connects and lists.
+[[nodiscard]] ExpectedOrExit<ConnectedServer> connected_to(const ServerArguments& arguments,
+                                                           const RetryOptions& retries = {
+                                                               .most = 0});
+
+// Which surface of which dataset a command is about. An empty name takes the only dataset.
+struct SurfaceOrder {
+  ServerArguments server = {};
+  std::string dataset = {};
+  SurfaceArguments surface = {
+      .threshold_files = {.formats = "A NRRD file", .read = read_nrrd_thresholds}};
+};
+
+// Adds all options of an order: the fields of these groups.
+void add_order_options(Command& command, SurfaceOrder& order,
+                       std::initializer_list<FieldGroup> fields);
+
+struct ConnectedRequest {
+  Endpoint server;
+  Client client;
+  DatasetInfo info;
+  std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
+  // The colors of every surface; absent: no colors.
+  std::optional<ScalarRequest> scalars;
+  Notices notices;  // What is odd about the requests.
+};
+
+[[nodiscard]] ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order,
+                                                       const RetryOptions& retries = {.most = 0});
+
+// Gives each of several requests its share of their budget, in proportion to the sizes that the
+// server estimates.
+[[nodiscard]] ExpectedOrExit<void> share_budget(ConnectedRequest& surface);
+
+}  // namespace multitetra

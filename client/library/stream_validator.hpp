@@ -1,0 +1,79 @@
+// The checks of one stream that need no decoding: the order of messages, every manifest against the
+// request and the limits, all counts, and that the digests of a step's tiles add up to its own.
+//
+//   StreamValidator ledger(info, open, held);
+//   Result<bool> accepted = ledger.accept(message);   // false: it belongs to another request
+//
+// Nothing that the server sends is trusted. An error is a failed check, naming the step and, if it
+// concerns one, the tile; after it the ledger is of no use.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "common/wire/messages.hpp"
+
+namespace multitetra {
+
+// What one stream may make the client store, all steps together: a tile is kept until the stream
+// has ended, because the server does not send it again. A tile in several steps counts once. The
+// same limits hold for one step with the tiles that are held already.
+struct AssemblerLimits {
+  std::uint32_t steps = 64;
+  std::uint64_t tiles = 1 << 20;
+  std::uint64_t triangles = 400'000'000;
+  std::uint64_t payload_bytes = std::uint64_t{4} << 30;
+};
+
+// Sums over the tiles of a manifest.
+struct ManifestTotals {
+  std::uint64_t tiles = 0;
+  std::uint64_t triangles = 0;
+  std::uint64_t payload_bytes = 0;
+
+  void add(const TileSummary& tile);
+};
+
+class StreamValidator {
+ public:
+  // `held`: the tiles that `open` names and that are there.
+  StreamValidator(DatasetInfo info, OpenStream open, std::set<ContentDigest> held,
+                  AssemblerLimits limits = {});
+
+  // Whether the message belongs to this stream; then it has passed all checks.
+  [[nodiscard]] Result<bool> accept(const ServerMessage& message);
+
+  // The step that began last. Requires that one has begun.
+  [[nodiscard]] const StepBegin& step() const { return *step_; }
+  // The tiles that were held or received.
+  [[nodiscard]] const std::set<ContentDigest>& held() const { return held_; }
+
+ private:
+  Result<bool> take(const StepBegin& begin);
+  Result<bool> take(const Tile& tile);
+  Result<bool> take(const TileScalars& scalars);
+  Result<bool> take(const StepEnd& end);
+  Result<bool> take(const StreamEnd& end);
+  Result<bool> take(const ErrorReply& reply);
+  template <typename Other>
+  Result<bool> take(const Other&) {
+    return false;  // For the connection, or for requests that are no streams.
+  }
+
+  DatasetInfo info_;
+  OpenStream open_;
+  AssemblerLimits limits_;
+  std::set<ContentDigest> held_;
+  std::optional<StepBegin> step_;
+  bool is_step_open_ = false;
+  std::uint32_t tiles_received_ = 0;
+  std::uint64_t bytes_received_ = 0;
+  std::uint32_t steps_ended_ = 0;
+  // The announced tiles of all steps so far that were not held.
+  ManifestTotals announced_;
+  bool has_ended_ = false;
+};
+
+}  // namespace multitetra

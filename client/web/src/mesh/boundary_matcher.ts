@@ -1,0 +1,108 @@
+// Tiles put together by their rims: the same counts as common/mesh/mesh_checks.hpp takes from the welded
+// mesh, in time proportional to the rims alone.
+//
+// A vertex that is not on a rim is taken for its tile's own. That holds for every isosurface on the
+// lattice: a vertex lies inside one edge of the framework, and the triangles at it go once around.
+import { Components } from "./components";
+import { countEdges } from "./edge_uses";
+import { PointNumbers } from "./point_numbers";
+import type { TileBoundary } from "./tile_boundary";
+
+// Where a surface may end: on the faces of a box, or up to `inset` lattice steps inside of it.
+export interface DataBorder {
+  low: [number, number, number];
+  high: [number, number, number];
+  inset: number;
+  anywhere: boolean; // The data has void samples: a surface may end at any of them.
+}
+
+export interface MeshTopology {
+  vertices: number;
+  edges: number;
+  triangles: number;
+  eulerCharacteristic: number;
+  components: number;
+  borderEdges: number; // Edges of one triangle on the data's border.
+  openEdges: number; // Edges of one triangle elsewhere: cracks.
+  nonmanifoldEdges: number;
+  degenerateTriangles: number;
+}
+
+export function isSound(found: MeshTopology): boolean {
+  return found.openEdges === 0 && found.nonmanifoldEdges === 0 && found.degenerateTriangles === 0;
+}
+
+export interface BoundaryMatcher {
+  topology: MeshTopology;
+  // For each tile, the number of each of its rim vertices among those of all rims.
+  numbers: Uint32Array[];
+  rimVertices: number;
+}
+
+export function joined(rims: readonly TileBoundary[], border: DataBorder): BoundaryMatcher {
+  const points = new PointNumbers(rims.reduce((n, rim) => n + rim.vertices.length / 2, 16));
+  const numbers = rims.map((rim) => {
+    const own = new Uint32Array(rim.vertices.length);
+    for (let i = 0; i < own.length; ++i) {
+      const p = rim.positions;
+      own[i] = points.numberOf(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
+    }
+    return own;
+  });
+  const directed = new Uint32Array(rims.reduce((n, rim) => n + rim.edges.length, 0));
+  let used = 0;
+  rims.forEach((rim, tile) => {
+    for (const vertex of rim.edges) directed[used++] = numbers[tile][vertex];
+  });
+  const seams = countEdges(directed, points.size);
+  const coordinates = points.coordinates();
+  let borderEdges = 0;
+  for (let e = 0; e < seams.open.length; e += 2) {
+    borderEdges += isOnBorder(border, coordinates, seams.open[e], seams.open[e + 1]) ? 1 : 0;
+  }
+  const sum = (of: (rim: TileBoundary) => number) => rims.reduce((n, rim) => n + of(rim), 0);
+  const vertices = sum((rim) => rim.innerVertices) + points.size;
+  const edges = sum((rim) => rim.innerEdges) + seams.edges;
+  const triangles = sum((rim) => rim.triangles);
+  return {
+    topology: {
+      vertices,
+      edges,
+      triangles,
+      eulerCharacteristic: vertices - edges + triangles,
+      components: countComponents(rims, numbers, points.size),
+      borderEdges,
+      openEdges: seams.open.length / 2 - borderEdges,
+      nonmanifoldEdges: sum((rim) => rim.nonmanifoldEdges) + seams.nonmanifold,
+      degenerateTriangles: sum((rim) => rim.degenerateTriangles),
+    },
+    numbers,
+    rimVertices: points.size,
+  };
+}
+
+// Components of tiles are one where they share a vertex.
+function countComponents(rims: readonly TileBoundary[], numbers: Uint32Array[], shared: number): number {
+  const firstOf = rims.map(() => 0);
+  let total = shared;
+  rims.forEach((rim, tile) => {
+    firstOf[tile] = total;
+    total += rim.components;
+  });
+  const sets = new Components(total);
+  rims.forEach((rim, tile) => {
+    numbers[tile].forEach((vertex, i) => sets.join(vertex, firstOf[tile] + rim.component[i]));
+  });
+  return sets.count();
+}
+
+function isOnBorder(border: DataBorder, points: Int32Array, a: number, b: number): boolean {
+  if (border.anywhere) return true;
+  for (let axis = 0; axis < 3; ++axis) {
+    const a1 = points[3 * a + axis];
+    const b1 = points[3 * b + axis];
+    if (Math.max(a1, b1) <= border.low[axis] + border.inset) return true;
+    if (Math.min(a1, b1) >= border.high[axis] - border.inset) return true;
+  }
+  return false;
+}

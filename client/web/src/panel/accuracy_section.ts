@@ -1,0 +1,99 @@
+// How exact the surface has to be, or how large it may be.
+import type { DatasetInfo } from "../protocol/messages";
+import { lengthText, voxelLength } from "../stream/dataset";
+import { qualities } from "../state/url_state";
+import { h } from "../shared/elements";
+import { counted, grouped } from "../shared/quantities";
+import { folded } from "./inputs";
+import { type Change, errorScale, type PanelSection } from "./panel_section";
+import { SettingControls } from "./setting_controls";
+
+const budgetPositions = 40; // 10 000 to 10 million triangles, then no limit.
+
+export interface AccuracyPart extends PanelSection {
+  showPaused: (isPaused: boolean) => void; // View-dependent detail.
+}
+
+// `expected` shows the expected size of the surface.
+export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPart {
+  let info: DatasetInfo | null = null;
+  const controls = new SettingControls(change);
+  const world = (voxels: number) =>
+    info ? ` (${lengthText(voxels * voxelLength(info), info)})` : "";
+  const error = controls.slider("error", {
+    label: "Allowed error",
+    tip: "How far the surface may be from the one at full resolution. Larger errors need fewer triangles.",
+    ...errorScale,
+    text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel") + world(value)),
+  });
+  const named = [...qualities].map(([word, voxels]) => {
+    const button = h("button", { type: "button", "data-tip": voxels === 0 ? "Full resolution." : `An error of ${counted(voxels, "voxel")}.` },
+      word[0].toUpperCase() + word.slice(1));
+    button.addEventListener("click", () => change({ error: voxels }));
+    return { button, voxels };
+  });
+  const chips = h("div", { class: "chips", role: "group", "aria-label": "Qualities" }, ...named.map(({ button }) => button));
+  const bound = controls.choice("bound", {
+    label: "Kind of error",
+    tip: "How the error of leaving out a point is measured.",
+    words: [
+      ["certified", "Guaranteed", "A bound: the real distance is never larger than the allowed error."],
+      ["paper", "Estimated", "The measure of the 1997 method; the real distance may exceed it."],
+    ],
+  });
+  const rule = controls.choice("topologyRule", {
+    label: "Keeping the topology",
+    tip: "Which points must stay so that parts, tunnels and hollows stay.",
+    words: [
+      ["exact", "Exact", "Only points where the topology really changes: fewer triangles."],
+      ["paper", "Cautious", "Every change of sign counts, as in the 1997 method."],
+    ],
+  });
+  const tolerance = controls.slider("topologyTolerance", {
+    label: "Features that may vanish",
+    tip: "Parts, tunnels and hollows up to this size may be left out. 0 keeps every one of them.",
+    min: 0, max: 4, step: 1,
+    toPosition: (value) => (value < 1 ? 0 : Math.min(4, Math.log2(value) + 1)),
+    fromPosition: (at) => (at === 0 ? 0 : 2 ** (at - 1)),
+    text: (value) => (value === 0 ? "none" : `up to ${counted(value, "voxel")}`),
+  });
+  const budget = controls.slider("maxTriangles", {
+    label: "At most",
+    tip: "A budget: the server takes the smallest error that fits.",
+    min: 0, max: budgetPositions, step: 1,
+    toPosition: (value) => value === 0 ? budgetPositions : Math.round(((Math.log10(value) - 4) / 3) * (budgetPositions - 1)),
+    fromPosition: (at) => at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2)),
+    text: (value) => (value === 0 ? "any number of triangles" : `${grouped(value)} triangles`),
+  });
+  const simplify = controls.toggle("simplify", {
+    label: "Simplify",
+    tip: "Leaves out the triangles that the allowed error does not need: a few are left, the bound " +
+      "holds. The server works longer for it.",
+  });
+  const follow = controls.toggle("followView", {
+    label: "View-dependent detail",
+    tip: "Finer than the allowed error where that is more than so many pixels; asks anew when the camera rests.",
+  });
+  const followTip = follow.getAttribute("data-tip")!;
+  const pixels = controls.slider("pixels", {
+    label: "Error on the screen", tip: "How many pixels an error may cover where you look. The allowed error holds everywhere.",
+    min: 0.5, max: 8, step: 0.5,
+    text: (value) => counted(value, "pixel"),
+  });
+  return {
+    elements: [
+      error, chips, expected, budget, simplify, follow, pixels,
+      folded("More about accuracy", false, bound, rule, tolerance),
+    ],
+    show: (settings, shown) => {
+      info = shown;
+      controls.show(settings);
+      pixels.hidden = !settings.followView;
+      for (const { button, voxels } of named) button.setAttribute("aria-pressed", String(settings.error === voxels));
+    },
+    showPaused: (isPaused) => {
+      follow.classList.toggle("is-off", isPaused);
+      follow.setAttribute("data-tip", isPaused ? "Paused, as the first surface was slow to come. Switch it off and on to use it." : followTip);
+    },
+  };
+}

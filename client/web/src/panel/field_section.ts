@@ -1,0 +1,106 @@
+// A second field that colors the surfaces: another one of the same series, or any dataset in the same world.
+import type { DatasetInfo } from "../protocol/messages";
+import { colorMaps } from "../shared/color_maps";
+import { entriesOf, seriesOf, isOfOneSeries, named, ofField } from "../state/series";
+import type { Progress } from "../state/progress";
+import { worldDifference } from "../stream/dataset";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
+import type { Change, PanelSection } from "./panel_section";
+import { SettingControls } from "./setting_controls";
+
+export interface FieldPart extends PanelSection {
+  showDatasets: (list: readonly DatasetInfo[]) => void;
+  showProgress: (progress: Progress) => void;
+}
+
+interface Offer {
+  name: string; // The name of the dataset or of its series.
+  words: string;
+}
+
+export function fieldPart(change: Change): FieldPart {
+  const controls = new SettingControls(change);
+  const choice = h("select", { class: "select", "aria-label": "Color the surfaces by" });
+  choice.addEventListener("change", () => change({ colorBy: choice.value, fieldLevel: null, fieldWindow: null }));
+  const colors = controls.choice("colors", {
+    label: "Colors", tip: "From small values to large ones; drag the legend in the picture to turn the range.",
+    words: colorMaps.map((map) => [map, map] as const),
+  });
+  const log = controls.toggle("fieldLog", {
+    label: "Logarithmic", tip: "Equal factors of the values have equal steps of color.",
+  });
+  const none = h("input", { type: "color", "aria-label": "Color where there is no value" });
+  none.addEventListener("input", () => change({ noValueColor: none.value }));
+  const noneRow = h("label", { class: "control toggle", "data-tip": "The color of places where the field has no value." },
+    h("span", {}, "Where there is none"), none);
+  const note = h("p", { class: "hint", "data-tip":
+    "Colors are exact at vertices, to a 65534th of the range; between them they are interpolated." });
+  let list: readonly DatasetInfo[] = [];
+  let info: DatasetInfo | null = null;
+  let wanted = "";
+  let offered = "";
+  const offer = () => {
+    const { fields, others } = info ? offersFor(list, info) : { fields: [], others: [] };
+    const chosen = chosenOf(list, info, wanted);
+    const isUnknown = chosen !== "" && ![...fields, ...others].some(({ name }) => name === chosen);
+    const rest = isUnknown ? [...others, { name: chosen, words: chosen }] : others;
+    const key = JSON.stringify([fields, rest]);
+    if (key !== offered) {
+      offered = key;
+      choice.replaceChildren(h("option", { value: "" }, "Nothing: one color each"),
+        ...group("Fields of the same series", fields), ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest));
+    }
+    choice.value = chosen;
+  };
+  return {
+    elements: [choice, colors, log, noneRow, note],
+    show: (settings, shown) => {
+      controls.show(settings);
+      none.value = settings.noValueColor;
+      colors.hidden = log.hidden = noneRow.hidden = note.hidden = settings.colorBy === "";
+      if (info === shown && wanted === settings.colorBy) return;
+      info = shown;
+      wanted = settings.colorBy;
+      offer();
+    },
+    showDatasets: (now) => {
+      list = now;
+      offer();
+    },
+    showProgress: ({ scalars }) => {
+      note.textContent = scalars ? `Between vertices, colors are at most about ${inDigits(scalars.deviation, 2)} beside the field.` : "";
+    },
+  };
+}
+
+function group(label: string, offers: readonly Offer[]): HTMLElement[] {
+  if (offers.length === 0) return [];
+  return [h("optgroup", { label }, ...offers.map(({ name, words }) => h("option", { value: name }, words)))];
+}
+
+// A field is named by its first time, so that the names stay while the times go by.
+function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: Offer[]; others: Offer[] } {
+  const series = seriesOf(list, info);
+  const fields = series && series.fields.length > 1 ? series.fields : [];
+  return {
+    fields: fields.map((field) => ({ name: firstOf(list, info, field), words: field || "(no name)" })),
+    others: entriesOf(list)
+      .filter((one) => worldDifference(info, one.info) === null && !(fields.length > 0 && isOfOneSeries(one.info, info)))
+      .map(({ name }) => ({ name, words: name })),
+  };
+}
+
+function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string): string {
+  const series = seriesOf(list, info)!;
+  const first = named(list, series.name)!;
+  return (ofField(series, first, field) ?? info).name;
+}
+
+// What of the offers the wanted one is.
+function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted: string): string {
+  const by = named(list, wanted);
+  if (!wanted || !by || !info) return wanted;
+  if (isOfOneSeries(by, info) && by.member && (seriesOf(list, by)?.fields.length ?? 0) > 1) return firstOf(list, info, by.member.field);
+  return seriesOf(list, by)?.name ?? by.name;
+}

@@ -1,0 +1,84 @@
+// The isovalues: lines in the histogram that one drags, the first one's number, and values worth a look.
+import type { DatasetInfo } from "../protocol/messages";
+import { forever } from "../state/browser_storage";
+import { rangeOf } from "../state/series";
+import type { Settings } from "../state/settings";
+import { surfacesOf, withSurface } from "../state/surfaces";
+import { suggestedIsovalue } from "../stream/request";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
+import { tissueAtValue } from "../shared/sample_window";
+import { componentFilter } from "./component_filter";
+import { HistogramView } from "./histogram";
+import { toggle } from "./inputs";
+import { numberInput } from "./number_input";
+import type { Change, PanelSection } from "./panel_section";
+
+export interface IsovaluePart extends PanelSection {
+  histogram: HistogramView;
+  showDatasets: (list: readonly DatasetInfo[]) => void;
+}
+
+// `keepLargest`: hides all but the largest component of a surface.
+export function isovaluePart(change: Change, keepLargest: (surface: number) => void): IsovaluePart {
+  const hasDragged = forever.get("hasDragged") !== null; // Once is enough.
+  const hint = h("p", { class: "hint", hidden: hasDragged },
+    "Drag the line: the surface runs where the data has this value.");
+  let info: DatasetInfo | null = null;
+  let list: readonly DatasetInfo[] = [];
+  let settings: Settings;
+  const histogram = new HistogramView({
+    moved: (surface, isovalue, isDragging) => {
+      hint.classList.add("is-read");
+      histogram.invite(false);
+      forever.set("hasDragged", "yes");
+      change(withSurface(settings, surface, { isovalue }), isDragging);
+    },
+  });
+  const input = numberInput("Isovalue", (isovalue) => change({ isovalue }));
+  const log = toggle({
+    label: "log", tip: "Logarithmic heights: rare values become visible.",
+    turned: (logScale) => change({ logScale }),
+  });
+  const filter = componentFilter("the surface", (minComponent) => change({ minComponent }), () => keepLargest(0));
+  const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
+  const chip = (value: number, of: DatasetInfo) => {
+    const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
+      `${inDigits(value)} ${tissueAtValue(value, of)}`.trim());
+    button.dataset.value = String(value);
+    button.addEventListener("click", () => change({ isovalue: value }));
+    return button;
+  };
+  return {
+    histogram,
+    elements: [
+      h("div", { class: "section-head" }, h("h2", {}, "Isovalue"), input.element, log.element),
+      histogram.element, chips, hint, filter.element,
+    ],
+    show: (now, shown) => {
+      settings = now;
+      log.show(now.logScale);
+      filter.show(now.minComponent);
+      filter.element.hidden = now.surfaces.length > 0; // Each has its own.
+      if (!shown) return;
+      const suggested = suggestedIsovalue(shown);
+      const lines = surfacesOf(now).flatMap(({ isovalue, color, dataset }, surface) =>
+        (dataset || shown.name) === shown.name ? [{ surface, isovalue: isovalue ?? suggested, color }] : []);
+      histogram.show(shown, lines, now.logScale, rangeOf(list, shown));
+      if (shown !== info) {
+        const values = shown.suggestedIsovalues.slice(0, 5).sort((a, b) => a - b);
+        chips.replaceChildren(...(values.length > 1 ? values.map((value) => chip(value, shown)) : []));
+        if (!info) histogram.invite(!hasDragged);
+      }
+      info = shown;
+      const isovalue = now.isovalue ?? suggested;
+      for (const button of chips.querySelectorAll("button")) {
+        button.setAttribute("aria-pressed", String(Number(button.dataset.value) === isovalue));
+      }
+      input.show(isovalue);
+    },
+    showDatasets: (now) => {
+      list = now;
+    },
+  };
+}

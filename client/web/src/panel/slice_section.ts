@@ -1,0 +1,49 @@
+// A plane of samples in the picture: where it lies and its colors. The legend in the picture has the rest.
+import type { DatasetInfo } from "../protocol/messages";
+import { colorMaps } from "../shared/color_maps";
+import { h } from "../shared/elements";
+import { sampleWindows } from "../shared/sample_window";
+import type { Change, PanelSection } from "./panel_section";
+import { SettingControls } from "./setting_controls";
+
+export function slicePart(change: Change): PanelSection {
+  const controls = new SettingControls(change);
+  const slice = controls.choice("slice", {
+    label: "Plane", tip: "The samples on a plane across the data, with the lines where it cuts the surfaces.",
+    words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
+  });
+  const at = controls.slider("sliceAt", {
+    label: "Position", tip: "Where the plane lies along its axis.",
+    min: 0, max: 1, step: 0.002,
+    text: (value) => `${(100 * value).toFixed(1)} %`,
+  });
+  const colors = controls.choice("sliceColors", {
+    label: "Colors of samples", tip: "From small values to large ones; drag the legend in the picture to change level and window.",
+    words: colorMaps.map((map) => [map, map] as const),
+  });
+  const windows = h("div", { class: "chips", role: "group", "aria-label": "Windows" });
+  const air = controls.toggle("transparentAir", {
+    label: "Transparent air", tip: "Samples of air, or of a dark background, are not drawn on the plane.",
+  });
+  const log = controls.toggle("samplesLog", {
+    label: "Logarithmic", tip: "Equal factors of the values have equal steps of color.",
+  });
+  let known: DatasetInfo | null = null;
+  const showWindows = (info: DatasetInfo | null) => {
+    if (info === known) return;
+    known = info;
+    windows.replaceChildren(...(info ? sampleWindows(info) : []).map(({ name, level, width }) => {
+      const button = h("button", { type: "button", "data-tip": `Level ${level}, window ${width}${info!.valueUnit ? ` ${info!.valueUnit}` : ""}.` }, name);
+      button.addEventListener("click", () => change({ level, windowWidth: width }));
+      return button;
+    }));
+  };
+  return {
+    elements: [slice, at, colors, windows, air, log],
+    show: (settings, info) => {
+      controls.show(settings);
+      showWindows(info);
+      at.hidden = settings.slice === "off";
+    },
+  };
+}

@@ -1,0 +1,144 @@
+// The list of surfaces: of each its color, isovalue, opacity, error, whether it is shown, and what has
+// come of it. Their lines are in the histogram.
+import type { DatasetInfo } from "../protocol/messages";
+import type { Progress } from "../state/progress";
+import { labelOf } from "../state/series";
+import { materials, type Settings } from "../state/settings";
+import {
+  mostSurfaces, type SurfaceSettings, surfacesOf, withAddedSurface, withoutSurface, withSurface,
+} from "../state/surfaces";
+import { suggestedIsovalue } from "../stream/request";
+import { accuracyOf } from "./certificate";
+import { h } from "../shared/elements";
+import { grouped } from "../shared/quantities";
+import { componentWords, componentFilter, hidesAny } from "./component_filter";
+import type { Control } from "./inputs";
+import { numberInput } from "./number_input";
+import type { Change, PanelSection } from "./panel_section";
+
+export interface SurfacesPart extends PanelSection {
+  showDatasets: (list: readonly DatasetInfo[]) => void;
+  showProgress: (surface: number, progress: Progress) => void;
+}
+
+export function surfacesPart(change: Change, keepLargest: (surface: number) => void): SurfacesPart {
+  let settings: Settings;
+  let info: DatasetInfo | null = null;
+  let datasets: readonly DatasetInfo[] = [];
+  const rows = new Map<number, Row>(); // Labels have a list of their own.
+  const list = h("ul", { class: "surfaces" });
+  const add = h("button", {
+    type: "button", class: "action", "data-tip": "Another surface of the same data: skin around bone, for example.",
+  }, "Add a surface");
+  add.addEventListener("click", () => {
+    if (!info) return;
+    const suggested = suggestedIsovalue(info);
+    const used = surfacesOf(settings).map(({ isovalue }) => isovalue ?? suggested);
+    change(withAddedSurface(settings, nextIsovalue(used, info), suggested));
+  });
+  const rowAt = (at: number) => {
+    const row = surfaceRow(at, (changes, isDragging) => change(withSurface(settings, at, changes), isDragging), () => {
+      change(withoutSurface(settings, at));
+      add.focus(); // What had the keyboard is gone.
+    }, () => keepLargest(at));
+    list.append(row.element);
+    rows.set(at, row);
+    return row;
+  };
+  return {
+    elements: [list, add],
+    show: (now, shown) => {
+      settings = now;
+      info = shown;
+      const surfaces = surfacesOf(now);
+      const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || now.dataset) !== null;
+      for (const [at, row] of rows) {
+        if (surfaces[at] && !isLabel(surfaces[at])) continue;
+        row.element.remove();
+        rows.delete(at);
+      }
+      surfaces.forEach((surface, at) => {
+        if (isLabel(surface)) return;
+        const isovalue = surface.isovalue ?? (shown && suggestedIsovalue(shown));
+        (rows.get(at) ?? rowAt(at)).show({ ...surface, isovalue }, surfaces.length > 1);
+      });
+      add.hidden = rows.size >= mostSurfaces;
+    },
+    showProgress: (surface, progress) => rows.get(surface)?.showProgress(progress),
+    showDatasets: (now) => {
+      datasets = now;
+    },
+  };
+}
+
+// The suggested value that is farthest from those that have a surface; else one between the last and the largest.
+export function nextIsovalue(used: readonly number[], { suggestedIsovalues, max }: Pick<DatasetInfo, "suggestedIsovalues" | "max">): number {
+  const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
+  const fresh = suggestedIsovalues.filter((value) => !used.includes(value));
+  if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
+  return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
+}
+
+interface Row extends Pick<Control<SurfaceSettings>, "element"> {
+  show: (surface: SurfaceSettings, isOneOfSeveral: boolean) => void;
+  showProgress: (progress: Progress) => void;
+}
+
+function surfaceRow(
+  at: number,
+  change: (changes: Partial<SurfaceSettings>, isDragging?: boolean) => void,
+  remove: () => void,
+  keepLargest: () => void,
+): Row {
+  const name = `surface ${at + 1}`;
+  const color = h("input", { type: "color", "aria-label": `Color of ${name}` });
+  color.addEventListener("input", () => change({ color: color.value }));
+  const isovalue = numberInput(`Isovalue of ${name}`, (value) => change({ isovalue: value }));
+  const error = numberInput(`Allowed error of ${name}, in voxels`,
+    (value) => change({ error: Math.max(0, value) }), () => change({ error: null }));
+  error.element.setAttribute("data-tip", "The allowed error in voxels; empty: that of the first surface.");
+  error.element.setAttribute("placeholder", "error");
+  const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
+  opacity.setAttribute("data-tip", "The opacity of the surface.");
+  opacity.addEventListener("input", () => change({ opacity: Number(opacity.value) }));
+  const eye = h("button", { type: "button", class: "eye", "aria-label": `Show ${name}`, "data-tip": "Shows or hides the surface." }, "◉");
+  let isVisible = true;
+  eye.addEventListener("click", () => change({ visible: !isVisible }));
+  const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
+  cross.addEventListener("click", remove);
+  const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it answers to light." },
+    ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
+  material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
+  const filter = componentFilter(name, (minComponent) => change({ minComponent }), keepLargest);
+  const state = h("span", { class: "surface-state" });
+  const dataset = h("span", { class: "surface-dataset", hidden: true });
+  const element = h("li", { class: "surface-row" }, dataset, color, isovalue.element, opacity, eye, cross, state, error.element, filter.element, material);
+  return {
+    element,
+    show: (surface, isOneOfSeveral) => {
+      isVisible = surface.visible;
+      dataset.hidden = !surface.dataset;
+      dataset.textContent = surface.dataset ?? "";
+      color.value = surface.color;
+      isovalue.show(surface.isovalue);
+      error.show(surface.error);
+      opacity.value = String(surface.opacity);
+      opacity.setAttribute("aria-valuetext", `${Math.round(100 * surface.opacity)} %`);
+      opacity.style.setProperty("--share", `${100 * surface.opacity}%`);
+      material.value = surface.material ?? "neutral";
+      eye.setAttribute("aria-pressed", String(isVisible));
+      eye.textContent = isVisible ? "◉" : "○";
+      filter.show(surface.minComponent ?? 0);
+      cross.hidden = filter.element.hidden = !isOneOfSeveral;
+    },
+    showProgress: ({ shown, components, isStreaming, trouble, heldBack }) => {
+      const limit = heldBack ? ", the best of this size" : "";
+      const hidden = hidesAny(components) ? `, ${componentWords(components)}` : "";
+      const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
+      const accuracy = shown ? accuracyOf(shown, 2) : null;
+      const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${hidden}` : "";
+      const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
+      if (state.textContent !== text) state.textContent = text;
+    },
+  };
+}

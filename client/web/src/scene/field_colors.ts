@@ -1,0 +1,51 @@
+// How the values of a second field become colors on surfaces. One for all surfaces of a view.
+import * as THREE from "three";
+
+import { type ColorMap, colorRow, type ColorScale, endsOf, shareInShader } from "../shared/color_maps";
+
+export class FieldColors {
+  readonly uniforms = {
+    fieldColors: { value: null as THREE.DataTexture | null },
+    fieldRange: { value: new THREE.Vector2(0, 1) }, // What the surface's numbers span, in values.
+    fieldEnds: { value: new THREE.Vector2(0, 1) }, // The range of the colors, from endsOf().
+    fieldIsLog: { value: false },
+    fieldNone: { value: new THREE.Color() }, // Where there is no value.
+  };
+  private map: ColorMap | null = null;
+
+  setRange(low: number, high: number): void {
+    this.uniforms.fieldRange.value.set(low, high);
+  }
+
+  setLook({ map, ...scale }: ColorScale, noValue: string): void {
+    this.uniforms.fieldEnds.value.set(...endsOf(scale));
+    this.uniforms.fieldIsLog.value = scale.isLog;
+    this.uniforms.fieldNone.value.set(noValue);
+    if (map === this.map) return;
+    this.uniforms.fieldColors.value?.dispose();
+    const row = new THREE.DataTexture(colorRow(map, 256), 256, 1);
+    row.colorSpace = THREE.SRGBColorSpace;
+    row.needsUpdate = true;
+    this.uniforms.fieldColors.value = row;
+    this.map = map;
+  }
+
+  // In onBeforeCompile of a surface's material.
+  enter(shader: THREE.WebGLProgramParametersWithUniforms): void {
+    Object.assign(shader.uniforms, this.uniforms);
+    shader.vertexShader = shader.vertexShader
+      .replace("#include <common>", "#include <common>\nattribute float scalar;\nvarying float vScalar;")
+      .replace("#include <begin_vertex>", "#include <begin_vertex>\nvScalar = scalar;");
+    shader.fragmentShader = shader.fragmentShader
+      .replace("#include <common>",
+        "#include <common>\nuniform sampler2D fieldColors;\nuniform vec2 fieldRange;\nuniform vec2 fieldEnds;\n" +
+        `uniform bool fieldIsLog;\nuniform vec3 fieldNone;\nvarying float vScalar;\n${shareInShader}`)
+      .replace("#include <color_fragment>",
+        "#include <color_fragment>\n" +
+          "if (vScalar >= 0.999) {\n" +
+          "  float fieldValue = mix(fieldRange.x, fieldRange.y, vScalar - 1.0);\n" +
+          "  float fieldShare = shareOf(fieldValue, fieldEnds, fieldIsLog);\n" +
+          "  diffuseColor.rgb = texture2D(fieldColors, vec2((fieldShare * 255.0 + 0.5) / 256.0, 0.5)).rgb;\n" +
+          "} else if (vScalar != 0.0) diffuseColor.rgb = fieldNone;");
+  }
+}

@@ -1,0 +1,154 @@
+// What surrounds the surface: the box of the data, numbers along three of its edges, and a scale bar,
+// all in the unit of the dataset's spacing.
+import * as THREE from "three";
+
+import { applied, lengthText, type Vec3 } from "../stream/dataset";
+import type { DatasetInfo } from "../protocol/messages";
+import { h } from "../shared/elements";
+import { inDigits } from "../shared/quantities";
+import { disposeTree } from "./dispose_tree";
+import { layers } from "./layers";
+import type { Stage } from "./stage";
+import { ticks } from "./ticks";
+
+const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
+const apart = 46; // CSS pixels between two numbers, at least.
+const outwards = 16; // From an edge to its numbers.
+
+// An edge of the box, and the numbers that may stand along it.
+interface Edge {
+  from: THREE.Vector3;
+  to: THREE.Vector3;
+  low: number; // What is written at its ends: world coordinates, or lengths where the box is oblique.
+  high: number;
+}
+
+export class SceneDecorations {
+  readonly scaleBar = h("div", { class: "scale-bar", "data-tip":
+    "A length at the distance of the middle of the picture, in the unit of the dataset's spacing." });
+  readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
+  private readonly box = new THREE.Group();
+  private readonly labels: HTMLElement[] = [];
+  private edges: Edge[][] = [[], [], []]; // Four of each axis.
+  private middle = new THREE.Vector3();
+  private dataset: DatasetInfo | null = null; // Before there is one, no length means anything.
+
+  constructor(private readonly stage: Stage) {
+    stage.scene.add(this.box);
+    stage.whenDrawn(() => {
+      this.drawScale();
+      this.drawNumbers();
+    });
+  }
+
+  setDataset(info: DatasetInfo): void {
+    disposeTree(this.box);
+    this.dataset = info;
+    const corner = (bits: number): Vec3 =>
+      applied(info.indexToWorld, info.dims.map((n, axis) => (bits & (1 << axis) ? n - 1 : 0)));
+    this.middle.set(...corner(0)).add(new THREE.Vector3(...corner(7))).multiplyScalar(0.5);
+    this.edges = [0, 1, 2].map((axis) =>
+      [0, 1, 2, 3, 4, 5, 6, 7].filter((bits) => !(bits & (1 << axis))).map((bits) =>
+        edgeOf(new THREE.Vector3(...corner(bits)), new THREE.Vector3(...corner(bits | (1 << axis))))),
+    );
+    for (const [axis, edges] of this.edges.entries()) {
+      edges.forEach(({ from, to }, i) => this.box.add(lineOf(from, to, i === 0 ? axisColors[axis] : null)));
+    }
+    this.show(this.box.visible);
+    this.stage.invalidate();
+  }
+
+  show(isVisible: boolean): void {
+    this.box.visible = isVisible;
+    this.scaleBar.hidden = this.numbers.hidden = !isVisible || !this.dataset;
+    this.stage.invalidate();
+  }
+
+  // The length of the scale bar in CSS pixels; null: not shown.
+  get scale(): { pixels: number; text: string } | null {
+    const pixels = parseFloat(this.scaleBar.style.width);
+    return this.scaleBar.hidden || !(pixels > 0) ? null : { pixels, text: this.scaleBar.textContent ?? "" };
+  }
+
+  private drawScale(): void {
+    if (!this.dataset) return;
+    const wanted = this.stage.unitsOf(110);
+    const magnitude = 10 ** Math.floor(Math.log10(wanted));
+    const length = [5, 2, 1].map((n) => n * magnitude).find((value) => value <= wanted) ?? magnitude;
+    const pixels = length / this.stage.unitsOf(1);
+    if (!Number.isFinite(pixels)) return;
+    this.scaleBar.style.width = `${pixels.toFixed(1)}px`;
+    const text = lengthText(length, this.dataset, 4);
+    if (this.scaleBar.textContent !== text) this.scaleBar.textContent = text;
+  }
+
+  private drawNumbers(): void {
+    if (this.numbers.hidden) return;
+    let used = 0;
+    const centre = this.stage.project(this.middle);
+    for (const edges of centre ? this.edges : []) {
+      const seen = edges.map(({ from, to }) => [this.stage.project(from), this.stage.project(to)] as const);
+      const best = outermost(seen, centre!);
+      if (best < 0) continue;
+      const [a, b] = seen[best] as [Place, Place];
+      const { low, high } = edges[best];
+      const length = Math.hypot(b.x - a.x, b.y - a.y);
+      if (length < 2 * apart) continue;
+      // Away from the middle of the box, across the edge.
+      const side = Math.sign((b.x - a.x) * (centre!.y - a.y) - (b.y - a.y) * (centre!.x - a.x)) || 1;
+      const [nx, ny] = [(side * (b.y - a.y)) / length, (-side * (b.x - a.x)) / length];
+      for (const value of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
+        const share = (value - low) / (high - low);
+        const x = a.x + share * (b.x - a.x) + outwards * nx;
+        const y = a.y + share * (b.y - a.y) + outwards * ny;
+        this.write(used++, inDigits(value, 6), x, y);
+      }
+    }
+    for (const label of this.labels.slice(used)) label.hidden = true;
+  }
+
+  private write(at: number, text: string, x: number, y: number): void {
+    const label = (this.labels[at] ??= this.numbers.appendChild(h("span")));
+    label.hidden = false;
+    if (label.textContent !== text) label.textContent = text;
+    label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -50%)`;
+  }
+}
+
+interface Place {
+  x: number;
+  y: number;
+}
+
+// The edge whose middle is farthest from the box's on the screen, rather below than above: nothing is
+// behind its numbers. -1: they are not all in front of the eye.
+function outermost(seen: (readonly [Place | null, Place | null])[], centre: Place): number {
+  let best = -1;
+  let most = -Infinity;
+  seen.forEach(([a, b], i) => {
+    if (!a || !b) return;
+    const [x, y] = [(a.x + b.x) / 2 - centre.x, (a.y + b.y) / 2 - centre.y];
+    const far = Math.hypot(x, y) + 0.4 * y - 0.1 * x;
+    if (far <= most) return;
+    most = far;
+    best = i;
+  });
+  return best;
+}
+
+function edgeOf(from: THREE.Vector3, to: THREE.Vector3): Edge {
+  const along = to.clone().sub(from);
+  const length = along.length();
+  const axis = along.toArray().findIndex((part) => Math.abs(part) > 0.99999 * length);
+  if (axis < 0) return { from, to, low: 0, high: length };
+  return { from, to, low: from.getComponent(axis), high: to.getComponent(axis) };
+}
+
+function lineOf(from: THREE.Vector3, to: THREE.Vector3, color: number | null): THREE.LineSegments {
+  const material = new THREE.LineBasicMaterial({
+    color: color ?? 0x808a96, transparent: true, opacity: color === null ? 0.32 : 1, depthWrite: false,
+  });
+  const line = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints([from, to]), material);
+  line.layers.set(layers.marks);
+  return line;
+}

@@ -1,0 +1,132 @@
+// Draws a frame. The plain way is one pass straight to the canvas. Where surfaces are translucent, or
+// hollows are to be darker, there are passes between:
+//
+//   solid things, marks -> colors, depths ------------->+
+//   solid things -> normals, depths -> occlusion ------->+-> canvas -> overlay
+//   translucent surfaces, layer by layer --------------->+
+import * as THREE from "three";
+import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
+
+import { exactDepths } from "./exact_depths";
+import { layers } from "./layers";
+import { type LensSettings, Occlusion, type OcclusionWish } from "./occlusion";
+import { Translucency } from "./translucency";
+
+export interface FrameOptions {
+  occlusion: OcclusionWish | null; // Null: none.
+  peels: number; // Passes for translucent surfaces; 0: there are none.
+}
+
+const joining = /* glsl */ `
+  uniform sampler2D solid;
+  uniform sampler2D occlusion;
+  uniform sampler2D translucent;
+  uniform highp sampler2D depths;
+  uniform highp sampler2D shape; // Depths of what the occlusion is about.
+  uniform bool hasOcclusion;
+  uniform bool hasTranslucent;
+  varying vec2 vUv;
+
+  // The mean over the noise's 5 by 5 pixels, of those that lie about as deep.
+  float light() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    ivec2 end = textureSize(depths, 0) - 1;
+    float here = texelFetch(depths, at, 0).r;
+    if (here >= 1.0) return 1.0;
+    float slope = fwidth(here) * 3.0 + 1e-5;
+    if (here < texelFetch(shape, at, 0).r - slope) return 1.0; // A mark before the surface.
+    float sum = 0.0;
+    float weights = 0.0;
+    for (int y = -2; y <= 2; ++y) {
+      for (int x = -2; x <= 2; ++x) {
+        ivec2 p = clamp(at + ivec2(x, y), ivec2(0), end);
+        float near = abs(texelFetch(depths, p, 0).r - here) <= slope ? 1.0 : 0.02;
+        sum += near * texelFetch(occlusion, p, 0).r;
+        weights += near;
+      }
+    }
+    return 0.3 + 0.7 * sum / weights; // Where no light comes straight, some comes around.
+  }
+
+  void main() {
+    vec4 color = texture2D(solid, vUv);
+    if (hasOcclusion) color.rgb *= light();
+    if (hasTranslucent) {
+      vec4 front = texture2D(translucent, vUv);
+      color = front + (1.0 - front.a) * color;
+    }
+    vec3 plain = color.a > 0.0 ? color.rgb / color.a : vec3(0.0);
+    gl_FragColor = vec4(sRGBTransferOETF(vec4(min(plain, 1.0), 1.0)).rgb * color.a, color.a);
+  }`;
+
+export class SceneRenderer {
+  private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
+    samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
+  });
+  private readonly occlusion = new Occlusion();
+  private readonly translucency = new Translucency();
+  private readonly join = new FullScreenQuad(
+    new THREE.ShaderMaterial({
+      uniforms: {
+        solid: { value: null }, occlusion: { value: null }, translucent: { value: null }, depths: { value: null },
+        shape: { value: null },
+        hasOcclusion: { value: false }, hasTranslucent: { value: false },
+      },
+      vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
+      fragmentShader: joining,
+      blending: THREE.NoBlending,
+      depthTest: false,
+      depthWrite: false,
+    }),
+  );
+
+  constructor(private readonly renderer: THREE.WebGLRenderer) {}
+
+  // What a scene is drawn to: programs for one of them are not those for another.
+  get targets(): (THREE.WebGLRenderTarget | null)[] {
+    return [null, this.solid];
+  }
+
+  draw(scene: THREE.Scene, camera: LensSettings, wish: FrameOptions): void {
+    const { renderer } = this;
+    if (wish.occlusion === null && wish.peels === 0) {
+      camera.layers.enableAll();
+      renderer.setRenderTarget(null);
+      renderer.render(scene, camera);
+      return;
+    }
+    const size = renderer.getDrawingBufferSize(new THREE.Vector2());
+    this.solid.setSize(size.x, size.y);
+    camera.layers.set(layers.solid);
+    camera.layers.enable(layers.marks);
+    renderer.setRenderTarget(this.solid);
+    renderer.clear();
+    renderer.render(scene, camera);
+    const depths = this.solid.depthTexture!;
+    const { uniforms } = this.join.material as THREE.ShaderMaterial;
+    uniforms.solid.value = this.solid.texture;
+    uniforms.depths.value = depths;
+    uniforms.hasOcclusion.value = wish.occlusion !== null;
+    uniforms.hasTranslucent.value = wish.peels > 0;
+    if (wish.occlusion !== null) {
+      uniforms.shape.value = this.occlusion.depths;
+      uniforms.occlusion.value = this.occlusion.texture(renderer, scene, camera, wish.occlusion, this.solid);
+    }
+    if (wish.peels > 0) {
+      uniforms.translucent.value = this.translucency.texture(renderer, scene, camera, depths, wish.peels);
+    }
+    renderer.setRenderTarget(null);
+    renderer.clear();
+    this.join.render(renderer);
+    this.drawOverlay(scene, camera);
+  }
+
+  private drawOverlay(scene: THREE.Scene, camera: LensSettings): void {
+    const { renderer } = this;
+    renderer.autoClear = false;
+    camera.layers.set(layers.overlay);
+    renderer.render(scene, camera);
+    camera.layers.enableAll();
+    renderer.autoClear = true;
+  }
+}

@@ -1,0 +1,43 @@
+// A few connections, shared by many surfaces. A holder keeps its connection, also when idle, until another one needs
+// it.
+export interface PoolClient {
+  readonly isBusy: boolean; // Its connection cannot be taken away now.
+  granted: () => void;
+  revoked: () => void;
+}
+
+export class ConnectionPool {
+  private readonly holders = new Set<PoolClient>(); // Roughly by idle time, longest first.
+  private readonly queue: PoolClient[] = [];
+
+  constructor(private readonly most: number) {}
+
+  want(one: PoolClient): void {
+    if (this.holders.has(one) || this.queue.includes(one)) return;
+    this.queue.push(one);
+    this.deal();
+  }
+
+  // It needs none any more.
+  leave(one: PoolClient): void {
+    this.holders.delete(one);
+    const at = this.queue.indexOf(one);
+    if (at >= 0) this.queue.splice(at, 1);
+    this.deal();
+  }
+
+  // A holder may have become idle.
+  deal(): void {
+    while (this.queue.length > 0) {
+      if (this.holders.size >= this.most) {
+        const idle = [...this.holders].find(({ isBusy }) => !isBusy);
+        if (!idle) return;
+        this.holders.delete(idle);
+        idle.revoked();
+      }
+      const next = this.queue.shift()!;
+      this.holders.add(next);
+      next.granted();
+    }
+  }
+}

@@ -1,0 +1,140 @@
+// Single questions about samples: a slice, the field at some places. They have a connection of their own
+// beside the streams, opened with the first query, so that tiles do not delay replies.
+import {
+  create, HelloSchema, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema, PayloadCodec,
+} from "../protocol/messages";
+import type { Vec3 } from "./dataset";
+import { Link } from "./link";
+
+// Pixels of a plane, in world coordinates.
+export interface SliceGrid {
+  origin: Vec3; // The middle of the first pixel.
+  right: Vec3; // From a pixel to the next one of its row.
+  down: Vec3; // From a row to the next.
+  width: number;
+  height: number;
+}
+
+export interface SliceValues {
+  grid: SliceGrid;
+  values: Float32Array; // Row by row; NaN where there is no field.
+  sampleSpacing: number; // 1, or 8: made of every eighth sample.
+}
+
+type Answer = Extract<ServerKind, { case: "sliceReply" | "probeReply" }>;
+
+interface Asked {
+  send: () => void;
+  resolve: (answer: Answer) => void;
+  reject: (error: Error) => void;
+}
+
+const mostAtOnce = 4; // That a server takes of one connection.
+
+export class DatasetQueries {
+  private readonly link: Link;
+  private readonly underWay = new Map<bigint, Asked>();
+  private waiting: { id: bigint; asked: Asked }[] = [];
+  private lastId = 0n;
+  private phase: "none" | "greeting" | "ready" = "none";
+
+  constructor(address: string, private readonly token: () => string) {
+    this.link = new Link(address, {
+      opened: () => this.greet(),
+      received: (message) => this.receive(message),
+      closed: () => this.lose("The connection to the server is lost."),
+      impossible: () => this.lose("No connection can be made."),
+    });
+  }
+
+  // Rejects with a sentence.
+  async slice(dataset: string, grid: SliceGrid): Promise<SliceValues> {
+    const answer = await this.ask((requestId) => {
+      const value = create(SliceSchema, { requestId, dataset, ...grid });
+      this.link.send({ case: "slice", value });
+    });
+    if (answer.case !== "sliceReply") throw new Error("The server answered another question.");
+    const { width, height, sampleSpacing, values } = answer.value;
+    if (width !== grid.width || height !== grid.height || values.length !== 4 * width * height) {
+      throw new Error(`The server's slice has ${width} by ${height} pixels and ${values.length} bytes.`);
+    }
+    // A copy, as the bytes may begin anywhere in their message; numbers of the wire are little-endian.
+    return { grid, values: new Float32Array(values.slice().buffer), sampleSpacing };
+  }
+
+  async probe(dataset: string, place: Vec3): Promise<ProbedPlace> {
+    const answer = await this.ask((requestId) => {
+      const value = create(ProbeSchema, { requestId, dataset, places: place });
+      this.link.send({ case: "probe", value });
+    });
+    if (answer.case !== "probeReply" || answer.value.places.length !== 1) {
+      throw new Error("The server answered another question.");
+    }
+    return answer.value.places[0];
+  }
+
+  close(): void {
+    this.link.leave();
+    this.lose("Cancelled.");
+  }
+
+  private ask(send: (id: bigint) => void): Promise<Answer> {
+    const id = ++this.lastId;
+    return new Promise((resolve, reject) => {
+      this.waiting.push({ id, asked: { send: () => send(id), resolve, reject } });
+      if (this.phase === "none") {
+        this.phase = "greeting";
+        this.link.connect();
+      }
+      this.goOn();
+    });
+  }
+
+  private goOn(): void {
+    while (this.phase === "ready" && this.waiting.length > 0 && this.underWay.size < mostAtOnce) {
+      const { id, asked } = this.waiting.shift()!;
+      this.underWay.set(id, asked);
+      asked.send();
+    }
+  }
+
+  private greet(): void {
+    const value = create(HelloSchema, {
+      minVersion: 1, maxVersion: 1, codecs: [PayloadCodec.DRACO_LATTICE], token: this.token(), agent: "multitetra-viewer/0.1 questions",
+    });
+    this.link.send({ case: "hello", value });
+  }
+
+  private receive(message: ServerKind): void {
+    switch (message.case) {
+      case "welcome":
+        this.phase = "ready";
+        break;
+      case "sliceReply":
+      case "probeReply":
+        this.underWay.get(message.value.requestId)?.resolve(message);
+        this.underWay.delete(message.value.requestId);
+        break;
+      case "error": {
+        const { requestId, text } = message.value;
+        if (requestId === 0n) {
+          this.link.leave();
+          return this.lose(text);
+        }
+        this.underWay.get(requestId)?.reject(new Error(text));
+        this.underWay.delete(requestId);
+        break;
+      }
+    }
+    this.goOn();
+  }
+
+  // The next question connects anew.
+  private lose(text: string): void {
+    this.phase = "none";
+    const asked = [...this.underWay.values(), ...this.waiting.map((one) => one.asked)];
+    this.underWay.clear();
+    this.waiting = [];
+    for (const { reject } of asked) reject(new Error(text));
+  }
+}

@@ -1,0 +1,253 @@
+#include "common/mesh/merged_tiles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <set>
+#include <vector>
+
+#include "common/mesh/detail/disjoint_sets.hpp"
+#include "common/mesh/detail/edge_uses.hpp"
+#include "common/mesh/vertex_numbers.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+// What a tile has in common with others, and the counts of what it has alone.
+struct TileSeam {
+  std::vector<std::uint32_t> vertices;              // On the cube's faces.
+  std::vector<std::array<std::uint32_t, 2>> edges;  // Directed, between two of these.
+  // The component of each of these vertices.
+  std::vector<std::uint32_t> component_of;
+  std::uint32_t components = 0;
+  std::vector<std::uint32_t> number_of;  // In the whole mesh; kNone until it is known.
+  MeshTopology alone;
+};
+
+bool is_on_face(const LatticePoint& p, const OctreeCube& cube, int resolution) {
+  const auto is_end = [shift = cube.exponent + resolution](std::int32_t v, std::int32_t position) {
+    return v == position << shift || v == (position + 1) << shift;
+  };
+  return is_end(p.x, cube.x) || is_end(p.y, cube.y) || is_end(p.z, cube.z);
+}
+
+bool is_proper(const TriangleIndices& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
+
+// In which faces of a marched box a point lies: bit 2 axis + (0 low, 1 high).
+std::uint8_t faces_of_box(const LatticePoint& p, const MarchedBox& box) {
+  unsigned faces = 0;
+  faces |= (p.x == box.low.x ? 1U : 0U) | (p.x == box.high.x ? 2U : 0U);
+  faces |= (p.y == box.low.y ? 4U : 0U) | (p.y == box.high.y ? 8U : 0U);
+  faces |= (p.z == box.low.z ? 16U : 0U) | (p.z == box.high.z ? 32U : 0U);
+  return static_cast<std::uint8_t>(faces);
+}
+
+// Finds the seam's edges and counts all others by comparing every edge with its uses.
+class ComparedEdges {
+ public:
+  ComparedEdges(const LatticeMesh& mesh, const std::vector<bool>& is_shared,
+                const DataBorder& border)
+      : mesh_(mesh), is_shared_(is_shared), border_(border) {}
+
+  void add_to(TileSeam& seam) const {
+    const auto each_use = [this](const auto& use) {
+      for (const TriangleIndices& t : mesh_.triangles) {
+        if (!is_proper(t)) continue;
+        for (std::size_t i = 0; i < 3; ++i) use(t[i], t[(i + 1) % 3]);
+      }
+    };
+    for (const TriangleIndices& t : mesh_.triangles) {
+      if (!is_proper(t)) ++seam.alone.degenerate_triangles;
+    }
+    visit_edges(
+        mesh_.vertices.size(), each_use,
+        [&](std::uint32_t lower, std::span<const EdgeUse> uses) { add_edge(lower, uses, seam); });
+  }
+
+ private:
+  void add_edge(std::uint32_t lower, std::span<const EdgeUse> uses, TileSeam& seam) const {
+    const std::uint32_t upper = uses.front().upper;
+    if (is_shared_[lower] && is_shared_[upper]) {
+      for (const EdgeUse& use : uses) {
+        seam.edges.push_back(use.upwards ? std::array{lower, upper} : std::array{upper, lower});
+      }
+      return;
+    }
+    const auto is_on_border = [&] {
+      return border_.contains_edge(mesh_.vertices[lower], mesh_.vertices[upper]);
+    };
+    count_edge(uses, is_on_border, seam.alone);
+  }
+
+  const LatticeMesh& mesh_;
+  const std::vector<bool>& is_shared_;
+  const DataBorder& border_;
+};
+
+// The same of a mesh that was marched in a box: only edges in its faces are looked at.
+void add_marched_edges(const LatticeMesh& mesh, const MarchedBox& box,
+                       const std::vector<bool>& is_shared, const DataBorder& border,
+                       TileSeam& seam) {
+  std::vector<std::uint8_t> faces;
+  faces.reserve(mesh.vertices.size());
+  for (const LatticePoint& p : mesh.vertices) faces.push_back(faces_of_box(p, box));
+  std::int64_t used_once = 0;
+  for (const TriangleIndices& t : mesh.triangles) {
+    if ((faces[t[0]] | faces[t[1]] | faces[t[2]]) == 0) continue;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t from = t[i];
+      const std::uint32_t to = t[(i + 1) % 3];
+      if ((faces[from] & faces[to]) == 0) continue;
+      ++used_once;
+      if (is_shared[from] && is_shared[to]) {
+        seam.edges.push_back({from, to});
+      } else {
+        const bool is_on_border = border.contains_edge(mesh.vertices[from], mesh.vertices[to]);
+        ++(is_on_border ? seam.alone.border_edges : seam.alone.open_edges);
+      }
+    }
+  }
+  const auto uses = 3 * static_cast<std::int64_t>(mesh.triangles.size());
+  seam.alone.edges = (uses + used_once) / 2 - static_cast<std::int64_t>(seam.edges.size());
+}
+
+void find_components(const LatticeMesh& mesh, TileSeam& seam) {
+  DisjointSets connected(mesh.vertices.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    connected.join(t[0], t[1]);
+    connected.join(t[1], t[2]);
+  }
+  // By number, in the order of their first vertices, which are the roots.
+  std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (connected.root(v) == v) number[v] = seam.components++;
+  }
+  for (const std::uint32_t v : seam.vertices) {
+    seam.component_of.push_back(number[connected.root(v)]);
+  }
+}
+
+TileSeam seam_of(const TileInCube& tile, int resolution, const DataBorder& border) {
+  const LatticeMesh& mesh = *tile.mesh;
+  TileSeam seam;
+  std::vector<bool> is_shared(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
+    if (!is_on_face(mesh.vertices[v], tile.cube, resolution)) continue;
+    is_shared[v] = true;
+    seam.vertices.push_back(v);
+  }
+  if (tile.marched) {
+    add_marched_edges(mesh, *tile.marched, is_shared, border, seam);
+  } else {
+    ComparedEdges(mesh, is_shared, border).add_to(seam);
+  }
+  find_components(mesh, seam);
+  seam.number_of.assign(mesh.vertices.size(), kNone);
+  return seam;
+}
+
+std::int64_t joined_components(const std::vector<TileSeam>& seams, std::size_t shared_vertices) {
+  std::size_t components = 0;
+  for (const TileSeam& seam : seams) components += seam.components;
+  DisjointSets connected(components);
+  std::vector<std::uint32_t> first_at(shared_vertices, kNone);
+  std::uint32_t before = 0;
+  for (const TileSeam& seam : seams) {
+    for (std::size_t i = 0; i < seam.vertices.size(); ++i) {
+      std::uint32_t& first = first_at[seam.number_of[seam.vertices[i]]];
+      const std::uint32_t component = before + seam.component_of[i];
+      if (first == kNone) {
+        first = component;
+      } else {
+        connected.join(first, component);
+      }
+    }
+    before += seam.components;
+  }
+  return connected.count();
+}
+
+}  // namespace
+
+MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
+                         const DataBorder& border, const ForEachTile& for_each) {
+  std::vector<TileSeam> seams(tiles.size());
+  for_each(tiles.size(), [&](std::size_t i) { seams[i] = seam_of(tiles[i], resolution, border); });
+
+  MergedTiles joined;
+  joined.mesh.resolution = resolution;
+  std::vector<LatticePoint>& vertices = joined.mesh.vertices;
+  VertexNumbers numbers;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    for (const std::uint32_t v : seams[i].vertices) {
+      seams[i].number_of[v] = numbers.number(tiles[i].mesh->vertices[v], vertices);
+    }
+  }
+  const std::size_t shared = vertices.size();
+  MeshTopology& counts = joined.topology;
+  const auto each_use = [&seams](const auto& use) {
+    for (const TileSeam& seam : seams) {
+      for (const auto& [from, to] : seam.edges) use(seam.number_of[from], seam.number_of[to]);
+    }
+  };
+  visit_edges(shared, each_use, [&](std::uint32_t lower, std::span<const EdgeUse> uses) {
+    const auto is_on_border = [&] {
+      return border.contains_edge(vertices[lower], vertices[uses.front().upper]);
+    };
+    count_edge(uses, is_on_border, counts);
+  });
+  counts.components = joined_components(seams, shared);
+
+  std::vector<std::size_t> first_vertex;
+  std::vector<std::size_t> first_triangle;
+  std::size_t vertex_count = shared;
+  std::size_t triangle_count = 0;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    first_vertex.push_back(vertex_count);
+    first_triangle.push_back(triangle_count);
+    vertex_count += tiles[i].mesh->vertices.size() - seams[i].vertices.size();
+    triangle_count += tiles[i].mesh->triangles.size();
+    counts.edges += seams[i].alone.edges;
+    counts.border_edges += seams[i].alone.border_edges;
+    counts.open_edges += seams[i].alone.open_edges;
+    counts.nonmanifold_edges += seams[i].alone.nonmanifold_edges;
+    counts.degenerate_triangles += seams[i].alone.degenerate_triangles;
+  }
+  counts.vertices = static_cast<std::int64_t>(vertex_count);
+  counts.triangles = static_cast<std::int64_t>(triangle_count);
+  counts.euler_characteristic = counts.vertices - counts.edges + counts.triangles;
+
+  vertices.resize(vertex_count);
+  joined.mesh.triangles.resize(triangle_count);
+  for_each(tiles.size(), [&](std::size_t i) {
+    const LatticeMesh& mesh = *tiles[i].mesh;
+    std::vector<std::uint32_t>& number_of = seams[i].number_of;
+    std::size_t next = first_vertex[i];
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
+      if (number_of[v] != kNone) continue;
+      vertices[next] = mesh.vertices[v];
+      number_of[v] = static_cast<std::uint32_t>(next++);
+    }
+    TriangleIndices* to = joined.mesh.triangles.data() + first_triangle[i];
+    for (const TriangleIndices& t : mesh.triangles) {
+      *to++ = {number_of[t[0]], number_of[t[1]], number_of[t[2]]};
+    }
+  });
+  return joined;
+}
+
+bool are_apart(std::span<const OctreeCube> cubes) {
+  const std::set<OctreeCube> all(cubes.begin(), cubes.end());
+  if (all.size() != cubes.size()) return false;
+  return std::none_of(cubes.begin(), cubes.end(), [&](OctreeCube cube) {
+    while (cube.exponent < kMaxLatticeBits) {
+      cube = cube.parent();
+      if (all.contains(cube)) return true;
+    }
+    return false;
+  });
+}
+
+}  // namespace multitetra

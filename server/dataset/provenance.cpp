@@ -1,0 +1,90 @@
+#include "server/dataset/provenance.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "common/base/address_text.hpp"
+#include "server/dataset/byte_source.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr std::size_t kHashedPortionBytes = std::size_t{1} << 20;
+
+std::string hexadecimal(std::span<const unsigned char> bytes) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
+}
+
+class Digest {
+ public:
+  Digest() : state_(XXH3_createState(), &XXH3_freeState) { XXH3_128bits_reset(state_.get()); }
+
+  void add(std::string_view text) { XXH3_128bits_update(state_.get(), text.data(), text.size()); }
+  void add_file(const std::filesystem::path& path) {
+    const FileSource file(path);
+    std::vector<std::byte> portion(kHashedPortionBytes);
+    for (std::uint64_t done = 0; done < file.size();) {
+      const auto count = std::min<std::uint64_t>(portion.size(), file.size() - done);
+      file.read(done, std::span(portion).first(count));
+      XXH3_128bits_update(state_.get(), portion.data(), count);
+      done += count;
+    }
+  }
+  [[nodiscard]] std::string text() const {
+    XXH128_canonical_t canonical;
+    XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_.get()));
+    return hexadecimal(canonical.digest);
+  }
+
+ private:
+  std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
+};
+
+void add_folder(const std::filesystem::path& folder, Digest& digest) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::filesystem::path& file : files) {
+    digest.add(file.lexically_relative(folder).string() + '\0');
+    digest.add(std::to_string(std::filesystem::file_size(file)) + '\0');
+    digest.add_file(file);
+  }
+}
+
+}  // namespace
+
+Provenance provenance(const std::filesystem::path& source) {
+  const std::filesystem::path named = source.filename().empty() ? source.parent_path() : source;
+  Provenance note = {
+      .file = std::filesystem::path(without_password(named.string())).filename().string(),
+      .digest = {}};
+  std::error_code error;
+  Digest digest;
+  if (std::filesystem::is_directory(source, error)) {
+    add_folder(source, digest);
+  } else if (std::filesystem::is_regular_file(source, error)) {
+    digest.add_file(source);
+  } else {
+    return note;
+  }
+  note.digest = digest.text();
+  return note;
+}
+
+}  // namespace multitetra

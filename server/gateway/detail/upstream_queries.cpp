@@ -1,0 +1,50 @@
+#include "server/gateway/detail/upstream_queries.hpp"
+
+#include <utility>
+
+#include "server/session/answers.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr int kAttempts = 3;
+
+}  // namespace
+
+asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask(
+    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery question) {
+  Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has gone.");
+  for (int attempt = 0; attempt < kAttempts && !is_closed_; ++attempt) {
+    std::function<bool()> is_wanted = [this] { return !is_closed_; };
+    const auto reached = co_await upstreams_->reach(dataset, client, is_wanted);
+    if (!reached) co_return tl::unexpected(reached.error());
+    answer = co_await ask_one(reached->link, question);
+    if (answer || is_closed_) break;
+    upstreams_->lost(reached->upstream);
+  }
+  co_return answer;
+}
+
+asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link,
+                                                                DatasetQuery question) {
+  if (is_closed_) {
+    link->close();
+    co_return fail(ErrorCode::kUnavailable, "The client has gone.");
+  }
+  links_.insert(link);
+  link->send(std::visit([](const auto& asked) { return ClientMessage(asked); }, question));
+  Result<ServerMessage> answer = co_await link->receive();
+  link->close();
+  links_.erase(link);
+  if (answer && (request_id_of(*answer) != request_id_of(question) || is_about_stopping(*answer))) {
+    co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
+  }
+  co_return answer;
+}
+
+void UpstreamQueries::close() {
+  is_closed_ = true;
+  for (const LinkPtr& link : links_) link->close();
+}
+
+}  // namespace multitetra

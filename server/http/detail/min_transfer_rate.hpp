@@ -1,0 +1,36 @@
+// How slowly a client may take a file that holds up others while it is sent. The clock is the
+// caller's.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+
+namespace multitetra {
+
+class MinTransferRate {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // Each piece has `patience`, and all of them together that and what they take at so many bytes a
+  // second (0: as long as they like).
+  MinTransferRate(Clock::time_point began, Clock::duration patience, std::uint64_t bytes_per_second)
+      : began_(began), patience_(patience), bytes_per_second_(bytes_per_second) {}
+
+  // Until when so many bytes must have left, of which the last piece begins now.
+  [[nodiscard]] Clock::time_point deadline(Clock::time_point now, std::uint64_t bytes) const {
+    const Clock::time_point of_the_piece = now + patience_;
+    if (bytes_per_second_ == 0) return of_the_piece;
+    const std::chrono::duration<double> at_least(static_cast<double>(bytes) /
+                                                 static_cast<double>(bytes_per_second_));
+    return std::min(of_the_piece,
+                    began_ + patience_ + std::chrono::duration_cast<Clock::duration>(at_least));
+  }
+
+ private:
+  Clock::time_point began_;
+  Clock::duration patience_;
+  std::uint64_t bytes_per_second_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,30 @@
+#include "server/operations/heap_trimmer.hpp"
+
+#include <malloc.h>
+
+#include <utility>
+
+namespace multitetra {
+
+void trim_heap() {
+  constexpr int kPools = 4;
+  constexpr int kLargePiece = 1 << 20;
+  ::mallopt(M_ARENA_MAX, kPools);
+  // Set by hand it stays: else it grows with what is freed, up to pieces of 32 MiB.
+  ::mallopt(M_MMAP_THRESHOLD, kLargePiece);
+}
+
+bool HeapTrimmer::is_due(Clock::time_point now, std::uint64_t work, bool is_busy) {
+  if (std::exchange(work_, work) != work || is_busy) {
+    is_owed_ = true;
+    idle_since_ = now;
+  }
+  if (!is_owed_ || (now - idle_since_ < kRest && now - done_ < kPause)) return false;
+  is_owed_ = is_busy;
+  done_ = now;
+  return true;
+}
+
+void return_free_memory() { ::malloc_trim(0); }
+
+}  // namespace multitetra

@@ -1,0 +1,103 @@
+#include "server/service/dataset_queries.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "common/base/in_parallel.hpp"
+#include "server/core/planning/budget.hpp"
+#include "server/core/sampling/field_probe.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+#include "server/extraction/sampled_slice.hpp"
+#include "server/stream/stream_plan.hpp"
+
+namespace multitetra {
+namespace {
+
+// What a client can hold of a number that is only about right.
+std::uint64_t rounded(double value) {
+  return static_cast<std::uint64_t>(std::min(value, 1e18) + 0.5);
+}
+
+// A source without samples cannot be sampled: an internal error for the client.
+Result<const PreparedVolume*> volume_of(const SurfaceProvider& source) {
+  if (const PreparedVolume* volume = source.volume()) return volume;
+  return fail(ErrorCode::kInternal, "This server has no samples of the dataset.");
+}
+
+Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Estimate& asked,
+                                 const std::stop_token& stop) {
+  const auto found = estimate(source, asked.request, stop);
+  if (!found) return tl::unexpected(found.error());
+  return EstimateReply{.request_id = asked.request_id,
+                       .triangles = rounded(found->size.triangles),
+                       .bytes = rounded(found->size.bytes),
+                       .threshold_world = largest_threshold(found->request, source.info())};
+}
+
+Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Slice& asked,
+                                 const std::stop_token& stop) {
+  const auto volume = volume_of(source);
+  if (!volume) return tl::unexpected(volume.error());
+  const auto sampled = sampled_slice(**volume, asked.slice, stop);
+  if (!sampled) return tl::unexpected(sampled.error());
+  const auto* const bytes = reinterpret_cast<const char*>(sampled->values.data());
+  return SliceReply{
+      .request_id = asked.request_id,
+      .width = asked.slice.width,
+      .height = asked.slice.height,
+      .sample_spacing = static_cast<std::uint32_t>(sampled->spacing),
+      .values = std::make_shared<const std::string>(bytes, sampled->values.size() * sizeof(float))};
+}
+
+Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Probe& asked,
+                                 const std::stop_token& stop) {
+  const auto volume = volume_of(source);
+  if (!volume) return tl::unexpected(volume.error());
+  ProbeReply reply{.request_id = asked.request_id, .places = {}};
+  for (const Vec3& place : asked.probe.places) {
+    throw_if_stopped(stop);
+    reply.places.push_back(probed(**volume, asked.probe.coordinates, place));
+  }
+  if ((*volume)->check) (*volume)->check();
+  return reply;
+}
+
+}  // namespace
+
+std::uint64_t request_id_of(const DatasetQuery& question) {
+  return std::visit([](const auto& asked) { return asked.request_id; }, question);
+}
+
+const std::string& dataset_of(const DatasetQuery& question) {
+  return std::visit([](const auto& asked) -> const std::string& { return asked.dataset; },
+                    question);
+}
+
+Priority priority_of(const DatasetQuery& question) {
+  if (const auto* asked = std::get_if<Estimate>(&question)) return asked->priority;
+  if (const auto* asked = std::get_if<Slice>(&question)) return asked->priority;
+  return Priority::kNormal;
+}
+
+const char* kind_of(const DatasetQuery& question) {
+  if (std::holds_alternative<Estimate>(question)) return "estimate";
+  return std::holds_alternative<Slice>(question) ? "slice" : "probe";
+}
+
+const IsosurfaceRequest* request_of(const DatasetQuery& question) {
+  const auto* asked = std::get_if<Estimate>(&question);
+  return asked ? &asked->request : nullptr;
+}
+
+// To find what a budget allows takes as long as some steps, and so does simplifying a sample.
+bool is_long(const DatasetQuery& question) {
+  const IsosurfaceRequest* request = request_of(question);
+  return request && (has_budget(*request) || request->simplify);
+}
+
+Result<DatasetQueryReply> answered(const SurfaceProvider& source, const DatasetQuery& question,
+                                   const std::stop_token& stop) {
+  return std::visit([&](const auto& asked) { return answer(source, asked, stop); }, question);
+}
+
+}  // namespace multitetra

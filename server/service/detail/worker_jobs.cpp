@@ -1,0 +1,188 @@
+#include "server/service/detail/worker_jobs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <utility>
+
+#include "common/base/in_parallel.hpp"
+#include "common/base/number_text.hpp"
+#include "server/core/planning/budget.hpp"
+#include "server/core/spectrum/spectrum_layout.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
+#include "server/dataset/byte_source.hpp"
+#include "server/operations/log.hpp"
+#include "server/store/store_error.hpp"
+
+namespace multitetra {
+namespace {
+
+constexpr double kStoreRetrySeconds = 5;
+
+template <typename Make>
+auto guarded(const SurfaceProvider& source, const char* what, const std::stop_token& stop,
+             const Make& make) -> decltype(make()) {
+  try {
+    if (stop.stop_requested()) throw Cancelled{};
+    return make();
+  } catch (const Cancelled&) {
+    return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kLimitExceeded,
+                std::string("The server has not enough memory for this ") + what +
+                    "; request a larger error.");
+  } catch (const DatasetFileError& damage) {
+    log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
+    return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
+                                             what + " needs it; the server's log says where.");
+  } catch (const StoreError& trouble) {
+    log_line(LogLevel::kError, trouble.what(), {{"dataset", source.info().name}});
+    return tl::unexpected(
+        Error{.code = ErrorCode::kUnavailable,
+              .text = std::string("The store of this dataset does not answer, or not "
+                                  "as it should, and this ") +
+                      what + " needs it; the server's log says more. Try again.",
+              .retry_after = kStoreRetrySeconds});
+  } catch (const std::exception& trouble) {
+    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
+             {{"dataset", source.info().name}});
+    return fail(ErrorCode::kInternal,
+                std::string("The server failed to make this ") + what + "; see its log.");
+  }
+}
+
+// The scalars of a step that was made.
+Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
+                                const SurfaceProvider& field, const ScalarRange& range,
+                                const std::stop_token& stop) {
+  return guarded(field, "step", stop, [&]() -> Result<StepResult> {
+    const PreparedVolume* volume = field.volume();
+    if (volume == nullptr) {
+      return fail(ErrorCode::kInternal, "This server has no samples of the coloring dataset.");
+    }
+    auto scalars = step_scalars(made.encoded, made.step.request, surface, *volume, range, stop);
+    if (!scalars) return tl::unexpected(scalars.error());
+    made.scalars = *std::move(scalars);
+    return std::move(made);
+  });
+}
+
+// What takes longer with every place that is to be looked at.
+bool has_large_map(const IsosurfaceRequest* request) {
+  constexpr std::size_t kMany = 64;
+  return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
+}
+
+SurfaceTiles tiles_of(StepResult step, const DatasetInfo& info, std::optional<ScalarRange> range) {
+  SurfaceTiles tiles{.begin = {.request = step.step.request,
+                               .error_bound_world = largest_threshold(step.step.request, info),
+                               .finest_spacing = step.step.finest_spacing,
+                               .tiles = {},
+                               .crossed_octants = step.encoded.crossed_octants,
+                               .scalars = range},
+                     .meshes = std::move(step.encoded.meshes)};
+  for (const EncodedTile& tile : step.encoded.tiles) {
+    tiles.begin.tiles.push_back(tile.summary);
+    tiles.payloads.push_back(tile.payload);
+    tiles.digest += tile.summary.digest;
+  }
+  for (const ScalarsOfTile& scalars : step.scalars) tiles.scalars.push_back(scalars.codes);
+  return tiles;
+}
+
+}  // namespace
+
+// What was made before is quickly found, and so is a first preview; what follows may take as long
+// as the whole.
+WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
+  const std::string& dataset = source.info().name;
+  const IsosurfaceRequest& request = state.request;
+  // What another budget gives is only known when it was made.
+  const bool is_known = !has_budget(request) || has_own_budget(final_step(request));
+  if (is_known && source.remembers(final_step(request))) {
+    return {.kind = dataset + " remembered", .is_long = false};
+  }
+  if (request.cell) {
+    return {.kind = dataset + " cell", .is_long = request.cell->finest_spacing < kSpectrumSpacing};
+  }
+  if (state.steps != StepPolicy::kFinalOnly && state.shown.empty()) {
+    return {.kind = dataset + " first preview", .is_long = false};
+  }
+  return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
+}
+
+Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop_token stop) {
+  const IsosurfaceRequest& asked = action.open.request;
+  if (!work.is_long || asked.cell || has_budget(asked)) return {};
+  return [source = action.source, request = asked, stop = std::move(stop)]() {
+    const auto seconds = guarded(*source, "forecast", stop, [&]() -> Result<double> {
+      const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
+      if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
+        return fail(ErrorCode::kUnavailable, "The spectrum is not here yet.");
+      }
+      return source->costs().server_seconds(sizes.rough(request), form_of({.request = request}));
+    });
+    return seconds ? std::optional(*seconds) : std::nullopt;
+  };
+}
+
+// What takes about as long as others of its kind.
+WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& question) {
+  return {.kind = source.info().name + (is_long(question) ? " long " : " short ") +
+                  kind_of(question) + (has_large_map(request_of(question)) ? " of a map" : ""),
+          .is_long = is_long(question)};
+}
+
+Error come_again(const Backlog& backlog, double limit) {
+  const double share_of_time = backlog.seconds_until_done / backlog.seconds;
+  const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
+  return {.code = ErrorCode::kUnavailable,
+          .text = "Your pending requests already take this server about " +
+                  shortest_text(std::ceil(backlog.seconds)) + " s; retry in " +
+                  shortest_text(seconds) + " s.",
+          .retry_after = seconds};
+}
+
+Error too_long(std::chrono::milliseconds limit) {
+  return {ErrorCode::kLimitExceeded,
+          "The answer takes this server longer than the " +
+              shortest_text(static_cast<double>(limit.count()) / 1000) +
+              " s that it spends on one request; request a larger error."};
+}
+
+std::optional<ScalarRange> range_of(const StartStream& action) {
+  if (!action.scalars) return std::nullopt;
+  return range_for(*action.open.scalars, action.scalars->info());
+}
+
+// The next step of a stream, with its scalars.
+Result<StepResult> make_step(const StartStream& action, const StreamState& state,
+                             const MakingLimits& limits, const std::stop_token& stop) {
+  const SurfaceProvider& source = *action.source;
+  auto made =
+      guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
+  if (!made || made->is_over || !action.scalars) return made;
+  return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
+}
+
+// The final surface of a request.
+Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
+                          MakingLimits limits, const std::stop_token& stop) {
+  limits.as_meshes = true;
+  const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
+  auto made = make_step(action, state, limits, stop);
+  if (!made) return tl::unexpected(made.error());
+  SurfaceTiles tiles = tiles_of(*std::move(made), action.source->info(), range_of(action));
+  if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) {
+    return tl::unexpected(allowed.error());
+  }
+  return guarded(*action.source, "surface", stop,
+                 [&] { return assembled(std::move(tiles), stop); });
+}
+
+Result<DatasetQueryReply> make_answer(const RunQuery& action, const std::stop_token& stop) {
+  return guarded(*action.source, kind_of(action.question), stop,
+                 [&] { return answered(*action.source, action.question, stop); });
+}
+
+}  // namespace multitetra

@@ -1,0 +1,56 @@
+// Work for a coroutine on threads that are not the connections'.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "common/base/result.hpp"
+#include "common/net/async_event.hpp"
+#include "common/net/coroutines.hpp"
+#include "common/net/net.hpp"
+#include "server/service/workers.hpp"
+
+namespace multitetra {
+
+// Calls start(done), and waits until done(result) is called, on the thread of the executor.
+template <typename T>
+[[nodiscard]] asio::awaitable<Result<T>> result_of(
+    std::function<void(std::function<void(Result<T>)> done)> start) {
+  struct Waiting {
+    explicit Waiting(asio::any_io_executor executor) : done(std::move(executor)) {}
+    std::optional<Result<T>> result;
+    AsyncEvent done;
+  };
+  const auto waiting = std::make_shared<Waiting>(co_await asio::this_coro::executor);
+  start([waiting](Result<T> result) {
+    waiting->result = std::move(result);
+    waiting->done.notify_all();
+  });
+  while (!waiting->result) co_await waiting->done.wait();
+  co_return *std::move(waiting->result);
+}
+
+// What `make` gives, which runs on one of the workers, in its turn, and must not throw. The
+// executor keeps running until it has come back.
+template <typename T>
+[[nodiscard]] asio::awaitable<Result<T>> run_on_workers(Workers& workers, std::string share,
+                                                        std::string kind, bool is_long,
+                                                        std::function<Result<T>()> make) {
+  const asio::any_io_executor executor = co_await asio::this_coro::executor;
+  std::function<void(std::function<void(Result<T>)>)> start =
+      [&](std::function<void(Result<T>)> done) {
+        auto run = [make = std::move(make), done = std::move(done), executor,
+                    guard = asio::make_work_guard(executor)] {
+          auto result = std::make_shared<Result<T>>(make());
+          post(executor, [done, result] { done(std::move(*result)); });
+        };
+        workers.post({.share = std::move(share), .number = workers.new_client()},
+                     {.run = std::move(run), .kind = std::move(kind), .is_long = is_long});
+      };
+  co_return co_await result_of<T>(std::move(start));
+}
+
+}  // namespace multitetra

@@ -1,0 +1,56 @@
+#include "server/service/waiting_bytes.hpp"
+
+#include <variant>
+
+namespace multitetra {
+namespace {
+
+// For any request: the records of session, service and log.
+constexpr std::size_t kOfAnyRequest = 4096;
+constexpr std::size_t kOfAHeldTile = 64;  // In a set.
+
+std::size_t bytes_of(const IsosurfaceRequest& request) {
+  // One of the stream, and one of its next step.
+  constexpr std::size_t kCopies = 2;
+  const LocalThresholds& thresholds = request.thresholds;
+  const std::size_t grid =
+      thresholds.grid ? thresholds.grid->thresholds.size() * sizeof(float) : std::size_t{0};
+  return kCopies * thresholds.regions.size() * sizeof(ThresholdRegion) + grid;
+}
+
+std::size_t bytes_of(const SliceRequest& slice) {
+  return std::size_t{slice.width} * slice.height * sizeof(float);
+}
+
+std::size_t bytes_of(const DatasetInfo& info) {
+  return sizeof info + info.name.size() + info.histogram.counts.size() * sizeof(std::uint64_t) +
+         info.suggested_isovalues.size() * sizeof(double);
+}
+
+}  // namespace
+
+std::size_t waiting_bytes(const OpenStream& open) {
+  return kOfAnyRequest + bytes_of(open.request) + open.cached_tile_digests.size() * kOfAHeldTile +
+         open.resumed_previews.size() * sizeof(Preview);
+}
+
+std::size_t waiting_bytes(const DatasetQuery& question) {
+  if (const auto* estimate = std::get_if<Estimate>(&question)) {
+    return kOfAnyRequest + bytes_of(estimate->request);
+  }
+  if (const auto* probe = std::get_if<Probe>(&question)) {
+    return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
+  }
+  // As the samples are, and as the reply has them.
+  return kOfAnyRequest + 2 * bytes_of(std::get<Slice>(question).slice);
+}
+
+std::size_t waiting_bytes(const ServerMessage& message) {
+  const auto* list = std::get_if<DatasetList>(&message);
+  if (list == nullptr) return 0;
+  std::size_t bytes = 0;
+  for (const DatasetInfo& info : list->datasets) bytes += bytes_of(info);
+  return 2 * bytes;  // As it is, and as it is sent.
+}
+
+}  // namespace multitetra

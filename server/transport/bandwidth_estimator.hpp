@@ -1,0 +1,88 @@
+// The rate at which a client takes bytes, measured at the socket by the bytes that wait to be sent.
+// Pure: the caller provides the clock.
+//
+//   rate.write_begins(now, unsent);  ...  rate.write_ends(now, bytes, unsent);
+//
+// Buffers on the way (of the client, of proxies) take the first bytes at once, whatever the rate of
+// the link behind them. So a low rate is accepted only where bytes have waited for a while, and a
+// high one only where many were sent.
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+
+#include "server/core/planning/cost_estimates.hpp"
+
+namespace multitetra {
+
+class BandwidthEstimator {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  // `unsent`: the bytes that wait in the socket then.
+  void write_begins(Clock::time_point now, std::uint64_t unsent) {
+    note(now, unsent);
+    if (!has_waiting_) begin(now, unsent);
+  }
+  void write_ends(Clock::time_point now, std::uint64_t bytes, std::uint64_t unsent) {
+    written_ += bytes;
+    has_waiting_ = true;
+    note(now, unsent);
+  }
+
+  [[nodiscard]] double bytes_per_second() const { return bytes_per_second_; }
+
+ private:
+  static constexpr std::chrono::milliseconds kLeastWait{20};
+  static constexpr double kMuch = 64 * 1024;
+  static constexpr double kLeastSeconds = 1e-4;
+  static constexpr double kWeight = 0.5;
+
+  void begin(Clock::time_point now, std::uint64_t unsent) {
+    since_ = now;
+    sent_ = written_ - std::min(written_, unsent);
+  }
+
+  void note(Clock::time_point now, std::uint64_t unsent) {
+    if (!has_waiting_) return;
+    const std::uint64_t sent = written_ - std::min(written_, unsent);
+    const auto bytes = static_cast<double>(std::max(sent, sent_) - sent_);
+    const double seconds = std::chrono::duration<double>(now - since_).count();
+    has_waiting_ = unsent > 0;
+    if (!has_waiting_) {
+      note_passed(bytes, seconds);
+    } else if (now - since_ >= kLeastWait) {
+      note_waiting(bytes / seconds);
+      begin(now, unsent);
+    }
+  }
+  // The link is the narrow place.
+  void note_waiting(double rate) {
+    bytes_per_second_ += (is_measured_ ? kWeight : 1) * (rate - bytes_per_second_);
+    bytes_per_second_ = std::max(bytes_per_second_, 1000.0);
+    is_measured_ = true;
+    passed_bytes_ = passed_seconds_ = 0;
+  }
+  // Nothing waits any more: it carries that, or more.
+  void note_passed(double bytes, double seconds) {
+    passed_bytes_ += bytes;
+    passed_seconds_ += seconds;
+    if (passed_bytes_ < kMuch) return;
+    const double rate = passed_bytes_ / std::max(passed_seconds_, kLeastSeconds);
+    bytes_per_second_ = std::max(bytes_per_second_, rate);
+    passed_bytes_ = passed_seconds_ = 0;
+  }
+
+  double bytes_per_second_ = kUsualBytesPerSecond;
+  bool is_measured_ = false;  // Where bytes waited.
+  std::uint64_t written_ = 0;
+
+  bool has_waiting_ = false;  // Something is being written, or waits in the socket.
+  Clock::time_point since_ = {};
+  std::uint64_t sent_ = 0;   // Until `since_`.
+  double passed_bytes_ = 0;  // Since the last measurement, without waiting for long.
+  double passed_seconds_ = 0;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,116 @@
+#include "server/volume/formats/volume_contents.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "common/base/text.hpp"
+#include "common/base/utf8.hpp"
+#include "common/request/physical_meaning.hpp"
+
+namespace multitetra {
+namespace {
+
+using MembersJson = nlohmann::json;
+
+}  // namespace
+
+SourceTimes even_times(std::int64_t count, double first, double step, std::string_view unit) {
+  SourceTimes times{.count = count};
+  const double last = first + step * static_cast<double>(count - 1);
+  const bool is_known = count >= 2 && count <= std::int64_t{kMostSourceMembers};
+  if (!is_known || !std::isfinite(first) || !std::isfinite(last) || !(step > 0)) return times;
+  for (std::int64_t i = 0; i < count; ++i) {
+    times.at.push_back(first + step * static_cast<double>(i));
+  }
+  times.unit = time_unit_from(unit);
+  return times;
+}
+
+std::string time_unit_from(std::string_view text) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kSymbols = {
+      {{"sec", "s"},
+       {"second", "s"},
+       {"seconds", "s"},
+       {"msec", "ms"},
+       {"millisecond", "ms"},
+       {"milliseconds", "ms"},
+       {"us", "µs"},
+       {"usec", "µs"},
+       {"microsecond", "µs"},
+       {"microseconds", "µs"},
+       {"minute", "min"},
+       {"hour", "h"}}};
+  const std::string word = lower_case(text);
+  for (const auto& [name, symbol] : kSymbols) {
+    if (word == name) return std::string(symbol);
+  }
+  return is_unit_text(text) ? std::string(text) : std::string();
+}
+
+std::string member_name_from(std::string_view text) {
+  text = trimmed(text);
+  return text.size() <= kMaxMemberTextBytes && is_plain_text(text) ? std::string(text)
+                                                                   : std::string();
+}
+
+bool have_layers(const std::vector<SourceLabel>& labels) {
+  return std::any_of(labels.begin(), labels.end(),
+                     [](const SourceLabel& label) { return label.layer != 0; });
+}
+
+std::string members_text(const VolumeContents& members) {
+  MembersJson fields = MembersJson::array();
+  for (const SourceField& field : members.fields) {
+    fields.push_back({field.name, field.array,
+                      field.channel ? MembersJson(*field.channel) : MembersJson(),
+                      field.components});
+  }
+  MembersJson labels = MembersJson::array();
+  for (const auto& [label, stored, layer] : members.labels) {
+    labels.push_back({label.value, label.name,
+                      label.color ? MembersJson(*label.color) : MembersJson(), stored, layer});
+  }
+  return MembersJson{
+      {"times", members.times.count},
+      {"at", members.times.at},
+      {"unit", members.times.unit},
+      {"fields", std::move(fields)},
+      {"labels", std::move(labels)},
+      {"unnamed", members.unnamed},
+      {"recommended",
+       members.recommended_isovalue ? MembersJson(*members.recommended_isovalue) : MembersJson()}}
+      .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
+}
+
+VolumeContents members_from(std::string_view text) {
+  const MembersJson json = MembersJson::parse(text);
+  VolumeContents members;
+  members.times = {.count = json.at("times").get<std::int64_t>(),
+                   .at = json.at("at").get<std::vector<double>>(),
+                   .unit = json.at("unit").get<std::string>()};
+  members.unnamed = json.at("unnamed").get<std::vector<std::string>>();
+  if (const MembersJson& isovalue = json.at("recommended"); !isovalue.is_null()) {
+    members.recommended_isovalue = isovalue.get<double>();
+  }
+  for (const MembersJson& field : json.at("fields")) {
+    members.fields.push_back(
+        {.name = field.at(0).get<std::string>(), .array = field.at(1).get<std::string>()});
+    if (!field.at(2).is_null()) members.fields.back().channel = field.at(2).get<std::int64_t>();
+    members.fields.back().components = field.at(3).get<std::int64_t>();
+  }
+  for (const MembersJson& label : json.at("labels")) {
+    members.labels.push_back(
+        {.label = {.value = label.at(0).get<double>(), .name = label.at(1).get<std::string>()},
+         .stored = label.at(3).get<double>(),
+         .layer = label.at(4).get<int>()});
+    if (label.at(2).is_null()) continue;
+    members.labels.back().label.color = label.at(2).get<std::uint32_t>();
+  }
+  return members;
+}
+
+}  // namespace multitetra

@@ -1,0 +1,66 @@
+import { questionsAddress, serverAddress, Token } from "../../../client/web/src/server_address";
+
+// A page at an address, in a browser that remembers what earlier pages of the test have stored.
+function page(address: string) {
+  vi.stubGlobal("location", new URL(address));
+  const server = serverAddress();
+  return { server, token: new Token(server) };
+}
+
+function storage() {
+  const kept = new Map<string, string>();
+  return {
+    getItem: (name: string) => kept.get(name) ?? null,
+    setItem: (name: string, value: string) => void kept.set(name, value),
+  };
+}
+
+describe("ServerAddress", () => {
+  beforeEach(() => vi.stubGlobal("sessionStorage", storage()));
+  afterEach(() => vi.unstubAllGlobals());
+
+  test("DefaultsToTheHostOfThePage", () => {
+    expect(page("http://volumes.example:7480/").server).toBe("ws://volumes.example:7480/v1/stream");
+    expect(page("https://volumes.example/?x=1#y").server).toBe("wss://volumes.example/v1/stream");
+    expect(page("https://site.example/volumes/?x=1#y").server).toBe("wss://site.example/volumes/v1/stream");
+    expect(serverAddress("https://volumes.example/path/")).toBe("wss://volumes.example/path/v1/stream");
+    expect(questionsAddress("wss://volumes.example/path/v1/stream")).toBe("https://volumes.example/path/v1/");
+    expect(page("http://localhost:5173/?server=ws://other:1/v1/stream").server).toBe("ws://other:1/v1/stream");
+  });
+
+  test("KeepsATokenForTheSession", () => {
+    expect(page("https://volumes.example/").token.get()).toBe("");
+    expect(page("https://volumes.example/#dataset=head&token=mt_secret").token.get()).toBe("mt_secret");
+    expect(page("https://volumes.example/#dataset=head").token.get()).toBe("mt_secret");
+    page("https://volumes.example/").token.set("mt_typed");
+    expect(page("https://volumes.example/").token.get()).toBe("mt_typed");
+  });
+
+  test("SendsAStoredTokenToItsServerOnly", () => {
+    page("https://volumes.example/#token=mt_secret");
+    for (const other of [
+      "wss://thief.example/v1/stream", "wss://volumes.example.thief.example/v1/stream",
+      "wss://volumes.example:444/v1/stream", "wss://volumes.example@thief.example/v1/stream",
+      "ws://volumes.example/v1/stream", "wss://volumes.example/v1/stream/../elsewhere", "", "token",
+    ]) {
+      expect(page(`https://volumes.example/?server=${other}`).token.get(), other).toBe("");
+    }
+    page("https://volumes.example/?server=wss://thief.example/v1/stream#token=mt_other");
+    expect(page("https://volumes.example/").token.get()).toBe("mt_secret");
+  });
+
+  test("TakesATokenFromAnEditedAddressOnce", () => {
+    const { token } = page("https://volumes.example/");
+    expect(token.takeFrom("#isovalue=3")).toBe(false);
+    expect(token.takeFrom("#token=mt_new&isovalue=3")).toBe(true);
+    expect(token.takeFrom("#token=mt_new")).toBe(false);
+    expect(token.takeFrom("#token=")).toBe(false);
+    expect(page("https://volumes.example/").token.get()).toBe("mt_new");
+  });
+
+  test("RemembersATokenForThePageWhereNothingMayBeStored", () => {
+    vi.stubGlobal("sessionStorage", undefined);
+    const { token } = page("https://volumes.example/#token=mt_secret");
+    expect(token.get()).toBe("mt_secret");
+  });
+});
