@@ -67,6 +67,7 @@ export class SurfaceSet {
   ) {
     this.members = [this.member()];
     this.members[0].client.lead();
+    stage.waitFor(() => this.seen.some(({ client }) => client.progress.get().isStreaming));
     stage.everyFrame(() => this.members.map(({ surface }) => surface.uploadSome()).some(Boolean));
   }
 

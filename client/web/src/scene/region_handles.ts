@@ -54,6 +54,7 @@ export class RegionHandles {
   }
 
   show(region: Region | null): void {
+    if (region === this.region) return;
     const isOtherKind = region?.kind !== this.region?.kind;
     this.region = region;
     if (isOtherKind) this.build();

@@ -59,8 +59,10 @@ export class SceneDecorations {
   }
 
   show(isVisible: boolean): void {
+    const isHidden = !isVisible || !this.dataset;
+    if (isVisible === this.box.visible && isHidden === this.scaleBar.hidden) return;
     this.box.visible = isVisible;
-    this.scaleBar.hidden = this.numbers.hidden = !isVisible || !this.dataset;
+    this.scaleBar.hidden = this.numbers.hidden = isHidden;
     this.stage.invalidate();
   }
 

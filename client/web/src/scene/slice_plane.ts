@@ -83,6 +83,7 @@ export class SlicePlane {
 
   // Null: none.
   show(slice: SliceValues | null): void {
+    if (!slice && !this.shown && this.lines.children.length === 0) return;
     this.quad.visible = slice !== null;
     if (slice && slice !== this.shown) this.place(slice);
     this.shown = slice;

@@ -45,6 +45,7 @@ export class Stage {
   // Work to do in small parts, one part a frame: true when there is more.
   private readonly chores: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
+  private isComing = () => false;
   private readonly resizing = new ResizeObserver(() => this.resize());
 
   constructor(private readonly canvas: HTMLCanvasElement) {
@@ -74,6 +75,7 @@ export class Stage {
   }
 
   setLook(look: StageLook): void {
+    if (isSameLook(look, this.look)) return;
     this.look = look;
     this.invalidate();
   }
@@ -89,6 +91,12 @@ export class Stage {
 
   whenDrawn(listener: () => void): void {
     this.afterFrame.push(listener);
+  }
+
+  // While `isComing` is true, more of the picture is on its way, and the processor decodes it: frames at rest, which
+  // take seconds where the processor draws them, too, wait until then.
+  waitFor(isComing: () => boolean): void {
+    this.isComing = isComing;
   }
 
   // The box of the data; the camera's range of depths follows it.
@@ -288,6 +296,10 @@ export class Stage {
   private async drawAtRest(): Promise<void> {
     await hasDrawn(this.renderer);
     if (this.isDue) return;
+    if (this.isComing()) {
+      this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
+      return;
+    }
     const begin = performance.now();
     this.draw(true);
     if (!this.look.hasOcclusion) return;
@@ -342,6 +354,12 @@ export class Stage {
     if (this.programs.areReady("scene", this.scene)) this.draw(false);
     this.invalidate();
   }
+}
+
+function isSameLook(one: StageLook, other: StageLook): boolean {
+  const isSamePlane = (plane: THREE.Plane, at: number) => other.clip[at]?.equals(plane) ?? false;
+  return one.isOrthographic === other.isOrthographic && one.hasOcclusion === other.hasOcclusion &&
+    one.translucent === other.translucent && one.clip.length === other.clip.length && one.clip.every(isSamePlane);
 }
 
 // The axis of the world where the direction is within half a degree of one.

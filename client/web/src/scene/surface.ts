@@ -238,6 +238,8 @@ export class Surface {
 
   applyLook(look: SurfaceLook, clip: THREE.Plane | null): void {
     const { isTranslucent: wasTranslucent, look: before } = this;
+    const [clipped = null] = this.clip;
+    if (isSameLook(look, before) && (clip === clipped || (clip !== null && clipped?.equals(clip)))) return;
     this.look = look;
     this.clip = clip ? [clip] : [];
     if (wasTranslucent !== this.isTranslucent || before.colorBy !== look.colorBy) this.forgetMaterials();
@@ -361,6 +363,12 @@ export class Surface {
     material.flatShading = isFlat;
     material.needsUpdate = true;
   }
+}
+
+const looks = ["coloring", "wireframe", "shading", "color", "opacity", "visible", "colorBy", "material"] as const;
+
+function isSameLook(one: SurfaceLook, other: SurfaceLook): boolean {
+  return looks.every((key) => one[key] === other[key]);
 }
 
 function boxOf([x0, y0, z0, x1, y1, z1]: LatticeBox): THREE.Box3 {
