@@ -82,7 +82,7 @@ class Assembler {
 
   using TilePtr = std::shared_ptr<const LatticeMesh>;
 
-  // For messages that the ledger has accepted.
+  // For messages that StreamValidator has accepted.
   Result<Progress> take(const StepBegin& begin);
   Result<Progress> take(const Tile& tile);
   Result<Progress> take(const TileScalars& scalars);

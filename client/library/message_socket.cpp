@@ -12,7 +12,7 @@ using Clock = std::chrono::steady_clock;
 // The longest wait for the closing handshake of a connection.
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
-// A server that gives signs of life, as Pongs are, and makes no progress is left after so many
+// A server that answers pings and makes no progress is given up after this many
 // timeouts. Bytes of a message that is under way are progress at this rate.
 constexpr int kTimeoutsWithoutProgress = 10;
 constexpr double kSlowestBytesPerSecond = 1024;

@@ -134,7 +134,7 @@ asio::awaitable<bool> LoadSession::connect() {
     std::erase_if(*datasets,
                   [this](const DatasetInfo& info) { return info.name != options_.dataset; });
   }
-  // A stream that goes on refers to the list it began with.
+  // A resumed stream refers to the list it began with.
   if (datasets_.empty()) datasets_ = *std::move(datasets);
   if (datasets_.empty()) {
     statistics_.add_error({ErrorCode::kUnknownDataset, "The server has no such dataset."});
@@ -289,7 +289,7 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   stream.sign = LoadClock::now();
   stream.is_asked_for_life = false;
   const ClosesAfter limit(io_, channel, options_.timeout);
-  co_await channel->send(serialize(open));  // Trouble with it is heard of by listen().
+  co_await channel->send(serialize(open));  // listen() reports its errors.
 }
 
 void LoadSession::take(const ServerMessage& message) {

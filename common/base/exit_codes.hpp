@@ -22,7 +22,7 @@ enum ExitCode {
   kNoAddress = 7,  // An address cannot be listened on, as when another server has it.
 };
 
-// A trouble with the world that ends a program with that code.
+// An error of the environment (disk, port, files) that ends a program with that code.
 class ExitError : public std::runtime_error {
  public:
   ExitError(ExitCode code, const std::string& text) : std::runtime_error(text), code_(code) {}

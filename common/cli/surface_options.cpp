@@ -74,8 +74,7 @@ void add_output_options(Command& command, SurfaceArguments& a) {
       ->group(group);
   command
       .add_flag("--allow-empty", a.allow_empty,
-                "Write a surface without a triangle as well; otherwise nothing is written then, "
-                "and the exit code is 6")
+                "Write empty surfaces, too; without this option they are an error with exit code 6")
       ->group(group);
 }
 

@@ -172,7 +172,7 @@ struct StepBegin {
   std::optional<ScalarRange> scalars = {};
 };
 
-// The request of a stream of which that much has come: it goes on where it was, on any server.
+// The request that resumes a stream of which that much was received, on any server.
 void record_started_step(const StepBegin& step, OpenStream& open);
 
 struct Tile {
@@ -253,8 +253,8 @@ using ServerMessage =
 [[nodiscard]] std::string serialize(const ServerMessage& message);
 
 // kMalformedMessage when the bytes are no message; kInvalidArgument or kLimitExceeded, with the
-// request id where one could be read, when a field is outside its range: the connection can go on
-// after those.
+// request id where one could be read, when a field is outside its range: the connection can remain
+// open after those.
 struct ParseError {
   Error error;
   std::uint64_t request_id = 0;

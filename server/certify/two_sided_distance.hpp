@@ -19,7 +19,7 @@ struct DistanceSearch {
   std::uint64_t samples = 200'000;  // For mean and 99th percentile.
   // The tolerance of the maximum, in the unit of the coordinates.
   double tolerance = 0;
-  // The search goes on below the tolerance until it is decided whether a point is farther than
+  // The search continues below the tolerance until it is decided whether a point is farther than
   // this.
   std::optional<double> limit = std::nullopt;
   std::size_t most_pieces = 400'000;  // That are looked at further in each round of cutting.

@@ -44,7 +44,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // The client is gone: drops everything that was to be sent.
   void leave();
   // `message`, of next_message(), is too long to be sent: its request is answered with an error
-  // instead, and the session goes on.
+  // instead, and the session continues.
   void reject_oversized_reply(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
   // Idle since then; nullopt while a request is in progress.

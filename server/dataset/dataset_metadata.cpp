@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Reads the fields of one JSON object. The first trouble is kept and everything after it reads as
+// Reads the fields of one JSON object. The first error is kept and everything after it reads as
 // zero, so that callers ask once at the end.
 class Fields {
  public:

@@ -76,7 +76,7 @@ class GatewayServer::Running {
       upstreams_->use(load_upstream_secrets(options_.upstream_files));
     } catch (const std::exception& trouble) {
       log_line(LogLevel::kError,
-               std::string(trouble.what()) + " What servers were shown before stays in use.", {});
+               std::string(trouble.what()) + " The previous credentials stay in use.", {});
     }
   }
 

@@ -1,4 +1,4 @@
-// A request's target taken apart: "/v1/datasets/head%20a/isosurface?isovalue=5&region=..." Pure.
+// Parses the target of a request: "/v1/datasets/head%20a/isosurface?isovalue=5&region=..." Pure.
 #pragma once
 
 #include <optional>

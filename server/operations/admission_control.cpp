@@ -177,7 +177,7 @@ void AdmissionControl::reload() {
       log_line(LogLevel::kInfo, std::string(what) + " read again", {});
     } catch (const std::exception& trouble) {
       log_line(LogLevel::kError,
-               std::string(trouble.what()) + " The " + what + " of before stays in use.", {});
+               std::string(trouble.what()) + " The " + what + " read before stays in use.", {});
     }
   };
   if (options_.tls) attempt("certificate", [this] { tls_ = load_tls(*options_.tls); });

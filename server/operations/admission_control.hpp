@@ -80,7 +80,7 @@ class ConnectionContext {
     facts_.name = std::move(name);
     has_token_ = has_token;
   }
-  // A gateway says for whom it asks: believed of trusted ones.
+  // The client that a gateway names; accepted from trusted gateways only.
   void asks_for(std::string name);
   // Whose share of the server's time and memory this client has: that of its token, else that of
   // its address (IPv6: its /64 network). Whom a trusted proxy or gateway brings has the share

@@ -70,8 +70,9 @@ class ByteReservations::Reservation {
 
  private:
   friend class ByteReservations;
-  Reservation(std::shared_ptr<Accounts> books, std::vector<std::string> levels, std::size_t bytes)
-      : accounts_(std::move(books)), levels_(std::move(levels)), bytes_(bytes) {}
+  Reservation(std::shared_ptr<Accounts> accounts, std::vector<std::string> levels,
+              std::size_t bytes)
+      : accounts_(std::move(accounts)), levels_(std::move(levels)), bytes_(bytes) {}
   void swap(Reservation& other) noexcept {
     std::swap(accounts_, other.accounts_);
     std::swap(levels_, other.levels_);

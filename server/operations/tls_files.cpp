@@ -30,7 +30,7 @@ std::string last_reason() {
   return reason == nullptr ? "" : std::string(" (") + reason + ")";
 }
 
-// "http/1.1" if the client offers it. Others go on without: no listener speaks anything else
+// "http/1.1" if the client offers it. Others connect without: no listener speaks anything else
 // anyway.
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
                     const unsigned char* offered, unsigned int offered_size, void*) {

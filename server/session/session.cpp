@@ -78,7 +78,7 @@ void Session::stream_ended(std::uint64_t request_id) {
 Actions Session::answer(const Hello& hello) {
   if (is_welcomed_) {
     return {reply({ErrorCode::kUnexpectedMessage,
-                   "Hello was said already; it opens a connection and comes once."})};
+                   "Hello was received already; it is the first message only."})};
   }
   if (hello.min_version > kProtocolVersion || hello.max_version < kProtocolVersion) {
     return end({ErrorCode::kUnsupportedVersion,

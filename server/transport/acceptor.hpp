@@ -1,4 +1,4 @@
-// Accepts connections on one address, whatever trouble single ones make.
+// Accepts connections on one address; errors of one do not affect others.
 #pragma once
 
 #include <functional>

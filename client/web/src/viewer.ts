@@ -63,7 +63,7 @@ export interface TokenPlace {
 }
 
 export interface PictureOptions {
-  enlargement?: number; // Of what is on the screen; 1 if not said.
+  enlargement?: number; // Relative to the screen; default 1.
   width?: number; // In pixels, instead; as far as the graphics card can.
   isTransparent?: boolean; // Without a background.
 }
@@ -440,7 +440,7 @@ export class Viewer {
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
-    if (!isOther) return; // After a lost connection: the stream goes on by itself.
+    if (!isOther) return; // After a lost connection: the stream continues by itself.
     if (before) this.measuring.forget();
     this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);

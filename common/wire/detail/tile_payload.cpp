@@ -10,7 +10,7 @@ constexpr std::string_view kStandardTraversal("\0", 1);
 constexpr std::string_view kValenceTraversal("\2", 1);
 constexpr std::string_view kNoFurtherConnectivity("\0", 1);
 
-// Takes values off the front of the payload; the first trouble sticks.
+// Takes values off the front of the payload; the first error is kept.
 class Walk {
  public:
   explicit Walk(std::string_view payload) : payload_(payload) {}

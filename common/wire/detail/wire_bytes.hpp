@@ -24,7 +24,7 @@ namespace multitetra::wire {
 // The number that the bytes of a message give last for the field at the end of `path`; 0 when none.
 [[nodiscard]] std::uint64_t last_number(std::string_view bytes, std::initializer_list<int> path);
 
-// From now on protobuf writes no line on stderr for strings that are not UTF-8: a way for strangers
+// From now on protobuf writes no line on stderr for strings that are not UTF-8: a way for clients
 // to fill our log.
 void silence_protobuf_log();
 

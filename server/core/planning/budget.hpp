@@ -74,8 +74,8 @@ struct MadeLevel {
 [[nodiscard]] int next_level(const std::optional<MadeLevel>& too_large,
                              const std::optional<MadeLevel>& fitting, int estimated, int last);
 
-// Where a simplification goes on that has left too much: sizes fall on as they fell since `before`.
-// Requires made.part > 1, and a level beyond it; at most four octaves are left out.
+// The next error of a simplification that left too much: sizes are extrapolated from those since
+// `before`. Requires made.part > 1, and a level beyond it; at most four octaves are left out.
 [[nodiscard]] int coarser_level(const std::optional<MadeLevel>& before, const MadeLevel& made,
                                 int last);
 // Where it should have begun, when what it began with fits. Requires a level before that one.

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
 
-// What a server said, if it is of the kind that answers the question.
+// The reply of a server, if it has the kind that answers the query.
 std::optional<DatasetQueryReply> reply_to(const DatasetQuery& question, ServerMessage message) {
   if (std::holds_alternative<Estimate>(question)) {
     if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
@@ -86,7 +86,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   // Brings all streams, one after the other, until it is closed.
   asio::awaitable<void> bring_streams();
   asio::awaitable<void> bring(StreamPtr stream);
-  // Makes sure that reached_ is a holder of its dataset; false when the stream cannot go on.
+  // Makes sure that reached_ has the dataset; false when the stream cannot continue.
   asio::awaitable<bool> reach_holder(StreamPtr stream);
   // Until the stream is over (true) or the server lost (false).
   asio::awaitable<bool> forward(StreamPtr stream);
@@ -312,7 +312,7 @@ asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
     auto message = co_await link->receive();
     if (!message) co_return stream->is_stopped || is_closed_;
     const bool is_end = is_last(*message);
-    // A server that stops says so to the connection, and hangs up: as good as lost.
+    // A stopping server sends an error and closes the connection: treated as lost.
     if (is_end && request_id_of(*message) == 0) {
       link->close();
       co_return stream->is_stopped || is_closed_;

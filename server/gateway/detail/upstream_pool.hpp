@@ -57,8 +57,8 @@ class UpstreamPool {
   // together.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
-  // A link to the first holder of the dataset that can be reached, also to one that was away when
-  // the catalogue was made; waits as long as patience allows and is_wanted() is true.
+  // A link to the first server with the dataset that can be reached, also to one that was away when
+  // the catalogue was made; waits at most the failover timeout, and while is_wanted() is true.
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;

@@ -29,7 +29,7 @@ struct SliceQuery {
 
 // axis, at, centre, normal, up, extent, origin, right, down, coordinates, width, height,
 // interpolation, detail, format, window, level, colors, color_scale, no_value_color.
-// kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
+// kInvalidArgument, naming the parameter, when one is unknown, repeated or invalid.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 

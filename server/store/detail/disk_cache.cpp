@@ -104,7 +104,7 @@ void DiskCache::put(const std::string& file, std::uint64_t block,
     into.write_at(bytes.size(), std::as_bytes(std::span(&sum, 1)));
     into.commit(Durability::kProcessEnd);
   } catch (const std::system_error&) {
-    return;  // A full disk is no trouble of the caller.
+    return;  // A full disk is not an error for the caller.
   }
   const std::lock_guard lock(mutex_);
   put_since_ += bytes.size() + kSumBytes;

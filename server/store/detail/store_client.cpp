@@ -72,7 +72,7 @@ std::string header_of(CURL* curl, const char* name) {
   return header->value;
 }
 
-// An address taken apart by libcurl.
+// An address, parsed by libcurl.
 class Url {
  public:
   explicit Url(const std::string& text)

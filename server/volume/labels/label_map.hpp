@@ -8,7 +8,7 @@
 // The field is f32 with values n / 256, n from 0 to 256. Beside another label it is one half plus
 // (in the label) or minus (outside) the sample's magnitude, see label_borders.hpp; elsewhere the
 // label's indicator, smoothed along each axis by the weights 1 4 6 4 1 (over 16) and rounded.
-// Beyond the map's ends its last samples go on.
+// Beyond the map's ends its last samples are repeated.
 //
 // Guaranteed:
 // * Every sample is on its side of 0.5, by at least 4/256: the isosurface cuts exactly those edges

@@ -1,7 +1,7 @@
 // Tiles put together by their rims: the same counts as common/mesh/mesh_checks.hpp takes from the welded
 // mesh, in time proportional to the rims alone.
 //
-// A vertex that is not on a rim is taken for its tile's own. That holds for every isosurface on the
+// A vertex that is not on a boundary is taken for its tile's own. That holds for every isosurface on the
 // lattice: a vertex lies inside one edge of the framework, and the triangles at it go once around.
 import { Components } from "./components";
 import { countEdges } from "./edge_uses";
@@ -34,7 +34,7 @@ export function isSound(found: MeshTopology): boolean {
 
 export interface BoundaryMatcher {
   topology: MeshTopology;
-  // For each tile, the number of each of its rim vertices among those of all rims.
+  // For each tile, the number of each of its boundary vertices among those of all boundaries.
   numbers: Uint32Array[];
   rimVertices: number;
 }

@@ -211,7 +211,7 @@ export class Assembler {
       return this.fail(`The server counts ${steps} steps; ${this.steps} came.`);
     }
     if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
-      return this.fail("The stream is said to be complete, but the final step is missing.");
+      return this.fail("The server ended the stream as complete, but the final step is missing.");
     }
     this.streamEnd = { outcome };
     // A step that was cut short never comes to an end.

@@ -70,7 +70,7 @@ async function certified(ids: string[], border: DataBorder): Promise<Certified> 
   return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
 }
 
-// Gives each rim vertex the sum over all tiles that share it; returns the tiles whose normals change.
+// Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals change.
 function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);

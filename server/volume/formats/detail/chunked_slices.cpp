@@ -113,7 +113,7 @@ class Chunks {
     const std::string what = "the chunk " + std::to_string(inside) + " of this shard";
     if (entry.length > most_stored_bytes()) {
       fail_reading(store_->place(key),
-                   what + " is said to have " + std::to_string(entry.length) + " bytes",
+                   what + " claims to have " + std::to_string(entry.length) + " bytes",
                    "Get a whole copy of the array");
     }
     const auto stored = store_->get_range(key, entry.offset, entry.length);

@@ -167,7 +167,7 @@ class OmeParser {
       }
       const auto first =
           static_cast<std::size_t>((t * description.channels + c) * description.slices + z);
-      // The block goes on in the order of all pages.
+      // The block continues in the order of all pages.
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
         if (ordered[first] + i >= ordered.size()) break;
         description.pages[place_of[ordered[first] + i]] = static_cast<std::size_t>(page) + i;
