@@ -58,7 +58,7 @@ class SurfaceStream {
   // the request is over; after an error of the network, resume() may continue it.
   [[nodiscard]] ClientResult<StreamUpdate> next(std::chrono::milliseconds max_wait);
 
-  // Connects anew and repeats the request that ran when the connection was lost. Steps that were
+  // Reconnects and repeats the request that ran when the connection was lost. Steps that were
   // given already are not given again. An error when the server now has another dataset under the
   // name, or (as a failed check, when they come) other steps.
   [[nodiscard]] ClientResult<void> resume();

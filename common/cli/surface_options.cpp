@@ -25,10 +25,9 @@ Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& i
                 "--space is about world coordinates; it has no meaning with --coordinates index.");
   }
   if (info.meaning.space != WorldSpace::kUnnamed) return {};
-  return fail(
-      ErrorCode::kInvalidArgument,
-      "--space: it is unknown how the world axes of \"" + info.name +
-          "\" lie in a patient, because its file does not define it; leave --space native.");
+  return fail(ErrorCode::kInvalidArgument,
+              "--space: it is unknown how the world axes of \"" + info.name +
+                  "\" lie in a patient, because its file does not define it; use --space native.");
 }
 
 }  // namespace

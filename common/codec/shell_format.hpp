@@ -1,4 +1,4 @@
-// Sample shells: tiles of an isosurface as the samples that it runs between.
+// Sample shells: tiles of an isosurface as the samples on both sides of it (narrow band).
 //
 // At a uniform level of the hierarchy a marching-tetrahedra surface is a function of which samples
 // are above the isovalue and of the values at the ends of crossed edges. A shell holds these, for

@@ -1,5 +1,5 @@
 // The connected components of a surface: which of them are large, and the surface without the
-// others. Noise in scans makes thousands of small ones around the one that is meant.
+// others. Noise in scans makes thousands of small ones around the main surface.
 //
 //   const MeshComponents parts = components_of(mesh);
 //   const LatticeMesh organs = with_components(mesh, parts, /*least_diagonal=*/10);

@@ -128,7 +128,7 @@ tl::unexpected<Error> MessageChannel::lost_in_use(Error error) {
   if (error.code == ErrorCode::kUnavailable) {
     error.text = "The connection to " + to_string(server_) + " was lost: " + error.text + ".";
     if (!server_.is_secure() && bytes_received() == 0) {
-      error.text += " Nothing came: if that port speaks TLS, write tls:// or wss://.";
+      error.text += " No reply: if that port uses TLS, write tls:// or wss://.";
     }
   }
   return closed(std::move(error));

@@ -43,7 +43,7 @@ class ByteSource {
     (void)ranges;
     return 0;
   }
-  // For bytes that turned out to be damaged: the next read of them begins anew.
+  // For bytes that turned out to be damaged: the next read of them starts over.
   virtual void forget(const FileRange& range) const { (void)range; }
   [[nodiscard]] virtual bool is_far() const { return false; }
 };

@@ -215,7 +215,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.spacing = fields.vector("spacing", fields.at("spacing"));
   info.index_to_world = fields.affine("index_to_world");
   const auto space = world_space_from(fields.later_text("space"));
-  if (!space) fields.add_error("space", "is none of LPS, RAS and nothing");
+  if (!space) fields.add_error("space", "is neither LPS, RAS nor empty");
   info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
                   .length_unit = fields.later_text("length_unit"),
                   .value_unit = fields.later_text("value_unit")};

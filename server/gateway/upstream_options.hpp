@@ -14,7 +14,7 @@ struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  // The longest silence of a connected server.
+  // The longest time without a message of a connected server.
   std::chrono::milliseconds silence{10'000};
   std::chrono::milliseconds failover_timeout{
       30'000};  // Without a server for a stream, before it fails.

@@ -32,13 +32,13 @@ std::optional<Answer> upgrade_objection(const HttpRequest& request,
   if (!boost::beast::websocket::is_upgrade(request)) {
     Answer answer = refuse(426, ErrorCode::kUnexpectedMessage,
                            "This is the listener for WebSockets (RFC 6455) of " +
-                               std::string(kSubprotocol) + "; ask for an upgrade.");
+                               std::string(kSubprotocol) + "; send an upgrade request.");
     add_field(answer, "Upgrade", "websocket");
     return answer;
   }
   if (!asks_for_subprotocol(request)) {
     return refuse(400, ErrorCode::kUnsupportedVersion,
-                  "A WebSocket here speaks the subprotocol " + std::string(kSubprotocol) +
+                  "WebSockets here use the subprotocol " + std::string(kSubprotocol) +
                       "; name it in Sec-WebSocket-Protocol.");
   }
   if (!is_allowed_origin(field(request, http::field::origin), field(request, http::field::host),

@@ -115,7 +115,7 @@ class AdmissionControl {
   AdmissionControl& operator=(const AdmissionControl&) = delete;
 
   struct AdmissionResult {
-    ConnectionContextPtr client;  // Null: not even worth words.
+    ConnectionContextPtr client;  // Null: refused without a reply.
     // The error to send before closing.
     std::optional<Error> refusal;
   };

@@ -54,7 +54,8 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   for (std::size_t axis = 0; axis < 3; ++axis) map.columns[axis][axis] = arguments.scale;
   if (arguments.space == "native") return map;
   if (volume.meaning.space == WorldSpace::kUnnamed) {
-    throw std::invalid_argument("--space: the volume does not say how its axes lie in a patient.");
+    throw std::invalid_argument(
+        "--space: the volume does not define the directions of its axes in a patient.");
   }
   if (volume.meaning.space == (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas)) {
     return map;

@@ -149,7 +149,7 @@ int revoke_token(const TokenArguments& arguments) {
     std::cout << text_of({{"name", name}, {"file", arguments.file}, {"removed", without.removed}});
   } else {
     std::cout << printable(name) << " is not in " << printable(arguments.file)
-              << " any more; servers know it after SIGHUP (systemctl reload multitetra)\n";
+              << " any more; running servers apply it after SIGHUP (systemctl reload multitetra)\n";
   }
   return kOk;
 }

@@ -47,11 +47,9 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
 }
 
 Answer no_storage(RequestContext& context) {
-  const Error error = {
-      ErrorCode::kUnavailable,
-      "The temporary folder of this server does not take the mesh's file, since it is "
-      "full or cannot be written; its log says why. Allow a larger error, or take "
-      "the surface as a stream."};
+  const Error error = {ErrorCode::kUnavailable,
+                       "The temporary folder of this server is full or cannot be written; its log "
+                       "has the reason. Allow a larger error, or request the surface as a stream."};
   (void)context.refused(error);
   return error_answer(507, error, context.request_id);
 }
@@ -78,13 +76,13 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
       query->format ? query->format : accepted_format(field(request, http::field::accept));
   if (!format) {
     return fail(ErrorCode::kUnsupportedVersion,
-                "A mesh comes as model/gltf-binary, application/ply, model/stl, model/obj, "
+                "Meshes are sent as model/gltf-binary, application/ply, model/stl, model/obj, "
                 "application/vnd.draco or application/vnd.vtk.polydata+xml, and the request "
                 "accepts none of them.");
   }
   if (surfaces->size() > 1 && *format != MeshFormat::kGlb) {
     return fail(ErrorCode::kInvalidArgument,
-                "Several surfaces come in one file as format=glb alone; ask for one at a time.");
+                "Several surfaces in one file need format=glb; request one at a time.");
   }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   Wanted wanted{.info = std::move(*info),

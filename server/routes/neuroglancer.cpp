@@ -47,7 +47,7 @@ using Meshes = std::vector<LatticeMesh>;
 Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, int resolution,
                                 const std::stop_token& stop) {
   try {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     std::vector<const LatticeMesh*> pointers;
     for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
     return shared(mesh_fragment(weld(pointers, resolution), cell));
@@ -237,7 +237,7 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
             context.caller->permit().is_for_all() ? "public, no-cache" : "private, no-cache");
   std::string tag = lasting_tag(file, *info);
   const std::string_view had = field(request, http::field::if_none_match);
-  // A client that takes whatever there is has not seen that there is something.
+  // A client without a preference has seen no version yet.
   if (!tag.empty() && had != "*" && names_tag(had, tag)) {
     answer.is_length_known = false;
   } else {

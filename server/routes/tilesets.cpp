@@ -24,7 +24,7 @@ constexpr std::string_view kTilesetSuffix = ".json";
 Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, const OctreeCube& cell,
                                  const std::stop_token& stop) {
   try {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     return std::make_shared<const std::string>(cell_glb(std::move(surface.mesh), info, cell));
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,

@@ -1,4 +1,4 @@
-// Work for a coroutine on threads that are not the connections'.
+// Runs work on the worker threads and resumes the coroutine afterwards.
 #pragma once
 
 #include <functional>

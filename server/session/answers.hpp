@@ -1,4 +1,4 @@
-// The request that a server's message answers.
+// The request id of a server's message.
 #pragma once
 
 #include <cstdint>

@@ -97,7 +97,7 @@ std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t 
   if (file.size == 0 || (file.etag.empty() && file.last_modified.empty())) {
     throw StoreError(address,
                      file.size == 0
-                         ? "the server does not say how long the file is"
+                         ? "the server does not send the length of the file"
                          : "the server gives neither ETag nor Last-Modified, so that a file that "
                            "is replaced would not be noticed",
                      "Use a server that does, or a copy on this machine");

@@ -189,7 +189,7 @@ class TriangleLimit {
                   "The surface in the cell has " +
                       std::to_string(static_cast<std::uint64_t>(triangles)) +
                       " triangles, and this server gives at most " + std::to_string(most_) +
-                      "; ask for its octants, or allow a larger error.");
+                      "; request its octants, or allow a larger error.");
     }
     const double expected = careful()({.request = request}).triangles;
     return fail(

@@ -50,7 +50,7 @@ void MessageConnection::keep_time(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
     if (!conversation_->is_welcomed()) {
-      end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
+      end({ErrorCode::kUnavailable, "No Hello arrived in time."});
       return;  // The time to read that begins now.
     }
   }

@@ -99,7 +99,7 @@ std::optional<std::string> simplification_fault(const TileSummary& tile, const S
 std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream& open,
                                        const DatasetInfo& info) {
   if (open.request.cell || open.request.normal_bits != 0 || open.scalars) {
-    return "it has sample shells, in which cells, normals and scalars do not come";
+    return "it has sample shells, which have no cells, normals or scalars";
   }
   if (begin.is_final && open.use == MeshUse::kKeep) {
     return "the final step has sample shells, though its mesh shall be kept";

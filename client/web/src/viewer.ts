@@ -72,7 +72,7 @@ const slowSurface = 2000; // Milliseconds from the first request to its final st
 
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.
-  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared anew.
+  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared again.
   // A step of the surface of that number, 0 for the first, and what of it is shown; null: all.
   shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };

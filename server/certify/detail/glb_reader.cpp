@@ -143,7 +143,7 @@ class GlbReader {
     constexpr int kMaxDepth = 64;
     constexpr std::size_t kMaxNodes = 1'000'000;
     if (depth > kMaxDepth || ++nodes_ > kMaxNodes) {
-      throw MeshFault("its nodes lie in each other without end");
+      throw MeshFault("its nodes contain each other");
     }
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));

@@ -11,7 +11,7 @@ struct SurfaceSize {
   double extracted = 0;  // Triangles before simplification, which cost the time.
 };
 
-// Ten Mbit/s, until a link has shown what it carries.
+// Assumed bandwidth before the first measurement: 10 Mbit/s.
 inline constexpr double kUsualBytesPerSecond = 1.25e6;
 
 // What a step's tiles are made as.

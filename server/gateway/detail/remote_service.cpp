@@ -216,7 +216,7 @@ void RemoteCaller::when_closed() {
   if (reached_) reached_->link->close();
   questions_.close();
   if (const StreamPtr stream = stream_) {
-    stream->fail({ErrorCode::kCancelled, "The client has gone."});
+    stream->fail({ErrorCode::kCancelled, "The client has disconnected."});
   }
   change_.notify_all();
 }
@@ -414,7 +414,7 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
   SurfaceTiles& tiles = collected.tiles;
   for (;;) {
     auto message = stream->take();
-    if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has gone.");
+    if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has disconnected.");
     if (!message) {
       // Closing this changes the stream as well.
       co_await changed->wait();
@@ -443,7 +443,7 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
     } else if (const auto* end = std::get_if<StreamEnd>(&*message)) {
       stream->drop();
       if (end->outcome == StreamOutcome::kComplete) co_return collected;
-      co_return fail(ErrorCode::kUnavailable, "The server stops; ask again later.");
+      co_return fail(ErrorCode::kUnavailable, "The server is stopping; retry later.");
     }
   }
 }

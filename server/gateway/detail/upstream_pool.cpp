@@ -221,10 +221,10 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) 
         if (dataset->info() == info) {
           dataset->replicas.push_back(i);
         } else {
-          log_line(LogLevel::kWarning,
-                   "a server has another dataset of that name than the server before it, and is "
-                   "not used for it",
-                   {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
+          log_line(
+              LogLevel::kWarning,
+              "two servers have different datasets of this name; the second one is not used for it",
+              {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
         }
       }
     }

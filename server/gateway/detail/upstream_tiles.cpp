@@ -38,7 +38,7 @@ Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& 
     return fail(ErrorCode::kCancelled, "The surface was cancelled.");
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The gateway has not enough memory for this surface; ask for a larger error.");
+                "The gateway has not enough memory for this surface; allow a larger error.");
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("assembling a surface failed: ") + trouble.what(), {});
     return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");

@@ -261,7 +261,7 @@ asio::awaitable<void> HttpConnection::close_connection() {
 asio::awaitable<void> HttpConnection::refuse_plain_http() {
   deadline_.set(options_.connection.linger);
   constexpr std::string_view kWords =
-      "This port speaks TLS: write https:// in place of http://, and wss:// in place of ws://.\n";
+      "This port uses TLS: write https:// instead of http://, and wss:// instead of ws://.\n";
   const std::string answer =
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n"
       "Content-Length: " +

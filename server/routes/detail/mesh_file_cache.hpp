@@ -1,7 +1,7 @@
 // The files of meshes on the disk: those that are being sent, and with the room that they leave,
 // those that are kept for the next request.
 //
-//   auto room = files.reserve(share, bytes);  // Forgets kept ones for it, the oldest first.
+//   auto room = files.reserve(share, bytes);  // Evicts cached files for it, the oldest first.
 //   if (room) files.keep(key, store(std::move(*room)));
 //   if (auto mesh = files.find(key)) send(*mesh);
 //

@@ -34,14 +34,14 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
   } catch (const DatasetFileError& damage) {
     log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
     return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
-                                             what + " needs it; the server's log says where.");
+                                             what + " needs it; the server's log has the place.");
   } catch (const StoreError& trouble) {
     log_line(LogLevel::kError, trouble.what(), {{"dataset", source.info().name}});
     return tl::unexpected(
         Error{.code = ErrorCode::kUnavailable,
               .text = std::string("The store of this dataset does not answer, or not "
                                   "as it should, and this ") +
-                      what + " needs it; the server's log says more. Try again.",
+                      what + " needs it; the server's log has the reason. Try again.",
               .retry_after = kStoreRetrySeconds});
   } catch (const std::exception& trouble) {
     log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),

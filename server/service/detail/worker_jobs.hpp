@@ -1,5 +1,5 @@
 // What workers do for the service of this process, and what is known of it beforehand. Nothing here
-// throws: the client learns that something went wrong, and the log says what.
+// throws: the client receives a general error, and the log has the cause.
 #pragma once
 
 #include <chrono>

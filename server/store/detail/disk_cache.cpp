@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMeasuredAfter = 16;  // Measured anew after this part of the limit came.
+constexpr std::uint64_t kMeasuredAfter = 16;  // Measured again after this part of the limit came.
 constexpr const char* kBlocks = "blocks";
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // Behind the block.
 

@@ -119,14 +119,14 @@ TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
   using Kind = UploadCondition::Kind;
   EXPECT_NE(trouble([&] {
               upload_file(file, "s3://volumes/old.mtd", {}, kQuick);
-            }).find("another file came there"),
+            }).find("another file was written there"),
             std::string::npos);
   const UploadCondition same{.kind = Kind::kThisVersion, .etag = found->etag};
   upload_file(file, "s3://volumes/old.mtd", same, kQuick);
   EXPECT_EQ(bytes_of_file(folder_.path() / "old.mtd"), "new");
   EXPECT_NE(trouble([&] {
               upload_file(file, "s3://volumes/old.mtd", same, kQuick);
-            }).find("another file came there"),
+            }).find("another file was written there"),
             std::string::npos);
   upload_file(file, "s3://volumes/old.mtd", {.kind = Kind::kAnything}, kQuick);
   EXPECT_EQ(files_in_bucket(), 2U) << "Nothing is left of those that failed.";

@@ -171,7 +171,7 @@ export class Assembler {
   private tile(step: number, index: number, payload: Uint8Array): AssemblerEffect[] {
     const pending = this.pending.at(-1);
     if (!pending || pending.end || pending.begin.step !== step) {
-      return this.fail(`Step ${step}: a tile comes outside of its step.`);
+      return this.fail(`Step ${step}: a tile arrived outside of its step.`);
     }
     const tile = pending.tiles[index];
     if (!tile) return this.fail(`Step ${step}: tile ${index} is not in its manifest.`);

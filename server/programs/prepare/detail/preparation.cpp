@@ -94,7 +94,7 @@ void require_free_output(const PrepareJob& job) {
 namespace {
 
 // A dataset that was made of something else is not replaced by mistake. One of the same name, or of
-// the same series, is made anew.
+// the same series, is made again.
 void require_same_source(const PrepareJob& job, const Provenance& note) {
   if (is_address(job.output.string()) || !std::filesystem::exists(job.output)) return;
   std::optional<DatasetMetadata> there;
@@ -190,7 +190,7 @@ void Preparation::require_same_places(const PrepareJob& job, const Places& found
            std::to_string(places.dims[2]);
   };
   const auto refuse = [&](const std::string& difference) {
-    fail_reading(job.input, difference + "; members of a series lie on the same places",
+    fail_reading(job.input, difference + "; members of a series must have the same grid",
                  "Resample it, or prepare it for itself");
   };
   if (found.dims != first.dims) {

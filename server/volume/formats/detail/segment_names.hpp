@@ -11,7 +11,7 @@
 namespace multitetra {
 
 // In the order of their numbers, of a NRRD header's text. Labels have the segments' values; where
-// segments lie in several layers, in each of which values begin anew, they are numbered from 1 on.
+// segments lie in several layers, in each of which values start over, they are numbered from 1 on.
 // Segments without a value are left out, those whose value another one has, and those of more than
 // so many layers; so are names and colors that are none.
 [[nodiscard]] std::vector<SourceLabel> segments_in(std::string_view header,

@@ -243,7 +243,7 @@ class DicomSlices : public StoredSlices {
     reader.SetFileName(image.file.c_str());
     if (!reader.Read()) {
       fail_reading(image.file, "its image cannot be read",
-                   "Get a whole copy of it, or decompress it first");
+                   "Get a complete copy of the file, or decompress it first");
     }
     const gdcm::Image& pixels = reader.GetImage();
     const std::size_t needed = static_cast<std::size_t>(image.frames) * image.frame_bytes();
@@ -251,7 +251,7 @@ class DicomSlices : public StoredSlices {
       fail_reading(image.file,
                    "its image has " + std::to_string(pixels.GetBufferLength()) +
                        " bytes and its header promises " + std::to_string(needed),
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     pixels_.resize(needed);
     loaded_.clear();
@@ -318,7 +318,7 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
                                  without_digits(files.front().filename().string()));
     if (!is_sibling) continue;
     fail_reading(other, "it is no DICOM file or is cut off in front of its header",
-                 "Get a whole copy of it, or remove it from the series");
+                 "Get a complete copy of the file, or remove it from the series");
   }
   std::sort(files.begin(), files.end());
   return files;
