@@ -322,7 +322,8 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
   }
   const std::string endian = lower_case(header.field("endian"));
   if (bytes_of(one.type) > 1 && endian != "little" && endian != "big") {
-    fail_reading(file, "its header does not name the byte order of its samples", kCheckHeader);
+    fail_reading(file, "its header does not name the byte order (endian) of its samples",
+                 kCheckHeader);
   }
   SampleParts samples{.part_bytes = all_bytes / files.size(),
                       .first_byte = skipped_volumes * volume_bytes,
