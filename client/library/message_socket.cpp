@@ -70,8 +70,8 @@ struct MessageSocket::State {
   template <typename T>
   void start(asio::awaitable<Result<T>> operation, std::optional<Result<T>>& outcome) {
     asio::co_spawn(io, std::move(operation),
-                   [&outcome](const std::exception_ptr& trouble, Result<T> result) {
-                     if (trouble) std::rethrow_exception(trouble);
+                   [&outcome](const std::exception_ptr& failure, Result<T> result) {
+                     if (failure) std::rethrow_exception(failure);
                      outcome = std::move(result);
                    });
   }
@@ -115,9 +115,9 @@ struct MessageSocket::State {
     if (is_receiving || received) return;
     is_receiving = true;
     asio::co_spawn(io, channel.receive(),
-                   [this](const std::exception_ptr& trouble, Result<std::string> content) {
+                   [this](const std::exception_ptr& failure, Result<std::string> content) {
                      is_receiving = false;
-                     if (trouble) std::rethrow_exception(trouble);
+                     if (failure) std::rethrow_exception(failure);
                      received = std::move(content);
                    });
   }

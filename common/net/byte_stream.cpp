@@ -110,7 +110,7 @@ asio::awaitable<error_code> ByteStream::shut_down() {
 
 void ByteStream::close() { socket_->close(); }
 
-void set_usual_options(tcp::socket& socket) {
+void set_socket_options(tcp::socket& socket) {
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::keep_alive(true), ignored);

@@ -72,6 +72,6 @@ class ByteStream {
 
 // What connections of a service have in common: small messages leave at once, and a machine that
 // has vanished is noticed in the end.
-void set_usual_options(tcp::socket& socket);
+void set_socket_options(tcp::socket& socket);
 
 }  // namespace multitetra

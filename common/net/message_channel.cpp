@@ -43,7 +43,7 @@ asio::awaitable<Result<void>> MessageChannel::connect() {
   }
   if (!error && !is_open_) error = asio::error::operation_aborted;
   if (error) co_return unreachable(error);
-  set_usual_options(socket_);
+  set_socket_options(socket_);
   if (options_.unacknowledged.count() > 0) {
     const auto milliseconds = static_cast<unsigned>(options_.unacknowledged.count());
     ::setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &milliseconds,

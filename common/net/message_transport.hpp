@@ -52,7 +52,7 @@ class MessageTransport {
   [[nodiscard]] std::uint64_t bytes_received() const { return bytes_received_; }
 
  protected:
-  void note_sign(std::size_t bytes_that_came) {
+  void note_received(std::size_t bytes_that_came) {
     last_sign_ = Clock::now();
     bytes_received_ += bytes_that_came;
   }

@@ -58,9 +58,9 @@ class BudgetedSimplification {
 
   // Until `most` triangles are left at most, if possible.
   void go_on() {
-    std::optional<MadeLevel> before;
+    std::optional<TriedLevel> before;
     while (left() > most_ && level_ < schedule_.last()) {
-      const MadeLevel now = {level_, left() / most_};
+      const TriedLevel now = {level_, left() / most_};
       level_ = coarser_level(std::exchange(before, now), now, schedule_.last());
       simplifier_->simplify(options(), stop_);
     }

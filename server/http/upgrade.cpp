@@ -23,9 +23,9 @@ bool asks_for_subprotocol(const HttpRequest& request) {
 
 }  // namespace
 
-std::optional<Answer> upgrade_objection(const HttpRequest& request,
-                                        const std::vector<std::string>& allowed_origins,
-                                        std::string_view request_id) {
+std::optional<Answer> upgrade_error(const HttpRequest& request,
+                                    const std::vector<std::string>& allowed_origins,
+                                    std::string_view request_id) {
   const auto refuse = [&](int status, ErrorCode code, std::string text) {
     return error_answer(status, {code, std::move(text)}, request_id);
   };

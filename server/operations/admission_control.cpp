@@ -175,9 +175,9 @@ void AdmissionControl::reload() {
     try {
       load();
       log_line(LogLevel::kInfo, std::string(what) + " read again", {});
-    } catch (const std::exception& trouble) {
+    } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
-               std::string(trouble.what()) + " The " + what + " read before stays in use.", {});
+               std::string(failure.what()) + " The " + what + " read before stays in use.", {});
     }
   };
   if (options_.tls) attempt("certificate", [this] { tls_ = load_tls(*options_.tls); });

@@ -60,7 +60,7 @@ int plot(const PlotArguments& arguments) {
   const SurfaceExtractor extractor(dataset);
   progress.begin("sizes");
   const SizeCurves curves = size_curves(
-      extractor, spread_isovalues(dataset->info, arguments.isovalues), arguments.errors,
+      extractor, even_isovalues(dataset->info, arguments.isovalues), arguments.errors,
       {.simplify = arguments.simplify == "on", .progress = [&](std::size_t done, std::size_t all) {
          progress.update(static_cast<double>(done), static_cast<double>(all), "isovalues");
        }});

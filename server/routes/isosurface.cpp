@@ -31,16 +31,16 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
     auto stored = store_mesh(std::move(surfaces), info, form, place, stop);
     if (!stored) return tl::unexpected(stored.error());
     return *std::move(stored);
-  } catch (const std::system_error& trouble) {
-    log_line(LogLevel::kError, std::string("writing a mesh file failed: ") + trouble.what(),
+  } catch (const std::system_error& failure) {
+    log_line(LogLevel::kError, std::string("writing a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}, {"folder", place.folder.string()}});
     return std::nullopt;
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh in one response; allow a larger "
                 "error, or take it as a stream.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + trouble.what(),
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}});
     return fail(ErrorCode::kInternal, "The server failed to make this mesh's file; see its log.");
   }
@@ -208,7 +208,7 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, cons
   } else {
     answer.is_length_known = false;
   }
-  if (!wanted->tag.empty()) meet_conditions(answer, request, wanted->tag);
+  if (!wanted->tag.empty()) apply_conditions(answer, request, wanted->tag);
   if (answer.status == 200 && mesh.file && mesh.bytes == 0) answer.status = 204;
   co_return answer;
 }

@@ -54,8 +54,8 @@ Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, in
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh; allow a larger error.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making a fragment failed: ") + trouble.what(), {});
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("making a fragment failed: ") + failure.what(), {});
     return fail(ErrorCode::kInternal, "The server failed to make this mesh; see its log.");
   }
 }
@@ -247,7 +247,7 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
     if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + *known);
     answer.body = body_of(known);
   }
-  meet_conditions(answer, request, tag);
+  apply_conditions(answer, request, tag);
   co_return answer;
 }
 

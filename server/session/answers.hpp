@@ -18,6 +18,6 @@ namespace multitetra {
 [[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
 
 // The server is shutting down and accepts no new requests.
-[[nodiscard]] bool is_about_stopping(const ServerMessage& message);
+[[nodiscard]] bool is_shutdown_notice(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -45,7 +45,7 @@ class Viewer(ipywidgets.DOMWidget):
     settings = traitlets.Dict(help="All settings, as the viewer has them; empty before it is shown.").tag(sync=True)
     shown = traitlets.Dict(help="Facts of the step that was shown last: triangles, errorWorld (None: a preview, see spacing), topology, ...").tag(sync=True)
     picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
-    passed_over = traitlets.List(help="Names of settings whose last values meant nothing to the viewer.").tag(sync=True)
+    ignored = traitlets.List(help="Names of settings that are unknown or whose values are invalid.").tag(sync=True)
 
     def __init__(self, server="http://127.0.0.1:7480", *, height=480, **settings):
         checked(settings)

@@ -214,7 +214,7 @@ export class Viewer {
 
   // Resolves when all that is to be seen of the time that was set is on the screen, or will not be.
   async settled(): Promise<void> {
-    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().trouble !== null;
+    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().failure !== null;
     while (!this.surfaces.isSettled || !isThere()) {
       await new Promise((resolve) => setTimeout(resolve, 20));
     }

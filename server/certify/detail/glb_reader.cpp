@@ -31,7 +31,7 @@ constexpr std::chrono::minutes kMostDracoTime{10};
 DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> position_id) {
   std::string made;
   try {
-    made = made_apart(
+    made = run_in_child_process(
         [&]() -> std::string {
           const auto mesh = decode_draco_mesh(bytes, position_id);
           if (!mesh) throw std::runtime_error(mesh.error().text);

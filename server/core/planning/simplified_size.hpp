@@ -26,13 +26,13 @@ struct SimplifiedBlocks {
 
 // The share of `before` triangles of a surface that is left, 0 to 1, cut into tiles as
 // simplified_cube.hpp does. 1 where nothing is known.
-[[nodiscard]] double share_left(const SimplifiedBlocks& blocks, double a_border_edge,
-                                double before);
+[[nodiscard]] double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge,
+                                     double before);
 
 // The same, roughly, where no block was simplified; the error in voxels. Rather too small than too
 // large. Public volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and more
 // at two.
-[[nodiscard]] double rough_share_left(double voxels);
+[[nodiscard]] double rough_remaining_share(double voxels);
 
 // What simplification leaves of a preview, where nothing is simplified to find out: 0.04 to 0.25 on
 // public volumes.

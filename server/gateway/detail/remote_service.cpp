@@ -40,8 +40,8 @@ bool keep_holders_of_scalars(StartStream& action) {
   const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
   auto both = std::make_shared<UpstreamDataset>(surface->info());
   std::copy_if(surface->replicas.begin(), surface->replicas.end(),
-               std::back_inserter(both->replicas), [&](std::size_t holder) {
-                 return std::find(field->replicas.begin(), field->replicas.end(), holder) !=
+               std::back_inserter(both->replicas), [&](std::size_t replica) {
+                 return std::find(field->replicas.begin(), field->replicas.end(), replica) !=
                         field->replicas.end();
                });
   const bool is_held = !both->replicas.empty();
@@ -318,7 +318,7 @@ asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
       co_return stream->is_stopped || is_closed_;
     }
     if (request_id_of(*message) != id) continue;
-    if (!stream->is_stopped && is_about_stopping(*message)) {
+    if (!stream->is_stopped && is_shutdown_notice(*message)) {
       link->close();
       co_return false;
     }

@@ -36,7 +36,8 @@ asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link,
   Result<ServerMessage> answer = co_await link->receive();
   link->close();
   links_.erase(link);
-  if (answer && (request_id_of(*answer) != request_id_of(question) || is_about_stopping(*answer))) {
+  if (answer &&
+      (request_id_of(*answer) != request_id_of(question) || is_shutdown_notice(*answer))) {
     co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
   }
   co_return answer;

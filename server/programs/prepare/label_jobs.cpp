@@ -124,7 +124,7 @@ std::vector<double> LabelJobs::found_in(const PrepareJob& volume) const {
   options.choice = volume.choice;
   const LabelMap map = maps_.of(volume.input, options);
   std::vector<double> values;
-  for (const FoundLabel& label : map.labels()) values.push_back(label.value);
+  for (const LabelSummary& label : map.labels()) values.push_back(label.value);
   return values;
 }
 

@@ -174,8 +174,8 @@ int prepare(PrepareArguments& arguments) {
   (void)arguments.outside_value();
   if (arguments.series.are_given()) return prepare_series(arguments);
   const bool into_folder = is_folder_of_datasets(arguments.output);
-  return into_folder || are_many(arguments.inputs) ? prepare_many(arguments)
-                                                   : prepare_one_volume(arguments);
+  return into_folder || has_several_volumes(arguments.inputs) ? prepare_many(arguments)
+                                                              : prepare_one_volume(arguments);
 }
 
 }  // namespace

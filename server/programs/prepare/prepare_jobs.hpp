@@ -31,7 +31,7 @@ struct PrepareJob {
 [[nodiscard]] std::string label_text(const Label& label);
 
 // Whether the inputs are more than one volume: several, or a folder that is none itself.
-[[nodiscard]] bool are_many(const std::vector<std::string>& inputs);
+[[nodiscard]] bool has_several_volumes(const std::vector<std::string>& inputs);
 
 // A job for every volume; datasets go into `folder`, each under a name of its own.
 [[nodiscard]] std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs,

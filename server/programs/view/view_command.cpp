@@ -53,7 +53,7 @@ class DatasetFolders {
  public:
   explicit DatasetFolders(const ViewArguments& arguments) {
     fs::path folder = arguments.cache_folder;
-    if (folder.empty() && !arguments.no_cache) folder = usual_cache_folder();
+    if (folder.empty() && !arguments.no_cache) folder = default_cache_folder();
     if (!folder.empty() && !arguments.no_cache) {
       try {
         cache_.emplace(folder, arguments.cache_bytes);

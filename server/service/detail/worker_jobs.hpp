@@ -35,10 +35,10 @@ struct WorkKind {
 
 // The next step of a stream, with its scalars.
 [[nodiscard]] Result<StepResult> make_step(const StartStream& action, const StreamState& state,
-                                           const MakingLimits& limits, const std::stop_token& stop);
+                                           const StepLimits& limits, const std::stop_token& stop);
 // The final surface of a request. kLimitExceeded for one of more than `max_triangles`.
 [[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
-                                        MakingLimits limits, const std::stop_token& stop);
+                                        StepLimits limits, const std::stop_token& stop);
 [[nodiscard]] Result<DatasetQueryReply> make_answer(const RunQuery& action,
                                                     const std::stop_token& stop);
 

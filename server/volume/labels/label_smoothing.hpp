@@ -28,8 +28,8 @@ inline constexpr int kFieldSteps = 256;
 }
 
 // What lies `step` away from `at`, of `side` samples.
-[[nodiscard]] constexpr std::size_t held_within(std::int32_t at, std::int32_t step,
-                                                std::int32_t side) {
+[[nodiscard]] constexpr std::size_t clamped_step(std::int32_t at, std::int32_t step,
+                                                 std::int32_t side) {
   return static_cast<std::size_t>(std::clamp(at + step, 0, side - 1));
 }
 

@@ -124,17 +124,17 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
 // What a person should know of the files before their places are looked at.
 void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
                   std::vector<std::string>& notices) {
-  std::vector<DicomImage> strangers;
+  std::vector<DicomImage> other_images;
   std::vector<DicomImage> longer;
   const DicomImage& first = images.front();
   for (const DicomImage& image : images) {
-    if (image.patient != first.patient || image.study != first.study) strangers.push_back(image);
+    if (image.patient != first.patient || image.study != first.study) other_images.push_back(image);
     if (image.has_excess_bytes && image.frame == 0) longer.push_back(image);
   }
-  if (!strangers.empty()) {
-    notices.push_back("'" + place.string() + "': " + std::to_string(strangers.size()) +
+  if (!other_images.empty()) {
+    notices.push_back("'" + place.string() + "': " + std::to_string(other_images.size()) +
                       " images of this series are of another patient or study than '" +
-                      first.file.filename().string() + "': " + list_of(files_of(strangers)) +
+                      first.file.filename().string() + "': " + list_of(files_of(other_images)) +
                       ". They are in the volume.");
   }
   if (!longer.empty()) {
