@@ -22,7 +22,7 @@
 
 namespace multitetra {
 
-// What kind of failure it is: of the network, a refusal by the server, or data that failed a check.
+// The source of a failure: the network, a refusal by the server, or data that failed a check.
 enum class ErrorSource { kNetwork, kServer, kCheck };
 
 struct ClientError {
@@ -75,9 +75,8 @@ using TileListener =
     std::function<void(const TileSummary& tile, const StepBegin& step, const std::string& payload)>;
 
 struct FetchOptions {
-  RetryOptions retries = {};  // After a lost connection; a new tile is progress.
-  DecodedTileCache* tiles =
-      nullptr;  // What is held already and what comes; null: one for this fetch.
+  RetryOptions retries = {};          // After a lost connection; a new tile is progress.
+  DecodedTileCache* tiles = nullptr;  // The cache of received tiles; null: one for this fetch.
   TileListener on_tile = {};
 };
 
@@ -90,7 +89,7 @@ class Client {
 
   [[nodiscard]] ClientResult<std::vector<DatasetInfo>> list_datasets();
 
-  // How large the answer to a request would be, without making it.
+  // Estimates the size of the reply to a request.
   [[nodiscard]] ClientResult<EstimateReply> estimate(const std::string& dataset,
                                                      const IsosurfaceRequest& request);
 

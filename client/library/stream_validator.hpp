@@ -17,9 +17,9 @@
 
 namespace multitetra {
 
-// What one stream may make the client store, all steps together: a tile is kept until the stream
-// has ended, because the server does not send it again. A tile in several steps counts once. The
-// same limits hold for one step with the tiles that are held already.
+// Limits of what one stream can make the client store, all steps together: a tile is kept until the
+// stream has ended, because the server does not send it again. A tile in several steps counts once.
+// The same limits hold for one step with the tiles that are held already.
 struct AssemblerLimits {
   std::uint32_t steps = 64;
   std::uint64_t tiles = 1 << 20;

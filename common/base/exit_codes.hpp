@@ -9,7 +9,7 @@ namespace multitetra {
 enum ExitCode {
   // Done; a server: stopped by request.
   kOk = 0,
-  kFailed = 1,  // What has no code of its own.
+  kFailed = 1,  // Failures without a code of their own.
   kUsage = 2,   // Wrong options, in whatever place they stand.
   // For programs that check surfaces:
   kCheckFailed = 3,  // A surface is not what was promised.

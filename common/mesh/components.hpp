@@ -21,7 +21,7 @@ struct MeshComponents {
 
   // The one with the longest diagonal, the first of several; 0 where there is none.
   [[nodiscard]] std::uint32_t largest() const;
-  // How many have at least that diagonal.
+  // The number of components with at least that diagonal.
   [[nodiscard]] std::size_t count_from(double least_diagonal) const;
 };
 

@@ -49,7 +49,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void keep_time(std::chrono::steady_clock::time_point now);
   // Idle since then; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const;
-  // What the way to the client was found to carry.
+  // The measured bandwidth to the client.
   void set_bandwidth(double bytes_per_second) { caller_->set_bandwidth(bytes_per_second); }
 
   // The next message to send; nullopt when the session is over.

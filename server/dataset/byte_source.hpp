@@ -38,7 +38,7 @@ class ByteSource {
 
   // For remote sources: begins to fetch these ranges. Returns at once and never throws.
   virtual void prefetch(std::span<const FileRange> ranges) const { (void)ranges; }
-  // How many bytes must come from far away before these ranges can be read.
+  // The bytes to fetch from a remote store before these ranges can be read.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const {
     (void)ranges;
     return 0;

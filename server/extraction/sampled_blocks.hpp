@@ -1,4 +1,4 @@
-// What some blocks of a surface become: extracted, simplified and encoded as they would be sent.
+// Extracts, simplifies and encodes some blocks of a surface as they would be sent.
 #pragma once
 
 #include <cstddef>

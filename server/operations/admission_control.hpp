@@ -48,7 +48,7 @@ struct AdmissionOptions {
 
 class AdmissionControl;
 
-// How a connection is ended that rests when a newcomer finds no room.
+// An idle connection, which is closed when a new one exceeds the limit.
 struct IdleConnection {
   using Clock = std::chrono::steady_clock;
   std::function<std::optional<Clock::time_point>()> since;  // nullopt while it has something to do.
@@ -140,7 +140,7 @@ class AdmissionControl {
   [[nodiscard]] ServiceObserver& observer() { return *observer_; }
   [[nodiscard]] std::size_t connections() const { return connections_.inside(); }
   [[nodiscard]] std::size_t running_requests() const { return running_requests_; }
-  [[nodiscard]] std::uint64_t requests() const { return requests_; }  // That began so far.
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }  // Requests that began so far.
 
  private:
   friend class ConnectionContext;

@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// Where clients come in: "tcp", "websocket", "http". Always a literal.
+// The transport of a client: "tcp", "websocket", "http". Always a literal.
 using ProtocolName = const char*;
 
 // The client as the log names it.

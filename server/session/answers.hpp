@@ -14,7 +14,7 @@ namespace multitetra {
 // Whether nothing more of its stream follows.
 [[nodiscard]] bool is_last(const ServerMessage& message);
 
-// How a stream has ended, by its last message: for the log and the metrics.
+// The outcome of a stream, from its last message: for the log and the metrics.
 [[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
 
 // The server is shutting down and accepts no new requests.

@@ -107,7 +107,7 @@ class Session {
   // The largest id of all streams so far.
   std::uint64_t last_request_id_ = 0;
   std::optional<std::uint64_t> running_;  // The stream that runs.
-  std::size_t questions_ = 0;             // That are being answered.
+  std::size_t questions_ = 0;             // Queries that are being answered.
 };
 
 }  // namespace multitetra

@@ -14,7 +14,7 @@
 
 namespace multitetra {
 
-// Where a stream stands: all that its next step depends on.
+// The state of a stream: all that its next step depends on.
 struct StreamState {
   IsosurfaceRequest request = {};  // As it was made.
   StepPolicy steps = StepPolicy::kProgressive;
@@ -60,7 +60,7 @@ struct StepLimits {
                                                 const StreamState& state, std::stop_token stop,
                                                 const StepLimits& limits = {});
 
-// How large the answer to a request would be, and the request as its budget allows it: from a
+// Estimates the size of the reply to a request, and the request as its budget allows it: from a
 // sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.
 struct EstimatedAnswer {
   SurfaceSize size;

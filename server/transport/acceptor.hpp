@@ -18,7 +18,7 @@ struct Peer {
 
 class Acceptor {
  public:
-  // What to do with a connection. May throw: the connection is dropped then, and others are
+  // Handles a connection. May throw: the connection is dropped then, and others are
   // accepted.
   using OnAccept = std::function<void(tcp::socket socket, const Peer& peer)>;
 

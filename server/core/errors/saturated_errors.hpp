@@ -24,7 +24,7 @@
 
 namespace multitetra {
 
-// What is known of a dividing point and all its descendants.
+// Bounds of a dividing point and all its descendants.
 struct ErrorBound {
   float error = 0;  // World units.
   std::int32_t flip_spacing =

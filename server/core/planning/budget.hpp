@@ -78,7 +78,7 @@ struct TriedLevel {
 // `before`. Requires made.part > 1, and a level beyond it; at most four octaves are left out.
 [[nodiscard]] int coarser_level(const std::optional<TriedLevel>& before, const TriedLevel& made,
                                 int last);
-// Where it should have begun, when what it began with fits. Requires a level before that one.
+// The level to start from, when the first one fits. Requires a level before that one.
 [[nodiscard]] int finer_level(const TriedLevel& made);
 
 // The request as its budget allows it; the request itself when it has none or fits already.

@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-// What a set of shells is a function of, besides the dataset.
+// The parameters that determine a set of shells, besides the dataset.
 struct ShellLevel {
   double isovalue = 0;
   int lattice_resolution = kDefaultLatticeResolution;

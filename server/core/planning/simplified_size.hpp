@@ -1,4 +1,4 @@
-// How large a simplified surface is, from what simplification leaves in some blocks of it.
+// Estimates the size of a simplified surface from some simplified blocks of it.
 //
 // A block's border stays as it is, and so do most triangles at it: what is left is nearly linear in
 // the edges of the border. In a tile, which is larger, it has a smaller part. How many triangles an
@@ -34,7 +34,7 @@ struct SimplifiedBlocks {
 // at two.
 [[nodiscard]] double rough_remaining_share(double voxels);
 
-// What simplification leaves of a preview, where nothing is simplified to find out: 0.04 to 0.25 on
+// The remaining share of a preview, where no block is simplified to measure it: 0.04 to 0.25 on
 // public volumes.
 inline constexpr double kLeftOfPreview = 0.15;
 

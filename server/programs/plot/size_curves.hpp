@@ -1,4 +1,4 @@
-// How many triangles the surfaces of a dataset have, over its isovalues and for several errors,
+// Estimated triangles of a dataset's surfaces, over its isovalues and for several errors,
 // without extracting them.
 #pragma once
 

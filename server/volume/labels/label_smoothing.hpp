@@ -1,4 +1,4 @@
-// How the indicator of a label is smoothed: by the weights 1 4 6 4 1 along each axis; beyond the
+// Smooths the indicator of a label by the weights 1 4 6 4 1 along each axis; beyond the
 // map's ends its last samples go on.
 #pragma once
 
