@@ -54,7 +54,7 @@ ClientResult<void> SurfaceStream::resume() {
     return fail(ErrorSource::kServer,
                 {ErrorCode::kUnknownDataset,
                  "After the connection was lost the server has another or no dataset \"" +
-                     info_.name + "\"; fetch it anew."});
+                     info_.name + "\"; fetch it again."});
   }
   return ask();
 }

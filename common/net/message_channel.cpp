@@ -34,7 +34,7 @@ asio::awaitable<Result<void>> MessageChannel::connect() {
   } else {
     const auto found = co_await resolver_.async_resolve(server_.host, std::to_string(server_.port),
                                                         use_error(error));
-    // Trying several addresses would open the socket anew, without the address it is bound to.
+    // Trying several addresses would open the socket again, without the address it is bound to.
     if (!error && is_open_ && !options_.from.empty()) {
       co_await socket_.async_connect(found.begin()->endpoint(), use_error(error));
     } else if (!error && is_open_) {

@@ -11,7 +11,7 @@
 
 namespace multitetra {
 
-// What a message from the client brings about.
+// The actions that follow from a client's message.
 struct Received {
   Actions actions;
   ByteReservations::Reservation reservation =

@@ -51,7 +51,7 @@ class UpstreamPool {
  public:
   UpstreamPool(asio::any_io_executor executor, UpstreamOptions options);
 
-  // What the servers that can be reached offer to the bearer of the token (unless the gateway has
+  // Lists the datasets of the reachable servers for the bearer of the token (unless the gateway has
   // its own): of datasets with the same name that differ, that of the first server. An error when
   // none can be reached, or all refuse the token. Concurrent callers are answered
   // together.
@@ -94,7 +94,7 @@ class UpstreamPool {
   struct Upstream {
     std::string name;
     UpstreamHealth health;
-    std::uint64_t damaged_tiles = 0;  // That it has sent.
+    std::uint64_t damaged_tiles = 0;  // Damaged tiles that it has sent.
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
   };

@@ -1,4 +1,4 @@
-// How slowly a client may take a file that holds up others while it is sent. The clock is the
+// The minimum transfer rate of a file that blocks others while it is sent. The clock is the
 // caller's.
 #pragma once
 

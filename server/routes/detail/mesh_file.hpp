@@ -33,7 +33,7 @@ struct MeshForm {
   double min_component = 0;  // Components of a shorter diagonal, in samples, are left out.
 };
 
-// Where it is written, and what that takes.
+// The file that is written, and its memory reservation.
 struct MeshPlace {
   std::filesystem::path folder;
   // Room for so many bytes, as long as the reservation lives.

@@ -68,7 +68,7 @@ class SingleFlight {
       call->abandon();
       throw Cancelled{};
     }
-    lock.unlock();  // What is done does not change any more.
+    lock.unlock();  // A finished result does not change any more.
     if (call->failure) std::rethrow_exception(call->failure);
     return *call->value;
   }

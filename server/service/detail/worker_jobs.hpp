@@ -1,4 +1,4 @@
-// What workers do for the service of this process, and what is known of it beforehand. Nothing here
+// The workers' jobs for the service of this process, with estimates of their time. Nothing here
 // throws: the client receives a general error, and the log has the cause.
 #pragma once
 
@@ -30,7 +30,7 @@ struct WorkKind {
 [[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
                                     std::stop_token stop);
 
-// What the codes of a stream's scalars mean, if it has any.
+// The range of the codes of a stream's scalars, if it has any.
 [[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);
 
 // The next step of a stream, with its scalars.

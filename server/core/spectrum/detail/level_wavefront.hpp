@@ -25,7 +25,7 @@
 
 namespace multitetra {
 
-// Where a level takes the field's values from.
+// The source of a level's field values.
 class PlaneSource {
  public:
   virtual ~PlaneSource() = default;

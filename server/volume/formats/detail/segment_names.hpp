@@ -1,4 +1,4 @@
-// What the segments of a segmentation are called: 3D Slicer writes it into the headers of its
+// The names of the segments of a segmentation: 3D Slicer writes them into the headers of its
 // .seg.nrrd files, as keys Segment0_Name, Segment0_Color, Segment0_LabelValue, ...
 #pragma once
 

@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// Where in a file the numbers are, and how many of them come before the first sample.
+// The position of the numbers in a file, and how many of them come before the first sample.
 struct NumbersInText {
   std::filesystem::path file;
   std::uint64_t begin = 0;
