@@ -7,8 +7,9 @@
 //
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
 // list of datasets and some are slices, and reading pauses while it is full or has one of those;
-// stream messages are made when the writing loop asks for them. What waits has room in the
-// admission's queue, or is refused; clients that send large messages too often are paused.
+// stream messages are made when the writing loop asks for them. Waiting requests and replies have
+// reservations in the admission's queue, or are refused; clients that send large messages too often
+// are paused.
 //
 // Not thread-safe: everything runs on the executor, of which one thread runs at a time.
 #pragma once

@@ -71,7 +71,7 @@ class ConnectionContext {
   // limits then apply to the forwarded client. An error when there are too many connections
   // from there.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
-  // When there are too many connections, this one may be ended while it rests.
+  // When there are too many connections, this one may be closed while it is idle.
   void set_evictable(IdleConnection how) { resting_ = std::move(how); }
   // Its connection is of another kind from now on.
   void changes_to(ProtocolName protocol);
@@ -146,8 +146,8 @@ class AdmissionControl {
   friend class ConnectionContext;
   friend class RequestRecord;
   void request_over();
-  // Ends the connection that has rested for longest, of the address with the most connections of
-  // those that rest, where that has more than the newcomer's would.
+  // Closes the longest idle connection of the address with the most idle connections, if that has
+  // more than the newcomer's address would have.
   void make_room_for(const std::string& limited_name);
 
   AdmissionOptions options_;

@@ -1,8 +1,8 @@
 // Reservations of memory (or disk): how much all clients may hold together, and how much of it one
 // share (an address, a token) may hold.
 //
-//   auto room = queue.take("address 192.0.2.7", bytes);
-//   if (!room) refuse();      // Else the bytes are taken for as long as *room lives.
+//   auto reservation = queue.take("address 192.0.2.7", bytes);
+//   if (!reservation) refuse();  // Else the bytes are reserved while *reservation lives.
 //
 // A share may hold a part of what the others leave. So a few shares never take all: with a quarter
 // each, six of them leave 18 % free, of which the next one may have a quarter. Several IPv6

@@ -64,7 +64,7 @@ class Caller {
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
 
-  // ---- for one request: by the rights of the token that was shown, with room for what waits
+  // ---- for one request: by the rights of the client's token, with reservations for waiting work
 
   // To be called first: checks the token and sets the client's name.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
@@ -77,7 +77,7 @@ class Caller {
   [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice);
   [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
 
-  // ---- for conversations, which check with their permit and reserve room themselves
+  // ---- for conversations, which check with their permit and reserve memory themselves
 
   // The datasets for the bearer of a token, where that takes a request to other servers; nullopt
   // where catalogue() has them, and for a token that the access list does not contain, which is

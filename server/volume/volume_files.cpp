@@ -238,7 +238,7 @@ std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,
   try {
     return sandboxed_volume(path, open, options.notice);
   } catch (const ChildProcessError& problem) {
-    fail_reading(path, problem.what(), "Try again when the machine has more room");
+    fail_reading(path, problem.what(), "Try again when more memory is free");
   }
 }
 

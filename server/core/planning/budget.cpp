@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kRungsAnOctave = 4;
 constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
-// Estimates are some ten percent off: what is aimed at leaves room for it.
+// Estimates are some ten percent off: the target leaves a margin for it.
 constexpr double kBudgetMargin = 0.9;
 // What the search among surfaces that were made aims at.
 constexpr double kGoal = 0.85;

@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// A mesh in its file format, in a file without a name, which has its room on the disk.
+// A mesh in its file format, in a file without a name, with a reservation of disk space.
 struct StoredMesh {
   SharedFile file;
   std::uint64_t bytes = 0;
