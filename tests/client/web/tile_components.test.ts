@@ -34,7 +34,7 @@ function tileOf(mesh: LatticeMesh) {
 
 // Two pieces of dust and a planet, whose boxes have diagonals of 2, 4 and 40 times the root of 3.
 const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
-// Cut by the middle of each face, so that tiles meet along rims; each tile knows its own part alone.
+// Cut by the middle of each face, so that tiles meet along boundaries; each tile knows its own part alone.
 function cutAt(x: number) {
   const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
   return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));

@@ -1,5 +1,5 @@
-// Tiles put together by their rims: the same counts as common/mesh/mesh_checks.hpp takes from the welded
-// mesh, in time proportional to the rims alone.
+// Tiles put together by their boundaries: the same counts as common/mesh/mesh_checks.hpp takes from the welded
+// mesh, in time proportional to the boundaries alone.
 //
 // A vertex that is not on a boundary is taken for its tile's own. That holds for every isosurface on the
 // lattice: a vertex lies inside one edge of the framework, and the triangles at it go once around.

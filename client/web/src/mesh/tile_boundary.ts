@@ -1,5 +1,5 @@
 // What the rest of a step must know of one tile: the open edges where it meets its neighbours, and
-// counts of what lies inside. So a whole surface is checked from its tiles' rims, which are a small
+// counts of what lies inside. So a whole surface is checked from its tiles' boundaries, which are a small
 // part of it, and a tile that stays is never counted again.
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";

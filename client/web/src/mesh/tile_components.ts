@@ -2,7 +2,7 @@
 // thousands around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
 // with a common vertex are connected, and a component is as large as the diagonal of its bounding box.
 //
-// A tile's own components are found once; what a surface adds takes time in proportion to the tiles' rims.
+// A tile's own components are found once; what a surface adds takes time in proportion to the tiles' boundaries.
 import { Components } from "./components";
 import { PointNumbers } from "./point_numbers";
 import type { LatticeBox } from "./tile_mesh";
