@@ -29,7 +29,7 @@ std::string names(const std::vector<DatasetInfo>& datasets) {
   return text;
 }
 
-// What to do about a trouble at the server's listener; empty when its own sentence says enough.
+// A hint for an error at the server's listener; empty when the error says enough.
 std::string advice(const ClientError& failure) {
   if (failure.error.code != ErrorCode::kUnauthenticated) return "";
   return "Give the token that you were sent with --token-file FILE or MULTITETRA_TOKEN.";

@@ -32,7 +32,7 @@ struct ConnectedServer {
                                                            const RetryOptions& retries = {
                                                                .most = 0});
 
-// Which surface of which dataset a command is about. An empty name takes the only dataset.
+// The dataset and surface that a command requests. An empty name takes the only dataset.
 struct SurfaceOrder {
   ServerArguments server = {};
   std::string dataset = {};
@@ -51,7 +51,7 @@ struct ConnectedRequest {
   std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
   // The colors of every surface; absent: no colors.
   std::optional<ScalarRequest> scalars;
-  Notices notices;  // What is odd about the requests.
+  Notices notices;  // Warnings about the requests.
 };
 
 [[nodiscard]] ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order,

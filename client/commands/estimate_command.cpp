@@ -30,9 +30,9 @@ void add_estimate(Command& app, EstimateArguments& a) {
                     {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   command->add_flag("--json", a.json, "Print JSON");
   command->footer(
-      std::string("What comes is mostly within a third of that, simplified; of large smooth "
-                  "surfaces up to\n"
-                  "three times as much or as little. A budget holds for what is made.\n"
+      std::string("Sizes are mostly within a third of the real ones; those of large smooth "
+                  "surfaces within a\n"
+                  "factor of three. Budgets hold for the surface itself.\n"
                   "Examples:\n"
                   "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
                   "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +

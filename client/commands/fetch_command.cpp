@@ -286,9 +286,9 @@ void add_fetch(Command& app, FetchArguments& a) {
                     "Fetch and check coarser surfaces first, as a viewer does; --save-steps does "
                     "so, too");
   command
-      ->add_option("--retries", a.retries,
-                   "How often in a row to try again when the server cannot be reached or the "
-                   "connection is lost; 0 gives up at once")
+      ->add_option(
+          "--retries", a.retries,
+          "Consecutive retries when the server cannot be reached or the connection is lost")
       ->within(0, 1'000'000)
       ->capture_default_str();
   command

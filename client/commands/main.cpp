@@ -41,7 +41,7 @@ void add_list(Command& app, ListArguments& arguments) {
 }
 
 int run(int argc, char** argv) {
-  Command app("Fetches crack-free isosurface meshes from a Multi-Tetra server.",
+  Command app("Fetches watertight isosurface meshes from a Multi-Tetra server.",
               "multitetra-client");
   add_program_flags(app);
   app.require_subcommand();

@@ -1,4 +1,4 @@
-// What the commands of multitetra-client share: how they complain, and end.
+// Shared by the commands of multitetra-client: error output and exit codes.
 #pragma once
 
 #include <string>

@@ -54,7 +54,8 @@ void add_server_options(Command& command, ServerArguments& a) {
   command
       .add_flag("--insecure", a.insecure, "Accept any certificate of the server. For trials only")
       ->group(group);
-  command.add_option("--timeout", a.timeout, "Seconds of silence after which to give up")
+  command
+      .add_option("--timeout", a.timeout, "Seconds without a reply after which the request fails")
       ->within(0.1, 86400.0)
       ->type_name("SECONDS")
       ->capture_default_str()

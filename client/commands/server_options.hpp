@@ -1,4 +1,4 @@
-// Which server a command talks to and what it needs there: options that all commands share.
+// The options of all commands that name a server, and the access to it.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ struct ServerArguments {
   std::string token_file;
   std::string ca_file;
   bool insecure = false;
-  double timeout = 60;  // Seconds of silence.
+  double timeout = 60;  // Seconds without a reply.
   double deadline = 0;  // Seconds for all of it; 0: as long as it takes.
 };
 

@@ -276,7 +276,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
       ->capture_default_str()
       ->group(group);
-  command->add_option("--background", a.background, "What is behind the surface")
+  command->add_option("--background", a.background, "Background of the picture")
       ->one_of({"dark", "light", "transparent"})
       ->capture_default_str()
       ->group(group);

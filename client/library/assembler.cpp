@@ -219,7 +219,7 @@ Result<Progress> Assembler::take(const StepEnd& end) {
     step->topology = topology(step->mesh, border);
   }
   step->largest_scalar_deviation = largest_deviation();
-  // The ledger has checked that the digests of shell payloads add up to the step's digest.
+  // StreamValidator has checked that the digests of shell payloads add up to the step's digest.
   const ContentDigest found = begin.shell ? end.digest : digest(step->mesh);
   if (found != end.digest) {
     return step_fault(end.step,

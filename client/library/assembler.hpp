@@ -75,14 +75,14 @@ class Assembler {
 
  private:
   struct Invariants {
-    std::uint32_t step = 0;  // That had them first.
+    std::uint32_t step = 0;  // The step that contained them first.
     std::int64_t euler_characteristic = 0;
     std::int64_t components = 0;
   };
 
   using TilePtr = std::shared_ptr<const LatticeMesh>;
 
-  // For messages that the ledger has accepted.
+  // For messages that StreamValidator has accepted.
   Result<Progress> take(const StepBegin& begin);
   Result<Progress> take(const Tile& tile);
   Result<Progress> take(const TileScalars& scalars);
@@ -118,11 +118,11 @@ class Assembler {
   HeldTiles held_;
   StreamValidator validator_;
   std::vector<TilePtr> tiles_;  // Of the step; null: not there yet.
-  // Where a tile was marched by this assembler; none of those that were held before.
+  // The boxes of tiles that were marched by this assembler; not of cached tiles.
   std::vector<std::optional<MarchedBox>> marched_;
   std::vector<WaitingTile> waiting_;  // Of the step.
   std::uint64_t waiting_triangles_ = 0;
-  std::map<ContentDigest, TileValues> scalars_;  // That came in this stream.
+  std::map<ContentDigest, TileValues> scalars_;  // Received in this stream.
   CommittedStepPtr shown_;
   // For the steps that preserve the topology.
   std::optional<Invariants> invariants_;

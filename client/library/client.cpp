@@ -112,7 +112,7 @@ ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRe
   auto reply = receive<SliceReply>(socket_, "SliceReply");
   if (reply && (reply->width != request.width || reply->height != request.height)) {
     return fail(ErrorSource::kCheck,
-                {ErrorCode::kDamagedData, "The slice that came has other pixels than requested."});
+                {ErrorCode::kDamagedData, "The received slice has other pixels than requested."});
   }
   return reply;
 }

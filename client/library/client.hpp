@@ -22,7 +22,7 @@
 
 namespace multitetra {
 
-// What kind of failure it is: of the network, a refusal by the server, or data that failed a check.
+// The source of a failure: the network, a refusal by the server, or data that failed a check.
 enum class ErrorSource { kNetwork, kServer, kCheck };
 
 struct ClientError {
@@ -41,8 +41,8 @@ using ClientResult = tl::expected<T, ClientError>;
 }
 
 struct ClientOptions {
-  // The longest silence. A server that answers pings is left after ten times as long without
-  // progress.
+  // The longest time without a message. A server that answers pings is left after ten times as long
+  // without progress.
   std::chrono::milliseconds timeout{60'000};
   // When everything must be over, however much comes until then; none: whenever it is.
   std::optional<std::chrono::steady_clock::time_point> deadline = {};
@@ -63,7 +63,7 @@ struct FetchedStep {
   double seconds = 0;             // Until the step was complete and checked.
 };
 
-// Tiles that travelled, whatever became of their steps.
+// Tiles that travelled, whether or not their steps were completed.
 struct ReceivedTiles {
   std::uint64_t tiles = 0;
   std::uint64_t payload_bytes = 0;
@@ -75,9 +75,8 @@ using TileListener =
     std::function<void(const TileSummary& tile, const StepBegin& step, const std::string& payload)>;
 
 struct FetchOptions {
-  RetryOptions retries = {};  // After a lost connection; a new tile is progress.
-  DecodedTileCache* tiles =
-      nullptr;  // What is held already and what comes; null: one for this fetch.
+  RetryOptions retries = {};          // After a lost connection; a new tile is progress.
+  DecodedTileCache* tiles = nullptr;  // The cache of received tiles; null: one for this fetch.
   TileListener on_tile = {};
 };
 
@@ -90,7 +89,7 @@ class Client {
 
   [[nodiscard]] ClientResult<std::vector<DatasetInfo>> list_datasets();
 
-  // How large the answer to a request would be, without making it.
+  // Estimates the size of the reply to a request.
   [[nodiscard]] ClientResult<EstimateReply> estimate(const std::string& dataset,
                                                      const IsosurfaceRequest& request);
 
@@ -107,7 +106,7 @@ class Client {
                                                const ProbeRequest& request);
 
   // Runs one stream to its end and calls `on_step` with each step that passed all checks, once.
-  // When the connection is lost it connects anew and repeats the request, naming the tiles that it
+  // When the connection is lost it reconnects and repeats the request, naming the tiles that it
   // has: no tile is sent twice (as long as no more than kMaxHeldDigests are held, see
   // DecodedTileCache::digests_to_name). `open` gets its request id and the digests held here. Gives
   // the final step.

@@ -18,7 +18,7 @@ class Fetch {
   Fetch(Client& client, const DatasetInfo& info, OpenStream open, const FetchOptions& options = {});
 
   // The next step that passed all checks; nullopt after the final one. After a lost connection it
-  // connects anew and repeats the request, naming the tiles that it has.
+  // reconnects and repeats the request, naming the tiles that it has.
   [[nodiscard]] ClientResult<std::optional<FetchedStep>> next();
 
   // Stops the stream and waits for its end: the client is free for another request.

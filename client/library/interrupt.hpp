@@ -1,4 +1,4 @@
-// How the owner of a blocking client ends a wait from outside, as a signal does.
+// Interrupts a blocking client from another thread, as a signal does.
 #pragma once
 
 #include <chrono>

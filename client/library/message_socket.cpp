@@ -12,7 +12,7 @@ using Clock = std::chrono::steady_clock;
 // The longest wait for the closing handshake of a connection.
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
-// A server that gives signs of life, as Pongs are, and makes no progress is left after so many
+// A server that answers pings and makes no progress is given up after this many
 // timeouts. Bytes of a message that is under way are progress at this rate.
 constexpr int kTimeoutsWithoutProgress = 10;
 constexpr double kSlowestBytesPerSecond = 1024;
@@ -70,8 +70,8 @@ struct MessageSocket::State {
   template <typename T>
   void start(asio::awaitable<Result<T>> operation, std::optional<Result<T>>& outcome) {
     asio::co_spawn(io, std::move(operation),
-                   [&outcome](const std::exception_ptr& trouble, Result<T> result) {
-                     if (trouble) std::rethrow_exception(trouble);
+                   [&outcome](const std::exception_ptr& failure, Result<T> result) {
+                     if (failure) std::rethrow_exception(failure);
                      outcome = std::move(result);
                    });
   }
@@ -115,9 +115,9 @@ struct MessageSocket::State {
     if (is_receiving || received) return;
     is_receiving = true;
     asio::co_spawn(io, channel.receive(),
-                   [this](const std::exception_ptr& trouble, Result<std::string> content) {
+                   [this](const std::exception_ptr& failure, Result<std::string> content) {
                      is_receiving = false;
-                     if (trouble) std::rethrow_exception(trouble);
+                     if (failure) std::rethrow_exception(failure);
                      received = std::move(content);
                    });
   }

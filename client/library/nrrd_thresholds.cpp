@@ -270,7 +270,7 @@ std::vector<float> samples_of(std::string_view bytes, const NrrdHeader& header,
   }
   const std::string endian = lower_case(header["endian"]);
   if (type.bytes > 1 && endian != "little" && endian != "big") {
-    throw NrrdFault("its header does not say which endian its samples have");
+    throw NrrdFault("its header does not name the byte order (endian) of its samples");
   }
   const bool is_big = endian == "big";
   std::vector<float> samples(count);

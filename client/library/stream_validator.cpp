@@ -67,7 +67,7 @@ Result<bool> StreamValidator::take(const Tile& tile) {
   const auto ours = belongs(tile.request_id, open_.request_id, tile.step, "a tile belongs to");
   if (!ours || !*ours) return ours;
   if (!is_step_open_ || tile.step != step_->step) {
-    return step_fault(tile.step, "a tile comes outside of its step");
+    return step_fault(tile.step, "a tile arrived outside of its step");
   }
   if (tile.index >= step_->tiles.size()) {
     return step_fault(tile.step, "tile " + std::to_string(tile.index) +
@@ -93,11 +93,11 @@ Result<bool> StreamValidator::take(const TileScalars& scalars) {
       belongs(scalars.request_id, open_.request_id, scalars.step, "scalars belong to");
   if (!ours || !*ours) return ours;
   if (!is_step_open_ || scalars.step != step_->step) {
-    return step_fault(scalars.step, "scalars come outside of their step");
+    return step_fault(scalars.step, "scalars arrived outside of their step");
   }
   if (!step_->scalars) return step_fault(scalars.step, "scalars were not requested");
   if (scalars.index >= step_->tiles.size() || !held_.contains(step_->tiles[scalars.index].digest)) {
-    return step_fault(scalars.step, "scalars come for tile " + std::to_string(scalars.index) +
+    return step_fault(scalars.step, "scalars arrived for tile " + std::to_string(scalars.index) +
                                         ", which is not there");
   }
   return true;
@@ -144,7 +144,7 @@ Result<bool> StreamValidator::take(const StreamEnd& end) {
   const bool is_enough =
       step_ && !is_step_open_ && (step_->is_final || open_.steps == StepPolicy::kPreviewsOnly);
   if (end.outcome == StreamOutcome::kComplete && !is_enough) {
-    return reject("it says complete, but the final step is missing");
+    return reject("it claims to be complete, but the final step is missing");
   }
   is_step_open_ = false;
   has_ended_ = true;

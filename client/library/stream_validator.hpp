@@ -1,8 +1,8 @@
 // The checks of one stream that need no decoding: the order of messages, every manifest against the
 // request and the limits, all counts, and that the digests of a step's tiles add up to its own.
 //
-//   StreamValidator ledger(info, open, held);
-//   Result<bool> accepted = ledger.accept(message);   // false: it belongs to another request
+//   StreamValidator validator(info, open, held);
+//   Result<bool> accepted = validator.accept(message);   // false: it belongs to another request
 //
 // Nothing that the server sends is trusted. An error is a failed check, naming the step and, if it
 // concerns one, the tile; after it the ledger is of no use.
@@ -17,9 +17,9 @@
 
 namespace multitetra {
 
-// What one stream may make the client store, all steps together: a tile is kept until the stream
-// has ended, because the server does not send it again. A tile in several steps counts once. The
-// same limits hold for one step with the tiles that are held already.
+// Limits of what one stream can make the client store, all steps together: a tile is kept until the
+// stream has ended, because the server does not send it again. A tile in several steps counts once.
+// The same limits hold for one step with the tiles that are held already.
 struct AssemblerLimits {
   std::uint32_t steps = 64;
   std::uint64_t tiles = 1 << 20;

@@ -55,10 +55,10 @@ class SurfaceStream {
   // Waits for the next update of the running request, at most `patience` and the time that one
   // message takes (0: takes one message, if it is there): a viewer has its turn also while many
   // tiles come. Without a running request there is nothing new. After a refusal or a failed check
-  // the request is over; after trouble with the network, resume() may go on with it.
+  // the request is over; after an error of the network, resume() may continue it.
   [[nodiscard]] ClientResult<StreamUpdate> next(std::chrono::milliseconds max_wait);
 
-  // Connects anew and repeats the request that ran when the connection was lost. Steps that were
+  // Reconnects and repeats the request that ran when the connection was lost. Steps that were
   // given already are not given again. An error when the server now has another dataset under the
   // name, or (as a failed check, when they come) other steps.
   [[nodiscard]] ClientResult<void> resume();

@@ -1,4 +1,4 @@
-// Tiles on the disk, so that a fetch that was killed can go on where it stopped.
+// Tiles on the disk, so that a killed fetch can continue where it stopped.
 //
 //   TileDiskCache folder("head.tiles");
 //   folder.load(tiles);                            // DecodedTileCache tiles; what an earlier run left.

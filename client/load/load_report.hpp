@@ -1,4 +1,4 @@
-// What a run of load came to, as JSON for programs and as a table for people.
+// The result of a load test, as JSON and as a table.
 #pragma once
 
 #include <string>

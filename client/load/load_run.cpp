@@ -51,8 +51,8 @@ LoadStatistics run_load(const LoadOptions& options) {
           delay_of(client, options), options.from.of(client), statistics[thread], agreement));
       spawn(
           io.get_executor(), [one = sessions.back().get()] { return one->run(); },
-          [](const std::exception_ptr& trouble) {
-            if (trouble) std::rethrow_exception(trouble);
+          [](const std::exception_ptr& failure) {
+            if (failure) std::rethrow_exception(failure);
           });
     }
     io.run();
@@ -81,8 +81,8 @@ MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& option
             return misbehave(kind, to_all, seed_of(client, options.seed), delay_of(client, options),
                              options.from.of(client), counts[thread]);
           },
-          [](const std::exception_ptr& trouble) {
-            if (trouble) std::rethrow_exception(trouble);
+          [](const std::exception_ptr& failure) {
+            if (failure) std::rethrow_exception(failure);
           });
     }
     io.run();

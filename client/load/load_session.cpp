@@ -134,7 +134,7 @@ asio::awaitable<bool> LoadSession::connect() {
     std::erase_if(*datasets,
                   [this](const DatasetInfo& info) { return info.name != options_.dataset; });
   }
-  // A stream that goes on refers to the list it began with.
+  // A resumed stream refers to the list it began with.
   if (datasets_.empty()) datasets_ = *std::move(datasets);
   if (datasets_.empty()) {
     statistics_.add_error({ErrorCode::kUnknownDataset, "The server has no such dataset."});
@@ -240,7 +240,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
       channel_->close();
       lose({ErrorCode::kUnavailable, "The server is silent for too long."});
     } else if (now >= ask_at && channel_) {
-      // A busy server lets requests wait; one that is gone does not answer this.
+      // A busy server lets requests wait; one that is lost does not answer this.
       stream.is_asked_for_life = true;
       const ChannelPtr channel = channel_;
       co_await channel->send(serialize(Ping{}));
@@ -289,7 +289,7 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   stream.sign = LoadClock::now();
   stream.is_asked_for_life = false;
   const ClosesAfter limit(io_, channel, options_.timeout);
-  co_await channel->send(serialize(open));  // Trouble with it is heard of by listen().
+  co_await channel->send(serialize(open));  // listen() reports its errors.
 }
 
 void LoadSession::take(const ServerMessage& message) {
@@ -309,7 +309,7 @@ void LoadSession::take(const ServerMessage& message) {
   }
 }
 
-// Times and counts, and that no tile comes twice, whatever became of connections in between.
+// Times and counts, and that no tile comes twice, also across reconnections.
 void LoadSession::note_tile(const Tile& tile) {
   if (tile.request_id != last_request_id_ || !stream_->begun ||
       tile.index >= stream_->begun->tiles.size()) {

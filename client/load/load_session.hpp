@@ -1,4 +1,4 @@
-// One simulated user: connects, plays a script, checks what comes, and connects anew when the
+// One simulated user: connects, plays a script, checks what comes, and reconnects when the
 // connection is lost. A coroutine on one thread, like all sessions of that thread.
 #pragma once
 
@@ -30,7 +30,7 @@ struct UserOptions {
   // One stream of so many is checked thoroughly, of the others one tile of so many is decoded.
   std::uint32_t streams_per_thorough = 16;
   std::uint32_t tiles_per_decoded = 16;
-  std::chrono::milliseconds timeout{60'000};  // The longest silence.
+  std::chrono::milliseconds timeout{60'000};  // The longest time without a message.
   LoadClock::time_point start = {};           // No session connects sooner.
   // No session requests more from then on,
   LoadClock::time_point stop = {};

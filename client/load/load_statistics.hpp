@@ -1,4 +1,4 @@
-// What clients experienced, counted. Each thread has its own and they are added up at the end.
+// Counters of what clients experienced. Each thread has its own; they are added up at the end.
 #pragma once
 
 #include <cstdint>
@@ -45,7 +45,7 @@ struct LoadStatistics {
   std::uint64_t wire_bytes = 0;  // As received, above TLS.
   double seconds = 0;            // From the beginning of the run until the last tile came.
 
-  std::uint64_t connections = 0;  // That were welcomed.
+  std::uint64_t connections = 0;  // Connections that received a Welcome.
   std::uint64_t lost_connections = 0;
   std::uint64_t failed_attempts = 0;             // To connect and be welcomed.
   std::uint64_t clients_without_connection = 0;  // To the end.

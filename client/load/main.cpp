@@ -72,7 +72,7 @@ void add_options(Command& app, LoadArguments& a) {
   app.add_option("--duration", a.duration, "Seconds during which they send requests")
       ->within(0.1, 86400.0)
       ->capture_default_str();
-  app.add_option("--check", a.check, "light or full")
+  app.add_option("--check", a.check, "Checks of each stream")
       ->one_of({"light", "full"})
       ->capture_default_str();
   app.add_option("--seed", a.seed, "The same seed gives the same scripts")->capture_default_str();
@@ -82,9 +82,9 @@ void add_options(Command& app, LoadArguments& a) {
       ->within(0, 100'000)
       ->capture_default_str();
   app.add_option("--ramp", a.ramp,
-                 "Seconds over which they come; default: 1 for 200 clients, at most a quarter of "
-                 "the duration");
-  app.add_option("--grace", a.grace, "Seconds after the duration for what is under way")
+                 "Seconds over which clients connect; default: 1 for 200 clients, at most a "
+                 "quarter of the duration");
+  app.add_option("--grace", a.grace, "Seconds after the duration for running streams")
       ->within(0.0, 86400.0)
       ->capture_default_str();
   app.add_option("--pause", a.pause, "Mean of the seconds for which a user looks at a surface")
@@ -104,7 +104,7 @@ void add_options(Command& app, LoadArguments& a) {
                  "Connect from these addresses of this machine, each client from the next one "
                  "(127.0.1.0/24)")
       ->type_name("NETWORK");
-  app.add_option("--threads", a.threads, "Of this program; 0: one for each two processors")
+  app.add_option("--threads", a.threads, "Threads of this program; 0: one for each two processors")
       ->within(0, 256)
       ->capture_default_str();
   app.footer(kHelp);
@@ -161,7 +161,7 @@ int usage_fault(const std::string& text) {
 }
 
 int run(int argc, char** argv) {
-  Command app("Simulates users of a Multi-Tetra server and checks what they get.",
+  Command app("Simulates clients of a Multi-Tetra server and checks the replies.",
               "multitetra-load");
   add_program_flags(app);
   LoadArguments arguments;

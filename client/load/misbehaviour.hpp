@@ -42,7 +42,7 @@ struct MisbehaviourCounts {
   void add(const MisbehaviourCounts& other);
 };
 
-// Until options.stop, connecting anew whenever a connection is over, from the address `from` unless
+// Until options.stop, reconnecting whenever a connection has ended, from the address `from` unless
 // it is empty. All references must outlive
 // it.
 [[nodiscard]] asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,

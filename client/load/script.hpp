@@ -1,5 +1,5 @@
-// What a simulated user does: a sequence of requests with times in between, the same for the same
-// seed. Pure: no clock, no socket.
+// The script of a simulated user: a sequence of requests with times in between, the same for the
+// same seed. Pure: no clock, no socket.
 //
 //   Script script(ScriptKind::kDrag, datasets, /*seed=*/7, {});
 //   for (;;) play(script.next());

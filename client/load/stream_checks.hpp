@@ -1,7 +1,7 @@
 // Checks of one stream, thorough or cheap.
 //
 // Thorough is the assembler: every tile decoded, every step welded and its topology compared. Cheap
-// is the ledger alone, with a sample of the tiles decoded and nothing welded. A load
+// is StreamValidator alone, with a sample of the tiles decoded and nothing welded. A load
 // generator that does everything for each of a thousand clients would measure itself.
 #pragma once
 

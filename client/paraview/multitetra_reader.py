@@ -146,8 +146,8 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
             return 1
         try:
             self._take()
-        except Exception as trouble:  # ParaView shows what is printed, and an exception ends its pipeline.
-            print(f"Multi-Tetra: {trouble}")
+        except Exception as failure:  # ParaView shows what is printed, and an exception ends its pipeline.
+            print(f"Multi-Tetra: {failure}")
             return 0
         output.ShallowCopy(poly_data(self._latest.mesh))
         fields = output.GetFieldData()

@@ -1,4 +1,4 @@
-// Where a picture is taken from.
+// The camera of a picture.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ struct Camera {
   Vec3 right = {1, 0, 0};
   Vec3 up = {0, 0, 1};
   Vec3 back = {0, -1, 0};
-  double pixels_at_one = 1;  // How many pixels a length of 1 covers at distance 1.
+  double pixels_at_one = 1;  // Pixels that a length of 1 covers at distance 1.
 
   // Along right, up and back, seen from the eye: what is in front of it has a negative third one.
   [[nodiscard]] Vec3 seen(const Vec3& place) const;

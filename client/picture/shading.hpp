@@ -1,4 +1,4 @@
-// How a surface and what is behind it look: colors, and the light that comes from the eye.
+// Shading of a surface and its background: colors, with a light at the eye.
 #pragma once
 
 #include <array>
@@ -32,10 +32,10 @@ enum class Background { kDark, kLight, kTransparent };
 [[nodiscard]] Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
                         const std::optional<Light>& own_color = {});
 
-// What a number of an image means, 0 to 255.
+// The meaning of an image's numbers, 0 to 255.
 [[nodiscard]] float light_of(int srgb);
 
-// What is seen beside the surface: brighter in the middle. `x` and `y` are from -1 to 1.
+// The background: brighter in the middle. `x` and `y` are from -1 to 1.
 [[nodiscard]] Light background_at(Background background, double x, double y);
 
 // Back to the numbers of an image.

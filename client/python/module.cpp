@@ -382,7 +382,7 @@ class Connection {
     fetch_.reset();
   }
 
-  // Ends a stream that runs, and connects anew where the connection was lost.
+  // Ends a stream that runs, and reconnects where the connection was lost.
   ClientResult<void> free_client() {
     if (!client_) {
       return fail(ErrorSource::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
@@ -645,10 +645,10 @@ PYBIND11_MODULE(_client, module) {
   using namespace multitetra;
   module.attr("__version__") = MULTITETRA_VERSION;
   module.def("save_mesh", &save_mesh);
-  server_error = exception_class(module, "ServerError",
-                                 "The server says no; `code` is the name of its ErrorCode.");
-  check_error =
-      exception_class(module, "CheckError", "What came contradicts itself or the request.");
+  server_error =
+      exception_class(module, "ServerError",
+                      "The server refused the request; `code` is the name of its ErrorCode.");
+  check_error = exception_class(module, "CheckError", "A reply contradicts itself or the request.");
   define_requests(module);
   define_datasets(module);
   define_answers(module);

@@ -98,7 +98,7 @@ AtomicFile::AtomicFile(fs::path path, TemporaryKind before) : path_(std::move(pa
   const bool is_there = ::stat(path_.c_str(), &there) == 0;
   if (is_there && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
-    fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Will not replace what is no regular file:");
+    fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Only regular files are replaced, not");
   }
   if (before == TemporaryKind::kNameless) descriptor_ = open_nameless(folder_of(path_));
   if (descriptor_ < 0) create_hidden();

@@ -4,8 +4,7 @@
 //   file.write_at(4096, samples);
 //   file.write_at(0, head);
 //   file.commit(Durability::kMachineStop);
-//
-// What is written goes to a file without a name on the same disk, which takes the name in the end.
+// Bytes are written to an unnamed file on the same disk, which gets the name at the end.
 // Guaranteed: a reader that opens the name, at any moment, finds the old file (or none) or the new
 // one; and a file that is open never changes. Any number of writers of one name may work at the
 // same time: the last commit wins. Of a writer that is killed nothing stays, except on file systems
@@ -21,7 +20,7 @@
 
 namespace multitetra {
 
-// What a committed file is still there after.
+// The failures that a committed file survives.
 enum class Durability {
   kProcessEnd,   // The end of the writer. Costs nothing.
   kMachineStop,  // The machine stopping at once. Waits for the disk.
@@ -48,7 +47,7 @@ class AtomicFile {
   // In any order; what is never written reads as zero. Requires that nothing is committed yet.
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
 
-  // What was written there. From several threads at once, also while one writes elsewhere. Requires
+  // Reads written bytes. From several threads at once, also while one writes elsewhere. Requires
   // that nothing is committed yet, and throws when the file ends before.
   void read_at(std::uint64_t offset, std::span<std::byte> into) const;
 
@@ -67,7 +66,7 @@ class AtomicFile {
 };
 
 // For programs that write a file after long work: throws, before it, as writing the file would.
-// What writers of this name have left that were killed is removed.
+// Removes files that killed writers of this name have left.
 void require_writable(const std::filesystem::path& path);
 
 }  // namespace multitetra

@@ -169,8 +169,8 @@ void ChildProcess::fail() {
 
 // ---- the simple use
 
-std::string made_apart(const std::function<std::string()>& work, std::uint64_t memory_bytes,
-                       std::chrono::milliseconds time) {
+std::string run_in_child_process(const std::function<std::string()>& work,
+                                 std::uint64_t memory_bytes, std::chrono::milliseconds time) {
   constexpr char kMade = 'm';
   constexpr char kFailed = 'f';
   ChildProcess child(

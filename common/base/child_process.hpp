@@ -85,8 +85,9 @@ class ChildProcess {
 // The bytes that `work` returns, from a child process that may have `memory_bytes` and take `time`.
 // An exception that it throws is a std::runtime_error with its text here; throws ChildProcessError
 // when the child crashes or does not come to an end.
-[[nodiscard]] std::string made_apart(const std::function<std::string()>& work,
-                                     std::uint64_t memory_bytes, std::chrono::milliseconds time);
+[[nodiscard]] std::string run_in_child_process(const std::function<std::string()>& work,
+                                               std::uint64_t memory_bytes,
+                                               std::chrono::milliseconds time);
 
 // In the child: what it may have from now on, beyond what it has.
 void set_memory_limit(std::uint64_t more_bytes);

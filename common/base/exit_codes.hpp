@@ -9,7 +9,7 @@ namespace multitetra {
 enum ExitCode {
   // Done; a server: stopped by request.
   kOk = 0,
-  kFailed = 1,  // What has no code of its own.
+  kFailed = 1,  // Failures without a code of their own.
   kUsage = 2,   // Wrong options, in whatever place they stand.
   // For programs that check surfaces:
   kCheckFailed = 3,  // A surface is not what was promised.
@@ -22,7 +22,7 @@ enum ExitCode {
   kNoAddress = 7,  // An address cannot be listened on, as when another server has it.
 };
 
-// A trouble with the world that ends a program with that code.
+// An error of the environment (disk, port, files) that ends a program with that code.
 class ExitError : public std::runtime_error {
  public:
   ExitError(ExitCode code, const std::string& text) : std::runtime_error(text), code_(code) {}

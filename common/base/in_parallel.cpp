@@ -23,8 +23,8 @@ namespace multitetra {
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop) {
   std::atomic<std::size_t> next = 0;
-  std::mutex mutex;  // Guards `trouble`.
-  std::exception_ptr trouble;
+  std::mutex mutex;  // Guards `failure`.
+  std::exception_ptr failure;
   const auto work = [&] {
     try {
       for (std::size_t i = next++; i < count; i = next++) {
@@ -34,14 +34,14 @@ void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body
     } catch (...) {
       next = count;
       const std::lock_guard lock(mutex);
-      if (!trouble) trouble = std::current_exception();
+      if (!failure) failure = std::current_exception();
     }
   };
   {
     const std::jthread other(work);
     work();
   }
-  if (trouble) std::rethrow_exception(trouble);
+  if (failure) std::rethrow_exception(failure);
 }
 
 std::size_t parallel_threads() { return 2; }

@@ -20,7 +20,7 @@ inline void throw_if_stopped(const std::stop_token& stop) {
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop = {});
 
-// How many threads that is.
+// The number of those threads.
 [[nodiscard]] std::size_t parallel_threads();
 
 }  // namespace multitetra

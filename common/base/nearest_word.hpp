@@ -1,4 +1,4 @@
-// What may have been meant by a word that is not known.
+// The known word nearest to an unknown one, for "did you mean".
 #pragma once
 
 #include <span>

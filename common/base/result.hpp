@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// What kind of trouble it was. The numbers are those of `ErrorCode` in proto/multitetra/v1: never
+// The kind of error. The numbers are those of `ErrorCode` in proto/multitetra/v1: never
 // renumber.
 enum class ErrorCode {
   kUnknown = 0,

@@ -1,4 +1,4 @@
-// Where bytes are put aside that need not stay in memory.
+// Temporary storage of bytes outside of memory.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Bytes put aside in a file without a name, or in memory.
+// Temporary bytes in an unnamed file, or in memory.
 #pragma once
 
 #include <atomic>

@@ -26,7 +26,7 @@ namespace multitetra {
 // Whether the well-formed sequence at the start of `text` could steer a terminal or the order in
 // which characters are shown: control characters of whatever encoding, the marks of writing
 // directions, and separators of lines.
-[[nodiscard]] inline bool is_steering(std::string_view text) {
+[[nodiscard]] inline bool is_control_character(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x20 || byte(0) == 0x7F) return true;
   if (byte(0) == 0xC2) return byte(1) < 0xA0;
@@ -41,7 +41,7 @@ namespace multitetra {
 [[nodiscard]] inline bool is_plain_text(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = utf8_sequence(text);
-    if (length == 0 || is_steering(text)) return false;
+    if (length == 0 || is_control_character(text)) return false;
     text.remove_prefix(length);
   }
   return true;
@@ -55,7 +55,7 @@ namespace multitetra {
   while (!text.empty()) {
     const std::size_t length = utf8_sequence(text);
     const bool is_line_end = keeps_lines && text[0] == '\n';
-    if (is_line_end || (length > 0 && !is_steering(text))) {
+    if (is_line_end || (length > 0 && !is_control_character(text))) {
       shown += text.substr(0, length);
     } else {
       for (const char c : text.substr(0, length > 0 ? length : 1)) {

@@ -56,7 +56,7 @@ class Option {
   // Cannot be set by --config or the environment.
   Option* flag_only();
   Option* envname(const std::string& variable);
-  // How help presents it.
+  // The presentation in the help text.
   Option* type_name(const std::string& name);
   Option* group(const std::string& title);
   Option* capture_default_str();  // Shows its present value as the default.

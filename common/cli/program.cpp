@@ -40,10 +40,9 @@ int run_program(const std::string& program, const std::function<int()>& body) {
     print_error(program, error.what());
     return kUsage;
   } catch (const std::bad_alloc&) {
-    print_error(
-        program,
-        "This machine has not enough memory for it, or this process may not have more; allow a "
-        "larger error, or take another machine.");
+    print_error(program,
+                "There is not enough memory on this machine or for this process; allow a larger "
+                "error or use a larger machine.");
   } catch (const std::exception& error) {
     print_error(program, error.what());
   }

@@ -25,10 +25,9 @@ Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& i
                 "--space is about world coordinates; it has no meaning with --coordinates index.");
   }
   if (info.meaning.space != WorldSpace::kUnnamed) return {};
-  return fail(
-      ErrorCode::kInvalidArgument,
-      "--space: it is unknown how the world axes of \"" + info.name +
-          "\" lie in a patient, because its file does not define it; leave --space native.");
+  return fail(ErrorCode::kInvalidArgument,
+              "--space: it is unknown how the world axes of \"" + info.name +
+                  "\" lie in a patient, because its file does not define it; use --space native.");
 }
 
 }  // namespace
@@ -74,8 +73,7 @@ void add_output_options(Command& command, SurfaceArguments& a) {
       ->group(group);
   command
       .add_flag("--allow-empty", a.allow_empty,
-                "Write a surface without a triangle as well; otherwise nothing is written then, "
-                "and the exit code is 6")
+                "Write empty surfaces, too; without this option they are an error with exit code 6")
       ->group(group);
 }
 

@@ -1,4 +1,4 @@
-// How an isosurface is requested on a command line: the same options for the server's `extract` and
+// Command line options that request an isosurface: the same for the server's `extract` and
 // the client's commands, made from the table of request fields.
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// What reads the file of --threshold-grid: programs know different formats.
+// Readers of the file of --threshold-grid: programs support different formats.
 struct ThresholdFiles {
   std::string formats = {};  // For --help: "A NRRD file".
   // Reads the thresholds of an image, shrunk until a request may contain them; `elsewhere` is the

@@ -1,4 +1,4 @@
-// What people see on a terminal. Colors are for them alone: none in files and pipes, none where
+// Terminal output. Colors are used on terminals only: none in files and pipes, none where
 // NO_COLOR is set (https://no-color.org), none on terminals that have none.
 #pragma once
 

@@ -58,8 +58,8 @@ struct ShellOptions {
   int spacing_exponent = 0;
 };
 
-// What vertices of quantized shells move by at most, in spacings along the longest edges (cube
-// diagonals): sqrt(3) (1/2 - 1 / (1 + 2^(1 / L))).
+// The largest displacement of vertices of quantized shells, in spacings along the longest edges
+// (cube diagonals): sqrt(3) (1/2 - 1 / (1 + 2^(1 / L))).
 [[nodiscard]] double displacement_bound(int levels_per_octave);
 
 // Encodes tiles one after another in memory that it keeps, about 2 MB.

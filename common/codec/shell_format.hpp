@@ -1,4 +1,4 @@
-// Sample shells: tiles of an isosurface as the samples that it runs between.
+// Sample shells: tiles of an isosurface as the samples on both sides of it (narrow band).
 //
 // At a uniform level of the hierarchy a marching-tetrahedra surface is a function of which samples
 // are above the isovalue and of the values at the ends of crossed edges. A shell holds these, for
@@ -40,7 +40,7 @@ inline constexpr int kMaxShellLatticeBits = 20;
 // Lattice steps of an edge in lattice-exact shells, where each vertex takes one correction.
 inline constexpr int kMaxExactSteps = 256;
 inline constexpr int kLatticeExactLevels = 8;  // L of lattice-exact shells.
-// What lies between the faintest and the strongest sample of a tile, in levels.
+// The most levels between the least and the largest magnitude of a tile.
 inline constexpr int kMaxLevels = 2560;
 // The largest magnitude of exact values: integers that floats represent, too.
 inline constexpr int32_t kMaxExactValue = 1 << 24;
@@ -88,7 +88,7 @@ struct ShellHeader {
   }
 };
 
-// How much decoding `header` can take at most: edges are 7 a sample, triangles 12 a cell.
+// The largest output of decoding `header`: edges are 7 a sample, triangles 12 a cell.
 [[nodiscard]] constexpr uint32_t max_vertices(const ShellHeader& header) {
   return 7U * static_cast<uint32_t>(header.samples[0] * header.samples[1] * header.samples[2]);
 }

@@ -1,5 +1,5 @@
-// What a sample shell decodes to: the same layout as LatticePoint and TriangleIndices, without
-// their headers.
+// The result of decoding a sample shell: the same layout as LatticePoint and TriangleIndices,
+// without their headers.
 #pragma once
 
 #include <stdint.h>

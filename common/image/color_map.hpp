@@ -29,7 +29,7 @@ inline constexpr std::string_view kColorMapNames = "gray, viridis, cividis or co
 // The color at `part` of the way, 0 to 1; what is beyond has the color of the end.
 [[nodiscard]] Rgb color_at(ColorMap map, double part);
 
-// Which values have which colors.
+// The colors of a range of values.
 struct ColorScale {
   ColorMap map = ColorMap::kGray;
   double low = 0;   // Has the map's first color.

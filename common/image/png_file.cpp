@@ -7,14 +7,14 @@
 
 namespace multitetra {
 
-std::string png_file(const Picture& picture, PngEffort effort) {
+std::string png_file(const Picture& picture, PngCompression effort) {
   assert(picture.width > 0 && picture.height > 0);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(picture.width);
   image.height = static_cast<png_uint_32>(picture.height);
   image.format = PNG_FORMAT_RGBA;
-  if (effort == PngEffort::kQuick) image.flags = PNG_IMAGE_FLAG_FAST;
+  if (effort == PngCompression::kQuick) image.flags = PNG_IMAGE_FLAG_FAST;
   const auto failed = [&image] {
     return std::runtime_error(std::string("libpng cannot write the picture: ") + image.message);
   };

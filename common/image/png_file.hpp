@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-enum class PngEffort {
+enum class PngCompression {
   kSmall,  // As small as libpng makes it.
   // Several times as fast, and somewhat larger: for interactive use.
   kQuick,
@@ -15,6 +15,7 @@ enum class PngEffort {
 
 // The whole file's bytes; the same for the same picture and effort. Throws std::runtime_error when
 // libpng does not make it, as when memory runs out. Requires at least one pixel.
-[[nodiscard]] std::string png_file(const Picture& picture, PngEffort effort = PngEffort::kSmall);
+[[nodiscard]] std::string png_file(const Picture& picture,
+                                   PngCompression effort = PngCompression::kSmall);
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
 // The connected components of a surface: which of them are large, and the surface without the
-// others. Noise in scans makes thousands of small ones around the one that is meant.
+// others. Noise in scans makes thousands of small ones around the main surface.
 //
 //   const MeshComponents parts = components_of(mesh);
 //   const LatticeMesh organs = with_components(mesh, parts, /*least_diagonal=*/10);
@@ -21,7 +21,7 @@ struct MeshComponents {
 
   // The one with the longest diagonal, the first of several; 0 where there is none.
   [[nodiscard]] std::uint32_t largest() const;
-  // How many have at least that diagonal.
+  // The number of components with at least that diagonal.
   [[nodiscard]] std::size_t count_from(double least_diagonal) const;
 };
 

@@ -1,4 +1,4 @@
-// Where a mesh cuts itself.
+// Self-intersections of a mesh on the lattice.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace multitetra {
 struct LatticeIntersections {
   // Pairs of triangles that intersect (lattice_plane.hpp).
   std::size_t pairs = 0;
-  std::size_t triangles = 0;  // That are in such pairs.
+  std::size_t triangles = 0;  // Triangles in such pairs.
 
   friend bool operator==(const LatticeIntersections&, const LatticeIntersections&) = default;
 };

@@ -52,7 +52,7 @@ using ForEachTile =
 // The mesh that weld() makes of them, with vertices in another order, and its topology(). Requires
 // cubes whose insides do not overlap, meshes of this resolution in which every vertex is used,
 // once, without normals and scalars, and fewer than 2^32 triangles. The edges where tiles meet are
-// always compared, as are those of a mesh that is not said to be marched.
+// always compared, as are those of a mesh that is not marked as marched.
 [[nodiscard]] MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
                                        const DataBorder& border, const ForEachTile& for_each);
 

@@ -1,4 +1,4 @@
-// What a welded mesh is, counted: the checks that a client makes before it shows anything.
+// Topological checks of a welded mesh, which clients make before they show it.
 #pragma once
 
 #include <cstddef>

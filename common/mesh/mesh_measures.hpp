@@ -1,4 +1,4 @@
-// How large a surface is: its area, and the volume that it encloses.
+// Area of a surface, and the volume that it encloses.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// How far one surface is from another: sampled points of each against all triangles of the other.
+// Distances between two surfaces, from sampled points of each to all triangles of the other.
 //
 //   const NearestTriangle full(std::move(full_triangles));
 //   const DistanceStatistics there = distances(sampled_points(mesh, 20'000), full, limit);
@@ -50,7 +50,7 @@ class NearestTriangle {
   std::vector<SurfaceTriangle> triangles_;  // In the order of the tree.
 };
 
-// How large a distance is allowed at a place, in the surfaces' coordinates and unit.
+// The allowed distance at a place, in the surfaces' coordinates and unit.
 using DistanceLimit = std::function<double(const Vec3& place)>;
 
 struct DistanceStatistics {

@@ -1,5 +1,5 @@
-// Which triangles of a mesh on the lattice are near to a box: a tree of boxes, eight to a node,
-// whose triangles may change.
+// Finds the triangles of a mesh on the lattice that are near a box: a tree of boxes, eight to a
+// node, whose triangles may change.
 //
 //   TriangleTree tree(boxes);                             // Numbered as they come.
 //   tree.visit_near(box, [](std::uint32_t t) { ...; return false; });

@@ -38,7 +38,7 @@ void expect_host(SSL* tls, const std::string& host) {
 std::string handshake_fault(SSL* tls, const error_code& error, const std::string& host,
                             const std::string& ca_option) {
   const long verified = SSL_get_verify_result(tls);
-  if (verified == X509_V_OK) return error.message() + "; does it speak TLS?";
+  if (verified == X509_V_OK) return error.message() + "; does this port use TLS?";
   if (verified == X509_V_ERR_HOSTNAME_MISMATCH || verified == X509_V_ERR_IP_ADDRESS_MISMATCH) {
     return "its certificate is for another name than " + host +
            "; connect by a name that is in it (subjectAltName), or have one made for " + host + ".";
@@ -77,7 +77,7 @@ asio::awaitable<Result<void>> ByteStream::handshake_as_client(std::string host,
   error_code error;
   co_await socket_->async_handshake(asio::ssl::stream_base::client, use_error(error));
   if (!error) co_return Result<void>();
-  // A server that is gone may come back; a certificate will not become a better one.
+  // A lost server may return; an invalid certificate stays invalid.
   const bool is_tls_fault = error.category() == asio::error::get_ssl_category();
   co_return fail(is_tls_fault ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable,
                  handshake_fault(socket_->native_tls(), error, host, ca_option));
@@ -110,7 +110,7 @@ asio::awaitable<error_code> ByteStream::shut_down() {
 
 void ByteStream::close() { socket_->close(); }
 
-void set_usual_options(tcp::socket& socket) {
+void set_socket_options(tcp::socket& socket) {
   error_code ignored;
   socket.set_option(tcp::no_delay(true), ignored);
   socket.set_option(asio::socket_base::keep_alive(true), ignored);

@@ -22,7 +22,7 @@ namespace multitetra {
 
 class StreamSocket;
 
-// How much of it was done, and what ended it.
+// The number of transferred bytes, and the error that ended the transfer.
 struct Transfer {
   std::size_t bytes = 0;
   error_code error = {};
@@ -60,7 +60,7 @@ class ByteStream {
   // Ends the sending direction: TLS's close_notify, or TCP's FIN. With TLS it completes when the
   // other side has done the same, which browsers never do: limit the wait.
   [[nodiscard]] asio::awaitable<error_code> shut_down();
-  // What is under way ends with an error.
+  // Running operations end with an error.
   void close();
 
   // For what is spoken over it.
@@ -70,8 +70,7 @@ class ByteStream {
   std::unique_ptr<StreamSocket> socket_;
 };
 
-// What connections of a service have in common: small messages leave at once, and a machine that
-// has vanished is noticed in the end.
-void set_usual_options(tcp::socket& socket);
+// Socket options of all connections: no delay for small messages, and keep-alive.
+void set_socket_options(tcp::socket& socket);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// What a client allows on its way to a server.
+// Limits and timeouts of a client's connection.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@ struct ChannelOptions {
   // system decides.
   std::chrono::milliseconds unacknowledged{0};
   std::string from = {};           // The address to connect from; empty: the system decides.
-  std::string ca_option = "--ca";  // How users name an authority.
+  std::string ca_option = "--ca";  // The option that names an authority.
 };
 
 }  // namespace multitetra

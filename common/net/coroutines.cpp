@@ -7,8 +7,8 @@ namespace multitetra {
 void spawn(asio::any_io_executor executor, Coroutine coroutine,
            std::function<void(std::exception_ptr)> done) {
   asio::co_spawn(executor, std::move(coroutine),
-                 [done = std::move(done)](const std::exception_ptr& trouble) {
-                   if (done) done(trouble);
+                 [done = std::move(done)](const std::exception_ptr& failure) {
+                   if (done) done(failure);
                  });
 }
 

@@ -22,7 +22,7 @@ void post(asio::any_io_executor executor, std::function<void()> function);
 // Until then, or until the timer is cancelled.
 [[nodiscard]] asio::awaitable<void> wait_on(asio::steady_timer& timer);
 
-// `expired` is called unless the timer is cancelled or set anew.
+// `expired` is called unless the timer is cancelled or set again.
 void when_expired(asio::steady_timer& timer, std::function<void()> expired);
 
 }  // namespace multitetra

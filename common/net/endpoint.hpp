@@ -1,4 +1,4 @@
-// Where a server listens and a client connects: a host and a port, and how messages travel there,
+// An address to listen on or connect to: a host and a port, and the transport,
 // as users write them.
 #pragma once
 
@@ -37,12 +37,12 @@ struct Endpoint {
   friend bool operator==(const Endpoint&, const Endpoint&) = default;
 };
 
-// Where a server listens: "HOST", "HOST:PORT", "PORT" of this machine or one of them behind
+// Parses an address to listen on: "HOST", "HOST:PORT", "PORT" of this machine or one of them behind
 // "tcp://"; an IPv6 address is written in brackets, as in "tcp://[::1]:7410". Port 0 is allowed: a
 // listener then takes a free one. kInvalidArgument, with the text and an example, otherwise.
 [[nodiscard]] Result<Endpoint> parse_endpoint(std::string_view text);
 
-// Where a client connects: the same, or "tls://HOST:PORT", "ws://HOST:PORT/PATH",
+// Parses an address to connect to: the same, or "tls://HOST:PORT", "ws://HOST:PORT/PATH",
 // "wss://HOST:PORT/PATH". Without a port WebSockets have those of HTTP, 80 and 443; without a path
 // or with one that ends in "/", where a proxy shows the server, kStreamPath follows.
 [[nodiscard]] Result<Endpoint> parse_server_url(std::string_view text);

@@ -24,7 +24,7 @@ std::uint32_t content_length(const char* header) {
 // frame.
 std::string other_language(std::string_view header) {
   if (header == "HTTP") {
-    return "What answers speaks HTTP: for this port write ws:// (with TLS wss://) in place of "
+    return "The server at this port uses HTTP: write ws:// (with TLS wss://) instead of "
            "tcp:// (tls://).";
   }
   for (const std::string_view method : {"GET ", "HEAD", "POST", "PUT ", "OPTI", "DELE", "CONN"}) {
@@ -33,10 +33,11 @@ std::string other_language(std::string_view header) {
            "and the viewer have another port.";
   }
   if (header.starts_with("\x15\x03")) {  // An alert.
-    return "What answers speaks TLS: write tls:// or wss:// in place of tcp:// or ws://.";
+    return "The server at this port uses TLS: write tls:// or wss:// instead of tcp:// or ws://.";
   }
   if (header.starts_with("\x16\x03")) {
-    return "This port speaks no TLS, and a TLS handshake came: write tcp:// or ws:// in place of "
+    return "This port does not use TLS, but a TLS handshake arrived: write tcp:// or ws:// instead "
+           "of "
            "tls:// or wss://.";
   }
   return {};

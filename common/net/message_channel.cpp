@@ -34,7 +34,7 @@ asio::awaitable<Result<void>> MessageChannel::connect() {
   } else {
     const auto found = co_await resolver_.async_resolve(server_.host, std::to_string(server_.port),
                                                         use_error(error));
-    // Trying several addresses would open the socket anew, without the address it is bound to.
+    // Trying several addresses would open the socket again, without the address it is bound to.
     if (!error && is_open_ && !options_.from.empty()) {
       co_await socket_.async_connect(found.begin()->endpoint(), use_error(error));
     } else if (!error && is_open_) {
@@ -43,7 +43,7 @@ asio::awaitable<Result<void>> MessageChannel::connect() {
   }
   if (!error && !is_open_) error = asio::error::operation_aborted;
   if (error) co_return unreachable(error);
-  set_usual_options(socket_);
+  set_socket_options(socket_);
   if (options_.unacknowledged.count() > 0) {
     const auto milliseconds = static_cast<unsigned>(options_.unacknowledged.count());
     ::setsockopt(socket_.native_handle(), IPPROTO_TCP, TCP_USER_TIMEOUT, &milliseconds,
@@ -128,7 +128,7 @@ tl::unexpected<Error> MessageChannel::lost_in_use(Error error) {
   if (error.code == ErrorCode::kUnavailable) {
     error.text = "The connection to " + to_string(server_) + " was lost: " + error.text + ".";
     if (!server_.is_secure() && bytes_received() == 0) {
-      error.text += " Nothing came: if that port speaks TLS, write tls:// or wss://.";
+      error.text += " No reply: if that port uses TLS, write tls:// or wss://.";
     }
   }
   return closed(std::move(error));

@@ -18,7 +18,7 @@ class Frames final : public MessageTransport {
       if (*content) co_return **std::move(content);
       const Transfer came = co_await stream_.read_some(asio::buffer(buffer_));
       if (came.error) co_return lost(came.error);
-      note_sign(came.bytes);
+      note_received(came.bytes);
       frames_.feed({buffer_.data(), came.bytes});
     }
   }
@@ -27,7 +27,7 @@ class Frames final : public MessageTransport {
     const std::string header = frame_header(static_cast<std::uint32_t>(content.size()));
     const Transfer sent = co_await stream_.write(asio::buffer(header), asio::buffer(content));
     if (sent.error) co_return lost(sent.error);
-    note_sign(0);
+    note_received(0);
     co_return sent.bytes;
   }
 

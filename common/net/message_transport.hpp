@@ -37,7 +37,7 @@ class MessageTransport {
   [[nodiscard]] virtual asio::awaitable<Result<std::string>> receive() = 0;
   // Gives how many bytes that took.
   [[nodiscard]] virtual asio::awaitable<Result<std::size_t>> send(std::string content) = 0;
-  // Reads and drops what still comes, until the other side hangs up: closing with unread bytes
+  // Reads and drops what still comes, until the other side closes: closing with unread bytes
   // would reset the connection and take our last words away from it.
   [[nodiscard]] virtual asio::awaitable<void> drain() = 0;
   // Says that nothing more comes, and waits for the same word of the other side where there is one.
@@ -52,7 +52,7 @@ class MessageTransport {
   [[nodiscard]] std::uint64_t bytes_received() const { return bytes_received_; }
 
  protected:
-  void note_sign(std::size_t bytes_that_came) {
+  void note_received(std::size_t bytes_that_came) {
     last_sign_ = Clock::now();
     bytes_received_ += bytes_that_came;
   }

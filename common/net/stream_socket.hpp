@@ -1,5 +1,5 @@
-// What a ByteStream is made of. Private to this folder: every template below costs seconds in each
-// file that uses it.
+// The implementation of ByteStream. Private to this folder: every template below costs seconds in
+// each file that uses it.
 //
 // Models Asio's AsyncReadStream and AsyncWriteStream, so that asio::async_write and Beast take a
 // StreamSocket& as they take a tcp::socket&. Neither copied nor moved: operations under way know
@@ -99,7 +99,7 @@ class StreamSocket {
         token);
   }
 
-  // What is under way ends with an error.
+  // Running operations end with an error.
   void close() {
     boost::system::error_code ignored;
     socket_.close(ignored);

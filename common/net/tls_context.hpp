@@ -1,4 +1,4 @@
-// What TLS connections are made with: a certificate and its key, or the authorities that are
+// The context of TLS connections: a certificate and its key, or the authorities that are
 // trusted. Opaque: tls_files.hpp and trust.hpp make one, ByteStream uses it.
 #pragma once
 

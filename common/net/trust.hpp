@@ -1,4 +1,4 @@
-// Which servers a client trusts over TLS: by default those with a certificate for the requested
+// The servers that a client trusts over TLS: by default those with a certificate for the requested
 // host that is signed by an authority which this machine trusts.
 #pragma once
 
@@ -14,7 +14,7 @@ struct Trust {
   bool insecure = false;     // Certificates are not checked. For trials only.
 };
 
-// What connections are made with; TLS 1.2 or later. kInvalidArgument when the file has no
+// The context of a client's connections; TLS 1.2 or later. kInvalidArgument when the file has no
 // certificate.
 [[nodiscard]] Result<TlsContextPtr> client_tls(const Trust& trust);
 

@@ -57,11 +57,11 @@ class WebSocket final : public MessageTransport {
       const std::size_t size =
           co_await socket_.async_read_some(buffer, options_.read_buffer_bytes, use_error(error));
       if (error) co_return fault(error);
-      note_sign(size);
+      note_received(size);
       if (content.size() > options_.max_message_bytes) co_return too_large();
     } while (!socket_.is_message_done());
     if (!socket_.got_binary()) {
-      co_return fail(ErrorCode::kMalformedMessage, "A text message came; the messages of " +
+      co_return fail(ErrorCode::kMalformedMessage, "A text message arrived; the messages of " +
                                                        std::string(kSubprotocol) + " are binary.");
     }
     co_return content;
@@ -71,7 +71,7 @@ class WebSocket final : public MessageTransport {
     error_code error;
     const std::size_t size = co_await socket_.async_write(asio::buffer(content), use_error(error));
     if (error) co_return lost(error);
-    note_sign(0);
+    note_received(0);
     co_return size;
   }
 
@@ -101,7 +101,7 @@ class WebSocket final : public MessageTransport {
   tl::unexpected<Error> too_large() const {
     return fail(ErrorCode::kMessageTooLarge, "A message of more than " +
                                                  std::to_string(options_.max_message_bytes) +
-                                                 " bytes comes, which is the limit here.");
+                                                 " bytes was announced, which is the limit here.");
   }
   tl::unexpected<Error> fault(const error_code& error) {
     if (error == websocket::error::message_too_big) return too_large();
@@ -111,7 +111,7 @@ class WebSocket final : public MessageTransport {
         error.category() == make_error_code(websocket::error::bad_opcode).category();
     if (!is_protocol_fault) return lost(error);
     return fail(ErrorCode::kMalformedFrame,
-                "What comes is no WebSocket frame: " + error.message() + ".");
+                "The received bytes are no WebSocket frame: " + error.message() + ".");
   }
 
   websocket::stream<StreamSocket&, /*deflateSupported=*/false> socket_;
@@ -158,8 +158,8 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
   const bool is_no_http = error.category() == make_error_code(http::error::bad_version).category();
   if (is_no_http && error != http::error::end_of_stream && error != http::error::partial_message) {
     co_return fail(ErrorCode::kInvalidArgument,
-                   "What answers at " + to_string(server) + " speaks no HTTP (" + error.message() +
-                       "): if it is the port for frames, write " +
+                   "What answers at " + to_string(server) + " does not use HTTP (" +
+                       error.message() + "): if it is the port for frames, write " +
                        to_string(Endpoint{
                            .host = server.host,
                            .port = server.port,
@@ -169,14 +169,14 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
   if (error) {
     co_return fail(ErrorCode::kUnavailable,
                    "The connection to " + to_string(server) + " was lost: " + error.message() +
-                       (server.is_secure() ? "." : ". If that port speaks TLS, write wss://."));
+                       (server.is_secure() ? "." : ". If that port uses TLS, write wss://."));
   }
   if (response[http::field::sec_websocket_protocol] != kSubprotocolField) {
-    co_return fail(ErrorCode::kUnsupportedVersion, to_string(server) + " does not speak " +
+    co_return fail(ErrorCode::kUnsupportedVersion, to_string(server) + " does not support " +
                                                        std::string(kSubprotocol) +
                                                        " over its WebSockets.");
   }
-  note_sign(0);
+  note_received(0);
   co_return Result<void>();
 }
 

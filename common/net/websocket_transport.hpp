@@ -30,7 +30,7 @@ struct WebSocketTimes {
   std::chrono::milliseconds idle{120'000};
 };
 
-// As the server, of a request that was found good (see server/http/upgrade.hpp).
+// As the server, for a request that passed the checks of server/http/upgrade.hpp.
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 [[nodiscard]] asio::awaitable<Result<TransportPtr>> accept_web_socket(ByteStream& stream,
                                                                       UpgradeRequest request,

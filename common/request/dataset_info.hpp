@@ -66,11 +66,11 @@ struct DatasetInfo {
 // Grid coordinates -> sample index coordinates.
 [[nodiscard]] Affine grid_to_index(const DatasetInfo& info);
 
-// Where an isosurface of this dataset may end. With a value outside: where the grid ends. With void
-// outside: at the last samples; in a preview also inside, because a tetrahedron that reaches over
-// the data's border carries no surface. Tetrahedra left there are at most twice the tolerated
-// flip's spacing long, or `finest_spacing`, and at least one step of that lies outside. Requires
-// topology_tolerance >= 0 (grid steps) and finest_spacing a power of two.
+// The places where an isosurface of this dataset may end. With a value outside: where the grid
+// ends. With void outside: at the last samples; in a preview also inside, because a tetrahedron
+// that reaches over the data's border carries no surface. Tetrahedra left there are at most twice
+// the tolerated flip's spacing long, or `finest_spacing`, and at least one step of that lies
+// outside. Requires topology_tolerance >= 0 (grid steps) and finest_spacing a power of two.
 [[nodiscard]] DataBorder data_border(const DatasetInfo& info, int lattice_resolution,
                                      double topology_tolerance, std::int32_t finest_spacing = 1);
 

@@ -12,13 +12,13 @@
 
 namespace multitetra {
 
-// Which error of a dividing point is compared with the threshold.
+// The error of a dividing point that is compared with the threshold.
 enum class ErrorMeasure {
   kCertified,  // Bounds the two-sided distance between the mesh and the full-resolution isosurface.
   kPaper,      // The error of Zhou, Chen and Kaufman 1997; the real distance may exceed it.
 };
 
-// Which changes of sign at a dividing point forbid its fusion.
+// The changes of sign at a dividing point that forbid its fusion.
 enum class TopologyRule {
   kExact,  // Those that change the topology of the isosurface.
   kPaper,  // All of them (Zhou, Chen and Kaufman 1997).
@@ -52,7 +52,7 @@ struct IsosurfaceRequest {
       0;  // >= 0, voxels. Features up to this spacing may vanish; 0 preserves the topology.
   int lattice_resolution =
       kDefaultLatticeResolution;    // r, kMinLatticeResolution to kMaxLatticeResolution.
-  LocalThresholds thresholds = {};  // Where another error than `error` is allowed.
+  LocalThresholds thresholds = {};  // Allowed errors that differ from `error` in some places.
   // A budget: the largest mesh and the most payload bytes that the final step may have; 0: as large
   // as the thresholds make it.
   std::uint64_t max_triangles = 0;

@@ -1,4 +1,4 @@
-// How fine a lattice a dataset's grid allows.
+// The finest lattice that a dataset's grid allows.
 #pragma once
 
 #include <string>

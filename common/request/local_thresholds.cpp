@@ -129,7 +129,7 @@ void check(const Frustum& frustum, const Vec3& eye, Faults& faults) {
   const Vec3 ahead = {frustum.look_at[0] - eye[0], frustum.look_at[1] - eye[1],
                       frustum.look_at[2] - eye[2]};
   faults.require(cross(ahead, frustum.up) != Vec3{0, 0, 0}, "view.frustum.up",
-                 "is 0 or lies along the viewing direction; it must point aside of it.");
+                 "is 0 or parallel to the viewing direction.");
 }
 
 void check(const ThresholdView& view, Faults& faults) {

@@ -1,4 +1,4 @@
-// Where a request allows another error than its own: regions, a coarse grid of thresholds, a view.
+// The parts of a threshold map in a request: regions, a coarse grid of thresholds, a view.
 //
 // Each of them has a threshold at some places and none at the others. The threshold at a place is:
 //
@@ -28,7 +28,7 @@ inline constexpr std::size_t kMaxGridThresholds = 131072;
 // Coordinates, radii and normals are within plus and minus this: their squares stay finite.
 inline constexpr double kMaxCoordinate = 1e100;
 
-// What the numbers of regions and view mean.
+// The coordinate systems of regions and view.
 enum class CoordinateSystem {
   kWorld,  // The dataset's world coordinates.
   kIndex,  // Sample indices: the first sample is at 0, 0, 0.
@@ -77,11 +77,11 @@ struct ThresholdGrid {
   // x fastest; finite and >= 0, or NaN: no threshold.
   std::vector<float> thresholds = {};
 
-  // Where both say nothing they are equal.
+  // Equal where both are absent.
   friend bool operator==(const ThresholdGrid& a, const ThresholdGrid& b);
 };
 
-// What the viewport shows, as a pyramid with its apex in the eye.
+// The view frustum, as a pyramid with its apex in the eye.
 struct Frustum {
   Vec3 look_at = {};    // A place in the middle of the picture; not the eye.
   Vec3 up = {0, 0, 1};  // Upwards in the picture; not along the viewing direction.
@@ -119,7 +119,7 @@ struct LocalThresholds {
   friend bool operator==(const LocalThresholds& a, const LocalThresholds& b);
 };
 
-// What is out of its documented range, by its field and the index of its region; nullopt when
+// The first field that is out of its documented range, with the index of its region; nullopt when
 // nothing is. kLimitExceeded for too many regions or thresholds of a grid, else kInvalidArgument.
 [[nodiscard]] Result<void> check_thresholds(const LocalThresholds& thresholds);
 

@@ -1,4 +1,4 @@
-// What the numbers of a dataset mean outside: whose axes world coordinates run along, and in which
+// The physical meaning of a dataset's numbers: whose axes world coordinates run along, and in which
 // units lengths and values are. Nothing is converted by it.
 #pragma once
 

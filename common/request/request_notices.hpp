@@ -21,7 +21,7 @@ namespace multitetra {
 [[nodiscard]] std::string empty_surface_text(const IsosurfaceRequest& request,
                                              const DatasetInfo& info);
 
-// What becomes of a file that was to hold it.
+// The notice that a file was not written for it.
 [[nodiscard]] std::string not_written_text(const std::string& file);
 
 }  // namespace multitetra

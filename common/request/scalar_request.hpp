@@ -13,8 +13,8 @@ namespace multitetra {
 
 inline constexpr int kDefaultScalarBits = 16;
 
-// Which values have which codes: low + code * step, the largest code for no value (NaN). So a value
-// within the range is off by half a step at most, and what is beyond has the code of the end.
+// The encoding of values as codes: low + code * step, the largest code for no value (NaN). So a
+// value within the range is off by half a step at most, and what is beyond has the code of the end.
 struct ScalarRange {
   double low = 0;                 // Finite.
   double high = 0;                // Finite, >= low.

@@ -1,5 +1,5 @@
-// What a dataset is in its series: several datasets on the same grid, such as the times of a scan,
-// the fields of a simulation, the labels of a segmentation. Each is a dataset of its own;
+// The role of a dataset in its series: several datasets on the same grid, such as the times of a
+// scan, the fields of a simulation, the labels of a segmentation. Each is a dataset of its own;
 // dims, spacing, index_to_world, margin, outside and space are common to all of them.
 #pragma once
 
@@ -23,8 +23,8 @@ struct Label {
 };
 
 struct SeriesMember {
-  std::string series;      // As a dataset's name.
-  std::string field = {};  // As its file calls it; empty: the only one.
+  std::string series;      // Valid as a dataset's name.
+  std::string field = {};  // The name in its file; empty: the only one.
   std::optional<double> time =
       std::nullopt;  // In time_unit; finite. None: not one of several times.
   // Such as "s"; empty: unknown, then times are numbers of frames.

@@ -16,7 +16,7 @@ namespace multitetra {
 [[nodiscard]] std::vector<std::uint64_t> shares_of(std::uint64_t budget,
                                                    std::span<const std::uint64_t> sizes);
 
-// How large a surface would be without a budget, as a server estimates it.
+// A server's estimate of the size of a surface without a budget.
 struct EstimatedSize {
   std::uint64_t triangles = 0;
   std::uint64_t bytes = 0;

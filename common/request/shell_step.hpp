@@ -1,4 +1,4 @@
-// What makes a step of sample shells out of a request and a finest spacing: the values of its
+// The parameters of a step of sample shells, besides request and finest spacing: the values of its
 // shells. Its surface is that of the uniform level of the spacing.
 #pragma once
 
@@ -26,10 +26,10 @@ struct ShellStep {
   return levels == 1 || levels == 2 || levels == 4 || levels == 8;
 }
 
-// What the shells move a vertex by at most, in world units, rounding to the lattice apart:
-// quantized ones (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a diagonal of a cell of the level,
-// others 0. At spacing 1 it bounds the two-sided Hausdorff distance to the full-resolution surface:
-// vertices move along their edges, and what lies between them moves no farther.
+// The largest displacement of a vertex by the shells, in world units, rounding to the lattice
+// apart: quantized ones (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a diagonal of a cell of the
+// level, others 0. At spacing 1 it bounds the two-sided Hausdorff distance to the full-resolution
+// surface: vertices move along their edges, and what lies between them moves no farther.
 [[nodiscard]] double error_bound(const ShellStep& step, const Vec3& sample_spacing,
                                  std::int32_t finest_spacing);
 

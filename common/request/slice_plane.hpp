@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// How many pixels a slice shall have. None for either: as fine as the finest samples, as far as
+// The size of a slice in pixels. None for either: as fine as the finest samples, as far as
 // kUsualSlicePixels on a side suffice for that; for one of them: what square pixels make of the
 // other.
 struct SlicePixels {

@@ -20,14 +20,14 @@ enum class Interpolation {
   kLinear,   // Trilinear between the eight samples around a place.
 };
 
-// Which samples a slice is made of.
+// The samples that a slice is made of.
 enum class SliceDetail {
   kAuto,    // All of them, or every eighth where that is as good or all would cost too much.
   kFull,    // All of them.
   kCoarse,  // Every eighth along each axis, where there are some.
 };
 
-[[nodiscard]] std::string_view name(SliceDetail detail);           // "auto", "full", "coarse"
+[[nodiscard]] std::string_view name(SliceDetail detail);  // "auto", "full", "coarse"
 [[nodiscard]] std::optional<Interpolation> interpolation_from(std::string_view name);
 [[nodiscard]] std::optional<SliceDetail> slice_detail_from(std::string_view name);
 

@@ -157,7 +157,7 @@ constexpr std::array kFields = {
       "distance may exceed",
       set_word<&R::measure, error_measure_from>},
     F{"topology_rule", "exact|paper", "exact", kSurface, kRare, kOnce,
-      "Which flips of sign are kept: those that change the topology, or all",
+      "Sign changes that are preserved: those that change the topology, or all",
       set_word<&R::topology_rule, topology_rule_from>},
     F{"topology_tolerance", "VOXELS", "0", kSurface, kRare, kOnce,
       "Features up to this size may vanish; 0 preserves the topology",
@@ -175,9 +175,8 @@ constexpr std::array kFields = {
       "Coordinates of regions and view: those of the world, or sample indices",
       set_word<&T::coordinates, coordinate_system_from>},
     F{"view", "VIEW", "", kThresholds, kRare, kOnce,
-      "A screen-space error: eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; for a larger "
-      "error outside the "
-      "picture also look=X,Y,Z,outside=ERROR[,up=X,Y,Z][,aspect=RATIO]",
+      "A screen-space error: eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; with a larger "
+      "error outside the picture: look=X,Y,Z,outside=ERROR[,up=X,Y,Z][,aspect=RATIO]",
       set_view},
     F{"combine", "order|minimum", "order", kThresholds, kRare, kOnce,
       "order: regions before the view before the grid before the error; minimum: the least of "

@@ -44,7 +44,7 @@ enum class FieldGroup {
 
 [[nodiscard]] std::string_view title(FieldGroup group);
 
-// What is wrong with a value, such as "must be voxel or world"; nullopt if nothing is.
+// The error of a value, such as "must be voxel or world"; nullopt if nothing is.
 using FieldError = std::optional<std::string>;
 
 struct RequestField {
@@ -71,7 +71,7 @@ struct RequestField {
 [[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
                                                                   const DatasetInfo& info);
 
-// What colors the surfaces, checked; nullopt: nothing. kInvalidArgument, naming the field.
+// The field that colors the surfaces, checked; nullopt: none. kInvalidArgument, naming the field.
 [[nodiscard]] Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query);
 
 // Whether the dataset of color_by may color surfaces of another: it lies in the same world

@@ -185,7 +185,7 @@ void write(const Probe& probe, v1::ClientMessage& message) {
 }
 
 // Regions are counted before the parser spends memory on them; the refusal names the request all
-// the same, so that the conversation goes on.
+// the same, so that the connection remains open.
 std::optional<ParseError> too_many_regions(std::string_view bytes) {
   for (const auto& [kind, request, id] :
        {std::tuple<int, int, int>(v1::ClientMessage::kOpenStreamFieldNumber,

@@ -39,7 +39,7 @@ namespace multitetra {
 
 inline constexpr std::uint32_t kProtocolVersion = 1;
 
-// How a tile's payload is coded; negotiated in Hello and Welcome. Draco is always supported.
+// The encoding of a tile's payload; negotiated in Hello and Welcome. Draco is always supported.
 enum class PayloadCodec { kDracoLattice = 1, kSampleShell = 2 };
 
 // ---- client to server
@@ -59,14 +59,14 @@ struct ListDatasets {
   std::uint64_t request_id = 0;
 };
 
-// Which steps a stream has.
+// The steps of a stream.
 enum class StepPolicy {
   kProgressive,  // Previews chosen by the server, then the request itself.
   kFinalOnly,
   kPreviewsOnly,  // The request itself only where it is there as soon as a preview.
 };
 
-// What the client does with the meshes of a stream.
+// The client's use of the meshes of a stream.
 enum class MeshUse {
   kKeep,     // The final step is the request itself.
   kDisplay,  // The final step may be a full-resolution shell that is within all thresholds.
@@ -90,7 +90,7 @@ struct OpenStream {
   std::vector<Preview> resumed_previews = {};
   Priority priority = Priority::kNormal;
   std::optional<ScalarRequest> scalars = {};
-  // That the client decodes, checks and shows; finite, >= 0. 0: it does not say.
+  // The client's speed of decoding, checking and showing; finite, >= 0. 0: unknown.
   double triangles_per_second = 0;
   MeshUse use = MeshUse::kKeep;
 };
@@ -172,7 +172,7 @@ struct StepBegin {
   std::optional<ScalarRange> scalars = {};
 };
 
-// The request of a stream of which that much has come: it goes on where it was, on any server.
+// The request that resumes a stream of which that much was received, on any server.
 void record_started_step(const StepBegin& step, OpenStream& open);
 
 struct Tile {
@@ -253,8 +253,8 @@ using ServerMessage =
 [[nodiscard]] std::string serialize(const ServerMessage& message);
 
 // kMalformedMessage when the bytes are no message; kInvalidArgument or kLimitExceeded, with the
-// request id where one could be read, when a field is outside its range: the connection can go on
-// after those.
+// request id where one could be read, when a field is outside its range: the connection can remain
+// open after those.
 struct ParseError {
   Error error;
   std::uint64_t request_id = 0;

@@ -148,9 +148,9 @@ StepBegin read(const v1::StepBegin& wire, FieldChecks& checks) {
   if (wire.has_shell()) begin.shell = read_shell_step("StepBegin.shell", wire.shell(), checks);
   checks.integer("StepBegin.active_tetrahedra", wire.active_tetrahedra(), 0, wire.tetrahedra());
   checks.require(!wire.is_unsimplified() || !wire.is_final(), "StepBegin.is_unsimplified",
-                 "must not be said of a final step, which is as the request says.");
+                 "must be absent in a final step.");
   checks.require(!wire.is_unsimplified() || !wire.has_shell(), "StepBegin.is_unsimplified",
-                 "must not be said of shells, which never are simplified.");
+                 "must be absent with sample shells, which are never simplified.");
   begin.is_unsimplified = wire.is_unsimplified();
   checks.integer("StepBegin.crossed_octants", wire.crossed_octants(), 0, 0xFF);
   begin.crossed_octants = wire.crossed_octants();

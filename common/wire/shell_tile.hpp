@@ -13,7 +13,7 @@
 
 namespace multitetra {
 
-// What all shells of a step have in common.
+// Parameters that all shells of a step share.
 struct ShellTileForm {
   int lattice_resolution = kDefaultLatticeResolution;
   std::int32_t finest_spacing = 1;

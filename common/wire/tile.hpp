@@ -46,15 +46,15 @@ struct EncodedTile {
 // simplified ones up to 64 000.
 inline constexpr std::uint32_t kMaxTileTriangles = std::uint32_t{1} << 20;
 
-// How Draco trades size against time: 0 (smallest) to 9; Draco's 10 switches to a sequential method
-// and is not allowed here. Measured on noisy full-resolution surfaces at r = 5: 0 gives 1.12 bytes
-// a triangle, 5 to 7 give 1.17 at twice the pace, 9 gives 1.20 at the same pace as 5.
+// Draco's trade-off between size and time: 0 (smallest) to 9; Draco's 10 switches to a sequential
+// method and is not allowed here. Measured on noisy full-resolution surfaces at r = 5: 0 gives 1.12
+// bytes a triangle, 5 to 7 give 1.17 at twice the pace, 9 gives 1.20 at the same pace as 5.
 inline constexpr int kDefaultEncodingSpeed = 5;
 // For a mesh that was simplified, beside which encoding is quick: 5 to 10 % fewer bytes in twice
 // the time, and as quick to decode.
 inline constexpr int kSimplifiedEncodingSpeed = 1;
 
-// What a tile shall carry besides its triangles. A decoded normal is off by at most 1.0, 0.5, 0.25
+// Contents of a tile besides its triangles. A decoded normal is off by at most 1.0, 0.5, 0.25
 // degrees with 8, 9, 10 bits, and by a third of that on average. On a noisy head normals add 0.5 to
 // 0.6, 0.6 to 0.8, 0.8 to 0.9 bytes a triangle, a tenth to the time of encoding and a third to that
 // of decoding.
@@ -86,7 +86,7 @@ struct TileNormals {
 [[nodiscard]] Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& promised,
                                               int lattice_resolution, int normal_bits = 0);
 
-// What decode_tile() gives for the normals of a mesh that was encoded with so many bits. Nothing
+// The normals that decode_tile() returns for a mesh that was encoded with so many bits. Nothing
 // for none.
 void round_normals(std::vector<UnitVector>& normals, int bits);
 

@@ -55,7 +55,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS "adduser, ca-certificates")
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "xdg-utils")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION "remote visualization of regular volume data
- A server of isosurfaces of very large volumes: crack-free, with topology kept
+ A server of isosurfaces of very large volumes: watertight, with topology kept
  and a certified error, coarse first and refined step by step. With a gateway,
  a client for the command line and a viewer for browsers.")
 set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA

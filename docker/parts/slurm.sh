@@ -4,7 +4,7 @@
 #   bash slurm.sh VOLUME DATASET PARTS [options of sbatch]
 #   bash slurm.sh /lustre/big.nrrd /lustre/big.mtd 64 --partition=cpu --cpus-per-task=8 --mem=2G
 #
-# Without --cpus-per-task a part has one processor. VOLUME and DATASET are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" tells how to read and prepare it. A part that fails or loses its node may run again at any time
+# Without --cpus-per-task a part has one processor. VOLUME and DATASET are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" sets how to read and prepare it. A part that fails or loses its node may run again at any time
 # (sbatch --requeue does it); after that: multitetra-server prepare --merge -o DATASET.
 set -euo pipefail
 if [ $# -lt 3 ]; then

@@ -1,4 +1,4 @@
-// What a mesh is, compared with the isosurface of a volume at full resolution.
+// Compares a mesh with the isosurface of a volume at full resolution.
 //
 //   const Volume volume = read_volume("head.nrrd");
 //   const Certificate certificate =
@@ -55,7 +55,7 @@ struct Certificate {
   // Triangles of the mesh with two corners at one place; they are left out.
   std::uint64_t degenerate_triangles = 0;
   TwoSidedDistance distance;  // World units.
-  // What is allowed for the lattice and for coordinates that are 32-bit floats, world units.
+  // Tolerance for the lattice and for 32-bit coordinates, world units.
   double lattice_allowance = 0;
   double rounding_allowance = 0;
   ErrorVerdict error = ErrorVerdict::kNotAsked;
@@ -72,8 +72,8 @@ struct Certificate {
   [[nodiscard]] bool is_kept() const;
 };
 
-// How far rounding may move a vertex, in world units: one step along the longest diagonal of a grid
-// cell.
+// The largest displacement of a vertex by rounding, in world units: one step along the longest
+// diagonal of a grid cell.
 [[nodiscard]] double lattice_step_world(const DatasetInfo& grid, int lattice);
 
 // `mesh` is in the volume's world coordinates. On all threads that oneTBB may use. Throws

@@ -93,7 +93,7 @@ TriangleMesh read_mesh(const fs::path& file) {
     }
     return mesh;
   } catch (const MeshFault& fault) {
-    fail_reading(file, fault.what(), "Get a whole copy of it, or save it as PLY");
+    fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
   }
 }
 

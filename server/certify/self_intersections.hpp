@@ -1,4 +1,4 @@
-// Which triangles of a mesh run through each other. Exact: nothing depends on rounding.
+// The self-intersections of a mesh. Exact: no result depends on rounding.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 namespace multitetra {
 
 struct SelfIntersections {
-  std::uint64_t triangles = 0;  // That intersect another one.
+  std::uint64_t triangles = 0;  // Triangles that intersect another one.
   std::uint64_t pairs = 0;
   std::uint64_t flat_triangles = 0;  // Without area: they are left out.
   Vec3 place = {0, 0, 0};            // The middle of the first triangle that intersects another.

@@ -1,4 +1,4 @@
-// How far one surface is from another: the mean and the 99th percentile from points spread over it,
+// Distances between two surfaces: the mean and the 99th percentile from points spread over it,
 // the maximum between a distance that was found and one that no point exceeds.
 //
 // The maximum is searched for, not sampled. Distance to a triangle is a convex function, so the
@@ -19,10 +19,10 @@ struct DistanceSearch {
   std::uint64_t samples = 200'000;  // For mean and 99th percentile.
   // The tolerance of the maximum, in the unit of the coordinates.
   double tolerance = 0;
-  // The search goes on below the tolerance until it is decided whether a point is farther than
+  // The search continues below the tolerance until it is decided whether a point is farther than
   // this.
   std::optional<double> limit = std::nullopt;
-  std::size_t most_pieces = 400'000;  // That are looked at further in each round of cutting.
+  std::size_t most_pieces = 400'000;  // Pieces that are cut further in each round.
 };
 
 // Lengths in the unit of the coordinates. All infinite where only the other surface is empty, all

@@ -7,8 +7,9 @@
 //
 // Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
 // list of datasets and some are slices, and reading pauses while it is full or has one of those;
-// stream messages are made when the writing loop asks for them. What waits has room in the
-// admission's queue, or is refused; clients that send large messages too often are paused.
+// stream messages are made when the writing loop asks for them. Waiting requests and replies have
+// reservations in the admission's queue, or are refused; clients that send large messages too often
+// are paused.
 //
 // Not thread-safe: everything runs on the executor, of which one thread runs at a time.
 #pragma once
@@ -44,12 +45,12 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // The client is gone: drops everything that was to be sent.
   void leave();
   // `message`, of next_message(), is too long to be sent: its request is answered with an error
-  // instead, and the session goes on.
+  // instead, and the session continues.
   void reject_oversized_reply(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
   // Idle since then; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const;
-  // What the way to the client was found to carry.
+  // The measured bandwidth to the client.
   void set_bandwidth(double bytes_per_second) { caller_->set_bandwidth(bytes_per_second); }
 
   // The next message to send; nullopt when the session is over.

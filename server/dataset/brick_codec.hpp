@@ -28,8 +28,8 @@ struct PackedBrick {
 // The same for bytes whose number the reader does not know: never kConstant.
 [[nodiscard]] PackedBrick pack_sized(std::span<const std::byte> bytes);
 
-// How many bytes were packed; nullopt when that cannot be seen: of a constant brick, or where they
-// are no frame.
+// The number of unpacked bytes; nullopt when that cannot be seen: of a constant brick, or where
+// they are no frame.
 [[nodiscard]] std::optional<std::size_t> unpacked_size(BrickCodec codec,
                                                        std::span<const std::byte> packed);
 

@@ -38,12 +38,12 @@ class ByteSource {
 
   // For remote sources: begins to fetch these ranges. Returns at once and never throws.
   virtual void prefetch(std::span<const FileRange> ranges) const { (void)ranges; }
-  // How many bytes must come from far away before these ranges can be read.
+  // The bytes to fetch from a remote store before these ranges can be read.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const {
     (void)ranges;
     return 0;
   }
-  // For bytes that turned out to be damaged: the next read of them begins anew.
+  // For bytes that turned out to be damaged: the next read of them starts over.
   virtual void forget(const FileRange& range) const { (void)range; }
   [[nodiscard]] virtual bool is_far() const { return false; }
 };

@@ -29,7 +29,7 @@ using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 // A file, or an address of one (http://, https://, s3://bucket/key); see prepared_file.hpp. Those
 // that are opened with the same `files` share its caches and connections; without any, a small
 // cache is made for this dataset alone. Damage that is found later throws DatasetFileError out of
-// what reads the brick, trouble of a store StoreError. Throws these.
+// what reads the brick, failures of a store StoreError. Throws these.
 [[nodiscard]] DatasetPtr open_dataset(const std::string& place,
                                       std::shared_ptr<RemoteFiles> files = nullptr);
 

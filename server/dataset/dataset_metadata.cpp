@@ -17,11 +17,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Reads the fields of one JSON object. The first trouble is kept and everything after it reads as
+// Reads the fields of one JSON object. The first error is kept and everything after it reads as
 // zero, so that callers ask once at the end.
 class Fields {
  public:
-  Fields(const Json& object, std::string& trouble) : object_(object), trouble_(trouble) {}
+  Fields(const Json& object, std::string& failure) : object_(object), failure_(failure) {}
 
   const Json& at(const char* key) {
     static const Json kNothing;
@@ -90,7 +90,7 @@ class Fields {
     return map;
   }
   void add_error(const std::string& key, const std::string& what) {
-    if (trouble_.empty()) trouble_ = "field \"" + key + "\" " + what;
+    if (failure_.empty()) failure_ = "field \"" + key + "\" " + what;
   }
 
  private:
@@ -113,7 +113,7 @@ class Fields {
   }
 
   const Json& object_;
-  std::string& trouble_;
+  std::string& failure_;
 };
 
 Json to_json(const Affine& map) {
@@ -133,14 +133,14 @@ Json to_json(const SeriesMember& member) {
   return json;
 }
 
-SeriesMember member_from(const Json& json, std::string& trouble) {
-  Fields fields(json, trouble);
+SeriesMember member_from(const Json& json, std::string& failure) {
+  Fields fields(json, failure);
   SeriesMember member{.series = fields.text("series"),
                       .field = fields.later_text("field"),
                       .time = fields.later_number("time"),
                       .time_unit = fields.later_text("time_unit")};
   if (!fields.has("label")) return member;
-  Fields label(fields.at("label"), trouble);
+  Fields label(fields.at("label"), failure);
   member.label = {.value = label.number("value"), .name = label.later_text("name")};
   if (label.has("color")) {
     member.label->color = color_from(label.text("color"));
@@ -195,10 +195,10 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!json.is_object()) return damaged("it is no JSON object.");
 
-  std::string trouble;
-  Fields fields(json, trouble);
-  Fields source(fields.at("source"), trouble);
-  Fields histogram(fields.at("histogram"), trouble);
+  std::string failure;
+  Fields fields(json, failure);
+  Fields source(fields.at("source"), failure);
+  Fields histogram(fields.at("histogram"), failure);
   DatasetMetadata metadata;
   DatasetInfo& info = metadata.info;
   info.name = fields.text("name");
@@ -215,7 +215,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.spacing = fields.vector("spacing", fields.at("spacing"));
   info.index_to_world = fields.affine("index_to_world");
   const auto space = world_space_from(fields.later_text("space"));
-  if (!space) fields.add_error("space", "is none of LPS, RAS and nothing");
+  if (!space) fields.add_error("space", "is neither LPS, RAS nor empty");
   info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
                   .length_unit = fields.later_text("length_unit"),
                   .value_unit = fields.later_text("value_unit")};
@@ -229,9 +229,9 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.histogram.high = histogram.number("high");
   info.histogram.counts = histogram.counts("counts");
   info.suggested_isovalues = fields.numbers("suggested_isovalues");
-  if (fields.has("member")) info.member = member_from(fields.at("member"), trouble);
+  if (fields.has("member")) info.member = member_from(fields.at("member"), failure);
   if (fields.has("label_volume")) {
-    Fields volume(fields.at("label_volume"), trouble);
+    Fields volume(fields.at("label_volume"), failure);
     metadata.label_volume = {.samples = volume.count("samples"),
                              .surface_samples = volume.number("surface_samples")};
   }
@@ -239,7 +239,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
                      .digest = source.text("digest"),
                      .options = source.later_text("options")};
   metadata.program_version = fields.text("program_version");
-  if (!trouble.empty()) return damaged(trouble + ".");
+  if (!failure.empty()) return damaged(failure + ".");
   if (const auto checked = check_info(info); !checked) return damaged(checked.error().text);
   return metadata;
 }

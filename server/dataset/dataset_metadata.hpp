@@ -12,7 +12,7 @@
 
 namespace multitetra {
 
-// What the surface of a label holds at error 0, beside its samples, in volumes of a sample. Of
+// The volume inside a label's surface at error 0, beside its samples, in volumes of a sample. Of
 // samples where the data end, the half beyond counts as held.
 struct LabelVolume {
   std::uint64_t samples = 0;

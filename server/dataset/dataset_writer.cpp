@@ -6,9 +6,9 @@
 #include <system_error>
 #include <utility>
 
+#include "common/base/in_parallel.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/brick_order.hpp"
-#include "common/base/in_parallel.hpp"
 #include "server/dataset/detail/packed_bytes.hpp"
 #include "server/dataset/detail/statistics.hpp"
 
@@ -23,7 +23,7 @@ constexpr std::size_t kBatchBricks = 512;  // Packed at a time, which bounds mem
   return bytes;
 }
 
-// The disk's trouble, in the words of datasets.
+// An error of the disk as one of the dataset.
 template <typename Action>
 auto on_disk(const Action& action) {
   try {

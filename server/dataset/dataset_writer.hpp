@@ -30,7 +30,7 @@
 
 namespace multitetra {
 
-// What must be known before the first brick.
+// Properties that the writer needs before the first brick.
 struct DatasetShape {
   GridCounts dims{};
   SampleType type = SampleType::kU8;
@@ -56,7 +56,7 @@ struct SectionBytes {
   Read read;
 };
 
-// What core keeps for a first look, beside the bricks. Each may be empty.
+// Sections for first previews, beside the bricks. Each may be empty.
 struct SmallSections {
   SectionBytes coarse;
   SectionBytes ranges;

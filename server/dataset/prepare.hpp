@@ -44,7 +44,7 @@ struct PrepareOptions {
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
 };
 
-// What must be known of all samples before the errors of any part are computed.
+// Statistics of all samples, needed before the errors of any part are computed.
 struct VolumeSurvey {
   DatasetInfo info;
   IsovalueBins bins;

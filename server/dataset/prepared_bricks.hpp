@@ -39,7 +39,7 @@ class ConcurrentSet {
   std::vector<std::atomic<std::uint64_t>> words_;
 };
 
-// What the bricks of a dataset have in common. Bytes that tests keep in memory are a source, too.
+// Parameters that all bricks of a dataset share. Bytes that tests keep in memory are a source, too.
 struct BrickFile {
   std::string place;  // For errors.
   std::shared_ptr<const ByteSource> source = nullptr;
@@ -57,7 +57,7 @@ class PreparedBricks : public BrickSource {
   [[nodiscard]] bool is_far() const final { return file_.source->is_far(); }
 
   [[nodiscard]] std::size_t size() const { return size_; }
-  // How often brick() was called so far.
+  // The number of calls of brick() so far.
   [[nodiscard]] std::uint64_t reads() const { return reads_.load(std::memory_order_relaxed); }
 
  protected:

@@ -31,9 +31,9 @@ Result<void> check_names(const SectionTable& sections) {
   }
   for (const Section& section : sections) {
     if (is_known_section(section.name) || !section.required) continue;
-    return fail(ErrorCode::kUnsupportedVersion,
-                "Section \"" + section.name +
-                    "\": it is required and this program does not know it. Use a newer one.");
+    return fail(
+        ErrorCode::kUnsupportedVersion,
+        "Section \"" + section.name + "\": this program does not know it. Use a newer one.");
   }
   return {};
 }

@@ -1,4 +1,4 @@
-// What the sections of a prepared dataset hold, without any I/O. FORMAT.md describes every byte.
+// The contents of the sections of a prepared dataset, without I/O. FORMAT.md describes every byte.
 //
 //   metadata   JSON text, see dataset_metadata.hpp
 //   bins       the edges of the isovalue bins
@@ -8,8 +8,7 @@
 //   spectrum   the packed bricks of core's SpectrumLayout, from the coarsest level to the finest
 //   samples    the packed bricks of core's BrickLayout, in Morton order
 //   smplidx    size, codec and checksum of each brick of samples, in the order of the file
-//
-// What opening and a first preview read lies together at the beginning. A reader verifies the small
+// Sections that opening and a first preview read are at the beginning. A reader verifies the small
 // sections when it reads them, and each brick when it unpacks it.
 #pragma once
 
@@ -101,7 +100,7 @@ struct PreparedStructure {
 [[nodiscard]] Result<std::vector<std::byte>> read_packed_section(const ByteSource& source,
                                                                  const Section& section,
                                                                  std::uint64_t bytes);
-// How many bytes "coarse" and "ranges" have when unpacked.
+// The unpacked sizes of "coarse" and "ranges" in bytes.
 [[nodiscard]] std::uint64_t coarse_bytes(const DatasetInfo& info);
 [[nodiscard]] std::uint64_t ranges_bytes(const DatasetInfo& info);
 

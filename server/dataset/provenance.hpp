@@ -9,7 +9,7 @@ namespace multitetra {
 struct Provenance {
   std::string file;          // The file's name without its directory, or the generator's options.
   std::string digest;        // XXH3-128 of the file's bytes as 32 hexadecimal digits; may be empty.
-  std::string options = {};  // How it was read and prepared, where that is not the default.
+  std::string options = {};  // Options of reading and preparing other than the defaults.
 
   friend bool operator==(const Provenance&, const Provenance&) = default;
 };

@@ -128,7 +128,7 @@ Result<void> check_place(const Section& section, std::uint64_t end_before,
                                 " instead of " + std::to_string(begin) + ".");
   }
   if (begin > file_bytes || section.size > file_bytes - begin) {
-    return damaged("table", quoted + "goes beyond the end of the file.");
+    return damaged("table", quoted + "ends beyond the end of the file.");
   }
   return {};
 }

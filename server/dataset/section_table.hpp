@@ -42,7 +42,7 @@ struct Section {
 
 using SectionTable = std::vector<Section>;  // In the order of the file.
 
-// Where a section begins when those before it end here; kHeadBytes for the first.
+// The offset of a section when those before it end here; kHeadBytes for the first.
 [[nodiscard]] std::uint64_t section_begin(std::uint64_t end_of_those_before);
 
 // The first kHeadBytes of a file. Requires 1 to kMaxSections sections that begin at the places that
@@ -59,7 +59,7 @@ using SectionTable = std::vector<Section>;  // In the order of the file.
 // The section of this name; null when there is none.
 [[nodiscard]] const Section* find_section(const SectionTable& sections, std::string_view name);
 
-// What is wrong with the bytes of a section: nothing when they have their checksum. Needs little
+// The damage of a section's bytes; none when their checksum matches. Needs little
 // memory for a section of any size.
 [[nodiscard]] Result<void> check_section(const ByteSource& source, const Section& section);
 

@@ -17,7 +17,7 @@ namespace multitetra {
 namespace {
 
 // The first surface is to be larger than the budget by this factor, as far as a quick estimate
-// tells, and may be smaller by the other one: then its last collapses are undone.
+// shows, and may be smaller by the other one: then its last collapses are undone.
 constexpr double kFirstPart = 1.5;
 constexpr double kLeastFirstPart = 0.5;
 constexpr double kLittleLess = 0.985;  // A smaller surface has a few more bytes a triangle.
@@ -58,9 +58,9 @@ class BudgetedSimplification {
 
   // Until `most` triangles are left at most, if possible.
   void go_on() {
-    std::optional<MadeLevel> before;
+    std::optional<TriedLevel> before;
     while (left() > most_ && level_ < schedule_.last()) {
-      const MadeLevel now = {level_, left() / most_};
+      const TriedLevel now = {level_, left() / most_};
       level_ = coarser_level(std::exchange(before, now), now, schedule_.last());
       simplifier_->simplify(options(), stop_);
     }

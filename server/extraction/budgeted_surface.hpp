@@ -23,7 +23,7 @@ struct BudgetedSurface {
   double at_least = 0;  // As LocalThresholds::at_least, in the request's unit.
 };
 
-// How many bytes a surface has, encoded. Called where the request has a budget of bytes, last with
+// The encoded size of a surface in bytes. Called where the request has a budget of bytes, last with
 // the surface that is returned.
 using BytesOf = std::function<double(const TiledSurface&)>;
 

@@ -1,4 +1,4 @@
-// What some blocks of a surface become: extracted, simplified and encoded as they would be sent.
+// Extracts, simplifies and encodes some blocks of a surface as they would be sent.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ struct BlockCounts {
 };
 
 // Around some of the `cubes`, which are of CubeSample::kExponent and in octree order. nullopt when
-// the blocks hold nothing, or the grid has no room for them. Throws Cancelled soon after `stop` is
+// the blocks hold nothing, or the grid is too small for them. Throws Cancelled soon after `stop` is
 // triggered.
 [[nodiscard]] std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
                                                           const PreparedModel& model,

@@ -70,8 +70,9 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
 
 // Of a surface of so many triangles before simplification, if any, like those blocks.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
-  const double left =
-      step.request.simplify ? share_left(blocks.triangles, blocks.a_border_edge, triangles) : 1;
+  const double left = step.request.simplify
+                          ? remaining_share(blocks.triangles, blocks.a_border_edge, triangles)
+                          : 1;
   const double headers = kBytesABlock * static_cast<double>(blocks.triangles.count);
   const double a_triangle = (step.request.simplify ? kBytesInTiles : 1) *
                             std::max(blocks.bytes - headers, 0.5 * blocks.bytes) /

@@ -1,6 +1,6 @@
-// How large the surfaces of a dataset are, without extracting them: core's samples of octree cubes,
-// counted on all threads. With simplification the sample is simplified, and a small surface is
-// made.
+// Estimates the sizes of a dataset's surfaces without extracting them: core's samples of octree
+// cubes, counted on all threads. With simplification the sample is simplified, and a small surface
+// is made.
 #pragma once
 
 #include <stop_token>

@@ -74,9 +74,9 @@ class GatewayServer::Running {
   void reload_secrets() {
     try {
       upstreams_->use(load_upstream_secrets(options_.upstream_files));
-    } catch (const std::exception& trouble) {
+    } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
-               std::string(trouble.what()) + " What servers were shown before stays in use.", {});
+               std::string(failure.what()) + " The previous credentials stay in use.", {});
     }
   }
 

@@ -14,7 +14,7 @@ struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  // The longest silence of a connected server.
+  // The longest time without a message of a connected server.
   std::chrono::milliseconds silence{10'000};
   std::chrono::milliseconds failover_timeout{
       30'000};  // Without a server for a stream, before it fails.
@@ -22,7 +22,7 @@ struct UpstreamOptions {
   std::chrono::milliseconds least_backoff{100};
   std::chrono::milliseconds most_backoff{5'000};
   std::chrono::milliseconds left_out{60'000};  // After a tile that is damaged.
-  // How long a listing is cached.
+  // The time for which a listing is cached.
   std::chrono::milliseconds list_lifetime{2'000};
   // Bytes of cached tiles.
   std::size_t tile_bytes = std::size_t{256} << 20;

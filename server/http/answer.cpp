@@ -139,7 +139,7 @@ std::string tag_of(std::string_view content) {
   return text.data();
 }
 
-void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
+void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
   add_field(answer, "ETag", tag);
   if (names_tag(field(request, http::field::if_none_match), tag)) {
     answer.status = 304;
@@ -169,7 +169,7 @@ Answer document_answer(std::string json, const HttpRequest& request) {
   const std::string tag = tag_of(json);
   Answer answer = json_answer(200, std::move(json));
   add_field(answer, "Cache-Control", "no-cache");
-  meet_conditions(answer, request, tag);
+  apply_conditions(answer, request, tag);
   return answer;
 }
 

@@ -62,7 +62,7 @@ void add_field(Answer& answer, std::string_view name, std::string_view value);
 
 // Applies the request's conditions and ranges to a complete response with status 200. `tag` is the
 // entity tag of its content, in quotes, and is sent.
-void meet_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);
+void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);
 
 // The status line and the header. Contains the body's length also where no body follows, as for
 // HEAD.

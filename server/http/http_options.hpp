@@ -1,4 +1,4 @@
-// What a listener for HTTP allows its clients.
+// Options and limits of an HTTP listener.
 #pragma once
 
 #include <chrono>

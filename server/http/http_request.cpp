@@ -17,12 +17,12 @@ void RequestReader::feed(std::string_view bytes) {
   buffer_.append(bytes);
 }
 
-tl::unexpected<BrokenRequest> RequestReader::refuse(int status, std::string text) {
-  broken_ = BrokenRequest{.status = status, .text = std::move(text)};
+tl::unexpected<MalformedRequest> RequestReader::refuse(int status, std::string text) {
+  broken_ = MalformedRequest{.status = status, .text = std::move(text)};
   return tl::unexpected(*broken_);
 }
 
-tl::expected<std::optional<HttpRequest>, BrokenRequest> RequestReader::next() {
+tl::expected<std::optional<HttpRequest>, MalformedRequest> RequestReader::next() {
   if (broken_) return tl::unexpected(*broken_);
   if (consumed_ == buffer_.size()) return std::nullopt;
   if (!parser_) {

@@ -32,7 +32,7 @@ inline std::string_view field(const HttpRequest& request, http::field name) {
 }
 
 // Why the bytes are no request that can be answered; nothing after them can be either.
-struct BrokenRequest {
+struct MalformedRequest {
   int status = 400;
   std::string text;
 };
@@ -44,7 +44,7 @@ class RequestReader {
   void feed(std::string_view bytes);
   // The next request whose header has come as a whole; nullopt when more bytes are needed. From the
   // first refusal on, the same refusal.
-  [[nodiscard]] tl::expected<std::optional<HttpRequest>, BrokenRequest> next();
+  [[nodiscard]] tl::expected<std::optional<HttpRequest>, MalformedRequest> next();
 
   // Whether a part of a request has come.
   [[nodiscard]] bool is_inside() const { return consumed_ < buffer_.size() || parser_; }
@@ -56,14 +56,14 @@ class RequestReader {
  private:
   using Parser = http::request_parser<http::empty_body>;
 
-  tl::unexpected<BrokenRequest> refuse(int status, std::string text);
+  tl::unexpected<MalformedRequest> refuse(int status, std::string text);
 
   std::uint32_t max_header_bytes_;
   std::string buffer_;
   std::size_t consumed_ = 0;
   // For a request that was started.
   std::optional<Parser> parser_;
-  std::optional<BrokenRequest> broken_;
+  std::optional<MalformedRequest> broken_;
 };
 
 }  // namespace multitetra

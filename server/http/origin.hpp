@@ -1,4 +1,4 @@
-// Which web pages may use a listener: its own, and those of allowed origins.
+// The web pages that may use a listener: its own, and those of allowed origins.
 #pragma once
 
 #include <string>

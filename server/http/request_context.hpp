@@ -33,7 +33,7 @@ struct RequestContext {
 
   // The reply for an error, which is counted and logged.
   [[nodiscard]] Answer refused(const Error& error);
-  // The client is gone: what is done for it ends soon.
+  // Set when the client has disconnected: its work is cancelled.
   void leave() {
     stop.request_stop();
     if (caller) caller->close();

@@ -1,4 +1,4 @@
-// What is answered to requests, as connections see it: the routes.
+// The interface through which connections call the routes.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// A request's target taken apart: "/v1/datasets/head%20a/isosurface?isovalue=5&region=..." Pure.
+// Parses the target of a request: "/v1/datasets/head%20a/isosurface?isovalue=5&region=..." Pure.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 namespace multitetra {
 
 struct Target {
-  std::string raw_path;           // As it was sent, for comparing and for texts.
+  std::string raw_path;           // As received, for comparisons and texts.
   std::vector<std::string> path;  // Segments, decoded: "/v1/a%20b" is "v1", "a b"; "/" has none.
   std::vector<std::pair<std::string, std::string>> query;  // In order, decoded.
 };
@@ -21,14 +21,14 @@ struct Target {
 // is itself: numbers have it.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 
-// What follows scheme, host and port of "http://example.org/path"; a path is itself.
+// The part after scheme, host and port of "http://example.org/path"; a path is itself.
 [[nodiscard]] std::string_view without_authority(std::string_view target);
 
 // kInvalidArgument unless it is a path, perhaps behind scheme, host and port, that begins with "/",
 // perhaps with a query, all of it well encoded.
 [[nodiscard]] Result<Target> parse_target(std::string_view target);
 
-// What `target` is without the path under which a proxy shows the listener, as "/volumes", if it
+// `target` without the path under which a proxy shows the listener, as "/volumes", if it
 // begins with it: "/volumes/v1/datasets" and "/v1/datasets" are the same.
 [[nodiscard]] std::string_view without_base_path(std::string_view target,
                                                  std::string_view base_path);

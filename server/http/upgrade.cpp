@@ -23,22 +23,22 @@ bool asks_for_subprotocol(const HttpRequest& request) {
 
 }  // namespace
 
-std::optional<Answer> upgrade_objection(const HttpRequest& request,
-                                        const std::vector<std::string>& allowed_origins,
-                                        std::string_view request_id) {
+std::optional<Answer> upgrade_error(const HttpRequest& request,
+                                    const std::vector<std::string>& allowed_origins,
+                                    std::string_view request_id) {
   const auto refuse = [&](int status, ErrorCode code, std::string text) {
     return error_answer(status, {code, std::move(text)}, request_id);
   };
   if (!boost::beast::websocket::is_upgrade(request)) {
     Answer answer = refuse(426, ErrorCode::kUnexpectedMessage,
                            "This is the listener for WebSockets (RFC 6455) of " +
-                               std::string(kSubprotocol) + "; ask for an upgrade.");
+                               std::string(kSubprotocol) + "; send an upgrade request.");
     add_field(answer, "Upgrade", "websocket");
     return answer;
   }
   if (!asks_for_subprotocol(request)) {
     return refuse(400, ErrorCode::kUnsupportedVersion,
-                  "A WebSocket here speaks the subprotocol " + std::string(kSubprotocol) +
+                  "WebSockets here use the subprotocol " + std::string(kSubprotocol) +
                       "; name it in Sec-WebSocket-Protocol.");
   }
   if (!is_allowed_origin(field(request, http::field::origin), field(request, http::field::host),

@@ -29,7 +29,7 @@
 
 namespace multitetra {
 
-// Which datasets exist for a client. By default all of them.
+// The datasets that a client may see. By default all of them.
 class AccessRights {
  public:
   AccessRights() = default;

@@ -166,8 +166,8 @@ void AdmissionControl::make_room_for(const std::string& limited_name) {
   longest->ticket_ = {};
   std::exchange(longest->resting_, {})
       .end({ErrorCode::kUnavailable,
-            "The server has all the connections that it may have, and this one has rested for "
-            "longest; connect again when there is something to ask."});
+            "The server closes its longest idle connection to accept new ones; connect again for "
+            "the next request."});
 }
 
 void AdmissionControl::reload() {
@@ -175,9 +175,9 @@ void AdmissionControl::reload() {
     try {
       load();
       log_line(LogLevel::kInfo, std::string(what) + " read again", {});
-    } catch (const std::exception& trouble) {
+    } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
-               std::string(trouble.what()) + " The " + what + " of before stays in use.", {});
+               std::string(failure.what()) + " The " + what + " read before stays in use.", {});
     }
   };
   if (options_.tls) attempt("certificate", [this] { tls_ = load_tls(*options_.tls); });
@@ -194,7 +194,7 @@ void AdmissionControl::drain(std::function<void()> when_idle) {
 Result<void> AdmissionControl::may_begin_work() const {
   if (!is_draining_) return {};
   return fail(ErrorCode::kUnavailable,
-              "The server is about to stop and begins nothing new; connect again later.");
+              "The server is stopping and accepts no new requests; connect again later.");
 }
 
 void AdmissionControl::request_over() {

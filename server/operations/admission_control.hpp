@@ -48,7 +48,7 @@ struct AdmissionOptions {
 
 class AdmissionControl;
 
-// How a connection is ended that rests when a newcomer finds no room.
+// An idle connection, which is closed when a new one exceeds the limit.
 struct IdleConnection {
   using Clock = std::chrono::steady_clock;
   std::function<std::optional<Clock::time_point>()> since;  // nullopt while it has something to do.
@@ -71,7 +71,7 @@ class ConnectionContext {
   // limits then apply to the forwarded client. An error when there are too many connections
   // from there.
   [[nodiscard]] Result<void> forwarded_for(std::string_view addresses);
-  // When there are too many connections, this one may be ended while it rests.
+  // When there are too many connections, this one may be closed while it is idle.
   void set_evictable(IdleConnection how) { resting_ = std::move(how); }
   // Its connection is of another kind from now on.
   void changes_to(ProtocolName protocol);
@@ -80,7 +80,7 @@ class ConnectionContext {
     facts_.name = std::move(name);
     has_token_ = has_token;
   }
-  // A gateway says for whom it asks: believed of trusted ones.
+  // The client that a gateway names; accepted from trusted gateways only.
   void asks_for(std::string name);
   // Whose share of the server's time and memory this client has: that of its token, else that of
   // its address (IPv6: its /64 network). Whom a trusted proxy or gateway brings has the share
@@ -115,7 +115,7 @@ class AdmissionControl {
   AdmissionControl& operator=(const AdmissionControl&) = delete;
 
   struct AdmissionResult {
-    ConnectionContextPtr client;  // Null: not even worth words.
+    ConnectionContextPtr client;  // Null: refused without a reply.
     // The error to send before closing.
     std::optional<Error> refusal;
   };
@@ -140,14 +140,14 @@ class AdmissionControl {
   [[nodiscard]] ServiceObserver& observer() { return *observer_; }
   [[nodiscard]] std::size_t connections() const { return connections_.inside(); }
   [[nodiscard]] std::size_t running_requests() const { return running_requests_; }
-  [[nodiscard]] std::uint64_t requests() const { return requests_; }  // That began so far.
+  [[nodiscard]] std::uint64_t requests() const { return requests_; }  // Requests that began so far.
 
  private:
   friend class ConnectionContext;
   friend class RequestRecord;
   void request_over();
-  // Ends the connection that has rested for longest, of the address with the most connections of
-  // those that rest, where that has more than the newcomer's would.
+  // Closes the longest idle connection of the address with the most idle connections, if that has
+  // more than the newcomer's address would have.
   void make_room_for(const std::string& limited_name);
 
   AdmissionOptions options_;

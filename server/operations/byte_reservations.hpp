@@ -1,8 +1,8 @@
 // Reservations of memory (or disk): how much all clients may hold together, and how much of it one
 // share (an address, a token) may hold.
 //
-//   auto room = queue.take("address 192.0.2.7", bytes);
-//   if (!room) refuse();      // Else the bytes are taken for as long as *room lives.
+//   auto reservation = queue.take("address 192.0.2.7", bytes);
+//   if (!reservation) refuse();  // Else the bytes are reserved while *reservation lives.
 //
 // A share may hold a part of what the others leave. So a few shares never take all: with a quarter
 // each, six of them leave 18 % free, of which the next one may have a quarter. Several IPv6
@@ -70,8 +70,9 @@ class ByteReservations::Reservation {
 
  private:
   friend class ByteReservations;
-  Reservation(std::shared_ptr<Accounts> books, std::vector<std::string> levels, std::size_t bytes)
-      : accounts_(std::move(books)), levels_(std::move(levels)), bytes_(bytes) {}
+  Reservation(std::shared_ptr<Accounts> accounts, std::vector<std::string> levels,
+              std::size_t bytes)
+      : accounts_(std::move(accounts)), levels_(std::move(levels)), bytes_(bytes) {}
   void swap(Reservation& other) noexcept {
     std::swap(accounts_, other.accounts_);
     std::swap(levels_, other.levels_);

@@ -1,4 +1,4 @@
-// How many connections there are, in all and of each name (a client's address): each holds a ticket
+// Limits connections, in all and of each name (a client's address): each holds a ticket
 // for as long as it stays. Names that are IPv6 networks count for the networks around them as well
 // (see share_levels()).
 //

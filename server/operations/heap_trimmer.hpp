@@ -10,7 +10,7 @@ namespace multitetra {
 // Before threads begin: fewer pools than threads, and large pieces go back when they are freed.
 void trim_heap();
 
-// When it is worth a look through all that is free. The clock is the caller's.
+// Decides when trimming the heap is worth its time. The clock is the caller's.
 class HeapTrimmer {
  public:
   using Clock = std::chrono::steady_clock;

@@ -52,7 +52,7 @@ void log_line(LogLevel level, std::string_view text, std::initializer_list<LogFi
 void log_line_about(std::string_view peer, LogLevel level, std::string_view text,
                     std::initializer_list<LogField> fields);
 
-// What the formatters do, for tests: one line without its end.
+// The formatters, for tests: one line without its end.
 [[nodiscard]] std::string text_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string json_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string escaped_for_text(std::string_view text);

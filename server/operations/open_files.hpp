@@ -1,4 +1,4 @@
-// How many files, of which connections are some, this process may have open at a time.
+// The limit of open files of this process, connections included.
 #pragma once
 
 #include <cstdint>

@@ -62,7 +62,7 @@ struct PrometheusMetrics::Families {
   Family<Counter>& errors =
       counter(registry, "multitetra_errors_total", "Answers that are errors, by code.");
   Family<Counter>& http_answers = counter(registry, "multitetra_http_answers_total",
-                                          "Answers over HTTP, by what was asked and by status.");
+                                          "HTTP replies by kind of request and by status.");
   Family<Histogram>& first_tile =
       histogram(registry, "multitetra_first_tile_seconds", "From a request to its first tile.");
   Family<Histogram>& last_tile =
@@ -90,8 +90,7 @@ struct PrometheusMetrics::Families {
       registry, "multitetra_block_hits_total",
       "Blocks of files behind addresses that were found in memory or on the disk, by where.");
   Counter& block_fetches =
-      counter(registry, "multitetra_block_fetches_total", "Blocks that came from their stores.")
-          .Add({});
+      counter(registry, "multitetra_block_fetches_total", "Blocks fetched from stores.").Add({});
   Counter& block_fetched_bytes =
       counter(registry, "multitetra_block_fetched_bytes_total", "Their bytes.").Add({});
   Counter& block_retries = counter(registry, "multitetra_block_retries_total",

@@ -13,7 +13,7 @@ namespace multitetra {
 
 struct RequestRate {
   double per_second = 0;  // 0: no limit.
-  double burst = 1;       // At once, after a rest; at least 1.
+  double burst = 1;       // The largest burst after idle time; at least 1.
 };
 
 // Refills with time and is emptied by requests (a token bucket).

@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// Where clients come in: "tcp", "websocket", "http". Always a literal.
+// The transport of a client: "tcp", "websocket", "http". Always a literal.
 using ProtocolName = const char*;
 
 // The client as the log names it.
@@ -51,7 +51,7 @@ struct RequestFacts {
   std::string_view outcome = "complete";
 };
 
-// An HTTP request, whatever became of it.
+// An HTTP request and its outcome.
 struct HttpFacts {
   std::string_view id = {};  // The X-Request-Id.
   // The kind of request: "isosurface", "tile", "viewer", ..., "refused" where it was not examined,

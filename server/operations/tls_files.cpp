@@ -19,7 +19,7 @@ namespace {
 // The cipher suites of TLS 1.2; all of TLS 1.3 are accepted.
 constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
-ExitError trouble(const std::string& what, const std::filesystem::path& file,
+ExitError failure(const std::string& what, const std::filesystem::path& file,
                   const std::string& why) {
   ERR_clear_error();
   return ExitError(kNoSecrets, "The " + what + " " + file.string() + " " + why);
@@ -30,7 +30,7 @@ std::string last_reason() {
   return reason == nullptr ? "" : std::string(" (") + reason + ")";
 }
 
-// "http/1.1" if the client offers it. Others go on without: no listener speaks anything else
+// "http/1.1" if the client offers it. Others connect without: no listener speaks anything else
 // anyway.
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
                     const unsigned char* offered, unsigned int offered_size, void*) {
@@ -45,16 +45,16 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
 void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
   (void)read_secret_file("certificate", file);  // Throws with the fault, and never waits.
   if (SSL_CTX_use_certificate_chain_file(context, file.c_str()) != 1) {
-    throw trouble("certificate", file,
+    throw failure("certificate", file,
                   "is no certificate in PEM form" + last_reason() +
                       "; it begins with -----BEGIN CERTIFICATE-----.");
   }
   const X509* const own = SSL_CTX_get0_certificate(context);
   if (X509_cmp_current_time(X509_get0_notAfter(own)) < 0) {
-    throw trouble("certificate", file, "has expired; renew it.");
+    throw failure("certificate", file, "has expired; renew it.");
   }
   if (X509_cmp_current_time(X509_get0_notBefore(own)) > 0) {
-    throw trouble("certificate", file,
+    throw failure("certificate", file,
                   "is not valid yet; wait for its time, or set this machine's clock.");
   }
 }
@@ -67,14 +67,14 @@ void take_key(SSL_CTX* context, const TlsFiles& files) {
     const bool is_of_another =
         ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH ||
         ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_TYPE_MISMATCH;
-    throw trouble("key", files.key,
+    throw failure("key", files.key,
                   is_of_another ? "is not that of the certificate " + files.certificate.string() +
                                       "; the two are made together."
                                 : "is no private key in PEM form without a pass phrase" +
                                       last_reason() + ".");
   }
   if (SSL_CTX_check_private_key(context) != 1) {
-    throw trouble("key", files.key,
+    throw failure("key", files.key,
                   "is not that of the certificate " + files.certificate.string() +
                       "; the two are made together.");
   }

@@ -54,7 +54,8 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   for (std::size_t axis = 0; axis < 3; ++axis) map.columns[axis][axis] = arguments.scale;
   if (arguments.space == "native") return map;
   if (volume.meaning.space == WorldSpace::kUnnamed) {
-    throw std::invalid_argument("--space: the volume does not say how its axes lie in a patient.");
+    throw std::invalid_argument(
+        "--space: the volume does not define the directions of its axes in a patient.");
   }
   if (volume.meaning.space == (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas)) {
     return map;
@@ -104,10 +105,10 @@ int run_certify(const CertifyArguments& arguments) {
 
 void add_certify_command(Command& program, Run& run) {
   const auto a = std::make_shared<CertifyArguments>();
-  Command* command = program.add_subcommand(
-      "certify",
-      "Compare a mesh of any program with the full-resolution isosurface of a volume: distances "
-      "both ways, topology, what is wrong with it");
+  Command* command =
+      program.add_subcommand("certify",
+                             "Compare a mesh of any program with the full-resolution isosurface of "
+                             "a volume: two-sided distance, topology, defects");
   command
       ->add_option("mesh", a->mesh,
                    "Mesh file: .ply, .stl, .obj, .glb (turned from y-up to z-up), .drc or .vtp")
@@ -129,19 +130,18 @@ void add_certify_command(Command& program, Run& run) {
       ->capture_default_str();
   command
       ->add_option("--lattice", a->lattice,
-                   "Allow for vertices rounded to 2^-R grid steps; those of `extract` and `fetch` "
-                   "are, with R "
-                   "5 by default")
+                   "Allow for vertices rounded to 2^-R grid steps, as `extract` and `fetch` do "
+                   "(with R = 5 by default)")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command->add_flag("--any-topology", a->any_topology,
                     "Check the distance only, not components, holes and cracks");
   command->add_flag("--self-intersections", a->self_intersections,
-                    "Count self-intersecting triangles; exactly, also those that touch");
+                    "Count self-intersecting triangles, exactly; touching ones count");
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Print errors only");
-  command->begin_group("Places");
+  command->begin_group("Coordinates");
   command
       ->add_option("--outside", a->outside,
                    "What lies beyond the data: void (surfaces end at the last sample) or a value "
@@ -172,8 +172,8 @@ void add_certify_command(Command& program, Run& run) {
       ->capture_default_str();
   command
       ->add_option("--samples", a->samples,
-                   "Points spread over each surface for the mean and the 99 % distance; the "
-                   "maximum is searched for in all triangles")
+                   "Sample points of each surface for the mean and the 99th percentile; the "
+                   "maximum is over all triangles")
       ->capture_default_str();
   command->begin_group("Reading the volume");
   a->source.add_to(*command);

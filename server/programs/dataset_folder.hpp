@@ -1,4 +1,4 @@
-// What `info` and `verify` do with a folder of datasets: the same with each of them.
+// Runs `info` or `verify` for each dataset of a folder.
 #pragma once
 
 #include <exception>

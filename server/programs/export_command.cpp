@@ -307,7 +307,7 @@ void add_export_command(Command& program, Run& run) {
                     "For neuroglancer: manifests and fragments in one shard");
   add_threads_option(*command, arguments->threads);
   command->add_flag("--json", arguments->json, "Print a JSON report");
-  command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
+  command->add_flag("--quiet", arguments->quiet, "Print errors only");
   command->footer(
       "Examples:\n"
       "  multitetra-server export head.mtd --isovalue 500.5 -o site/head\n"

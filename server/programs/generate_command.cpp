@@ -54,18 +54,18 @@ void add_generate_command(Command& program, Run& run) {
   Command* command = program.add_subcommand("generate", "Make a volume from a formula");
   std::vector<std::string> kinds;
   for (const GeneratorKind kind : kGeneratorKinds) kinds.emplace_back(name(kind));
-  command->add_option("kind", arguments->kind, "What to make")->required()->one_of(kinds);
+  command->add_option("kind", arguments->kind, "Formula of the volume")->required()->one_of(kinds);
   command->add_option("--size", arguments->options.size, "Samples a side, 2 to 4097")
       ->capture_default_str();
   command->add_option("--noise", arguments->options.noise, "Standard deviation of the noise")
       ->capture_default_str();
-  command->add_option("--seed", arguments->options.seed, "Chooses the noise")
+  command->add_option("--seed", arguments->options.seed, "Seed of the noise")
       ->capture_default_str();
   command->add_option("-o,--output", arguments->output, "NRRD file to write")
       ->required()
       ->type_name("FILE");
   command->add_flag("--json", arguments->json, "Print a JSON report");
-  command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
+  command->add_flag("--quiet", arguments->quiet, "Print errors only");
   command->footer(
       "Examples:\n"
       "  multitetra-server generate gyroid --size 65 -o gyroid.nrrd\n"

@@ -60,7 +60,7 @@ int plot(const PlotArguments& arguments) {
   const SurfaceExtractor extractor(dataset);
   progress.begin("sizes");
   const SizeCurves curves = size_curves(
-      extractor, spread_isovalues(dataset->info, arguments.isovalues), arguments.errors,
+      extractor, even_isovalues(dataset->info, arguments.isovalues), arguments.errors,
       {.simplify = arguments.simplify == "on", .progress = [&](std::size_t done, std::size_t all) {
          progress.update(static_cast<double>(done), static_cast<double>(all), "isovalues");
        }});
@@ -103,11 +103,11 @@ void add_plot_command(Command& program, Run& run) {
       ->capture_default_str();
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print the numbers of the curves as JSON");
-  command->add_flag("--quiet", a->quiet, "Say nothing unless something is wrong");
+  command->add_flag("--quiet", a->quiet, "Print errors only");
   command->footer(
-      "Numbers of triangles are estimated from the errors that the dataset holds and a sample of\n"
-      "its surface, not counted: without simplification within a few percent, else within a third\n"
-      "mostly.\n"
+      "Numbers of triangles are estimates from a sample of the surface: without simplification "
+      "within\n"
+      "a few percent, else mostly within a third.\n"
       "Examples:\n"
       "  multitetra-server plot head.mtd -o head.svg\n"
       "  multitetra-server plot head.mtd --errors 0.5,2 --isovalues 200 -o head.svg --json");

@@ -7,8 +7,9 @@ namespace multitetra {
 namespace {
 
 int run(int argc, char** argv) {
-  Command program("Prepares volumes and serves their isosurfaces: crack-free, coarse first.",
-                  "multitetra-server");
+  Command program(
+      "Prepares volumes and serves their isosurfaces as watertight meshes, coarse first.",
+      "multitetra-server");
   add_program_flags(program);
   program.require_subcommand();
   program.footer(

@@ -149,7 +149,7 @@ int revoke_token(const TokenArguments& arguments) {
     std::cout << text_of({{"name", name}, {"file", arguments.file}, {"removed", without.removed}});
   } else {
     std::cout << printable(name) << " is not in " << printable(arguments.file)
-              << " any more; servers know it after SIGHUP (systemctl reload multitetra)\n";
+              << " any more; running servers apply it after SIGHUP (systemctl reload multitetra)\n";
   }
   return kOk;
 }
@@ -173,18 +173,16 @@ Run run_of(const std::shared_ptr<const TokenArguments>& a) {
 void add_token_command(Command& program, Run& run) {
   const auto a = std::make_shared<TokenArguments>();
   Command* command = program.add_subcommand(
-      "token", "Make a token for a client, list those of a file of serve --tokens, or revoke one");
+      "token", "Create, list and revoke access tokens, for `serve --tokens`");
   command
-      ->add_option(
-          "name", a->words,
-          "NAME: the new token's name in the log; list: print all tokens; revoke NAME: make "
-          "it invalid")
+      ->add_option("name", a->words,
+                   "NAME: create a token, with this name in the log; list: print all tokens; "
+                   "revoke NAME: make it invalid")
       ->required()
       ->type_name("NAME|list|revoke NAME");
   command
       ->add_option("--datasets", a->datasets,
-                   "Names of datasets that it gives access to; * is any characters and ? one "
-                   "(repeatable)")
+                   "Datasets that it gives access to; * is any characters and ? one (repeatable)")
       ->capture_default_str();
   command
       ->add_option(
@@ -193,9 +191,9 @@ void add_token_command(Command& program, Run& run) {
           "missing file is created, readable by its owner only")
       ->type_name("FILE");
   command
-      ->add_option("--expires", a->expires,
-                   "When a new token ends, such as 30d; hours as 12h, a moment as "
-                   "2027-01-31T12:00:00Z (default: never)")
+      ->add_option(
+          "--expires", a->expires,
+          "When a new token expires, such as 30d, 12h or 2027-01-31T12:00:00Z (default: never)")
       ->type_name("WHEN");
   command->add_flag("--surfaces-only", a->surfaces_only,
                     "It gives access to meshes only; no samples, as slices and probes show them");

@@ -77,7 +77,7 @@ void add_verify_command(Command& program, Run& run) {
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print a JSON report");
-  command->add_flag("--quiet", arguments->quiet, "Say nothing unless something is wrong");
+  command->add_flag("--quiet", arguments->quiet, "Print errors only");
   command->footer(
       "Examples:\n"
       "  multitetra-server verify head.mtd\n"

@@ -44,12 +44,11 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--array", array,
                      "Array inside the source: a path (Zarr, N5, HDF5) or a name (.vti)");
   command.add_option("--level", level, "OME-Zarr: level of the pyramid, 0 the finest");
-  command.add_option("--time", time, "Which of several times, from 0 on");
-  command.add_option("--channel", channel, "Which of several channels, from 0 on");
+  command.add_option("--time", time, "Index of the time, from 0");
+  command.add_option("--channel", channel, "Index of the channel, from 0");
   command.add_option("--series", series, "DICOM: UID or number of the series");
-  command.add_option(
-      "--component", component,
-      "Which of several numbers a sample: one from 0 on, magnitude, or luminance (RGB)");
+  command.add_option("--component", component,
+                     "Component of a sample: its index from 0, magnitude, or luminance (RGB)");
   command.add_flag("--follow", follow,
                    "Read data files that lie outside the folder of the header that names them");
   command.add_flag("--resample", resample,
@@ -82,26 +81,25 @@ void VolumeOptions::add_to(Command& command) {
       ->needs(layout);
   command
       .add_option("--spacing", spacing,
-                  "World units between samples along x,y,z, whatever the "
-                  "file says (raw file: 1,1,1 by default)")
+                  "World units between samples along x,y,z; replaces those of the file (raw file: "
+                  "1,1,1 by default)")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
   command
       .add_option("--origin", origin,
-                  "World coordinates of the first sample, whatever the file says")
+                  "World coordinates of the first sample; replaces those of the file")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
   command
-      .add_option(
-          "--orient", orient,
-          "Turns the volume upright: where the directions x, y and z of the coordinates that "
-          "`info` prints without this option point")
+      .add_option("--orient", orient,
+                  "Turns the volume upright: the new directions of the axes x, y and z of the "
+                  "coordinates that `info` prints without this option")
       ->type_name("AXIS,AXIS,AXIS");
   command
       .add_option("--length-unit", length_unit,
-                  "Unit of spacing and coordinates, such as mm or um, whatever the file says")
+                  "Unit of spacing and coordinates, such as mm or um; replaces that of the file")
       ->type_name("UNIT");
 }
 
@@ -109,7 +107,7 @@ void VolumeOptions::add_space_to(Command& command) {
   command
       .add_option("--space", space,
                   "Directions of the world axes of the coordinates that `info` prints without this "
-                  "option, whatever the file says; RAS is turned to LPS")
+                  "option; replaces those of the file; RAS is converted to LPS")
       ->one_of({"LPS", "RAS", "none"});
 }
 

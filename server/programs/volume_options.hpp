@@ -1,4 +1,4 @@
-// Which volume a command reads: where several are, and how raw samples lie.
+// Options that choose a volume of a source and describe raw samples.
 #pragma once
 
 #include <cstdint>
@@ -42,8 +42,8 @@ struct VolumeOptions {
   void add_to(Command& command);
   // Adds --space, for commands whose own coordinates have no option of that name.
   void add_space_to(Command& command);
-  // What they say. Throws ExitError (kUsage) when a component is none, a spacing is not positive,
-  // or the length unit is no unit.
+  // The parsed options. Throws ExitError (kUsage) when a component is none, a spacing is not
+  // positive, or the length unit is no unit.
   [[nodiscard]] VolumeFileOptions parsed() const;
   // Those that are not their defaults, as they would be written; empty: none.
   [[nodiscard]] std::string command_line() const;

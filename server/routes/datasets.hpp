@@ -1,4 +1,4 @@
-// /v1/datasets and /v1/datasets/NAME: what there is for the client.
+// /v1/datasets and /v1/datasets/NAME: the datasets that the client may see.
 #pragma once
 
 #include <string>

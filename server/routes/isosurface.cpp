@@ -31,27 +31,25 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
     auto stored = store_mesh(std::move(surfaces), info, form, place, stop);
     if (!stored) return tl::unexpected(stored.error());
     return *std::move(stored);
-  } catch (const std::system_error& trouble) {
-    log_line(LogLevel::kError, std::string("writing a mesh file failed: ") + trouble.what(),
+  } catch (const std::system_error& failure) {
+    log_line(LogLevel::kError, std::string("writing a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}, {"folder", place.folder.string()}});
     return std::nullopt;
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh in one response; allow a larger "
                 "error, or take it as a stream.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + trouble.what(),
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}});
     return fail(ErrorCode::kInternal, "The server failed to make this mesh's file; see its log.");
   }
 }
 
 Answer no_storage(RequestContext& context) {
-  const Error error = {
-      ErrorCode::kUnavailable,
-      "The temporary folder of this server does not take the mesh's file, since it is "
-      "full or cannot be written; its log says why. Allow a larger error, or take "
-      "the surface as a stream."};
+  const Error error = {ErrorCode::kUnavailable,
+                       "The temporary folder of this server is full or cannot be written; its log "
+                       "has the reason. Allow a larger error, or request the surface as a stream."};
   (void)context.refused(error);
   return error_answer(507, error, context.request_id);
 }
@@ -78,13 +76,13 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
       query->format ? query->format : accepted_format(field(request, http::field::accept));
   if (!format) {
     return fail(ErrorCode::kUnsupportedVersion,
-                "A mesh comes as model/gltf-binary, application/ply, model/stl, model/obj, "
+                "Meshes are sent as model/gltf-binary, application/ply, model/stl, model/obj, "
                 "application/vnd.draco or application/vnd.vtk.polydata+xml, and the request "
                 "accepts none of them.");
   }
   if (surfaces->size() > 1 && *format != MeshFormat::kGlb) {
     return fail(ErrorCode::kInvalidArgument,
-                "Several surfaces come in one file as format=glb alone; ask for one at a time.");
+                "Several surfaces in one file need format=glb; request one at a time.");
   }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   Wanted wanted{.info = std::move(*info),
@@ -210,7 +208,7 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, cons
   } else {
     answer.is_length_known = false;
   }
-  if (!wanted->tag.empty()) meet_conditions(answer, request, wanted->tag);
+  if (!wanted->tag.empty()) apply_conditions(answer, request, wanted->tag);
   if (answer.status == 200 && mesh.file && mesh.bytes == 0) answer.status = 204;
   co_return answer;
 }

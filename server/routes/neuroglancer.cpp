@@ -47,15 +47,15 @@ using Meshes = std::vector<LatticeMesh>;
 Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, int resolution,
                                 const std::stop_token& stop) {
   try {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     std::vector<const LatticeMesh*> pointers;
     for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
     return shared(mesh_fragment(weld(pointers, resolution), cell));
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this mesh; allow a larger error.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making a fragment failed: ") + trouble.what(), {});
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("making a fragment failed: ") + failure.what(), {});
     return fail(ErrorCode::kInternal, "The server failed to make this mesh; see its log.");
   }
 }
@@ -237,7 +237,7 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
             context.caller->permit().is_for_all() ? "public, no-cache" : "private, no-cache");
   std::string tag = lasting_tag(file, *info);
   const std::string_view had = field(request, http::field::if_none_match);
-  // A client that takes whatever there is has not seen that there is something.
+  // A client without a preference has seen no version yet.
   if (!tag.empty() && had != "*" && names_tag(had, tag)) {
     answer.is_length_known = false;
   } else {
@@ -247,7 +247,7 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
     if (tag.empty()) tag = tag_of(std::string(kNeuroglancerForm) + *known);
     answer.body = body_of(known);
   }
-  meet_conditions(answer, request, tag);
+  apply_conditions(answer, request, tag);
   co_return answer;
 }
 

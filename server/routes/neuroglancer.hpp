@@ -32,7 +32,7 @@ class NeuroglancerRoute {
  private:
   // The fragments of one segment.
   struct Mesh {
-    // What is left to be looked at: the cells of the tree that are crossed and not yet made.
+    // The remaining cells of the tree: crossed and not yet made.
     std::vector<OctreeCube> left;
     MeshFragments fragments = {};
     std::size_t bytes = 0;

@@ -1,4 +1,4 @@
-// The description of all of this, openapi.json, as it is served.
+// Serves openapi.json, the description of the HTTP interface.
 #pragma once
 
 #include <string_view>

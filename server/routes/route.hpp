@@ -1,4 +1,4 @@
-// Where a request goes: its path as one of the things that are here. Pure.
+// Parses the path of a request into the resource that it names. Pure.
 #pragma once
 
 #include <string>

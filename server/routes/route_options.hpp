@@ -1,4 +1,4 @@
-// What the routes of an HTTP listener offer, and how much of it.
+// Options and limits of the routes of an HTTP listener.
 #pragma once
 
 #include <cstdint>

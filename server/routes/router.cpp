@@ -131,7 +131,7 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   }
   const std::string& id = context.request_id;
   if (std::holds_alternative<WebSocketStream>(*route)) {
-    auto objection = upgrade_objection(request, http_.allowed_origins, id);
+    auto objection = upgrade_error(request, http_.allowed_origins, id);
     if (objection) co_return *std::move(objection);
     co_return UpgradeToWebSocket{};
   }

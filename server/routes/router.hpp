@@ -27,14 +27,14 @@ class Router : public RequestHandler {
   [[nodiscard]] std::string loggable(std::string_view target) const override;
 
  private:
-  // What a route answers to; it adds nothing of what all answers have in common.
+  // The reply of a route, without the fields that all replies share.
   struct Asked {
     const HttpRequest& request;
     const Target& target;
     RequestContext& context;
   };
   asio::awaitable<Outcome> routed(const HttpRequest& request, RequestContext& context);
-  // What the service answers, once the token was checked.
+  // The reply of the service, after the token was checked.
   asio::awaitable<Answer> served(const Route& route, Asked asked);
   asio::awaitable<Answer> answer_by(const Route& route, Asked asked);
 

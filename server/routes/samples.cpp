@@ -58,7 +58,7 @@ std::string picture_of(const SliceReply& slice, const PictureColors& colors) {
     const Rgb color = colors.scale(static_cast<double>(value));
     picture.pixels[i] = {color[0], color[1], color[2], 255};
   }
-  return png_file(picture, PngEffort::kQuick);
+  return png_file(picture, PngCompression::kQuick);
 }
 
 Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors& colors) {
@@ -67,8 +67,8 @@ Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this picture; request fewer pixels.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("drawing a slice failed: ") + trouble.what(), {});
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("drawing a slice failed: ") + failure.what(), {});
     return fail(ErrorCode::kInternal, "The server failed to draw this slice; see its log.");
   }
 }
@@ -133,7 +133,7 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
       answer.body = body_of(*std::move(picture));
     }
   }
-  if (!tag.empty()) meet_conditions(answer, request, tag);
+  if (!tag.empty()) apply_conditions(answer, request, tag);
   co_return answer;
 }
 

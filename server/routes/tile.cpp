@@ -21,7 +21,7 @@ Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const H
   add_field(answer, "Cache-Control",
             permit.is_for_all() ? "public, max-age=31536000, immutable"
                                 : "private, max-age=31536000, immutable");
-  meet_conditions(answer, request, '"' + digest.hex() + '"');
+  apply_conditions(answer, request, '"' + digest.hex() + '"');
   return answer;
 }
 

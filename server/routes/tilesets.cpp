@@ -24,13 +24,13 @@ constexpr std::string_view kTilesetSuffix = ".json";
 Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, const OctreeCube& cell,
                                  const std::stop_token& stop) {
   try {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     return std::make_shared<const std::string>(cell_glb(std::move(surface.mesh), info, cell));
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
                 "The server has not enough memory for this cell's file; allow a larger error.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making a cell's file failed: ") + trouble.what(),
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("making a cell's file failed: ") + failure.what(),
              {{"dataset", info.name}});
     return fail(ErrorCode::kInternal, "The server failed to make this file; see its log.");
   }
@@ -146,7 +146,7 @@ asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const Http
     if (wanted->is_known) kept_.add(wanted->key, bytes, bytes->size() + wanted->key.size());
     answer.body = body_of(bytes);
   }
-  if (!tag.empty()) meet_conditions(answer, request, tag);
+  if (!tag.empty()) apply_conditions(answer, request, tag);
   co_return answer;
 }
 

@@ -85,7 +85,7 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
             file->is_named_by_content ? "public, max-age=31536000, immutable" : "no-cache");
   answer.body = body_of(std::move(bytes));
   answer.body.is_resident = true;
-  meet_conditions(answer, request, tag);
+  apply_conditions(answer, request, tag);
   return answer;
 }
 

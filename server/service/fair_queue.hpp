@@ -1,4 +1,4 @@
-// Which job runs next: weighted fair queueing by the time that jobs take.
+// Weighted fair queueing of jobs by the time that they take.
 //
 // A *share* is what one client has, however many connections it opens: an address, or a token. If
 // all shares that have something to do were served at the same time, each with the same part of the
@@ -131,12 +131,12 @@ class FairQueue {
   }
 
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
-  // What is expected of the jobs of a share that wait or run.
+  // Expected time of the waiting and running jobs of a share.
   [[nodiscard]] double expected_seconds(const std::string& share) const {
     const auto found = shares_.find(share);
     return found == shares_.end() ? 0 : std::max(found->second.expected_seconds, 0.0);
   }
-  // How many shares have something to do.
+  // The number of shares with waiting or running jobs.
   [[nodiscard]] std::size_t busy_shares() const { return busy_shares_; }
 
  private:
@@ -175,7 +175,7 @@ class FairQueue {
                         [](const auto& entry) { return !entry.second.is_idle(); }));
     }
   };
-  // What decides: the least comes next. Of equal ones the one that was served longest ago.
+  // The order: the least is next; among equal ones the least recently served.
   struct ClientTurn {
     bool is_background = false;
     double finish = 0;

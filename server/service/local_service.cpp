@@ -59,7 +59,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   void post(WorkKind work, Priority priority, std::function<void()> run, Forecast forecast = {});
   // Why no more may wait, if so.
   [[nodiscard]] std::optional<Error> check_backlog();
-  [[nodiscard]] MakingLimits step_limits() const;
+  [[nodiscard]] StepLimits step_limits() const;
   // A worker begins with it: from now on its time counts.
   void step_begins(const StreamPtr& stream);
   void step_made(const StreamPtr& stream, Result<StepResult> step, double seconds);
@@ -160,7 +160,7 @@ std::optional<Error> LocalCaller::check_backlog() {
   return come_again(backlog, limit);
 }
 
-MakingLimits LocalCaller::step_limits() const {
+StepLimits LocalCaller::step_limits() const {
   return {.max_triangles = service_.options().limits.max_triangles,
           .bytes_per_second = bytes_per_second_};
 }

@@ -1,4 +1,4 @@
-// A map of bounded weight that forgets what was not used for longest.
+// A map of bounded weight that evicts the least recently used entry.
 //
 //   LruMap<std::string, Picture> pictures(/*capacity=*/1 << 30);
 //   pictures.add("a", picture, picture.bytes());

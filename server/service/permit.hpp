@@ -1,5 +1,6 @@
-// What a client may request with its token: the datasets that exist for it, and which requests for
-// them are valid. Every transport checks tokens and requests here, and nowhere else. Pure.
+// Checks what a client may request with its token: the datasets that exist for it, and which
+// requests for them are valid. Every transport checks tokens and requests here, and nowhere else.
+// Pure.
 //
 //   const auto permit = Permit::of(token, admission.access(), catalogue);
 //   auto job = permit->accept(OpenStream{.dataset = "head", ...});
@@ -34,7 +35,7 @@ struct RunQuery {
   SurfaceProviderPtr source;
 };
 
-// What a server allows of a request, though the protocol would allow more.
+// Limits of requests that are stricter than those of the protocol.
 struct RequestLimits {
   std::size_t max_regions = kMaxThresholdRegions;
   bool surfaces_only = false;  // Nothing that holds samples, for anyone.
@@ -52,7 +53,7 @@ class Permit {
   // Another list holds from now on: an error where it does not know the token.
   [[nodiscard]] Result<void> renew(AccessListPtr access);
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
-  // Which codecs the client decodes; Draco, unless this is called.
+  // Sets the codecs that the client decodes; Draco, unless this is called.
   void decodes(const std::vector<PayloadCodec>& codecs);
   // Those that its payloads may have.
   [[nodiscard]] std::vector<PayloadCodec> codecs() const;

@@ -1,4 +1,4 @@
-// Work for a coroutine on threads that are not the connections'.
+// Runs work on the worker threads and resumes the coroutine afterwards.
 #pragma once
 
 #include <functional>
@@ -33,8 +33,8 @@ template <typename T>
   co_return *std::move(waiting->result);
 }
 
-// What `make` gives, which runs on one of the workers, in its turn, and must not throw. The
-// executor keeps running until it has come back.
+// Runs `make`, which must not throw, on one of the workers, in its turn, and returns its result.
+// The executor keeps running until it has come back.
 template <typename T>
 [[nodiscard]] asio::awaitable<Result<T>> run_on_workers(Workers& workers, std::string share,
                                                         std::string kind, bool is_long,

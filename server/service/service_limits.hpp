@@ -1,4 +1,4 @@
-// What one client may take of a server's time. Zero is no limit.
+// Limits of the worker time of one client. Zero is no limit.
 #pragma once
 
 #include <chrono>

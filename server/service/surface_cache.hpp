@@ -21,7 +21,7 @@ namespace multitetra {
 // Safe to use from several threads at once.
 class SurfaceCache {
  public:
-  // Remembers tiles and steps of at most `capacity` bytes together; 0 remembers nothing, and equal
+  // Caches tiles and steps of at most `capacity` bytes together; 0 caches nothing, and equal
   // requests at the same time are still made once.
   explicit SurfaceCache(std::size_t capacity)
       : tiles_(capacity - capacity / 16), outlines_(capacity / 16) {}

@@ -37,7 +37,8 @@ asio::awaitable<Result<void>> Caller::log_in(std::string token) {
 }
 
 void Caller::close(std::optional<Error> why) {
-  if (!closed_) closed_ = why.value_or(Error{ErrorCode::kCancelled, "The client has gone."});
+  if (!closed_)
+    closed_ = why.value_or(Error{ErrorCode::kCancelled, "The client has disconnected."});
   stop_.request_stop();
   when_closed();
 }

@@ -1,5 +1,6 @@
-// What a server can do, as functions: every transport calls these, and nothing else. The workers of
-// this process answer (local_service.hpp), or other servers (gateway/remote_service.hpp).
+// The operations of a server, as functions: every transport calls these, and nothing else. The
+// workers of this process answer (local_service.hpp), or other servers
+// (gateway/remote_service.hpp).
 //
 //   const CallerPtr caller = service.open(client);
 //   if (auto known = co_await caller->log_in(token); !known) co_return refusal(known.error());
@@ -37,7 +38,7 @@ class ProgressiveStream {
 
   // The next message, if there is one now. StreamEnd or ErrorReply is the last.
   [[nodiscard]] virtual std::optional<ServerMessage> take() = 0;
-  // What was not taken yet is dropped; the last message remains, to be taken at once. The first of
+  // Drops messages that were not taken yet; the last one remains, to be taken at once. The first of
   // these two decides.
   virtual void end(StreamOutcome outcome) = 0;
   virtual void fail(Error error) = 0;
@@ -63,7 +64,7 @@ class Caller {
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
 
-  // ---- for one request: by the rights of the token that was shown, with room for what waits
+  // ---- for one request: by the rights of the client's token, with reservations for waiting work
 
   // To be called first: checks the token and sets the client's name.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
@@ -76,14 +77,14 @@ class Caller {
   [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice);
   [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
 
-  // ---- for conversations, which check with their permit and reserve room themselves
+  // ---- for conversations, which check with their permit and reserve memory themselves
 
   // The datasets for the bearer of a token, where that takes a request to other servers; nullopt
   // where catalogue() has them, and for a token that the access list does not contain, which is
   // shown to no other server.
   [[nodiscard]] std::optional<asio::awaitable<Result<CataloguePtr>>> find_catalogue(
       const std::string& token);
-  // What is offered now, as far as it was found out.
+  // The datasets on offer, as far as they are known.
   [[nodiscard]] virtual CataloguePtr catalogue() const = 0;
   // Begins a progressive stream; the one before was dropped. `changed` is called when there may be
   // another message.
@@ -92,14 +93,14 @@ class Caller {
   // `done` is called exactly once; soon after `stop` is triggered.
   virtual void answer(RunQuery action, std::stop_token stop,
                       std::function<void(Result<DatasetQueryReply>)> done) = 0;
-  // What the way to the client was found to carry; streams are planned by it from now on.
+  // The measured bandwidth to the client, by which streams are planned from now on.
   virtual void set_bandwidth(double /*bytes_per_second*/) {}
 
   // ---- for both
 
   // Ends what takes longer than it may.
   virtual void keep_time(std::chrono::steady_clock::time_point now) = 0;
-  // What is done for the client ends soon: it has left, or the server ends `why`.
+  // Cancels the client's work: it has left, or the server ends it for the reason `why`.
   void close(std::optional<Error> why = std::nullopt);
 
   [[nodiscard]] const RequestLimits& limits() const { return limits_; }

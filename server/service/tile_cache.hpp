@@ -19,7 +19,8 @@ namespace multitetra {
 // The appearance of tiles in sample shells, which differ from plain triangles.
 inline constexpr std::uint64_t kShellAppearance = ~std::uint64_t{0};
 
-// What an encoded tile is a function of. The digest covers the lattice resolution.
+// The key of an encoded tile: all that determines its bytes. The digest covers the lattice
+// resolution.
 struct TileKey {
   ContentDigest digest;
   OctreeCube cube;

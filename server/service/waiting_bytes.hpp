@@ -1,4 +1,4 @@
-// How much memory requests and their answers take, from when a request waits for workers until its
+// The memory of requests and their replies, from when a request waits for workers until its
 // answer has been sent. Rather too much than too little; what several share, such as a cached tile,
 // counts for each.
 #pragma once

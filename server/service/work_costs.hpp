@@ -1,4 +1,4 @@
-// How long work takes, by what work of the same kind took before: the last of it counts most.
+// Estimates the time of work from earlier work of the same kind, recent work weighted most.
 //
 //   WorkCosts costs;
 //   costs.expected("head final", /*unseen=*/1.0);   // Seconds.

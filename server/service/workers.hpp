@@ -20,7 +20,7 @@ namespace multitetra {
 // Must not throw.
 using Forecast = std::function<std::optional<double>()>;
 
-// What a worker shall do.
+// A job of a worker.
 struct Work {
   std::function<void()> run;  // Must not throw.
   // Work of one kind takes about as long each time, as far as is known: a dataset and what is made
@@ -33,7 +33,7 @@ struct Work {
   Forecast forecast = {};
 };
 
-// What a share has waited for, and when it is done.
+// The waiting work of a share, and when it will be done.
 struct Backlog {
   double seconds = 0;  // Expected of what waits and runs,
   // With the other jobs that run meanwhile.

@@ -16,7 +16,7 @@ std::uint64_t request_id_of(const ServerMessage& message) {
       message);
 }
 
-bool is_about_stopping(const ServerMessage& message) {
+bool is_shutdown_notice(const ServerMessage& message) {
   if (const auto* end = std::get_if<StreamEnd>(&message)) {
     return end->outcome != StreamOutcome::kComplete;
   }

@@ -1,4 +1,4 @@
-// The request that a server's message answers.
+// The request id of a server's message.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace multitetra {
 // Whether nothing more of its stream follows.
 [[nodiscard]] bool is_last(const ServerMessage& message);
 
-// How a stream has ended, by its last message: for the log and the metrics.
+// The outcome of a stream, from its last message: for the log and the metrics.
 [[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
 
 // The server is shutting down and accepts no new requests.
-[[nodiscard]] bool is_about_stopping(const ServerMessage& message);
+[[nodiscard]] bool is_shutdown_notice(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -10,7 +10,7 @@ Action reply(Error error, std::uint64_t request_id = 0) {
   return Send{ErrorReply{.request_id = request_id, .error = std::move(error)}};
 }
 
-// What forbids a stream whatever it is of.
+// Checks that hold for every stream.
 Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
                           std::size_t max_held_digests) {
   if (open.request_id <= last_request_id) {
@@ -78,11 +78,11 @@ void Session::stream_ended(std::uint64_t request_id) {
 Actions Session::answer(const Hello& hello) {
   if (is_welcomed_) {
     return {reply({ErrorCode::kUnexpectedMessage,
-                   "Hello was said already; it opens a connection and comes once."})};
+                   "Hello was received already; it is the first message only."})};
   }
   if (hello.min_version > kProtocolVersion || hello.max_version < kProtocolVersion) {
     return end({ErrorCode::kUnsupportedVersion,
-                "The client speaks protocol version " +
+                "The client uses protocol version " +
                     version_range(hello.min_version, hello.max_version) + ", this server version " +
                     std::to_string(kProtocolVersion) + "."});
   }

@@ -61,11 +61,11 @@ class Session {
   [[nodiscard]] Actions receive(const ClientMessage& message);
   // A whole frame whose content is no message, or has a field outside its range.
   [[nodiscard]] Actions receive(const ParseError& error);
-  // The connection cannot go on: a broken frame, a handshake that takes too long, a server that
+  // The connection must end: a broken frame, a handshake that takes too long, a server that
   // stops.
   [[nodiscard]] Actions end(const Error& error);
   // Another list holds from now on: a client whose token it does not know any more is sent away.
-  // What runs goes on.
+  // Running requests continue.
   [[nodiscard]] Actions renew(AccessListPtr access);
   // The catalogue of this client, where it is determined after its Hello: before that is received.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
@@ -107,7 +107,7 @@ class Session {
   // The largest id of all streams so far.
   std::uint64_t last_request_id_ = 0;
   std::optional<std::uint64_t> running_;  // The stream that runs.
-  std::size_t questions_ = 0;             // That are being answered.
+  std::size_t questions_ = 0;             // Queries that are being answered.
 };
 
 }  // namespace multitetra

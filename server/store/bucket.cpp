@@ -83,7 +83,8 @@ class Upload {
         send("POST", "uploadId=" + url_encoded(id_), std::as_bytes(std::span(xml)), headers);
     // A bucket may find out that it failed after it has begun to answer 200.
     if (answer.status == 412 || answer.status == 409) {
-      throw StoreError(address_, "another file came there meanwhile", "Look at it, then try again");
+      throw StoreError(address_, "another file was written there meanwhile",
+                       "Look at it, then try again");
     }
     if (!answer.is_good() || text_of(answer).find("<Error>") != std::string::npos) {
       fail_with(address_, answer, "it cannot be written");

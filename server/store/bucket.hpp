@@ -23,9 +23,9 @@ namespace multitetra {
                                                    std::string_view suffix,
                                                    const HttpStoreOptions& options = {});
 
-// What is there: its ETag and its first `bytes` bytes; nullopt when nothing is. Throws StoreError,
-// also for what may not be read: a bucket that may not be listed answers 403 for what is missing,
-// and an object that is there must not be taken for missing.
+// An existing object: its ETag and its first `bytes` bytes; nullopt when nothing is. Throws
+// StoreError, also for what may not be read: a bucket that may not be listed answers 403 for what
+// is missing, and an object that is there must not be taken for missing.
 struct StoredObject {
   std::string etag;
   std::vector<std::byte> begin;
@@ -33,7 +33,7 @@ struct StoredObject {
 [[nodiscard]] std::optional<StoredObject> find_object(const std::string& address, std::size_t bytes,
                                                       const HttpStoreOptions& options = {});
 
-// What may be replaced by an upload.
+// The condition under which an upload replaces an object.
 struct UploadCondition {
   enum class Kind { kAnything, kNothing, kThisVersion };
   Kind kind = Kind::kNothing;

@@ -1,4 +1,4 @@
-// How requests to stores behind addresses are made.
+// Options of requests to HTTP and S3 stores.
 #pragma once
 
 #include <chrono>

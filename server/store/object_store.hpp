@@ -32,7 +32,7 @@ class ObjectStore {
                                                                         std::uint64_t length) = 0;
   // For sentences: where the object is.
   [[nodiscard]] virtual std::filesystem::path place(const std::string& key) const = 0;
-  // How many requests at once make sense.
+  // The useful number of concurrent requests.
   [[nodiscard]] virtual std::size_t parallel_requests() const = 0;
 };
 

@@ -97,7 +97,7 @@ std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t 
   if (file.size == 0 || (file.etag.empty() && file.last_modified.empty())) {
     throw StoreError(address,
                      file.size == 0
-                         ? "the server does not say how long the file is"
+                         ? "the server does not send the length of the file"
                          : "the server gives neither ETag nor Last-Modified, so that a file that "
                            "is replaced would not be noticed",
                      "Use a server that does, or a copy on this machine");
@@ -158,17 +158,17 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
       if (!is_first) of_others[i] = at->second;
     }
   }
-  std::exception_ptr trouble;
+  std::exception_ptr failure;
   for (std::size_t begin = 0; begin < count; ++begin) {
     if (!is_ours[begin]) continue;
     std::size_t end = begin;
     while (end < count && is_ours[end]) ++end;
     const auto run = std::span(found).subspan(begin, end - begin);
-    if (!trouble) {
+    if (!failure) {
       try {
         fetch_run(*file, first + begin, run);
       } catch (...) {
-        trouble = std::current_exception();
+        failure = std::current_exception();
       }
     }
     for (std::size_t i = begin; i < end; ++i) {
@@ -180,12 +180,12 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
       if (found[i]) {
         promises[i].set_value(found[i]);
       } else {
-        promises[i].set_exception(trouble);
+        promises[i].set_exception(failure);
       }
     }
     begin = end;
   }
-  if (trouble) std::rethrow_exception(trouble);
+  if (failure) std::rethrow_exception(failure);
   for (std::size_t i = 0; i < count; ++i) {
     if (!found[i]) found[i] = of_others[i].get();
   }

@@ -54,7 +54,7 @@ struct FileRange {
   std::uint64_t size = 0;
 };
 
-// What all open files share: connections, caches and the threads that fetch ahead. Safe to use from
+// Shared by all open files: connections, caches and the threads that fetch ahead. Safe to use from
 // several threads at once.
 class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
  public:
@@ -148,7 +148,7 @@ class RemoteFile {
   // Begins to fetch what is not there of these ranges, in this order, as far as it fits into half
   // of the memory. Does not wait, and never fails.
   void prefetch(std::span<const FileRange> ranges) const;
-  // How many bytes of these ranges are not there and not under way, in whole blocks.
+  // The bytes of these ranges that are neither cached nor being fetched, in whole blocks.
   [[nodiscard]] std::uint64_t missing_bytes(std::span<const FileRange> ranges) const;
   // For bytes that turned out to be damaged: the next read fetches them again.
   void forget(const FileRange& range) const;

@@ -1,4 +1,4 @@
-// What went wrong with a store of objects.
+// Errors of object stores.
 #pragma once
 
 #include <stdexcept>

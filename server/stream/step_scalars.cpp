@@ -37,8 +37,8 @@ Result<std::vector<ScalarsOfTile>> step_scalars(const TiledStep& step,
                       .largest_deviation = found.largest_deviation};
       },
       stop);
-  for (std::optional<Error>& trouble : damage) {
-    if (trouble) return tl::unexpected(*std::move(trouble));
+  for (std::optional<Error>& failure : damage) {
+    if (failure) return tl::unexpected(*std::move(failure));
   }
   if (field.check) field.check();
   return scalars;

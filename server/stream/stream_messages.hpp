@@ -34,7 +34,7 @@ class StreamMessages {
   // The step for the returned state, and the time it took. Ignored after end() or fail().
   void supply(StepResult step, double seconds);
 
-  // What was not taken yet is dropped; the last message remains. The first of these two decides.
+  // Drops messages that were not taken yet; the last one remains. The first of these two decides.
   void end(StreamOutcome outcome);
   void fail(Error error);
 

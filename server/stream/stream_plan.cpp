@@ -120,7 +120,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
   constexpr double kAimedAt = 0.9;
   constexpr int kFewSurfaces = 4;
   constexpr int kMostSurfaces = 7;  // That are made where little of the budget is used.
-  std::optional<MadeLevel> too_large, fitting;
+  std::optional<TriedLevel> too_large, fitting;
   std::optional<FinalStep> best;
   for (int surfaces = 1;; ++surfaces) {
     const IsosurfaceRequest request = schedule.at(level);
@@ -189,7 +189,7 @@ class TriangleLimit {
                   "The surface in the cell has " +
                       std::to_string(static_cast<std::uint64_t>(triangles)) +
                       " triangles, and this server gives at most " + std::to_string(most_) +
-                      "; ask for its octants, or allow a larger error.");
+                      "; request its octants, or allow a larger error.");
     }
     const double expected = careful()({.request = request}).triangles;
     return fail(
@@ -226,7 +226,7 @@ class TriangleLimit {
   std::stop_token stop_;
 };
 
-PlanLimits plan_limits(const StreamState& state, const MakingLimits& limits) {
+PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
   PlanLimits of_plan = {.previews = state.steps != StepPolicy::kFinalOnly,
                         .shells = state.shells,
                         .is_display = state.use == MeshUse::kDisplay};
@@ -243,7 +243,7 @@ PlanLimits plan_limits(const StreamState& state, const MakingLimits& limits) {
 
 // A cell is made as requested: it is too small for previews, and has no budget.
 Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& state,
-                             const std::stop_token& stop, const MakingLimits& limits) {
+                             const std::stop_token& stop, const StepLimits& limits) {
   StepResult cell{
       .step = final_step(state.request), .is_final = true, .encoded = {}, .after = state};
   cell.encoded = made(source, cell.step, limits.as_meshes, stop);
@@ -256,7 +256,7 @@ Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& s
 }  // namespace
 
 Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamState& state,
-                                  std::stop_token stop, const MakingLimits& limits) {
+                                  std::stop_token stop, const StepLimits& limits) {
   if (state.request.cell) return make_cell(source, state, stop, limits);
   const DatasetInfo& info = source.info();
   const SizeEstimates sizes = source.sizes(stop, SizeAccuracy::kQuick);

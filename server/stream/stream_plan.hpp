@@ -14,7 +14,7 @@
 
 namespace multitetra {
 
-// Where a stream stands: all that its next step depends on.
+// The state of a stream: all that its next step depends on.
 struct StreamState {
   IsosurfaceRequest request = {};  // As it was made.
   StepPolicy steps = StepPolicy::kProgressive;
@@ -40,7 +40,7 @@ struct StepResult {
   std::vector<ScalarsOfTile> scalars = {};
 };
 
-struct MakingLimits {
+struct StepLimits {
   // The most triangles of a final step; 0: no limit.
   std::uint64_t max_triangles = 0;
   // The bandwidth to the client.
@@ -58,9 +58,9 @@ struct MakingLimits {
 // triggered.
 [[nodiscard]] Result<StepResult> make_next_step(const SurfaceProvider& source,
                                                 const StreamState& state, std::stop_token stop,
-                                                const MakingLimits& limits = {});
+                                                const StepLimits& limits = {});
 
-// How large the answer to a request would be, and the request as its budget allows it: from a
+// Estimates the size of the reply to a request, and the request as its budget allows it: from a
 // sample (surface_sizes.hpp). kLimitExceeded when the coarsest surface seems to be larger.
 struct EstimatedAnswer {
   SurfaceSize size;

@@ -55,9 +55,9 @@ class SurfaceProvider {
   }
   // Whether make() has this step in a cache, as far as known.
   [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
-  // How large steps would be; valid while the provider lives.
+  // Size estimates of steps; valid while the provider lives.
   [[nodiscard]] virtual SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
-  // What steps cost here, without the link.
+  // The costs of steps on this machine, without the link.
   [[nodiscard]] virtual CostEstimates costs() const { return {}; }
   // The samples, while the provider lives; null where they are not here.
   [[nodiscard]] virtual const PreparedVolume* volume() const { return nullptr; }

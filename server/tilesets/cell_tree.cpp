@@ -51,7 +51,7 @@ Result<TreeSettings> tree_settings_from(std::string_view text) {
   TreeSettings settings{.isovalue = *isovalue};
   if (comma == std::string_view::npos) return settings;
   const std::string_view rest = text.substr(comma + 1);
-  if (!rest.starts_with(kError)) return refuse("after the comma comes error=");
+  if (!rest.starts_with(kError)) return refuse("after the comma only error= is allowed");
   const auto error = number_from(rest.substr(kError.size()));
   if (!error || *error < 0) return refuse("the error is no finite number from 0 on");
   settings.error = *error;

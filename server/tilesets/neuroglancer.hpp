@@ -29,7 +29,7 @@ namespace multitetra {
 // None for what is no finite number, or is written otherwise than in decimal digits.
 [[nodiscard]] std::optional<double> isovalue_of_segment(std::string_view segment);
 
-// What holds the segments' manifests and fragments: two files each, or shards (mesh_shard()).
+// The files of the segments' manifests and fragments: two files each, or shards (mesh_shard()).
 enum class MeshLayout { kFiles, kShards };
 [[nodiscard]] std::string mesh_info_json(MeshLayout layout = MeshLayout::kFiles);
 // The suggested isovalues as segments, with their values as labels.

@@ -21,7 +21,7 @@ struct CellFacts {
   std::uint32_t crossed_octants = 0;  // As in StepBegin.
 };
 
-// How many metres a step of the grid is long along each axis; a dataset whose unit of length is not
+// The length of a grid step in metres along each axis; a dataset whose unit of length is not
 // known counts as being in metres.
 [[nodiscard]] Vec3 grid_step_metres(const DatasetInfo& info);
 

@@ -68,9 +68,9 @@ asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
     const Peer peer = peer_of(socket);
     try {
       on_accept(std::move(socket), peer);
-    } catch (const std::exception& trouble) {
+    } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
-               std::string("the connection could not be served: ") + trouble.what(),
+               std::string("the connection could not be served: ") + failure.what(),
                {{"peer", peer.name}});
     }
   }

@@ -1,4 +1,4 @@
-// Accepts connections on one address, whatever trouble single ones make.
+// Accepts connections on one address; errors of one do not affect others.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ struct Peer {
 
 class Acceptor {
  public:
-  // What to do with a connection. May throw: the connection is dropped then, and others are
+  // Handles a connection. May throw: the connection is dropped then, and others are
   // accepted.
   using OnAccept = std::function<void(tcp::socket socket, const Peer& peer)>;
 

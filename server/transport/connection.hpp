@@ -1,4 +1,4 @@
-// One connection of a listener, whatever is spoken on it at the time.
+// One connection of a listener, of any protocol.
 #pragma once
 
 #include <memory>

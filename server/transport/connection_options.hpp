@@ -1,4 +1,4 @@
-// What a listener allows the connections on which messages travel.
+// Options and limits of message connections.
 #pragma once
 
 #include <chrono>
@@ -13,8 +13,8 @@ namespace multitetra {
 struct ConnectionOptions {
   std::chrono::milliseconds handshake_timeout{10'000};  // From connecting to Welcome.
   std::chrono::milliseconds write_timeout{60'000};      // For one message to leave for the client.
-  std::chrono::milliseconds linger{1'000};  // For the client to read our last words and hang up.
-  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;  // What we accept before Welcome.
+  std::chrono::milliseconds linger{1'000};  // For the client to read the last message and close.
+  std::uint32_t max_hello_bytes = kMaxHelloFrameBytes;  // The limit before Welcome.
   std::optional<int> send_buffer_bytes =
       // The socket's buffer; none: the system's default.
       std::nullopt;

@@ -16,7 +16,7 @@ MessageConnection::MessageConnection(std::unique_ptr<ByteStream> stream, OpenTra
       client_(std::move(client)),
       conversation_(std::move(conversation)),
       options_(options) {
-  set_usual_options(stream_->socket());
+  set_socket_options(stream_->socket());
   if (options_.send_buffer_bytes) {
     error_code ignored;
     stream_->socket().set_option(asio::socket_base::send_buffer_size(*options_.send_buffer_bytes),
@@ -36,8 +36,8 @@ void MessageConnection::spawn(asio::awaitable<void> (MessageConnection::*corouti
   multitetra::spawn(
       stream_->executor(),
       [self = shared_from_this(), coroutine] { return (self.get()->*coroutine)(); },
-      [self = shared_from_this()](const std::exception_ptr& trouble) {
-        self->coroutine_done(trouble);
+      [self = shared_from_this()](const std::exception_ptr& failure) {
+        self->coroutine_done(failure);
       });
 }
 
@@ -50,7 +50,7 @@ void MessageConnection::keep_time(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
     if (!conversation_->is_welcomed()) {
-      end({ErrorCode::kUnavailable, "No Hello came in time; it opens a connection."});
+      end({ErrorCode::kUnavailable, "No Hello arrived in time."});
       return;  // The time to read that begins now.
     }
   }
@@ -125,9 +125,9 @@ void MessageConnection::close() {
   conversation_->leave();
 }
 
-void MessageConnection::coroutine_done(const std::exception_ptr& trouble) {
+void MessageConnection::coroutine_done(const std::exception_ptr& failure) {
   try {
-    if (trouble) std::rethrow_exception(trouble);
+    if (failure) std::rethrow_exception(failure);
   } catch (const std::exception& error) {
     log(LogLevel::kError, std::string("closing the connection: ") + error.what());
     close();

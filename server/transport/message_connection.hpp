@@ -42,7 +42,7 @@ class MessageConnection : public Connection,
   asio::awaitable<void> write();
   void close();
   void spawn(asio::awaitable<void> (MessageConnection::*coroutine)());
-  void coroutine_done(const std::exception_ptr& trouble);
+  void coroutine_done(const std::exception_ptr& failure);
   void log(LogLevel level, const std::string& text) const;
 
   std::unique_ptr<ByteStream> stream_;

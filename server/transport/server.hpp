@@ -64,7 +64,7 @@ class Server {
   void drain();
   void reload();
   // From any thread. Replaces the offered datasets for new connections and lists; running streams
-  // go on, and clients keep the datasets of their last list.
+  // continue, and clients keep the datasets of their last list.
   void offer(CataloguePtr catalogue);
 
  private:

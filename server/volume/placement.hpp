@@ -1,4 +1,4 @@
-// Where samples lie in the world, where a file does not say it, or says it wrongly.
+// The placement of samples in the world, where a file lacks it or has it wrong.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ using AxisDirections = std::array<Vec3, 3>;
 // world comes once.
 [[nodiscard]] std::optional<AxisDirections> axis_directions_from(std::string_view text);
 
-// What is given replaces what the file says; the rest stays.
+// Given values replace those of the file.
 struct Placement {
   std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions stay.
   std::optional<AxisDirections> orient = std::nullopt;  // Turns, or mirrors, all world coordinates.

@@ -151,7 +151,7 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   const auto refuse = [&](const std::string& option, const std::string& what) {
     const ImageHeader& header = volume.header;
     fail_reading(path,
-                 option + " chooses nothing here: it has no " + what + ", but one volume of " +
+                 option + " does not apply: the file has no " + what + ", but one volume of " +
                      to_text(header.dims) + " samples" +
                      (header.components > 1 && !volume.component_of_time
                           ? " of " + std::to_string(header.components) + " components"
@@ -192,7 +192,8 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
   format = recognized_format(path);
   if (format) return open_format(path, *format, choice);
   if (fs::is_directory(path)) {
-    fail_reading(path, "this folder holds neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
+    fail_reading(path,
+                 "this folder holds neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
                  "Known are " + known_files());
   }
   std::string beginning(4, '\0');
@@ -237,7 +238,7 @@ std::unique_ptr<VolumeSource> opened_in_sandbox(const fs::path& path,
   try {
     return sandboxed_volume(path, open, options.notice);
   } catch (const ChildProcessError& problem) {
-    fail_reading(path, problem.what(), "Try again when the machine has more room");
+    fail_reading(path, problem.what(), "Try again when more memory is free");
   }
 }
 

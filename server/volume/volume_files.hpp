@@ -32,7 +32,7 @@ namespace multitetra {
 struct VolumeFileOptions {
   std::optional<RawLayout> raw = std::nullopt;  // Given: the file is read as raw bytes.
   VolumeChoice choice = {};  // Where the source holds several volumes, or numbers a sample.
-  Placement placement = {};  // What the file does not say of places, or says wrongly.
+  Placement placement = {};  // Replaces the placement in the file.
   // Receives a sentence for each conversion, from open_volume while the source is read.
   std::function<void(const std::string&)> notice = nullptr;
 };

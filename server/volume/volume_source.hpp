@@ -21,12 +21,13 @@
 
 namespace multitetra {
 
-// What is known of a volume before its samples are read.
+// Properties of a volume that are known before its samples are read.
 struct VolumeHeader {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each 1 to kMaxSide.
-  SampleType type = SampleType::kU8;   // That slabs have; in the file it may be a wider one.
-  Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
-  Affine index_to_world;               // Sample index -> world, the spacing included.
+  SampleType type =
+      SampleType::kU8;       // The type of samples in slabs; in the file it may be a wider one.
+  Vec3 spacing = {1, 1, 1};  // World units between samples, > 0.
+  Affine index_to_world;     // Sample index -> world, the spacing included.
   PhysicalMeaning meaning = {};
 
   [[nodiscard]] std::size_t samples_per_slice() const {
@@ -50,7 +51,7 @@ class VolumeSource {
   // All slices. A source that holds them gives them away, so this is the last call to it.
   [[nodiscard]] virtual Samples take_all();
 
-  // What else the source holds, if its file lists it.
+  // Further contents of the source, if its file lists them.
   [[nodiscard]] virtual const VolumeContents& members() const;
 };
 

@@ -91,8 +91,8 @@ int main(int argc, char** argv) {
   try {
     return multitetra::drag(argv[1], argv[2], std::atof(argv[3]), std::atof(argv[4]),
                             std::atof(argv[5]));
-  } catch (const std::exception& trouble) {
-    std::cerr << "drag_bench: " << trouble.what() << "\n";
+  } catch (const std::exception& failure) {
+    std::cerr << "drag_bench: " << failure.what() << "\n";
     return 1;
   }
 }

@@ -106,8 +106,8 @@ int main_with(const std::vector<std::string>& words) {
 int main(int argc, char** argv) {
   try {
     return multitetra::main_with({argv + 1, argv + argc});
-  } catch (const std::exception& trouble) {
-    std::cerr << "final_steps_bench: " << trouble.what() << "\n";
+  } catch (const std::exception& failure) {
+    std::cerr << "final_steps_bench: " << failure.what() << "\n";
     return 1;
   }
 }

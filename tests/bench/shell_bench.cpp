@@ -203,8 +203,8 @@ int run(int count, char** arguments) {
 int main(int count, char** arguments) {
   try {
     return multitetra::run(count, arguments);
-  } catch (const std::exception& trouble) {
-    std::cerr << trouble.what() << "\n";
+  } catch (const std::exception& failure) {
+    std::cerr << failure.what() << "\n";
     return 1;
   }
 }

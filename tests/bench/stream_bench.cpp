@@ -113,8 +113,8 @@ int main(int argc, char** argv) {
       while (++i < argc && std::string(argv[i]) != "--") isovalues.push_back(std::atof(argv[i]));
       multitetra::run(file, isovalues, simplify);
     }
-  } catch (const std::exception& trouble) {
-    std::cerr << "stream_bench: " << trouble.what() << "\n";
+  } catch (const std::exception& failure) {
+    std::cerr << "stream_bench: " << failure.what() << "\n";
     return 1;
   }
   return 0;

@@ -521,8 +521,8 @@ int main(int count, char** arguments) {
   }
   try {
     return multitetra::shell::run(what, arguments[2]);
-  } catch (const std::exception& trouble) {
-    std::cerr << trouble.what() << "\n";
+  } catch (const std::exception& failure) {
+    std::cerr << failure.what() << "\n";
     return 1;
   }
 }

@@ -61,7 +61,7 @@ printf 'NRRD0004\ntype: int\n' >broken.nrrd
 ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
 [ ! -e new_folder ] || fail "a folder was left in which there is nothing"
 
-# --- segments that overlap lie in layers, in each of which values begin anew
+# --- segments that overlap lie in layers, in each of which values start over
 python3 - <<'EOPY'
 import math, pathlib
 side = 24
@@ -101,7 +101,7 @@ ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label 
 says organs/organs.label3.mtd '"organs", label 3 (hepar, #010203)'
 ends 1 "label 4 does not occur in it. Its labels are 3, 7." "$server" prepare in/organs.seg.nrrd --label 4,3 -o some
 [ -e some/organs.seg.label3.mtd ] || fail "after a label that is missing the others are not made"
-ends 2 "Name those that you want, such as --label 3,7" "$server" prepare in/many.nrrd --label all -o some
+ends 2 "Name some of them, such as --label 3,7" "$server" prepare in/many.nrrd --label all -o some
 ends 0 '"many.label1599"' "$server" prepare in/many.nrrd --label 1599 -o some
 ends 2 "whole numbers such as 3,7, or all" "$server" prepare in/organs.seg.nrrd --label 3.5 -o some
 ends 2 "all is for itself" "$server" prepare in/organs.seg.nrrd --label all,3 -o some
@@ -213,7 +213,7 @@ says run/run.hot_cold.t0001.mtd '"run", field hot/cold, time 0.1 s'
 says run/run.pressure.t0001.mtd 'run_9.vti'
 ends 0 '"run.pressure.t0002", 12 x 12 x 12 f32' "$server" prepare in/run_*.vti --time-series run --field all -o frames
 says frames/run.pressure.t0002.mtd '"run", field pressure, time 2'
-ends 1 "members of a series lie on the same places" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
+ends 1 "members of a series must have the same grid" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
 ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepare in/run_2.vti --field density -o run
 ends 2 "no '/'" "$server" prepare in/run_9.vti --time-series a/b --field pressure -o mixed
 ends 0 "has one time only" "$server" prepare in/run_9.vti --all-times --field pressure -o one_time

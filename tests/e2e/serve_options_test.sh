@@ -35,7 +35,7 @@ ends 2 'there twice' "$server" serve v.mtd --config twice.toml
 echo 'max-connections = "many"' >word.toml
 ends 2 'max-connections' "$server" serve v.mtd --config word.toml
 ends 2 'cannot be read' "$server" serve v.mtd --config nowhere.toml
-ends 2 'come together' "$server" serve v.mtd --tls-cert server.pem
+ends 2 'a certificate needs its key' "$server" serve v.mtd --tls-cert server.pem
 ends 2 'datasets' "$server" serve
 ends 2 'both are off' "$server" serve v.mtd --tcp off --http off
 ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem --tls-key nowhere.key
@@ -84,7 +84,7 @@ ends 2 'no name of a host' "$server" serve v.mtd --allow-host https://example.or
 client=$(realpath "$(dirname "$server")")/multitetra-client
 ends 1 'for this port write ws://' "$client" list --server "tcp://${alone_http#http://}"
 ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"
-ends 1 'does it speak TLS' "$client" list --server "tls://${alone_tcp#tcp://}"
+ends 1 'does this port use TLS' "$client" list --server "tls://${alone_tcp#tcp://}"
 ends 1 'write tls://' "$client" list --server "tcp://localhost:${port##*:}"
 ends 1 'is for another name than localhost' "$client" list --server "tls://localhost:${port##*:}" --ca tls.pem
 ends 7 '--http HOST:PORT' "$server" serve v.mtd --tcp off --http "${alone_http#http://}"

@@ -41,7 +41,7 @@ std::optional<std::string> parameter_fault(const StepBegin& begin, const Isosurf
     if (given != asked) return "the final step has other parameters than the request";
     if (begin.request.thresholds.at_least < asked.thresholds.at_least ||
         begin.request.topology_tolerance < asked.topology_tolerance) {
-      return "the final step is said to be finer than the request";
+      return "the final step claims to be finer than the request";
     }
     if (begin.finest_spacing != 1) return "the final step leaves out the finest points";
     return std::nullopt;
@@ -99,7 +99,7 @@ std::optional<std::string> simplification_fault(const TileSummary& tile, const S
 std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream& open,
                                        const DatasetInfo& info) {
   if (open.request.cell || open.request.normal_bits != 0 || open.scalars) {
-    return "it has sample shells, in which cells, normals and scalars do not come";
+    return "it has sample shells, which have no cells, normals or scalars";
   }
   if (begin.is_final && open.use == MeshUse::kKeep) {
     return "the final step has sample shells, though its mesh shall be kept";
@@ -111,7 +111,7 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   constexpr double kRounding = 1e-9;
   const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);
   if (std::abs(begin.error_bound_world - bound) <= kRounding * bound) return std::nullopt;
-  return "its error bound is said to be " + std::to_string(begin.error_bound_world) +
+  return "its claimed error bound is " + std::to_string(begin.error_bound_world) +
          ", that of its shells is " + std::to_string(bound);
 }
 

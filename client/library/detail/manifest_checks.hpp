@@ -1,4 +1,4 @@
-// What a StepBegin must satisfy before a client allocates anything for it.
+// Checks of a StepBegin before a client allocates anything for it.
 #pragma once
 
 #include <optional>
@@ -13,8 +13,8 @@ namespace multitetra {
 // For error texts: "tile 3 (cube 5:3/0/7)".
 [[nodiscard]] std::string tile_name(const StepBegin& begin, std::size_t index);
 
-// What contradicts the request, the dataset or the limits, as one sentence; nullopt when nothing
-// does.
+// The contradiction to the request, the dataset or the limits, as one sentence; nullopt when
+// nothing does.
 [[nodiscard]] std::optional<std::string> manifest_fault(const StepBegin& begin,
                                                         const OpenStream& open,
                                                         const DatasetInfo& info,

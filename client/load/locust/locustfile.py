@@ -65,13 +65,13 @@ class Viewer(User):
     def look(self):
         began = time.perf_counter()
 
-        def report(name, seconds=None, size=0, trouble=None):
+        def report(name, seconds=None, size=0, failure=None):
             events.request.fire(
                 request_type="WS",
                 name=name,
                 response_time=1000 * (time.perf_counter() - began if seconds is None else seconds),
                 response_length=size,
-                exception=trouble,
+                exception=failure,
                 context={},
             )
 
@@ -85,8 +85,8 @@ class Viewer(User):
             first, size = in_thread(surface, self.server, info, isovalue, random.choice(ERRORS))
             report("first step", first)
             report("surface", size=size)
-        except (multitetra.CheckError, multitetra.ServerError, OSError, IndexError) as trouble:
-            report("surface", trouble=trouble)
+        except (multitetra.CheckError, multitetra.ServerError, OSError, IndexError) as failure:
+            report("surface", failure=failure)
             self.on_stop()
             self.server = None
 

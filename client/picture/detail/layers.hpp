@@ -1,4 +1,4 @@
-// What lies in the line of sight of each sample of some pixels, one behind the other, and the
+// The translucent layers behind each sample of some pixels, in order of depth, and the
 // color that comes of it: the nearest solid surface, and before it all that is seen through, the
 // nearest first, however these nest (an A-buffer; Carpenter 1984).
 //
@@ -25,7 +25,7 @@ struct Sample {
   Light light = {};
 };
 
-// What a triangle that is seen through puts into a pixel.
+// The contribution of a translucent triangle to a pixel.
 struct Fragment {
   std::uint32_t pixel = 0;  // Among those that are drawn together.
   // A bit for each covered sample.
@@ -38,7 +38,7 @@ struct Fragment {
   std::array<float, kSamples> nearness = {};  // At the samples that are covered.
 };
 
-// What lies before a sample's solid surface and is seen through.
+// The translucent layers before a sample's opaque surface.
 struct Mix {
   Light light = {0, 0, 0};  // As much as reaches the eye.
   float passing = 1;        // How much of what is behind does.

@@ -52,7 +52,7 @@ def surface_request(isovalue, threshold_grid=None, **fields):
 class Connection:
     """One request at a time: another one ends a stream that runs. Tiles are kept for later requests, and not sent again.
 
-    A lost connection is made anew, and a stream goes on where it was.
+    Lost connections are replaced, and streams continue where they were.
     """
 
     def __init__(self, client):

@@ -41,11 +41,11 @@ class Viewer(ipywidgets.DOMWidget):
     _view_module = traitlets.Unicode(MODULE).tag(sync=True)
     page = traitlets.Unicode(help="The address of the frame.").tag(sync=True)
     height = traitlets.Int(480, help="Of the cell, in pixels.").tag(sync=True)
-    wanted = traitlets.Dict(help="Settings that Python has said.").tag(sync=True)
+    wanted = traitlets.Dict(help="Settings changed in Python.").tag(sync=True)
     settings = traitlets.Dict(help="All settings, as the viewer has them; empty before it is shown.").tag(sync=True)
     shown = traitlets.Dict(help="Facts of the step that was shown last: triangles, errorWorld (None: a preview, see spacing), topology, ...").tag(sync=True)
     picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
-    passed_over = traitlets.List(help="Names of settings whose last values meant nothing to the viewer.").tag(sync=True)
+    ignored = traitlets.List(help="Names of settings that are unknown or whose values are invalid.").tag(sync=True)
 
     def __init__(self, server="http://127.0.0.1:7480", *, height=480, **settings):
         checked(settings)
@@ -99,7 +99,7 @@ class Viewer(ipywidgets.DOMWidget):
 
     @property
     def camera(self):
-        """The eye and what it looks at, in world coordinates; None before anybody has turned it."""
+        """The eye and what it looks at, in world coordinates; None until the view was turned."""
         eye, target = self.get("eye"), self.get("target")
         return (eye, target) if eye and target else None
 

@@ -36,7 +36,7 @@ function render({ model, el }) {
         break;
       case "state":
         save("settings", data.state);
-        if (data.passedOver.length > 0) save("passed_over", data.passedOver);
+        if (data.ignored.length > 0) save("ignored", data.ignored);
         break;
       case "shown":
         save("shown", plain(data));

@@ -22,7 +22,7 @@ export class AddressKeeper {
       this.reportMisread(this.initialOutput);
       this.initialOutput = "";
     });
-    // What was edited is in the event: the address itself may be written anew before it is heard of.
+    // What was edited is in the event: the address itself may be replaced before the event arrives.
     window.addEventListener("hashchange", ({ newURL }) => this.useEdited(new URL(newURL).hash));
     this.rememberSoon();
   }

@@ -44,12 +44,12 @@ export class Embedding {
     this.origin = origin;
     switch (kind) {
       case "set": {
-        const { settings, passedOver } = parseSettings(state);
+        const { settings, ignored } = parseSettings(state);
         this.viewer.set(settings);
-        return this.post("state", { id, state: this.viewer.get(), passedOver });
+        return this.post("state", { id, state: this.viewer.get(), ignored });
       }
       case "get":
-        return this.post("state", { id, state: this.viewer.get(), passedOver: [] });
+        return this.post("state", { id, state: this.viewer.get(), ignored: [] });
       case "fit":
         return this.viewer.fit();
       case "reset":
@@ -63,7 +63,7 @@ export class Embedding {
 
   private postStateSoon(): void {
     clearTimeout(this.timer);
-    this.timer = this.self.setTimeout(() => this.post("state", { state: this.viewer.get(), passedOver: [] }), together);
+    this.timer = this.self.setTimeout(() => this.post("state", { state: this.viewer.get(), ignored: [] }), together);
   }
 
   private post(kind: string, words: object): void {

@@ -166,7 +166,7 @@ function whenIdle(act: () => void): void {
   else setTimeout(() => whenIdle(act), 400);
 }
 
-// Without WebGL there is nothing to show, and no reason to go on.
+// Without WebGL the viewer stops here.
 function viewerIn(element: HTMLElement): Viewer {
   try {
     return new Viewer(element, { ...fromAddress(location.hash), server, token });

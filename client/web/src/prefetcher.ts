@@ -25,7 +25,7 @@ export class Prefetcher {
 
   constructor(private readonly parts: SurfaceClientParts) {}
 
-  // What is under way goes on only if it still is among them. None: the connection ends.
+  // A running request continues only if it still is among them. None: the connection ends.
   prepare(soon: readonly PrefetchRequest[], settings: Settings, view: View | null): void {
     this.soon = soon;
     this.settings = settings;

@@ -67,7 +67,7 @@ export class SliceViews {
   }
 }
 
-// Within the data; their middle where nothing is said.
+// Within the data; their middle by default.
 export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
   const { low, high } = worldBox(info);
   return low.map((from, axis) => {

@@ -87,7 +87,7 @@ export class SurfaceClient implements PoolClient {
       received: (message: ServerKind) => this.perform(this.conversation.received(message)),
       impossible: () => {
         const text = `This page cannot connect to "${address}", or may not.`;
-        this.progress.set({ phase: "lost", retryAt: 0, trouble: { ...noErrors, text, isFatal: true } });
+        this.progress.set({ phase: "lost", retryAt: 0, failure: { ...noErrors, text, isFatal: true } });
       },
     });
   }
@@ -122,7 +122,7 @@ export class SurfaceClient implements PoolClient {
     this.isDragging = isDragging;
     this.hide(settings.minComponent);
     this.askSize(order, isDragging);
-    if (this.asked && isSameOrder(this.asked.order, order) && !this.progress.get().trouble) {
+    if (this.asked && isSameOrder(this.asked.order, order) && !this.progress.get().failure) {
       this.next = null;
       return;
     }
@@ -193,7 +193,7 @@ export class SurfaceClient implements PoolClient {
   granted(): void {
     this.isLinked = true;
     this.perform(this.conversation.connecting());
-    this.progress.set({ trouble: null, isStreaming: false });
+    this.progress.set({ failure: null, isStreaming: false });
     this.link.connect();
   }
 
@@ -300,7 +300,7 @@ export class SurfaceClient implements PoolClient {
         this.progress.set({
           phase: effect.phase,
           retryAt: wait === undefined ? 0 : performance.now() + wait,
-          ...(effect.phase === "ready" ? { trouble: null } : {}),
+          ...(effect.phase === "ready" ? { failure: null } : {}),
         });
         break;
       }
@@ -326,9 +326,9 @@ export class SurfaceClient implements PoolClient {
         });
         this.events.settled();
         break;
-      case "trouble":
+      case "failure":
         this.progress.set({
-          trouble: {
+          failure: {
             text: effect.text,
             isFatal: effect.isFatal,
             needsToken: effect.code === ErrorCode.UNAUTHENTICATED,
@@ -372,7 +372,7 @@ export class SurfaceClient implements PoolClient {
         break;
       case "refused":
       case "failed":
-        progress.set({ isStreaming: false, trouble: { ...noErrors, text: effect.text } });
+        progress.set({ isStreaming: false, failure: { ...noErrors, text: effect.text } });
         this.hasFinal = true; // Nothing is left to request.
         if (this.asked) steps.offerNothing(this.asked);
         this.settle();

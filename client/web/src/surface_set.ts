@@ -289,6 +289,6 @@ export function arrangement(have: readonly string[], wanted: readonly string[]):
   return places;
 }
 
-function isDone({ isStreaming, shown, trouble }: Progress): boolean {
-  return !isStreaming && (shown?.isFinal === true || trouble !== null);
+function isDone({ isStreaming, shown, failure }: Progress): boolean {
+  return !isStreaming && (shown?.isFinal === true || failure !== null);
 }

@@ -63,7 +63,7 @@ export interface TokenPlace {
 }
 
 export interface PictureOptions {
-  enlargement?: number; // Of what is on the screen; 1 if not said.
+  enlargement?: number; // Relative to the screen; default 1.
   width?: number; // In pixels, instead; as far as the graphics card can.
   isTransparent?: boolean; // Without a background.
 }
@@ -72,7 +72,7 @@ const slowSurface = 2000; // Milliseconds from the first request to its final st
 
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.
-  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared anew.
+  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared again.
   // A step of the surface of that number, 0 for the first, and what of it is shown; null: all.
   shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };
@@ -214,7 +214,7 @@ export class Viewer {
 
   // Resolves when all that is to be seen of the time that was set is on the screen, or will not be.
   async settled(): Promise<void> {
-    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().trouble !== null;
+    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().failure !== null;
     while (!this.surfaces.isSettled || !isThere()) {
       await new Promise((resolve) => setTimeout(resolve, 20));
     }
@@ -440,7 +440,7 @@ export class Viewer {
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
-    if (!isOther) return; // After a lost connection: the stream goes on by itself.
+    if (!isOther) return; // After a lost connection: the stream continues by itself.
     if (before) this.measuring.forget();
     this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);

@@ -1,4 +1,4 @@
-// How --help is written: examples first, lines that fit a terminal, and no words of a type system.
+// Formats --help: examples first, lines that fit a terminal, no names of types.
 // --help has the options without a group, --help-all has all by group.
 #pragma once
 
@@ -15,7 +15,7 @@ namespace multitetra {
 // The value behind the option's name: "FILE", "on|off"; empty for a flag.
 [[nodiscard]] std::string value_text(const CLI::Option& option);
 
-// What the option is for, up to the first "; " or ". ", and its default.
+// The option's description, up to the first "; " or ". ", and its default.
 [[nodiscard]] std::string short_description(const CLI::Option& option);
 
 // The same with its range and environment.

@@ -22,8 +22,8 @@ int32_t code_cut(Coder& coder, CorrectionModel& model, const LevelScale& scale, 
   if (level_a == 0 || level_b == 0) return about;
   const bool from_b = level_b < level_a;
   const int32_t difference = from_b ? level_a - level_b : level_b - level_a;
-  const LevelScale::RoundingMargin doubt = scale.doubt(difference);
-  if (doubt.least == doubt.greatest) return about;
+  const LevelScale::RoundingMargin rounding_margin = scale.rounding_margin(difference);
+  if (rounding_margin.least == rounding_margin.greatest) return about;
   const int32_t guess = from_b ? steps - about : about;
   const int32_t cut = from_b ? steps - exact : exact;
   const int context = difference < CorrectionModel::kDifferences
@@ -31,11 +31,12 @@ int32_t code_cut(Coder& coder, CorrectionModel& model, const LevelScale& scale, 
                           : CorrectionModel::kDifferences - 1;
   int32_t found = guess;
   if (coder.bit(model.is_wrong[context], cut != guess)) {
-    bool is_lower = doubt.greatest == guess;
-    if (doubt.least < guess && guess < doubt.greatest) {
+    bool is_lower = rounding_margin.greatest == guess;
+    if (rounding_margin.least < guess && guess < rounding_margin.greatest) {
       is_lower = coder.bit(model.is_lower[context], cut < guess);
     }
-    const int32_t most = is_lower ? guess - doubt.least : doubt.greatest - guess;
+    const int32_t most =
+        is_lower ? guess - rounding_margin.least : rounding_margin.greatest - guess;
     const int32_t wanted = is_lower ? guess - cut : cut - guess;
     int32_t distance = 1;
     while (distance < most) {

@@ -1,4 +1,4 @@
-// Which edges of the cells a slice's samples begin, and which of these the surface crosses: from
+// The edges of the cells that begin at a slice's samples, and those that the surface crosses: from
 // the signs alone, whole rows at a time.
 //
 // At a uniform level every cell is cut into six tetrahedra around the diagonal from its corner with

@@ -55,7 +55,7 @@ class LevelScale {
     int16_t least = 1;
     int16_t greatest = 1;
   };
-  [[nodiscard]] RoundingMargin doubt(int32_t difference) const {
+  [[nodiscard]] RoundingMargin rounding_margin(int32_t difference) const {
     return doubts_[difference > kMaxDoubtful ? kMaxDoubtful : difference];
   }
 

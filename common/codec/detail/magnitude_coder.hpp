@@ -26,7 +26,7 @@ namespace multitetra::shell {
   return v < low ? low : v > high ? high : v;
 }
 
-// What is known of the active samples of slices z - 1 and z, with margins. A sample that is not
+// The active samples of slices z - 1 and z, with margins. A sample that is not
 // active, or lies in a layer beyond the data, is all zeros.
 struct KnownSample {
   int32_t w = 0;
@@ -109,7 +109,7 @@ struct RunningMeans {
   int32_t missed = 8;  // Twice.
 };
 
-// What a prediction is the weighted sum of.
+// The inputs of a prediction, which is their weighted sum.
 struct Inputs {
   unsigned mask = 0;  // Which of the seven neighbours are active.
   bool is_positive = false;

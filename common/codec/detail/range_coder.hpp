@@ -12,7 +12,7 @@
 
 namespace multitetra::shell {
 
-// How likely a bit is 1, in units of 2^-15: the mean of a fast and a slow moving average.
+// The probability that a bit is 1, in units of 2^-15: the mean of a fast and a slow moving average.
 struct Probability {
   uint16_t fast = 1U << 14;
   uint16_t slow = 1U << 14;
@@ -43,7 +43,7 @@ inline constexpr uint32_t kLeastRange = 1U << 24;
 struct ByteReader {
   const uint8_t* next = nullptr;
   const uint8_t* end = nullptr;
-  uint32_t missing = 0;  // How many zeros were read.
+  uint32_t missing = 0;  // Zeros read after the end.
 
   uint32_t byte() {
     if (next != end) return *next++;

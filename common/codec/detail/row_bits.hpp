@@ -167,7 +167,7 @@ class BitField {
   RowKind kinds_[kMaxShellSamples][kMaxShellSamples];
 };
 
-// Which samples of a box are the data's, not of layers beyond it.
+// The samples of a box that are the data's, not of layers beyond it.
 class DataBox {
  public:
   explicit DataBox(const ShellHeader& header)

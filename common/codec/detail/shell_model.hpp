@@ -1,5 +1,5 @@
-// What the coder has learnt: probabilities by context. They start from trained values, so that
-// small tiles gain too, and follow the tile from there.
+// The adaptive model of the coder: probabilities by context. They start from trained values, so
+// that small tiles gain too, and follow the tile from there.
 #pragma once
 
 #include <stdint.h>
@@ -22,8 +22,8 @@ struct SignModel {
 // The model of the residuals of predicted values; see magnitude_coder.hpp.
 struct ValueModel {
   static constexpr int kScales = 24;   // Half octaves of what a prediction is likely to miss by.
-  static constexpr int kSupports = 4;  // How many neighbours it is made from.
-  static constexpr int kPlaces = 6;    // How near it is to the least value.
+  static constexpr int kSupports = 4;  // Classes of the number of neighbors.
+  static constexpr int kPlaces = 6;    // Classes of the distance to the least value.
   static constexpr int kExponents = 18;
 
   Probability is_missed[kScales * kSupports][kPlaces];

@@ -25,7 +25,7 @@ struct SignBlocks {
   uint8_t kinds[kSide][kSide][kSide];  // [z][y][x]
 };
 
-// What all samples of a block have; `empty` and `full` are the or and the and of its rows.
+// The kind of a block; `empty` and `full` are the or and the and of its rows.
 [[nodiscard]] inline uint8_t kind_of_block(RowBits any, RowBits all, int block, int samples) {
   const uint32_t inside = samples < 4 ? (1U << samples) - 1 : 15U;
   if ((bits_from(any, 4 * block + 1) & inside) == 0) return 0;

@@ -10,7 +10,7 @@ constexpr std::string_view kStandardTraversal("\0", 1);
 constexpr std::string_view kValenceTraversal("\2", 1);
 constexpr std::string_view kNoFurtherConnectivity("\0", 1);
 
-// Takes values off the front of the payload; the first trouble sticks.
+// Takes values off the front of the payload; the first error is kept.
 class Walk {
  public:
   explicit Walk(std::string_view payload) : payload_(payload) {}
@@ -32,16 +32,16 @@ class Walk {
     return 0;
   }
   void require(bool holds, std::string_view what) {
-    if (holds || !trouble_.empty()) return;
-    trouble_ = "the payload is not a tile's Draco mesh: at byte " + std::to_string(at_) + " of " +
+    if (holds || !failure_.empty()) return;
+    failure_ = "the payload is not a tile's Draco mesh: at byte " + std::to_string(at_) + " of " +
                std::to_string(payload_.size()) + ", expected " + std::string(what) + ".";
   }
-  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] const std::string& failure() const { return failure_; }
 
  private:
   std::string_view payload_;
   std::size_t at_ = 0;
-  std::string trouble_;
+  std::string failure_;
 };
 
 }  // namespace
@@ -60,7 +60,7 @@ Result<TilePayloadClaims> read_claims(std::string_view payload) {
   walk.require(symbols <= triangles && triangles <= symbols + symbols / 3,
                "as many symbols as the triangles need");
   walk.require(split_symbols <= symbols, "no more split symbols than symbols");
-  if (!walk.trouble().empty()) return fail(ErrorCode::kDamagedData, walk.trouble());
+  if (!walk.failure().empty()) return fail(ErrorCode::kDamagedData, walk.failure());
   return TilePayloadClaims{static_cast<std::uint32_t>(triangles), vertices};
 }
 

@@ -15,16 +15,16 @@
 
 namespace multitetra::wire {
 
-// How many times the bytes of a message name the field at the end of `path`, field numbers from the
-// outermost message to the innermost, also where they name a message on the way several times: the
-// parser merges those. An empty message costs the parser about 100 times its two bytes, so they are
-// counted before it runs. Of bytes that are no message it counts what can be followed.
+// Counts the occurrences in a message's bytes of the field at the end of `path`, field numbers from
+// the outermost message to the innermost, also where they name a message on the way several times:
+// the parser merges those. An empty message costs the parser about 100 times its two bytes, so they
+// are counted before it runs. Of bytes that are no message it counts what can be followed.
 [[nodiscard]] std::size_t count_entries(std::string_view bytes, std::initializer_list<int> path);
 
 // The number that the bytes of a message give last for the field at the end of `path`; 0 when none.
 [[nodiscard]] std::uint64_t last_number(std::string_view bytes, std::initializer_list<int> path);
 
-// From now on protobuf writes no line on stderr for strings that are not UTF-8: a way for strangers
+// From now on protobuf writes no line on stderr for strings that are not UTF-8: a way for clients
 // to fill our log.
 void silence_protobuf_log();
 

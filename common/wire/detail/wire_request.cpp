@@ -159,7 +159,7 @@ void write(const SurfaceCell& cell, v1::SurfaceCell& wire) {
   wire.set_finest_spacing(static_cast<std::uint32_t>(cell.finest_spacing));
 }
 
-// An unsigned number of the wire as one of ours; what does not fit an int is out of range anyway.
+// Converts an unsigned number of the wire to int; larger numbers are out of range in any case.
 int to_int(std::uint32_t number) {
   return static_cast<int>(std::min<std::uint32_t>(number, 1000000));
 }

@@ -15,7 +15,7 @@ void write(const ScalarRequest& request, v1::ScalarRequest& wire) {
 ScalarRequest read(const v1::ScalarRequest& wire, FieldChecks& checks) {
   checks.dataset_name("ScalarRequest.dataset", wire.dataset());
   checks.require(wire.has_low() == wire.has_high(), "ScalarRequest.low",
-                 "and high come together or not at all.");
+                 "and high must be given together.");
   ScalarRequest request{.dataset = wire.dataset()};
   // What does not fit an int is out of range anyway.
   if (wire.bits() != 0) request.bits = static_cast<int>(std::min<std::uint32_t>(wire.bits(), 1000));

@@ -31,7 +31,7 @@ constexpr std::chrono::minutes kMostDracoTime{10};
 DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> position_id) {
   std::string made;
   try {
-    made = made_apart(
+    made = run_in_child_process(
         [&]() -> std::string {
           const auto mesh = decode_draco_mesh(bytes, position_id);
           if (!mesh) throw std::runtime_error(mesh.error().text);
@@ -143,7 +143,7 @@ class GlbReader {
     constexpr int kMaxDepth = 64;
     constexpr std::size_t kMaxNodes = 1'000'000;
     if (depth > kMaxDepth || ++nodes_ > kMaxNodes) {
-      throw MeshFault("its nodes lie in each other without end");
+      throw MeshFault("its nodes contain each other");
     }
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));

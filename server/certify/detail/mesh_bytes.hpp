@@ -1,4 +1,4 @@
-// What the readers of mesh files have in common.
+// Shared by the readers of mesh files.
 #pragma once
 
 #include <bit>

@@ -116,7 +116,7 @@ PlyHeader take_header(MeshBytes& bytes) {
       }
       header.elements.push_back(std::move(element));
     } else if (word == "property") {
-      if (header.elements.empty()) throw MeshFault("its header has a property of nothing");
+      if (header.elements.empty()) throw MeshFault("its header has a property without an element");
       PlyProperty property;
       std::string_view type = line.take_word();
       if (type == "list") {

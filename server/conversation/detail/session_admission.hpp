@@ -11,7 +11,7 @@
 
 namespace multitetra {
 
-// What a message from the client brings about.
+// The actions that follow from a client's message.
 struct Received {
   Actions actions;
   ByteReservations::Reservation reservation =
@@ -20,8 +20,8 @@ struct Received {
 };
 
 // A draining admission lets no new work begin, another list of tokens holds at once, and requests
-// beyond the client's rate, or for which there is no room, are answered without the session.
-// `message_bytes` is how long the message was.
+// beyond the client's rate, or for which no memory can be reserved, are answered without the
+// session. `message_bytes` is how long the message was.
 [[nodiscard]] Received receive_from(ConnectionContext& client, Session& session,
                                     const tl::expected<ClientMessage, ParseError>& message,
                                     std::size_t message_bytes);

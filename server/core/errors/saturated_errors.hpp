@@ -24,7 +24,7 @@
 
 namespace multitetra {
 
-// What is known of a dividing point and all its descendants.
+// Bounds of a dividing point and all its descendants.
 struct ErrorBound {
   float error = 0;  // World units.
   std::int32_t flip_spacing =
@@ -36,7 +36,7 @@ class SaturatedErrors {
   // One pass over the field: time O(samples), 5 bytes a sample. The same result for any `for_each`.
   // Points of a spacing below `finest_spacing` have no error.
   SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure, TopologyRule rule,
-                  const ForEach& for_each = one_after_another, std::int32_t finest_spacing = 1);
+                  const ForEach& for_each = sequentially, std::int32_t finest_spacing = 1);
 
   // Never smaller than the exact value: errors are rounded up to float.
   [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;

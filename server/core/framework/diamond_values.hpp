@@ -65,7 +65,7 @@ template <typename Real>
 struct DiamondValues {
   Real centre;
   std::size_t corners;  // At most 10.
-  std::size_t vectors;  // That hold them; lanes behind the last corner repeat `centre`.
+  std::size_t vectors;  // Vectors that hold them; lanes behind the last corner repeat `centre`.
   bool ring_is_open;    // Corners beyond the grid's border were left out.
   // The values of the corners, ends of the split edge first.
   Lanes<Real> value;
@@ -73,7 +73,7 @@ struct DiamondValues {
   Lanes<Real> length_at_border;  // What `length` refers to when corners were left out.
 };
 
-// What a diamond's values allow to know before any bin is looked at.
+// Properties of a diamond's values that hold for all bins.
 template <typename Real>
 struct ValueRange {
   // The least value that is not void.

@@ -12,7 +12,7 @@ namespace multitetra {
 using ForEach =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 
-inline void one_after_another(std::size_t count, const std::function<void(std::size_t)>& body) {
+inline void sequentially(std::size_t count, const std::function<void(std::size_t)>& body) {
   for (std::size_t i = 0; i < count; ++i) body(i);
 }
 

@@ -1,4 +1,4 @@
-// How long the steps between grid points are in the world.
+// World lengths of the steps between grid points.
 #pragma once
 
 #include <array>

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kRungsAnOctave = 4;
 constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
-// Estimates are some ten percent off: what is aimed at leaves room for it.
+// Estimates are some ten percent off: the target leaves a margin for it.
 constexpr double kBudgetMargin = 0.9;
 // What the search among surfaces that were made aims at.
 constexpr double kGoal = 0.85;
@@ -90,10 +90,10 @@ int ErrorSchedule::lowest_fitting(const SizeOf& estimate) const {
   return all <= kBudgetMargin ? 0 : lowest_fitting(estimate, 1, last(), kBudgetMargin);
 }
 
-int next_level(const std::optional<MadeLevel>& too_large, const std::optional<MadeLevel>& fitting,
+int next_level(const std::optional<TriedLevel>& too_large, const std::optional<TriedLevel>& fitting,
                int estimated, int last) {
   // An empty surface has no logarithm.
-  const auto octaves = [](const MadeLevel& made) {
+  const auto octaves = [](const TriedLevel& made) {
     return rough_log2(std::max(made.part, 1e-9) / kGoal);
   };
   const int lowest = too_large ? too_large->level + 1 : 0;
@@ -117,7 +117,7 @@ int next_level(const std::optional<MadeLevel>& too_large, const std::optional<Ma
   return std::clamp(level, lowest, highest);
 }
 
-int coarser_level(const std::optional<MadeLevel>& before, const MadeLevel& made, int last) {
+int coarser_level(const std::optional<TriedLevel>& before, const TriedLevel& made, int last) {
   constexpr double kOctavesALevel = 0.2;
   const double above = rough_log2(made.part);
   double a_level = kOctavesALevel;
@@ -129,7 +129,7 @@ int coarser_level(const std::optional<MadeLevel>& before, const MadeLevel& made,
   return std::min(made.level + static_cast<int>(levels), last);
 }
 
-int finer_level(const MadeLevel& made) {
+int finer_level(const TriedLevel& made) {
   const double below = -rough_log2(std::max(made.part, 1e-9));
   return std::max(made.level - static_cast<int>(kRungsAnOctave * (1 + std::ceil(below))), 0);
 }

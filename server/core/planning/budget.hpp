@@ -61,7 +61,7 @@ class ErrorSchedule {
 };
 
 // A surface that was made, and the part of the budget that it takes.
-struct MadeLevel {
+struct TriedLevel {
   int level = 0;
   double part = 0;
 };
@@ -71,15 +71,15 @@ struct MadeLevel {
 // logarithm of the size is interpolated linearly, and the estimate (`estimated`) is used as far as
 // the power stays between 1 (upwards a fourth: a too coarse level costs little) and 4. Requires
 // that one of them is there, and a level between them.
-[[nodiscard]] int next_level(const std::optional<MadeLevel>& too_large,
-                             const std::optional<MadeLevel>& fitting, int estimated, int last);
+[[nodiscard]] int next_level(const std::optional<TriedLevel>& too_large,
+                             const std::optional<TriedLevel>& fitting, int estimated, int last);
 
-// Where a simplification goes on that has left too much: sizes fall on as they fell since `before`.
-// Requires made.part > 1, and a level beyond it; at most four octaves are left out.
-[[nodiscard]] int coarser_level(const std::optional<MadeLevel>& before, const MadeLevel& made,
+// The next error of a simplification that left too much: sizes are extrapolated from those since
+// `before`. Requires made.part > 1, and a level beyond it; at most four octaves are left out.
+[[nodiscard]] int coarser_level(const std::optional<TriedLevel>& before, const TriedLevel& made,
                                 int last);
-// Where it should have begun, when what it began with fits. Requires a level before that one.
-[[nodiscard]] int finer_level(const MadeLevel& made);
+// The level to start from, when the first one fits. Requires a level before that one.
+[[nodiscard]] int finer_level(const TriedLevel& made);
 
 // The request as its budget allows it; the request itself when it has none or fits already.
 [[nodiscard]] IsosurfaceRequest within_budget(const IsosurfaceRequest& request,

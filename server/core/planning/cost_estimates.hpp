@@ -1,4 +1,4 @@
-// How long steps take: on the server, on the way to the client, and there.
+// Estimates of a step's time: on the server, on the link and at the client.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@ struct SurfaceSize {
   double extracted = 0;  // Triangles before simplification, which cost the time.
 };
 
-// Ten Mbit/s, until a link has shown what it carries.
+// Assumed bandwidth before the first measurement: 10 Mbit/s.
 inline constexpr double kUsualBytesPerSecond = 1.25e6;
 
-// What a step's tiles are made as.
+// The form of a step's tiles.
 enum class StepForm { kPlain, kSimplified, kShells };
 
 // In seconds, for each triangle that is extracted; all threads together.
@@ -46,7 +46,7 @@ struct CostEstimates {
   static constexpr double kSecondsAStep = 2e-3;  // Whatever is in it.
 };
 
-// What the steps that were made cost on this machine, the last ones most. Pure.
+// Measured costs of past steps on this machine, recent ones weighted most. Pure.
 class MeasuredCosts {
  public:
   // A step of so many extracted triangles took so long.

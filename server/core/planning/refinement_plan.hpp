@@ -5,8 +5,7 @@
 // any error while its topology is preserved, and a certified bound adds up along sharp borders, so
 // it is f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show.
 // A preview is simplified only where the bytes that this saves on the link are worth the time.
-//
-// What is shown is planned by time, of the server, on the link and of the client (CostEstimates):
+// Steps are planned by time, of the server, on the link and of the client (CostEstimates):
 //
 //     first      f = 8, 16, 32, ...    the finest that is there within kFirstServerSeconds and
 //                                      kFirstLinkSeconds and kFirstClientSeconds, and needs at most
@@ -72,7 +71,7 @@ struct SizeEstimates {
   std::function<SurfaceSize(const StepRequest&)> of;
   // The size of the request itself, from the spectrum alone; a lower estimate.
   std::function<SurfaceSize(const IsosurfaceRequest&)> rough;
-  // How many bytes must come from far away before the spectrum of that spacing and of coarser ones
+  // The bytes to fetch from a remote store before the spectrum of that spacing and of coarser ones
   // can be looked at. Empty: none.
   std::function<std::uint64_t(std::int32_t finest)> to_fetch = {};
 };
@@ -104,7 +103,7 @@ inline constexpr double kMostShellTriangles = 12e6;
 // beside what the spacing leaves out.
 inline constexpr int kPreviewLevels = 1;
 
-// What else a plan depends on.
+// Further inputs of a plan.
 struct PlanLimits {
   bool previews = true;
   // For the certified preview; 0 disables it.
@@ -119,7 +118,7 @@ struct PlanLimits {
 [[nodiscard]] StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
                                        const DatasetInfo& info);
 
-// What follows the steps that were shown, of which none is final: a preview or exactly `request`.
+// The step after those that were shown, of which none is final: a preview or exactly `request`.
 // The same arguments give the same step. Each step refines the one before.
 [[nodiscard]] PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
                                     std::span<const DeliveredStep> shown, const DatasetInfo& info,
@@ -129,11 +128,11 @@ struct PlanLimits {
 inline constexpr double kBytesATile = 250;
 inline constexpr double kTrianglesATile = 10'000;
 
-// What a vertex takes in sample shells of spacing 1, as measured on public volumes. `type` is that
+// Bits of a vertex in sample shells of spacing 1, as measured on public volumes. `type` is that
 // of the dataset's samples: the more bits exact ones have, the more of these are noise.
 [[nodiscard]] double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution);
 
-// What a mesh of so many triangles takes when it is encoded, as measured on public volumes: about
+// Encoded bytes of a mesh of so many triangles, as measured on public volumes: about
 // 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with normals of
 // 8 bits 0.6 more, and 0.15 for every bit beyond. In sample shells bits_a_vertex().
 [[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step,

@@ -30,9 +30,9 @@ class ResolvedStep {
   [[nodiscard]] const StepRequest& step() const { return step_; }
   [[nodiscard]] const IsosurfaceRequest& request() const { return step_.request; }
 
-  // What the model keeps to: with simplification its part of the thresholds.
+  // The thresholds of the model: with simplification its part of them.
   [[nodiscard]] ModelOptions model() const;
-  // How the surface is simplified: to the rest of the thresholds.
+  // The options of simplification: the rest of the thresholds.
   [[nodiscard]] SimplificationOptions simplification() const;
   // Whether some places are more important than others; and the tile with the least number comes
   // first: where the least error is allowed, which is near the eye or in the finest region.

@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-// What a set of shells is a function of, besides the dataset.
+// The parameters that determine a set of shells, besides the dataset.
 struct ShellLevel {
   double isovalue = 0;
   int lattice_resolution = kDefaultLatticeResolution;
@@ -40,7 +40,7 @@ struct ShellLevel {
 
 // Whether a step of shells is all that a client needs that keeps no mesh: full resolution, within
 // all thresholds, where these allow less than a voxel and there is no budget. A function of request
-// and step alone, so that a stream that goes on elsewhere ends with the same step.
+// and step alone, so that a stream that is resumed elsewhere ends with the same step.
 [[nodiscard]] bool is_enough_to_display(const StepRequest& step, const IsosurfaceRequest& request,
                                         const DatasetInfo& info);
 

@@ -22,7 +22,7 @@ double triangles_a_border_edge(const SimplifiedBlocks& apart, const SimplifiedBl
   return std::clamp((apart.left - joined.left) / edges, 0.0, 1.0);
 }
 
-double share_left(const SimplifiedBlocks& blocks, double a_border_edge, double before) {
+double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge, double before) {
   if (blocks.before <= 0) return 1;
   const double left = blocks.left / blocks.before;
   const double at_border = a_border_edge * blocks.border_edges / blocks.before;
@@ -42,7 +42,7 @@ double share_left(const SimplifiedBlocks& blocks, double a_border_edge, double b
   return std::min(inner + (left - inner) / sides, 1.0);
 }
 
-double rough_share_left(double voxels) {
+double rough_remaining_share(double voxels) {
   // The power of 5/4, by roots: the same bits on every machine.
   const double at_least = std::max(voxels, 0.01);
   return std::min(0.018 / (at_least * std::sqrt(std::sqrt(at_least))), 0.5);

@@ -1,4 +1,4 @@
-// How large a simplified surface is, from what simplification leaves in some blocks of it.
+// Estimates the size of a simplified surface from some simplified blocks of it.
 //
 // A block's border stays as it is, and so do most triangles at it: what is left is nearly linear in
 // the edges of the border. In a tile, which is larger, it has a smaller part. How many triangles an
@@ -26,15 +26,15 @@ struct SimplifiedBlocks {
 
 // The share of `before` triangles of a surface that is left, 0 to 1, cut into tiles as
 // simplified_cube.hpp does. 1 where nothing is known.
-[[nodiscard]] double share_left(const SimplifiedBlocks& blocks, double a_border_edge,
-                                double before);
+[[nodiscard]] double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge,
+                                     double before);
 
 // The same, roughly, where no block was simplified; the error in voxels. Rather too small than too
 // large. Public volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and more
 // at two.
-[[nodiscard]] double rough_share_left(double voxels);
+[[nodiscard]] double rough_remaining_share(double voxels);
 
-// What simplification leaves of a preview, where nothing is simplified to find out: 0.04 to 0.25 on
+// The remaining share of a preview, where no block is simplified to measure it: 0.04 to 0.25 on
 // public volumes.
 inline constexpr double kLeftOfPreview = 0.15;
 

@@ -1,4 +1,4 @@
-// How large the surface of a model is, without extracting it: counted in a sample of its octree
+// Estimates the size of a model's surface without extracting it: counted in a sample of its octree
 // cubes.
 //
 // Cubes of more than 16 steps are few; their own tetrahedra are marched one and all. Of the refined

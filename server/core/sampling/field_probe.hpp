@@ -1,4 +1,4 @@
-// What the field is at one place: its trilinear value, and how it grows.
+// The field at one place: trilinear value and gradient.
 #pragma once
 
 #include "common/request/probe_request.hpp"

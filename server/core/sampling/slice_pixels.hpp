@@ -23,7 +23,7 @@ inline constexpr double kMostSliceBricks = 131072;
 // About how many bricks of samples the plane crosses. Requires a plane in sample indices.
 [[nodiscard]] double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info);
 
-// How far apart, along each axis, the samples lie that the slice is made of: 1, or
+// The distance, along each axis, of the samples that the slice is made of: 1, or
 // kSpectrumSpacing. With kAuto the latter where pixels lie at least half as far apart, or where all
 // samples would be more than kMostSliceBricks. Requires a plane in sample indices.
 [[nodiscard]] std::int32_t slice_spacing(const SliceRequest& plane, const DatasetInfo& info);

@@ -112,7 +112,7 @@ class SimplifiedPiece {
   [[nodiscard]] bool is_new() const { return is_new_; }
   [[nodiscard]] int resolution() const { return mesh_.resolution; }
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
-  // That it had when it was new, or when the first stage was through with it.
+  // At the beginning, or after the first stage.
   [[nodiscard]] std::size_t vertices_before() const { return mesh_.vertices.size(); }
   [[nodiscard]] Simplified result() const;
   // After those collapses of its history that happened no later than `until`.

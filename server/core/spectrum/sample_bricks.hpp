@@ -49,7 +49,7 @@ class BrickSource {
   // Announces that these bricks will be read soon, in this order, so that a remote source can
   // prefetch them. Returns at once and never throws.
   virtual void prefetch(std::span<const std::size_t> bricks) const { (void)bricks; }
-  // How many bytes must come from far away before these bricks can be looked at; 0 when none must.
+  // The bytes to fetch from a remote store before these bricks can be looked at; 0 when none must.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const {
     (void)bricks;
     return 0;

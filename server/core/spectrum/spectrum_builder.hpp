@@ -36,7 +36,7 @@ struct SpectrumWork {
   const SampleBoxes& samples;
   const CoarseVolume& coarse;
   Scratch& scratch;
-  ForEach for_each = one_after_another;
+  ForEach for_each = sequentially;
   std::size_t threads = 1;  // That for_each uses.
   std::size_t column_bytes = kMostColumnBytes;
   // Takes the bytes of one brick of SpectrumLayout(info). Each brick at most once and always in the

@@ -102,8 +102,8 @@ MappedFile::State MappedFile::state() const {
 void MappedFile::check() const {
   if (guard_ != nullptr && guard_->has_lost) {
     throw DatasetFileError(file_.file_,
-                           "a part of it is gone, or the disk cannot read it. Put the file "
-                           "back under its name and start the server again.");
+                           "a part of it is missing, or the disk cannot read it. Restore the file "
+                           "and restart the server.");
   }
   if (state() == opened_) return;
   throw DatasetFileError(file_.file_,

@@ -1,4 +1,4 @@
-// Where a prepared volume goes while it is made: into a file, or into memory.
+// Destinations of a volume that is being prepared: a file, or memory.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ class PreparedSink {
   virtual ~PreparedSink() = default;
   // The next bricks, in order.
   virtual void add_samples(std::span<const std::byte> bytes) = 0;
-  // What was added, brick by brick. From several threads at once.
+  // Reads bricks that were added. From several threads at once.
   virtual void read_samples(std::size_t first, std::span<std::byte> bytes) const = 0;
   [[nodiscard]] virtual std::unique_ptr<Scratch> new_scratch() const = 0;
   virtual void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) = 0;

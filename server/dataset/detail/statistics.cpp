@@ -28,7 +28,7 @@ Result<void> check_name(std::string_view name) {
   }
   for (std::string_view rest = name; !rest.empty();) {
     const std::size_t length = utf8_sequence(rest);
-    if (length == 0 || rest[0] == '/' || is_steering(rest)) {
+    if (length == 0 || rest[0] == '/' || is_control_character(rest)) {
       return fail(ErrorCode::kInvalidArgument,
                   "A dataset's name is UTF-8 without '/', control characters and marks of writing "
                   "directions, and this one is not: \"" +

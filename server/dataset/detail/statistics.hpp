@@ -1,4 +1,4 @@
-// What the samples of a volume say about it: range, histogram, isovalues worth a look.
+// Statistics of a volume's samples: range, histogram, suggested isovalues.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Isovalues worth a look, from a histogram alone.
+// Suggested isovalues, from a histogram alone.
 #pragma once
 
 #include <vector>

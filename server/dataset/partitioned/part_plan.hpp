@@ -1,4 +1,4 @@
-// How a volume is prepared in parts, by machines that know nothing of each other: the plan that all
+// Prepares a volume in parts, on independent machines: the plan that all
 // of them read.
 //
 // A part is a box of whole cubes of 128^3 samples, whose bricks follow each other in the dataset's
@@ -59,7 +59,7 @@ struct PartBox {
 // The samples that a part reads: its own and those around it that count for its errors.
 [[nodiscard]] PartBox with_halo(const DatasetInfo& info, const PartBox& part);
 
-// What a part is expected to take.
+// The expected cost of a part.
 struct PartCosts {
   std::uint64_t samples = 0;       // Read, those around it included.
   std::uint64_t memory_bytes = 0;  // At most.
@@ -72,7 +72,7 @@ struct PartCosts {
 [[nodiscard]] std::string plan_text(const PartPlan& plan);
 [[nodiscard]] Result<PartPlan> parse_plan(std::string_view text);
 
-// Where plans and parts lie while a dataset is made: "head.mtd.parts" beside "head.mtd".
+// The folder of plan and parts while a dataset is prepared: "head.mtd.parts" beside "head.mtd".
 [[nodiscard]] std::filesystem::path parts_folder(const std::filesystem::path& dataset);
 [[nodiscard]] std::filesystem::path plan_file(const std::filesystem::path& dataset);
 

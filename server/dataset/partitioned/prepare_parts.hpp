@@ -27,7 +27,7 @@ struct PartOptions {
   // Bounds of memory; the result is the same for any.
   std::size_t slab_bytes = std::size_t{64} << 20;
   std::size_t column_bytes = kMostColumnBytes;
-  // What is going on, and how much of how much of it is done.
+  // Progress: the current stage, and how much of it is done.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
 };
 
@@ -37,7 +37,7 @@ struct PartOptions {
 void prepare_part(VolumeSource& source, const std::filesystem::path& dataset, std::size_t part,
                   const PartOptions& options = {});
 
-// Which parts of the plan are not there, from 0 on. Throws DatasetFileError.
+// The missing parts of the plan, counted from 0. Throws DatasetFileError.
 [[nodiscard]] std::vector<std::size_t> missing_parts(const std::filesystem::path& dataset);
 
 // Makes the dataset and removes what the parts left. Throws DatasetFileError when parts are missing

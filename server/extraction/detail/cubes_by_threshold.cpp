@@ -42,7 +42,7 @@ std::vector<CubeGroup> cubes_by_threshold(const PreparedModel& model, bool simpl
     CubeGroup& group = groups[octave(voxels_in(cube.parent()) / share)];
     group.cubes.push_back(cube);
     group.extracted += triangles;
-    group.left += triangles * (simplify ? rough_share_left(voxels / share) : 1);
+    group.left += triangles * (simplify ? rough_remaining_share(voxels / share) : 1);
   });
   std::vector<CubeGroup> sorted;
   for (auto& [unused, group] : groups) sorted.push_back(std::move(group));

@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-// What is extracted: a model over a field, or over a prepared volume.
+// The source of an extraction: a model over a field, or over a prepared volume.
 class CubeExtractor {
  public:
   virtual ~CubeExtractor() = default;

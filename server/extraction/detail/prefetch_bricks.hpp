@@ -15,7 +15,7 @@ namespace multitetra {
 void prefetch_bricks(const PreparedVolume& volume, std::span<const OctreeCube> cubes,
                      std::int32_t finest_spacing);
 
-// How many bytes must be fetched before the spectrum of that spacing, and of coarser ones, can be
+// The bytes to fetch before the spectrum of that spacing, and of coarser ones, can be
 // looked at anywhere.
 [[nodiscard]] std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume,
                                                     std::int32_t finest_spacing);

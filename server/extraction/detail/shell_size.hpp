@@ -1,4 +1,4 @@
-// How large the sample shells of a step would be, from the coarse samples alone.
+// Estimates the size of a step's sample shells from the coarse samples alone.
 #pragma once
 
 #include "server/core/planning/shell_steps.hpp"

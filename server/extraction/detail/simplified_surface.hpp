@@ -24,7 +24,7 @@ class SurfaceSimplifier {
  public:
   SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& lattice_step, int root_exponent);
 
-  // Simplifies the tiles and cuts the surface into tiles anew. May be called again with larger
+  // Simplifies the tiles and cuts the surface into tiles again. May be called again with larger
   // distances if all calls before had `goes_on`: the bound stays one to the surface before anything
   // was simplified. Throws Cancelled soon after `stop` is triggered.
   SimplificationWork simplify(const SimplificationOptions& options, const std::stop_token& stop,

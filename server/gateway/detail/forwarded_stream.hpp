@@ -1,6 +1,6 @@
-// What a client has seen of a stream, so that another server can go on with it: the same request
-// has the same answer everywhere, so what was forwarded already is passed over the second time.
-// Pure.
+// The part of a stream that a client has received, so that another server can continue it: the same
+// request has the same answer everywhere, so what was forwarded already is passed over the second
+// time. Pure.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ class ForwardedStream {
   enum class Verdict {
     kForward,  // The client has not seen it.
     kPassOver,
-    kDiffers,  // It is not what the client has seen at this place: the stream cannot go on.
+    kDiffers,  // It differs from what the client has received: the stream ends.
   };
   // The next message of the stream: StepBegin, Tile or StepEnd.
   [[nodiscard]] Verdict next(const ServerMessage& message);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
 
-// What a server said, if it is of the kind that answers the question.
+// The reply of a server, if it has the kind that answers the query.
 std::optional<DatasetQueryReply> reply_to(const DatasetQuery& question, ServerMessage message) {
   if (std::holds_alternative<Estimate>(question)) {
     if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
@@ -40,8 +40,8 @@ bool keep_holders_of_scalars(StartStream& action) {
   const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
   auto both = std::make_shared<UpstreamDataset>(surface->info());
   std::copy_if(surface->replicas.begin(), surface->replicas.end(),
-               std::back_inserter(both->replicas), [&](std::size_t holder) {
-                 return std::find(field->replicas.begin(), field->replicas.end(), holder) !=
+               std::back_inserter(both->replicas), [&](std::size_t replica) {
+                 return std::find(field->replicas.begin(), field->replicas.end(), replica) !=
                         field->replicas.end();
                });
   const bool is_held = !both->replicas.empty();
@@ -86,7 +86,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   // Brings all streams, one after the other, until it is closed.
   asio::awaitable<void> bring_streams();
   asio::awaitable<void> bring(StreamPtr stream);
-  // Makes sure that reached_ is a holder of its dataset; false when the stream cannot go on.
+  // Makes sure that reached_ has the dataset; false when the stream cannot continue.
   asio::awaitable<bool> reach_holder(StreamPtr stream);
   // Until the stream is over (true) or the server lost (false).
   asio::awaitable<bool> forward(StreamPtr stream);
@@ -216,7 +216,7 @@ void RemoteCaller::when_closed() {
   if (reached_) reached_->link->close();
   questions_.close();
   if (const StreamPtr stream = stream_) {
-    stream->fail({ErrorCode::kCancelled, "The client has gone."});
+    stream->fail({ErrorCode::kCancelled, "The client has disconnected."});
   }
   change_.notify_all();
 }
@@ -312,13 +312,13 @@ asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
     auto message = co_await link->receive();
     if (!message) co_return stream->is_stopped || is_closed_;
     const bool is_end = is_last(*message);
-    // A server that stops says so to the connection, and hangs up: as good as lost.
+    // A stopping server sends an error and closes the connection: treated as lost.
     if (is_end && request_id_of(*message) == 0) {
       link->close();
       co_return stream->is_stopped || is_closed_;
     }
     if (request_id_of(*message) != id) continue;
-    if (!stream->is_stopped && is_about_stopping(*message)) {
+    if (!stream->is_stopped && is_shutdown_notice(*message)) {
       link->close();
       co_return false;
     }
@@ -414,7 +414,7 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
   SurfaceTiles& tiles = collected.tiles;
   for (;;) {
     auto message = stream->take();
-    if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has gone.");
+    if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has disconnected.");
     if (!message) {
       // Closing this changes the stream as well.
       co_await changed->wait();
@@ -443,7 +443,7 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
     } else if (const auto* end = std::get_if<StreamEnd>(&*message)) {
       stream->drop();
       if (end->outcome == StreamOutcome::kComplete) co_return collected;
-      co_return fail(ErrorCode::kUnavailable, "The server stops; ask again later.");
+      co_return fail(ErrorCode::kUnavailable, "The server is stopping; retry later.");
     }
   }
 }

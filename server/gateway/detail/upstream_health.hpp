@@ -35,7 +35,7 @@ class UpstreamHealth {
     return is_news ? Change::kLost : Change::kNone;
   }
 
-  // What it gives is wrong: it is left out until then, though it answers. kLost when it was not
+  // It sent damaged data: it is quarantined until then. kLost when it was not
   // left out before.
   Change quarantine(Clock::time_point now, Clock::duration how_long) {
     const bool is_news = !is_left_out(now);

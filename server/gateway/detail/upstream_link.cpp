@@ -47,10 +47,10 @@ asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor exe
   if (const auto* refusal = std::get_if<ErrorReply>(&*welcome)) {
     co_return tl::unexpected(refusal->error);
   }
-  co_return lost_link("it did not say Welcome");
+  co_return lost_link("it sent no Welcome");
 }
 
-// Whatever is wrong with the way there, another server may do instead.
+// Errors of the connection: another server can serve the request.
 asio::awaitable<Result<void>> UpstreamLink::open() {
   const auto opened = co_await channel_.open();
   if (opened) co_return Result<void>();

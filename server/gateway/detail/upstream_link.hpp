@@ -18,7 +18,7 @@ namespace multitetra {
 struct LinkOptions {
   TlsContextPtr tls = nullptr;                       // Needed for tls://.
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  // The longest silence of a server that owes a reply.
+  // The longest wait for a reply.
   std::chrono::milliseconds silence{10'000};
 };
 

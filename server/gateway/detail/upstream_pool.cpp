@@ -13,7 +13,7 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kMaxOffers = 256;
-constexpr const char* kNobody =
+constexpr const char* kNoUpstream =
     "No server behind this gateway can be reached now; try again later.";
 
 asio::awaitable<void> pause(asio::any_io_executor executor, std::chrono::milliseconds time) {
@@ -107,7 +107,7 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
   const bool is_there = link || (link.error().code != ErrorCode::kUnavailable && !is_ours);
   note(upstream, is_there, is_there ? "" : link.error().text);
   // The log has addresses and reasons; clients need neither.
-  if (!is_there) co_return fail(ErrorCode::kUnavailable, kNobody);
+  if (!is_there) co_return fail(ErrorCode::kUnavailable, kNoUpstream);
   if (link && is_stopped_) (*link)->close();
   co_return link;
 }
@@ -203,7 +203,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token)
 
 asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) {
   std::map<std::string, std::shared_ptr<UpstreamDataset>> merged;
-  std::optional<Error> trouble;
+  std::optional<Error> failure;
   bool has_list = false;
   // Servers that failed lately come last, and are left alone where another one has answered.
   for (const bool is_late : {false, true}) {
@@ -211,7 +211,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) 
       if (upstreams_[i].health.has_failed() != is_late || (is_late && has_list)) continue;
       auto list = co_await list_of(i, token);
       if (!list) {
-        if (!trouble || trouble->code == ErrorCode::kUnavailable) trouble = list.error();
+        if (!failure || failure->code == ErrorCode::kUnavailable) failure = list.error();
         continue;
       }
       has_list = true;
@@ -221,19 +221,19 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) 
         if (dataset->info() == info) {
           dataset->replicas.push_back(i);
         } else {
-          log_line(LogLevel::kWarning,
-                   "a server has another dataset of that name than the server before it, and is "
-                   "not used for it",
-                   {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
+          log_line(
+              LogLevel::kWarning,
+              "two servers have different datasets of this name; the second one is not used for it",
+              {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
         }
       }
     }
   }
-  if (!has_list) co_return tl::unexpected(*trouble);
+  if (!has_list) co_return tl::unexpected(*failure);
   const auto catalogue = std::make_shared<DatasetCatalogue>();
   for (const auto& [name, dataset] : merged) {
     std::vector<std::string> names;
-    for (const std::size_t holder : dataset->replicas) names.push_back(upstreams_[holder].name);
+    for (const std::size_t replica : dataset->replicas) names.push_back(upstreams_[replica].name);
     std::vector<std::size_t> ordered;
     for (const std::size_t at : rendezvous_order(name, names)) {
       ordered.push_back(dataset->replicas[at]);
@@ -268,16 +268,16 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
   const Clock::time_point deadline = Clock::now() + options_.failover_timeout;
   std::vector<std::size_t> replicas = dataset->replicas;
   for (;;) {
-    Error trouble = {ErrorCode::kUnavailable, kNobody};
-    for (const std::size_t holder : by_preference(replicas)) {
-      if (!upstreams_[holder].health.may_be_asked(Clock::now())) continue;
-      auto link = co_await link_to(holder, client);
-      if (link) co_return Reached{.link = *std::move(link), .upstream = holder};
-      trouble = link.error();
+    Error failure = {ErrorCode::kUnavailable, kNoUpstream};
+    for (const std::size_t replica : by_preference(replicas)) {
+      if (!upstreams_[replica].health.may_be_asked(Clock::now())) continue;
+      auto link = co_await link_to(replica, client);
+      if (link) co_return Reached{.link = *std::move(link), .upstream = replica};
+      failure = link.error();
     }
-    if (is_stopped_ || !is_wanted() || trouble.code != ErrorCode::kUnavailable ||
+    if (is_stopped_ || !is_wanted() || failure.code != ErrorCode::kUnavailable ||
         Clock::now() >= deadline) {
-      co_return tl::unexpected(trouble);
+      co_return tl::unexpected(failure);
     }
     co_await pause(executor_, options_.least_backoff);
     replicas = co_await reachable_replicas(dataset, client.token);

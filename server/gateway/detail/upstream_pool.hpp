@@ -51,14 +51,14 @@ class UpstreamPool {
  public:
   UpstreamPool(asio::any_io_executor executor, UpstreamOptions options);
 
-  // What the servers that can be reached offer to the bearer of the token (unless the gateway has
+  // Lists the datasets of the reachable servers for the bearer of the token (unless the gateway has
   // its own): of datasets with the same name that differ, that of the first server. An error when
   // none can be reached, or all refuse the token. Concurrent callers are answered
   // together.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
-  // A link to the first holder of the dataset that can be reached, also to one that was away when
-  // the catalogue was made; waits as long as patience allows and is_wanted() is true.
+  // A link to the first server with the dataset that can be reached, also to one that was away when
+  // the catalogue was made; waits at most the failover timeout, and while is_wanted() is true.
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;
@@ -94,7 +94,7 @@ class UpstreamPool {
   struct Upstream {
     std::string name;
     UpstreamHealth health;
-    std::uint64_t damaged_tiles = 0;  // That it has sent.
+    std::uint64_t damaged_tiles = 0;  // Damaged tiles that it has sent.
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
   };

@@ -13,7 +13,7 @@ constexpr int kAttempts = 3;
 
 asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask(
     std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery question) {
-  Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has gone.");
+  Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has disconnected.");
   for (int attempt = 0; attempt < kAttempts && !is_closed_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_closed_; };
     const auto reached = co_await upstreams_->reach(dataset, client, is_wanted);
@@ -29,14 +29,15 @@ asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link,
                                                                 DatasetQuery question) {
   if (is_closed_) {
     link->close();
-    co_return fail(ErrorCode::kUnavailable, "The client has gone.");
+    co_return fail(ErrorCode::kUnavailable, "The client has disconnected.");
   }
   links_.insert(link);
   link->send(std::visit([](const auto& asked) { return ClientMessage(asked); }, question));
   Result<ServerMessage> answer = co_await link->receive();
   link->close();
   links_.erase(link);
-  if (answer && (request_id_of(*answer) != request_id_of(question) || is_about_stopping(*answer))) {
+  if (answer &&
+      (request_id_of(*answer) != request_id_of(question) || is_shutdown_notice(*answer))) {
     co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
   }
   co_return answer;

@@ -16,8 +16,8 @@ class UpstreamQueries {
   explicit UpstreamQueries(std::shared_ptr<UpstreamPool> upstreams)
       : upstreams_(std::move(upstreams)) {}
 
-  // What a server that has the dataset answers, or another one when it is lost; kUnavailable when
-  // none does, and for all that are waited for after close(). This must outlive the call.
+  // The reply of a server that has the dataset, or of another one when it is lost; kUnavailable
+  // when none does, and for all that are waited for after close(). This must outlive the call.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery question);
   void close();

@@ -25,9 +25,9 @@ Result<void> check_tile(const EncodedTile& tile, const IsosurfaceRequest& reques
         decode_tile(*tile.payload, tile.summary, request.lattice_resolution, request.normal_bits);
     if (!decoded) return tl::unexpected(decoded.error());
     return {};
-  } catch (const std::exception& trouble) {
+  } catch (const std::exception& failure) {
     return fail(ErrorCode::kDamagedData,
-                std::string("The tile cannot be decoded: ") + trouble.what());
+                std::string("The tile cannot be decoded: ") + failure.what());
   }
 }
 
@@ -38,9 +38,9 @@ Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& 
     return fail(ErrorCode::kCancelled, "The surface was cancelled.");
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The gateway has not enough memory for this surface; ask for a larger error.");
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("assembling a surface failed: ") + trouble.what(), {});
+                "The gateway has not enough memory for this surface; allow a larger error.");
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("assembling a surface failed: ") + failure.what(), {});
     return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");
   }
 }

@@ -34,7 +34,7 @@ HttpConnection::HttpConnection(std::unique_ptr<ByteStream> stream, ConnectionCon
       handler_(handler),
       options_(options),
       requests_(options.max_header_bytes) {
-  set_usual_options(stream_->socket());
+  set_socket_options(stream_->socket());
   if (options_.connection.send_buffer_bytes) {
     error_code ignored;
     stream_->socket().set_option(
@@ -48,9 +48,9 @@ void HttpConnection::start(Upgrade on_upgrade, std::function<void()> on_closed) 
   allow_idle_eviction(*client_, weak_from_this());
   spawn(
       stream_->executor(), [self = shared_from_this()] { return self->run(); },
-      [self = shared_from_this()](const std::exception_ptr& trouble) {
+      [self = shared_from_this()](const std::exception_ptr& failure) {
         try {
-          if (trouble) std::rethrow_exception(trouble);
+          if (failure) std::rethrow_exception(failure);
           if (self->upgrade_) {
             self->on_upgrade_(std::move(self->stream_), *std::move(self->upgrade_));
             return;
@@ -168,7 +168,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
   for (;;) {
     auto request = requests_.next();
     if (!request) {
-      const BrokenRequest& broken = request.error();
+      const MalformedRequest& broken = request.error();
       is_answering_ = true;
       RequestContext context;
       context.request_id = new_request_id();
@@ -261,7 +261,7 @@ asio::awaitable<void> HttpConnection::close_connection() {
 asio::awaitable<void> HttpConnection::refuse_plain_http() {
   deadline_.set(options_.connection.linger);
   constexpr std::string_view kWords =
-      "This port speaks TLS: write https:// in place of http://, and wss:// in place of ws://.\n";
+      "This port uses TLS: write https:// instead of http://, and wss:// instead of ws://.\n";
   const std::string answer =
       "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n"
       "Content-Length: " +

@@ -1,4 +1,4 @@
-// HTTP/1.1 on one connection: a coroutine that reads a request, answers it, and goes on.
+// HTTP/1.1 on one connection: a coroutine that reads and answers requests, one after the other.
 #pragma once
 
 #include <array>
@@ -48,7 +48,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   // Reports an answered request to the observer. `request` is null where the bytes were none.
   void send(const HttpRequest* request, const RequestContext& context, const Answer& answer,
             bool with_body);
-  // Leaves the context when the client hangs up while its request is answered.
+  // Cancels the request when the client closes the connection meanwhile.
   void watch();
   [[nodiscard]] bool is_disconnected();
 

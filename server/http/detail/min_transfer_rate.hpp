@@ -1,4 +1,4 @@
-// How slowly a client may take a file that holds up others while it is sent. The clock is the
+// The minimum transfer rate of a file that blocks others while it is sent. The clock is the
 // caller's.
 #pragma once
 
@@ -14,22 +14,22 @@ class MinTransferRate {
 
   // Each piece has `patience`, and all of them together that and what they take at so many bytes a
   // second (0: as long as they like).
-  MinTransferRate(Clock::time_point began, Clock::duration patience, std::uint64_t bytes_per_second)
-      : began_(began), patience_(patience), bytes_per_second_(bytes_per_second) {}
+  MinTransferRate(Clock::time_point began, Clock::duration timeout, std::uint64_t bytes_per_second)
+      : began_(began), timeout_(timeout), bytes_per_second_(bytes_per_second) {}
 
   // Until when so many bytes must have left, of which the last piece begins now.
   [[nodiscard]] Clock::time_point deadline(Clock::time_point now, std::uint64_t bytes) const {
-    const Clock::time_point of_the_piece = now + patience_;
+    const Clock::time_point of_the_piece = now + timeout_;
     if (bytes_per_second_ == 0) return of_the_piece;
     const std::chrono::duration<double> at_least(static_cast<double>(bytes) /
                                                  static_cast<double>(bytes_per_second_));
     return std::min(of_the_piece,
-                    began_ + patience_ + std::chrono::duration_cast<Clock::duration>(at_least));
+                    began_ + timeout_ + std::chrono::duration_cast<Clock::duration>(at_least));
   }
 
  private:
   Clock::time_point began_;
-  Clock::duration patience_;
+  Clock::duration timeout_;
   std::uint64_t bytes_per_second_;
 };
 

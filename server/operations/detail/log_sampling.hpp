@@ -24,7 +24,7 @@ class LogSampler {
   explicit LogSampler(const LogRates& rates = {})
       : of_a_name_(rates.of_a_name, kMostNames), all_(rates.of_all), of_all_(rates.of_all, 0) {}
 
-  // How many lines of that name were left out since the last one; nullopt when this one is as well.
+  // The number of omitted lines of that name since the last one; nullopt when this one is as well.
   [[nodiscard]] std::optional<std::uint64_t> admit(const std::string& name, double now) {
     if (of_a_name_.take(name, now) > 0 || of_all_.take(all_, now, 1) > 0) {
       const bool is_known = left_out_.contains(name) || left_out_.size() < kMostNames;

@@ -52,7 +52,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
     if (!options.simplify) continue;
     const auto blocks = sampled_blocks(extractor, model, sample.cubes, spec_of(error), kBlocks, {});
     if (!blocks) continue;
-    triangles.back() *= share_left(blocks->triangles, blocks->a_border_edge, triangles.back());
+    triangles.back() *= remaining_share(blocks->triangles, blocks->a_border_edge, triangles.back());
   }
   return triangles;
 }
@@ -75,7 +75,7 @@ std::vector<double> exact_triangles(const PreparedVolume& dataset, double isoval
 
 }  // namespace
 
-std::vector<double> spread_isovalues(const DatasetInfo& info, std::size_t count) {
+std::vector<double> even_isovalues(const DatasetInfo& info, std::size_t count) {
   if (!(info.max > info.min)) return {};
   std::vector<double> isovalues;
   for (std::size_t i = 0; i < count; ++i) {

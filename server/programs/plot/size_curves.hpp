@@ -1,4 +1,4 @@
-// How many triangles the surfaces of a dataset have, over its isovalues and for several errors,
+// Estimated triangles of a dataset's surfaces, over its isovalues and for several errors,
 // without extracting them.
 #pragma once
 
@@ -21,7 +21,7 @@ struct SizeCurves {
 
 // `count` isovalues spread evenly over the range of values; of integer data between two integers,
 // each once, so there may be fewer. None when all samples are equal.
-[[nodiscard]] std::vector<double> spread_isovalues(const DatasetInfo& info, std::size_t count);
+[[nodiscard]] std::vector<double> even_isovalues(const DatasetInfo& info, std::size_t count);
 
 struct SizeCurvesOptions {
   // The cubes of the sample at each isovalue and error.

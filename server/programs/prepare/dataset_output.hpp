@@ -1,4 +1,4 @@
-// Where `prepare` writes a dataset: to a file, or into a bucket (s3://bucket/head.mtd), through a
+// The output of `prepare`: a file, or into a bucket (s3://bucket/head.mtd), through a
 // file in the temporary folder.
 //
 //   DatasetOutput output("s3://volumes/head.mtd", force);

@@ -53,7 +53,7 @@ std::vector<PrepareJob> LabelJobs::of_map(const PrepareJob& volume) const {
     throw ExitError(kUsage, "'" + volume.input + "' has " + std::to_string(values.size()) +
                                 " labels, and --label all makes a dataset of each, of at most " +
                                 std::to_string(kMostLabelsAtOnce) +
-                                ". Name those that you want, such as --label 3,7.");
+                                ". Name some of them, such as --label 3,7.");
   }
   if (values.empty()) fail_without_labels(volume.input);
   std::vector<PrepareJob> jobs;
@@ -124,7 +124,7 @@ std::vector<double> LabelJobs::found_in(const PrepareJob& volume) const {
   options.choice = volume.choice;
   const LabelMap map = maps_.of(volume.input, options);
   std::vector<double> values;
-  for (const FoundLabel& label : map.labels()) values.push_back(label.value);
+  for (const LabelSummary& label : map.labels()) values.push_back(label.value);
   return values;
 }
 

@@ -1,4 +1,4 @@
-// Which datasets the labels of a segmentation become, and what they are called.
+// The datasets of the labels of a segmentation, and their names.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ class LabelJobs {
   LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps, const std::string& input,
             std::vector<SourceLabel> named);
 
-  // What a person should know of the labels' numbers; empty: nothing.
+  // A notice about the labels' numbers; may be empty.
   [[nodiscard]] const std::string& notice() const { return notice_; }
 
   // A job for each selected label of a volume; the volume itself without labels. Those of

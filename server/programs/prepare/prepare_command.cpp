@@ -174,8 +174,8 @@ int prepare(PrepareArguments& arguments) {
   (void)arguments.outside_value();
   if (arguments.series.are_given()) return prepare_series(arguments);
   const bool into_folder = is_folder_of_datasets(arguments.output);
-  return into_folder || are_many(arguments.inputs) ? prepare_many(arguments)
-                                                   : prepare_one_volume(arguments);
+  return into_folder || has_several_volumes(arguments.inputs) ? prepare_many(arguments)
+                                                              : prepare_one_volume(arguments);
 }
 
 }  // namespace
@@ -227,16 +227,15 @@ void add_prepare_command(Command& program, Run& run) {
   command->begin_group("On several machines");
   command
       ->add_option("--plan", a->parts.plan,
-                   "Plan to prepare in so many parts, on as many machines as there are: reads the "
-                   "volume once and prints a command for each part")
+                   "Plan the preparation in this many parts on several machines: reads the volume "
+                   "once and prints a command for each part")
       ->within(1, static_cast<int>(kMostParts));
   command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
   command->add_flag("--merge", a->parts.merge, "Make the dataset from all parts of the plan");
   command->begin_group("Output");
   command->add_flag("--force", a->force,
-                    "Write to a name without .mtd, too, over a file that is no dataset, over a "
-                    "dataset of another "
-                    "source, and what is up to date");
+                    "Also write to names without .mtd, replace files that are no datasets and "
+                    "datasets of other sources, and prepare again what is up to date");
   command->footer(
       "Examples:\n"
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"

@@ -42,7 +42,7 @@ std::string label_text(const Label& label) {
   return std::to_string(static_cast<std::int64_t>(label.value));
 }
 
-bool are_many(const std::vector<std::string>& inputs) {
+bool has_several_volumes(const std::vector<std::string>& inputs) {
   return inputs.size() > 1 || is_folder_of_many(inputs.front());
 }
 

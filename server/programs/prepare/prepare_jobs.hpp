@@ -1,4 +1,4 @@
-// Which volumes `prepare` makes datasets of, and which of them are made already.
+// The volumes that `prepare` turns into datasets, and those that are up to date.
 #pragma once
 
 #include <filesystem>
@@ -20,8 +20,8 @@ struct PrepareJob {
   // The volume of the input.
   VolumeChoice choice = {};
   std::optional<SeriesMember> member = std::nullopt;
-  double stored_label = 0;  // What samples of the member's label have in the label map.
-  std::vector<std::string> command_line = {};  // What was chosen for a member: "--time 3".
+  double stored_label = 0;                     // The value of the label's samples in the label map.
+  std::vector<std::string> command_line = {};  // The options that choose a member: "--time 3".
 };
 
 // A source's name without its folder and suffixes: "chris_t1.nii.gz" is chris_t1.
@@ -31,7 +31,7 @@ struct PrepareJob {
 [[nodiscard]] std::string label_text(const Label& label);
 
 // Whether the inputs are more than one volume: several, or a folder that is none itself.
-[[nodiscard]] bool are_many(const std::vector<std::string>& inputs);
+[[nodiscard]] bool has_several_volumes(const std::vector<std::string>& inputs);
 
 // A job for every volume; datasets go into `folder`, each under a name of its own.
 [[nodiscard]] std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs,

@@ -20,7 +20,7 @@ struct PartsArguments {
   [[nodiscard]] bool are_given() const { return plan > 0 || !part.empty() || merge; }
 };
 
-// How all three answer.
+// The output of all three commands.
 struct PartsReport {
   bool json = false;
   bool quiet = false;

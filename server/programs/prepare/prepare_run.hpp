@@ -10,7 +10,7 @@ namespace multitetra {
 // One volume, into one dataset. Returns the exit code. Throws ExitError when it cannot be read.
 int prepare_single(const PrepareArguments& arguments, const PrepareJob& job);
 
-// Goes on after a failure; what is up to date is not made again. Ends with a table.
+// Continues after a failure; datasets that are up to date are skipped. Prints a table at the end.
 int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>& jobs,
                 LatestLabelMap& maps);
 

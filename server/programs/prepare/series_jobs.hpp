@@ -1,4 +1,4 @@
-// Which datasets the members of a series become: one for each time, field and label.
+// The datasets of a series: one for each time, field and label.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// What a series has on disk besides what was prepared now.
+// Files of a series on disk that were not prepared in this run.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ namespace multitetra {
 // `jobs`, of one of their fields, at times and with labels that `arguments` ask for, which are no
 // longer among the jobs. Other fields of a series, and labels or times that were not asked for, are
 // not among them. Requires a folder on this machine.
-[[nodiscard]] std::vector<std::filesystem::path> stale_members(
-    const PrepareArguments& arguments, const std::vector<PrepareJob>& jobs,
-    const std::filesystem::path& folder);
+[[nodiscard]] std::vector<std::filesystem::path> stale_members(const PrepareArguments& arguments,
+                                                               const std::vector<PrepareJob>& jobs,
+                                                               const std::filesystem::path& folder);
 
 }  // namespace multitetra

@@ -22,7 +22,8 @@ void offer_again(Server& server, ServedDatasets& datasets) {
     log_line(LogLevel::kInfo, "datasets read again",
              {{"datasets", static_cast<std::uint64_t>(catalogue->size())}});
   } catch (const std::exception& error) {
-    log_line(LogLevel::kError, std::string("datasets stay as they are: ") + error.what(), {});
+    log_line(LogLevel::kError, std::string("the previous datasets stay in use: ") + error.what(),
+             {});
   }
 }
 

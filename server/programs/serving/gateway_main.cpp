@@ -40,8 +40,8 @@ void complete(const Command& program, const OptionSources& sources, const Gatewa
 
 int run(int argc, char** argv) {
   Command program(
-      "Serves what other servers offer, spread by dataset; when one of them is lost, another that "
-      "has the dataset goes on.",
+      "Forwards requests to several servers, by dataset. Streams of a lost server continue at "
+      "another one.",
       "multitetra-gateway");
   GatewayOptions options;
   OptionSources sources;
@@ -55,7 +55,7 @@ int run(int argc, char** argv) {
       "--tls-cert\n"
       "  cert.pem --tls-key cert.key --tokens tokens\n"
       "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificates and tokens again.\n"
-      "Exit codes: 0 stopped as asked, 1 failed, 2 wrong options, 4 certificate, key or tokens "
+      "Exit codes: 0 stopped by request, 1 failed, 2 wrong options, 4 certificate, key or tokens "
       "cannot be\n"
       "used.");
   program.callback([&] { complete(program, sources, options); });

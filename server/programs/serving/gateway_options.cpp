@@ -9,8 +9,9 @@ Endpoint upstream_from(const std::string& text) {
   const Result<Endpoint> endpoint = parse_server_url(text);
   if (!endpoint) throw UsageError("--upstream", endpoint.error().text);
   if (endpoint->is_web_socket()) {
-    throw UsageError("--upstream",
-                     "\"" + text + "\": servers are asked at tcp://HOST:PORT or tls://HOST:PORT.");
+    throw UsageError(
+        "--upstream",
+        "\"" + text + "\": the address of a server is tcp://HOST:PORT or tls://HOST:PORT.");
   }
   return *endpoint;
 }
@@ -18,7 +19,7 @@ Endpoint upstream_from(const std::string& text) {
 }  // namespace
 
 void add_gateway_options(Command& command, GatewayOptions& o) {
-  const std::string group = "Servers behind it";
+  const std::string group = "Upstream servers";
   command
       .add_option("--upstream", o.upstreams,
                   "Address of a server, tcp://HOST:PORT or tls://HOST:PORT; servers with the same "

@@ -38,8 +38,8 @@ void add_addresses(Command& command, ListenerOptions& o) {
                      "built or installed with this program)");
   command
       .add_option("--base-path", o.base_path,
-                  "Path under which a proxy in front shows the HTTP listener, as /volumes for "
-                  "https://example.org/volumes/, whether the proxy takes it off or not")
+                  "Path of the HTTP listener at a proxy in front, as /volumes for "
+                  "https://example.org/volumes/; the proxy may strip it or not")
       ->type_name("PATH");
 }
 
@@ -81,58 +81,61 @@ void add_security(Command& command, ListenerOptions& o) {
 }
 
 void add_limits_on_clients(Command& command, ListenerOptions& o) {
-  add_count(command, "--max-connections", o.max_connections, "In all")->group(kLimitsGroup);
+  add_count(command, "--max-connections", o.max_connections, "Most connections")
+      ->group(kLimitsGroup);
   add_count(command, "--max-connections-per-address", o.max_connections_per_address,
-            "From one address (IPv6: one /64 network)")
+            "Most connections of one address (IPv6: one /64 network)")
       ->group(kLimitsGroup);
   command
-      .add_option(
-          "--max-requests-per-second", o.max_requests_per_second,
-          "With one token, else from one address, on average; three seconds' worth in one go")
+      .add_option("--max-requests-per-second", o.max_requests_per_second,
+                  "Rate limit of one token, or of one address without token; bursts of three "
+                  "seconds' worth")
       ->within(0.0, 1e9)
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_count(command, "--max-estimates", o.session.max_questions,
-            "Estimates, slices and probes under way on one connection, beside its one stream")
+            "Most concurrent estimates, slices and probes of one connection")
       ->within(1, 64)
       ->group(kLimitsGroup);
-  add_count(command, "--max-regions", o.requests.max_regions, "Regions of one threshold map")
+  add_count(command, "--max-regions", o.requests.max_regions, "Most regions of one threshold map")
       ->within(std::size_t{0}, kMaxThresholdRegions)
       ->group(kLimitsGroup);
   command
       .add_flag("--surfaces-only", o.requests.surfaces_only,
                 "Serve meshes alone: no sample shells, slices or probes, which hold samples")
       ->group(kLimitsGroup);
-  add_bytes(command, "--max-message-bytes", o.session.max_message_bytes, "A client's message")
+  add_bytes(command, "--max-message-bytes", o.session.max_message_bytes,
+            "Most bytes of a client's message")
       ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes})
       ->group(kLimitsGroup);
-  add_bytes(command, "--max-hello-bytes", o.max_hello_bytes, "A client's first message")
+  add_bytes(command, "--max-hello-bytes", o.max_hello_bytes,
+            "Most bytes of a client's first message")
       ->within(std::size_t{64}, std::size_t{kMaxHelloFrameBytes})
       ->group(kLimitsGroup);
-  add_bytes(command, "--max-header-bytes", o.max_header_bytes, "Header of an HTTP request")
+  add_bytes(command, "--max-header-bytes", o.max_header_bytes,
+            "Most bytes of the header of an HTTP request")
       ->within(std::size_t{512}, std::size_t{1} << 20)
       ->group(kLimitsGroup);
 }
 
 void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
   add_seconds(command, "--handshake-seconds", o.handshake_seconds,
-              "Time for TLS, for an HTTP header, and from connecting to Hello")
+              "Timeout of the TLS handshake, of an HTTP header, and of the first message")
       ->group(kLimitsGroup);
-  add_seconds(command, "--write-seconds", o.write_seconds, "Time for a client to take one message")
+  add_seconds(command, "--write-seconds", o.write_seconds, "Timeout of sending one message")
       ->group(kLimitsGroup);
   add_seconds(command, "--idle-seconds", o.idle_seconds,
-              "Time without a message from the client or a stream to it")
+              "Timeout of connections without messages and streams")
       ->group(kLimitsGroup);
   command
       .add_option("--max-mesh-triangles", o.routes.max_mesh_triangles,
-                  "The most triangles of a mesh in one HTTP response; while one is made it takes "
-                  "about 120 bytes of memory for each")
+                  "Most triangles of a mesh in an HTTP response; it takes about 120 bytes of "
+                  "memory for each of them while it is made")
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_bytes(
       command, "--mesh-cache-bytes", o.routes.mesh_cache_bytes,
-      "Disk for mesh files of HTTP in the temporary folder: those being sent and those cached for "
-      "the next request; 0 caches none")
+      "Disk space in the temporary folder for mesh files of HTTP, sent or cached; 0 caches none")
       ->group(kLimitsGroup);
   add_bytes(command, "--min-mesh-bytes-per-second", o.min_mesh_bytes_per_second,
             "Minimum transfer rate of mesh files; slower clients are disconnected")
@@ -142,13 +145,13 @@ void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
 void add_operations(Command& command, ListenerOptions& o) {
   const std::string group = "Operations";
   add_seconds(command, "--drain-seconds", o.drain_seconds,
-              "Time for running requests to end after SIGTERM; a second SIGTERM stops at once")
+              "Timeout of running requests after SIGTERM; a second SIGTERM stops at once")
       ->group(group);
-  command.add_option("--log-format", o.log_format, "text or json")
+  command.add_option("--log-format", o.log_format, "Format of the log")
       ->one_of({"text", "json"})
       ->capture_default_str()
       ->group(group);
-  command.add_option("--log-level", o.log_level, "debug, info, warning, error or off")
+  command.add_option("--log-level", o.log_level, "Least severity of log lines")
       ->one_of({"debug", "info", "warning", "error", "off"})
       ->capture_default_str()
       ->group(group);
@@ -161,7 +164,7 @@ std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint&
     if (!is_host_pattern(host)) {
       throw UsageError("--allow-host",
                        "\"" + host +
-                           "\" is no name of a host; write it without scheme and port, for example "
+                           "\" is not a host name; write it without scheme and port, for example "
                            "example.org, .example.org for all below it, or *.");
     }
   }
@@ -222,10 +225,9 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
   http.max_header_bytes = static_cast<std::uint32_t>(o.max_header_bytes);
   for (const std::string& origin : o.allowed_origins) {
     if (!is_origin(origin)) {
-      throw UsageError("--allow-origin",
-                       "\"" + origin +
-                           "\" is no origin; write its scheme, host and port as a "
-                           "browser does, for example https://example.org, or *.");
+      throw UsageError("--allow-origin", "\"" + origin +
+                                             "\" is not an origin; write scheme, host and port, "
+                                             "for example https://example.org, or *.");
     }
   }
   http.allowed_origins = o.allowed_origins;
@@ -242,8 +244,7 @@ RouteOptions route_options(const ListenerOptions& o) {
 
 ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
   if (o.tls_certificate.empty() != o.tls_key.empty()) {
-    throw UsageError("--tls-cert and --tls-key",
-                     "they come together: a certificate needs its key.");
+    throw UsageError("--tls-cert and --tls-key", "a certificate needs its key.");
   }
   if (o.tcp == "off" && o.http == "off") {
     throw UsageError("--tcp and --http", "both are off; one listener must be open.");

@@ -33,7 +33,7 @@ void add_serve_command(Command& program, Run& run) {
       "  multitetra-server serve https://store.example/volumes/head.mtd --cache-dir "
       "/var/cache/multitetra\n"
       "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate, tokens\n"
-      "and folders of datasets again; streams under way go on.\n"
+      "and folders of datasets again; running streams continue.\n"
       "Exit codes: 0 stopped by request, 1 failed, 2 wrong options, 4 certificate, key or tokens "
       "cannot be\n"
       "used, 5 no dataset can be served, 7 an address cannot be listened on.");

@@ -8,15 +8,15 @@
 namespace multitetra {
 namespace {
 
-constexpr const char* kStoresGroup = "Bricks and datasets behind addresses";
+constexpr const char* kStoresGroup = "Bricks and remote datasets";
 
 }  // namespace
 
 void add_serve_options(Command& command, ServeOptions& o) {
-  command.add_option("datasets", o.datasets,
-                     "Dataset files (.mtd) and folders of them, here, behind addresses "
-                     "(https://host/head.mtd) and in buckets (s3://bucket/head.mtd, "
-                     "s3://bucket/folder/); read again on SIGHUP");
+  command.add_option(
+      "datasets", o.datasets,
+      "Dataset files (.mtd) and folders of them: paths, addresses (https://host/head.mtd) and "
+      "buckets (s3://bucket/head.mtd, s3://bucket/folder/); read again on SIGHUP");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command
@@ -26,17 +26,16 @@ void add_serve_options(Command& command, ServeOptions& o) {
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_seconds(command, "--max-request-seconds", o.max_request_seconds,
-              "Workers' time for one request")
+              "Most worker time of one request")
       ->group(kLimitsGroup);
-  add_seconds(
-      command, "--max-waiting-seconds", o.max_waiting_seconds,
-      "Estimated workers' time of all waiting requests of an address or token; rejections have a "
-      "retry delay")
+  add_seconds(command, "--max-waiting-seconds", o.max_waiting_seconds,
+              "Most estimated worker time of all waiting requests of an address or token; "
+              "rejections have a retry delay")
       ->group(kLimitsGroup);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
             "Memory for cached tiles, for example 512MiB; 0 caches none")
       ->group(kLimitsGroup);
-  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for requests and replies that wait")
+  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies")
       ->group(kLimitsGroup);
   add_bytes(command, "--brick-bytes", o.brick_bytes,
             "Memory for unpacked bricks and for blocks of remote datasets")
@@ -51,12 +50,12 @@ void add_serve_options(Command& command, ServeOptions& o) {
       ->group(kStoresGroup);
   command
       .add_option("--store-connections", o.store_connections,
-                  "Connections to one host at the same time, and concurrent prefetch requests")
+                  "Most concurrent connections to one host, and prefetch requests")
       ->within(1, 256)
       ->capture_default_str()
       ->group(kStoresGroup);
   add_seconds(command, "--store-seconds", o.store_seconds,
-              "Time for one request to a store, with all its retries")
+              "Timeout of one request to a store, with all its retries")
       ->group(kStoresGroup);
 }
 

@@ -64,7 +64,7 @@ fs::path absolute_path_in(const char* variable) {
 
 }  // namespace
 
-fs::path usual_cache_folder() {
+fs::path default_cache_folder() {
   if (const fs::path cache = absolute_path_in("XDG_CACHE_HOME"); !cache.empty()) {
     return cache / "multitetra";
   }

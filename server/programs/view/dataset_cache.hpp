@@ -1,7 +1,7 @@
 // The folder in which `view` keeps the datasets that it has prepared, so that the same volume is
 // shown at once the next time.
 //
-//   DatasetCache cache(usual_cache_folder(), std::uint64_t{20} << 30);
+//   DatasetCache cache(default_cache_folder(), std::uint64_t{20} << 30);
 //   const std::filesystem::path folder = cache.entry("head-27ae1f0c66b0d915");
 //   ... datasets are written into it ...
 //   cache.evict();
@@ -16,7 +16,7 @@ namespace multitetra {
 
 // $XDG_CACHE_HOME/multitetra, else ~/.cache/multitetra; empty where neither variable holds an
 // absolute path.
-[[nodiscard]] std::filesystem::path usual_cache_folder();
+[[nodiscard]] std::filesystem::path default_cache_folder();
 
 // Entries are folders. Several processes may use one cache: an entry that any of them has open is
 // locked (flock) and is not evicted.

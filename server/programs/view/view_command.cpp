@@ -53,7 +53,7 @@ class DatasetFolders {
  public:
   explicit DatasetFolders(const ViewArguments& arguments) {
     fs::path folder = arguments.cache_folder;
-    if (folder.empty() && !arguments.no_cache) folder = usual_cache_folder();
+    if (folder.empty() && !arguments.no_cache) folder = default_cache_folder();
     if (!folder.empty() && !arguments.no_cache) {
       try {
         cache_.emplace(folder, arguments.cache_bytes);
@@ -120,7 +120,7 @@ class ViewedVolumes {
       labels = labels_beside(volumes.front());
     }
     if (labels) {
-      print_line("The labels of '" + *labels + "' come into the list as they are ready.");
+      print_line("The labels of '" + *labels + "' appear in the list when they are ready.");
       add(preparation_of_labels(*labels));
     }
   }
@@ -179,8 +179,8 @@ class ViewedVolumes {
   // Labels that are found in a volume after serving has begun: below a folder that is served.
   void add_labels_of(const std::string& input) {
     print_line("'" + input +
-               "' looks like labels; their surfaces come into the list as they are ready "
-               "(--no-labels leaves them out).");
+               "' looks like labels; their surfaces appear in the list when they are ready "
+               "(--no-labels ignores them).");
     PrepareArguments arguments = preparation_of_labels(input);
     arguments.volume = waiting_.front().volume;
     const fs::path folder = fs::path(waiting_.front().output) / "labels";
@@ -284,7 +284,7 @@ void add_view_command(Command& program, Run& run) {
                    "A label map on the same grid, shown with the volume; default: one beside "
                    "it that is named like it, as ct_seg.nii.gz")
       ->type_name("FILE");
-  command->add_flag("--no-labels", a->no_labels, "Leave label maps as they are");
+  command->add_flag("--no-labels", a->no_labels, "Do not show label maps as labels");
   command->add_option("--up", a->up, "World axis that is above at first, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
       ->capture_default_str();
@@ -292,7 +292,7 @@ void add_view_command(Command& program, Run& run) {
       ->envname("MULTITETRA_HTTP")
       ->capture_default_str();
   command->add_flag("--no-browser", a->no_browser, "Only print the address");
-  command->add_flag("--no-cache", a->no_cache, "Prepare again, and keep nothing");
+  command->add_flag("--no-cache", a->no_cache, "Prepare again, without the cache");
   command->add_flag("--quiet", a->quiet, "Print only the address and errors");
   add_threads_option(*command, a->threads);
   command->begin_group("Cache");
@@ -301,7 +301,7 @@ void add_view_command(Command& program, Run& run) {
                       "$XDG_CACHE_HOME or ~/.cache)");
   command
       ->add_option("--cache-bytes", a->cache_bytes,
-                   "Size of that folder; what was not used for longest is removed first")
+                   "Size of that folder; the least recently used datasets are removed first")
       ->as_bytes()
       ->capture_default_str();
   command->begin_group("Reading the volume");

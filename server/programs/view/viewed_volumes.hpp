@@ -1,4 +1,4 @@
-// What `view` makes of the files and folders that it is given: which are datasets already, which
+// The inputs of `view`: which of them are datasets already, which
 // volumes belong together, and how they are prepared.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace multitetra {
 // is not there.
 [[nodiscard]] std::filesystem::path demo_volume();
 
-// How the viewer shows it at first, as a part of an address: skin, through which one sees bone.
+// The first view, as a part of an address: bone behind translucent skin.
 // demo.sh has the same words.
 inline constexpr std::string_view kDemoLook =
     "&isovalue=-300.5&color=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20"

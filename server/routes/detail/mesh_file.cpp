@@ -105,7 +105,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   std::vector<PositionedMesh> meshes;
   std::vector<double> isovalues;
   for (Surface& surface : surfaces) {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client is gone.");
+    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     const auto found = checked(surface, info);
     if (!found) return tl::unexpected(found.error());
     add_notices(header, *found, surface.request, info);

@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// A mesh in its file format, in a file without a name, which has its room on the disk.
+// A mesh in its file format, in a file without a name, with a reservation of disk space.
 struct StoredMesh {
   SharedFile file;
   std::uint64_t bytes = 0;
@@ -33,7 +33,7 @@ struct MeshForm {
   double min_component = 0;  // Components of a shorter diagonal, in samples, are left out.
 };
 
-// Where it is written, and what that takes.
+// The file that is written, and its memory reservation.
 struct MeshPlace {
   std::filesystem::path folder;
   // Room for so many bytes, as long as the reservation lives.

@@ -38,11 +38,10 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
     if (reservation) return *std::move(reservation);
     if (!kept_.drop_oldest()) break;
   }
-  return tl::unexpected(
-      Error{.code = ErrorCode::kUnavailable,
-            .text = "This server's disk has no space for another file, because so many are being "
-                    "sent; retry in 10 s.",
-            .retry_after = kRetryAfter});
+  return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
+                              .text = "The server's disk has no space for another file while "
+                                      "others are being sent; retry in 10 s.",
+                              .retry_after = kRetryAfter});
 }
 
 void MeshFileCache::keep(const std::string& key, const StoredMesh& mesh) {

@@ -1,8 +1,8 @@
-// The files of meshes on the disk: those that are being sent, and with the room that they leave,
+// The files of meshes on the disk: those that are being sent, and in the space that they leave,
 // those that are kept for the next request.
 //
-//   auto room = files.reserve(share, bytes);  // Forgets kept ones for it, the oldest first.
-//   if (room) files.keep(key, store(std::move(*room)));
+//   auto reserved = files.reserve(share, bytes);  // Evicts cached files for it, the oldest first.
+//   if (reserved) files.keep(key, store(std::move(*reserved)));
 //   if (auto mesh = files.find(key)) send(*mesh);
 //
 // Safe to use from several threads at once. What it hands out may outlive it.
@@ -27,7 +27,7 @@ class MeshFileCache {
 
   [[nodiscard]] std::optional<StoredMesh> find(const std::string& key);
   // For a file that is about to be written. kLimitExceeded when it is larger than one may be,
-  // kUnavailable while others are being sent that leave no room for it.
+  // kUnavailable while files that are being sent leave no space for it.
   [[nodiscard]] Result<ByteReservations::Reservation> reserve(const std::string& share,
                                                               std::uint64_t bytes);
   void keep(const std::string& key, const StoredMesh& mesh);

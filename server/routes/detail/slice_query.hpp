@@ -21,7 +21,7 @@ enum class SliceFormat {
 struct SliceQuery {
   NamedSlice slice = {};
   SliceFormat format = SliceFormat::kPng;
-  std::optional<double> window = {}, level = {};  // How wide the shown values reach, around which.
+  std::optional<double> window = {}, level = {};  // Width and center of the range of shown values.
   ColorMap colors = ColorMap::kGray;
   bool is_logarithmic = false;
   std::optional<Rgb> no_value_color = {};  // Absent: transparent.
@@ -29,7 +29,7 @@ struct SliceQuery {
 
 // axis, at, centre, normal, up, extent, origin, right, down, coordinates, width, height,
 // interpolation, detail, format, window, level, colors, color_scale, no_value_color.
-// kInvalidArgument, naming the parameter, when one is unknown, said twice or not understood.
+// kInvalidArgument, naming the parameter, when one is unknown, repeated or invalid.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 
@@ -37,7 +37,7 @@ struct SliceQuery {
 // middle layer along the third axis.
 [[nodiscard]] Result<SliceRequest> slice_for(const SliceQuery& query, const DatasetInfo& info);
 
-// Which values have which colors: the window, or all that there are. kInvalidArgument where a
+// The range of values of the colors: the window, or all that there are. kInvalidArgument where a
 // logarithmic scale would begin at or below 0.
 [[nodiscard]] Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info);
 

@@ -52,10 +52,10 @@ class SingleFlight {
     std::size_t interested = 1;
     std::stop_source stop;
     std::optional<Value> value;
-    std::exception_ptr trouble;
+    std::exception_ptr failure;
     std::condition_variable_any done;
 
-    [[nodiscard]] bool is_done() const { return value || trouble; }
+    [[nodiscard]] bool is_done() const { return value || failure; }
     void abandon() {
       if (--interested == 0) stop.request_stop();
     }
@@ -68,8 +68,8 @@ class SingleFlight {
       call->abandon();
       throw Cancelled{};
     }
-    lock.unlock();  // What is done does not change any more.
-    if (call->trouble) std::rethrow_exception(call->trouble);
+    lock.unlock();  // A finished result does not change any more.
+    if (call->failure) std::rethrow_exception(call->failure);
     return *call->value;
   }
 
@@ -77,7 +77,7 @@ class SingleFlight {
                         const std::stop_token& stop,
                         const std::function<Value(std::stop_token)>& compute) {
     std::optional<Value> value;
-    std::exception_ptr trouble;
+    std::exception_ptr failure;
     {
       const std::stop_callback leave(stop, [&] {
         const std::lock_guard lock(mutex_);
@@ -86,20 +86,20 @@ class SingleFlight {
       try {
         value = compute(call->stop.get_token());
       } catch (...) {
-        trouble = std::current_exception();
+        failure = std::current_exception();
       }
     }
     {
       // Nothing here may throw: a flight that is never done would be waited for until the end.
       const std::lock_guard lock(mutex_);
       call->value = std::move(value);
-      call->trouble = trouble;
+      call->failure = failure;
       if (const auto mine = calls_.find(key); mine != calls_.end() && mine->second == call) {
         calls_.erase(mine);
       }
       call->done.notify_all();
     }
-    if (trouble) std::rethrow_exception(trouble);
+    if (failure) std::rethrow_exception(failure);
     return *call->value;  // Which does not change any more.
   }
 

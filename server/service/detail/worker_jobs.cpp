@@ -34,17 +34,17 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
   } catch (const DatasetFileError& damage) {
     log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
     return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
-                                             what + " needs it; the server's log says where.");
-  } catch (const StoreError& trouble) {
-    log_line(LogLevel::kError, trouble.what(), {{"dataset", source.info().name}});
+                                             what + " needs it; the server's log has the place.");
+  } catch (const StoreError& failure) {
+    log_line(LogLevel::kError, failure.what(), {{"dataset", source.info().name}});
     return tl::unexpected(
         Error{.code = ErrorCode::kUnavailable,
               .text = std::string("The store of this dataset does not answer, or not "
                                   "as it should, and this ") +
-                      what + " needs it; the server's log says more. Try again.",
+                      what + " needs it; the server's log has the reason. Try again.",
               .retry_after = kStoreRetrySeconds});
-  } catch (const std::exception& trouble) {
-    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + trouble.what(),
+  } catch (const std::exception& failure) {
+    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + failure.what(),
              {{"dataset", source.info().name}});
     return fail(ErrorCode::kInternal,
                 std::string("The server failed to make this ") + what + "; see its log.");
@@ -157,7 +157,7 @@ std::optional<ScalarRange> range_of(const StartStream& action) {
 
 // The next step of a stream, with its scalars.
 Result<StepResult> make_step(const StartStream& action, const StreamState& state,
-                             const MakingLimits& limits, const std::stop_token& stop) {
+                             const StepLimits& limits, const std::stop_token& stop) {
   const SurfaceProvider& source = *action.source;
   auto made =
       guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
@@ -166,8 +166,8 @@ Result<StepResult> make_step(const StartStream& action, const StreamState& state
 }
 
 // The final surface of a request.
-Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
-                          MakingLimits limits, const std::stop_token& stop) {
+Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
+                          const std::stop_token& stop) {
   limits.as_meshes = true;
   const StreamState state{.request = action.open.request, .steps = StepPolicy::kFinalOnly};
   auto made = make_step(action, state, limits, stop);

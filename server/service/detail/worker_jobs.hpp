@@ -1,5 +1,5 @@
-// What workers do for the service of this process, and what is known of it beforehand. Nothing here
-// throws: the client learns that something went wrong, and the log says what.
+// The workers' jobs for the service of this process, with estimates of their time. Nothing here
+// throws: the client receives a general error, and the log has the cause.
 #pragma once
 
 #include <chrono>
@@ -30,15 +30,15 @@ struct WorkKind {
 [[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
                                     std::stop_token stop);
 
-// What the codes of a stream's scalars mean, if it has any.
+// The range of the codes of a stream's scalars, if it has any.
 [[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);
 
 // The next step of a stream, with its scalars.
 [[nodiscard]] Result<StepResult> make_step(const StartStream& action, const StreamState& state,
-                                           const MakingLimits& limits, const std::stop_token& stop);
+                                           const StepLimits& limits, const std::stop_token& stop);
 // The final surface of a request. kLimitExceeded for one of more than `max_triangles`.
 [[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
-                                        MakingLimits limits, const std::stop_token& stop);
+                                        StepLimits limits, const std::stop_token& stop);
 [[nodiscard]] Result<DatasetQueryReply> make_answer(const RunQuery& action,
                                                     const std::stop_token& stop);
 

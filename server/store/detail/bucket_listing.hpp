@@ -1,4 +1,5 @@
-// What buckets answer in XML: lists of objects, and single elements. The bytes are untrusted.
+// Parses the XML replies of buckets: lists of objects, and single elements. The bytes are
+// untrusted.
 #pragma once
 
 #include <string>

@@ -17,7 +17,7 @@ struct ByteRange {
 // The header Content-Range of an answer: bytes first ... last of `total`.
 struct ContentRange {
   std::uint64_t first = 0;
-  std::uint64_t last = 0;  // At least `first`; below `total` where that is said.
+  std::uint64_t last = 0;  // At least `first`; below `total` where that is given.
   std::optional<std::uint64_t> total = std::nullopt;
 
   // Reads "bytes 0-99/1234" and "bytes 0-99/*"; nullopt when it is no such thing.

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMeasuredAfter = 16;  // Measured anew after this part of the limit came.
+constexpr std::uint64_t kMeasuredAfter = 16;  // Measured again after this part of the limit came.
 constexpr const char* kBlocks = "blocks";
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // Behind the block.
 
@@ -104,7 +104,7 @@ void DiskCache::put(const std::string& file, std::uint64_t block,
     into.write_at(bytes.size(), std::as_bytes(std::span(&sum, 1)));
     into.commit(Durability::kProcessEnd);
   } catch (const std::system_error&) {
-    return;  // A full disk is no trouble of the caller.
+    return;  // A full disk is not an error for the caller.
   }
   const std::lock_guard lock(mutex_);
   put_since_ += bytes.size() + kSumBytes;

@@ -22,7 +22,7 @@ namespace multitetra {
 class DiskCache {
  public:
   // Makes the folder, readable by its owner alone. Throws std::filesystem::filesystem_error when
-  // that is impossible; later trouble is ignored.
+  // that is impossible; later errors are ignored.
   DiskCache(std::filesystem::path folder, std::uint64_t most_bytes);
 
   // A block of one version of a file. `file` names both, in letters that a file name may have.

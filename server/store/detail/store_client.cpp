@@ -72,7 +72,7 @@ std::string header_of(CURL* curl, const char* name) {
   return header->value;
 }
 
-// An address taken apart by libcurl.
+// An address, parsed by libcurl.
 class Url {
  public:
   explicit Url(const std::string& text)
@@ -356,7 +356,7 @@ StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const HttpRequest
   return {.kind = Kind::kTryAgain,
           .problem = "asked for bytes " + range_text(*request.range) + ", the server sends " +
                      std::to_string(answer.bytes.size()) + " bytes as \"" + text + "\"",
-          .remedy = "Use a server that serves ranges as HTTP wants it"};
+          .remedy = "Use a server that serves byte ranges by the HTTP standard"};
 }
 
 std::unique_ptr<StoreClient::Handle> StoreClient::idle_handle() {

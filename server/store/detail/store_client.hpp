@@ -81,7 +81,7 @@ class StoreClient {
   std::size_t free_;  // Connections that may be used besides.
   std::vector<std::unique_ptr<Handle>> idle_;
   std::chrono::steady_clock::time_point rests_until_;
-  std::string rests_since_;  // What was wrong then.
+  std::string rests_since_;  // The error at that time.
 };
 
 // Why a redirect is not followed.
@@ -107,7 +107,7 @@ struct HttpPlace {
 // Throws StoreError for what is no address, and for a bucket without a name.
 [[nodiscard]] HttpPlace http_place(const std::string& address);
 
-// What libcurl makes of it in a URL: letters, digits and "-._~" as they are, and `also`.
+// Percent-encodes as libcurl does in a URL: letters, digits and "-._~" as they are, and `also`.
 [[nodiscard]] std::string url_encoded(std::string_view text, std::string_view also = "");
 
 }  // namespace multitetra

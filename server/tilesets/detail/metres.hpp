@@ -1,4 +1,4 @@
-// How long a dataset's unit of length is.
+// The length of a dataset's unit in metres.
 #pragma once
 
 #include <optional>

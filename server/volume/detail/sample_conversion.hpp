@@ -24,7 +24,7 @@ void resize(Samples& samples, SampleType type, std::size_t count);
 // Infinity is no place on a surface's way: such samples become void (NaN). Returns how many.
 std::uint64_t make_infinite_void(std::span<float> samples);
 
-// How the stored numbers of one volume become its samples. Integers of 8 and 16 bits and f32 keep
+// Converts the stored numbers of one volume to samples. Integers of 8 and 16 bits and f32 keep
 // their type and their bits. Slope, intercept and the choice of a component are applied; the result
 // keeps an integer type where it is exact (slope 1, whole intercept) and fits one, and is f32 else.
 // Values of 16 bits and an intercept stay 16 bits, as CT scanners mean them: the few beyond

@@ -74,15 +74,15 @@ StoredVolume open_cube(const fs::path& path) {
   const std::string beginning = unpacked_beginning(file, kMostHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
-  if (!grid) fail_reading(path, "it is no cube file", "Get a whole copy of it");
+  if (!grid) fail_reading(path, "it is no cube file", "Get a complete copy of the file");
   if (std::abs(grid->atoms) > kMostAtoms) {
     fail_reading(path, "it has " + std::to_string(grid->atoms) + " atoms",
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
   for (std::int64_t i = 0; i < std::abs(grid->atoms); ++i) {
     if (finite_numbers(std::string(next_line(rest))).size() != 5) {
       fail_reading(path, "the line of its atom " + std::to_string(i + 1) + " is no five numbers",
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
   }
   std::int64_t components = grid->components;

@@ -37,7 +37,7 @@ bool is_mrc(std::string_view beginning) {
 StoredVolume open_mrc(const fs::path& path) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMrcHeaderBytes);
   if (beginning.size() < kMrcHeaderBytes)
-    fail_reading(path, "it ends in its header", "Get a whole copy of it");
+    fail_reading(path, "it ends in its header", "Get a complete copy of the file");
   const bool big = beginning[212] == 0x11;
   const Endian endian = big ? Endian::kBig : Endian::kLittle;
   const HeaderBytes bytes(beginning, endian);
@@ -59,7 +59,8 @@ StoredVolume open_mrc(const fs::path& path) {
     fail_reading(path, "the angles of its cell are not 90 degrees",
                  "Resample it onto a rectangular grid");
   }
-  if (seen != 7) fail_reading(path, "its axes name one direction twice", "Get a whole copy of it");
+  if (seen != 7)
+    fail_reading(path, "its axes name one direction twice", "Get a complete copy of the file");
   std::array<Vec3, 3> steps{};
   Vec3 origin = {real(196), real(200), real(204)};
   const bool has_origin = origin != Vec3{0, 0, 0};
@@ -75,7 +76,8 @@ StoredVolume open_mrc(const fs::path& path) {
   check_header(path, header);
   const std::int32_t extended = integer(92);
   if (extended < 0)
-    fail_reading(path, "its extended header has a negative length", "Get a whole copy of it");
+    fail_reading(path, "its extended header has a negative length",
+                 "Get a complete copy of the file");
   const std::uint64_t offset = kMrcHeaderBytes + static_cast<std::uint64_t>(extended);
   StoredVolume volume;
   volume.header = header;

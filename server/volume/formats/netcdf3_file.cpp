@@ -143,7 +143,8 @@ class NetcdfParser {
 
  private:
   [[noreturn]] void damaged() const {
-    fail_reading(file_.path(), "its NetCDF header is damaged or cut off", "Get a whole copy of it");
+    fail_reading(file_.path(), "its NetCDF header is damaged or cut off",
+                 "Get a complete copy of the file");
   }
 
   static std::uint64_t type_bytes(int code) {
@@ -281,7 +282,7 @@ class NetcdfSlices : public StoredSlices {
     fail_reading(file,
                  "it ends too early: its header promises " + std::to_string(end) + " bytes and " +
                      std::to_string(file_.size()) + " are there",
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
@@ -365,7 +366,7 @@ bool is_netcdf3(std::string_view beginning) {
 StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   const InputFile file(path);
   if (!is_netcdf3(file.beginning(4))) {
-    fail_reading(path, "it is no NetCDF file", "Get a whole copy of it");
+    fail_reading(path, "it is no NetCDF file", "Get a complete copy of the file");
   }
   const NetcdfHeader netcdf = NetcdfParser(file).parse();
   const NetcdfVariable& variable = chosen_variable(path, netcdf, choice);

@@ -245,7 +245,8 @@ SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
 std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::int64_t dimension) {
   const std::int64_t length =
       dimension <= nifti.dim[0] ? nifti.dim[static_cast<std::size_t>(dimension)] : 1;
-  if (length < 0) fail_reading(file, "its dimensions are negative", "Get a whole copy of it");
+  if (length < 0)
+    fail_reading(file, "its dimensions are negative", "Get a complete copy of the file");
   return std::max<std::int64_t>(length, 1);
 }
 
@@ -280,7 +281,8 @@ std::optional<fs::path> nifti_header_of(const fs::path& image) {
 StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const fs::path path = nifti_header_of(given).value_or(given);
   const std::string beginning = unpacked_beginning(InputFile(path), kVersion2Bytes);
-  if (!is_nifti(beginning)) fail_reading(path, "it is no NIfTI file", "Get a whole copy of it");
+  if (!is_nifti(beginning))
+    fail_reading(path, "it is no NIfTI file", "Get a complete copy of the file");
   const NiftiHeader nifti = header_in(beginning);
   const Endian endian = is_version_2(beginning) ? *endian_of(beginning, kVersion2Bytes)
                                                 : *endian_of(beginning, kVersion1Bytes);
@@ -315,7 +317,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
                                                  : kVersion2Bytes;
   if (!(nifti.offset >= least && nifti.offset < kFarthest)) {
     fail_reading(path, "its samples begin at byte " + std::to_string(nifti.offset),
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
   const fs::path data = nifti.in_two_files ? image_file(path, choice.follow) : path;
   std::vector<std::unique_ptr<StoredSlices>> slices;

@@ -67,14 +67,14 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   constexpr std::size_t kMostHeaderBytes = std::size_t{1} << 16;
   const std::string beginning = unpacked_beginning(InputFile(path), kMostHeaderBytes);
   if (!is_npy(beginning) || beginning.size() < 12) {
-    fail_reading(path, "it is no NumPy array", "Get a whole copy of it");
+    fail_reading(path, "it is no NumPy array", "Get a complete copy of the file");
   }
   const HeaderBytes bytes(beginning.substr(0, 12), Endian::kLittle);
   const bool is_short = beginning[6] == 1;
   const std::uint64_t text_at = is_short ? 10 : 12;
   const std::uint64_t length = is_short ? bytes.at<std::uint16_t>(8) : bytes.at<std::uint32_t>(8);
   if (text_at + length > beginning.size()) {
-    fail_reading(path, "it ends in its header", "Get a whole copy of it");
+    fail_reading(path, "it ends in its header", "Get a complete copy of the file");
   }
   const std::string_view text = std::string_view(beginning).substr(text_at, length);
   const std::string_view descr = behind_key(text, "descr");

@@ -252,7 +252,8 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
                                  const std::vector<std::int64_t>& sizes, bool follow) {
   const std::string value = header.field("data file");
   if (value.empty()) {
-    if (!header.has_end) fail_reading(file, "it ends in its header", "Get a whole copy of it");
+    if (!header.has_end)
+      fail_reading(file, "it ends in its header", "Get a complete copy of the file");
     return {file};
   }
   std::vector<std::string> names = {value};
@@ -321,7 +322,8 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
   }
   const std::string endian = lower_case(header.field("endian"));
   if (bytes_of(one.type) > 1 && endian != "little" && endian != "big") {
-    fail_reading(file, "it does not say whether its endian is little or big", kCheckHeader);
+    fail_reading(file, "its header does not name the byte order (endian) of its samples",
+                 kCheckHeader);
   }
   SampleParts samples{.part_bytes = all_bytes / files.size(),
                       .first_byte = skipped_volumes * volume_bytes,

@@ -1,4 +1,4 @@
-// Which format a file or folder has, by what is in it; its name decides only where its content
+// Recognizes the format of a file or folder by its content; its name decides only where its content
 // cannot.
 #pragma once
 

@@ -94,16 +94,16 @@ class StoredSlices {
   // The slices first ... first + count - 1, in the byte order of this machine. Throws
   // VolumeFileError.
   virtual void read(std::size_t first, std::size_t count, std::byte* into) = 0;
-  // What a person should know of the slices that have been read, a sentence each.
+  // Notices about the slices that were read, a sentence each.
   [[nodiscard]] virtual std::vector<std::string> findings() const { return {}; }
 };
 
 struct StoredVolume {
   ImageHeader header = {};
   std::unique_ptr<StoredSlices> slices = nullptr;
-  std::vector<std::string> notices = {};  // What a person should know of how it is read.
+  std::vector<std::string> notices = {};  // Notices about reading the volume.
   VolumeContents members = {};
-  std::int64_t channels = 1;  // That VolumeChoice::channel chooses from.
+  std::int64_t channels = 1;  // The number of channels for VolumeChoice::channel.
   // The component that is the chosen time, where a sample has a number for each.
   std::optional<int> component_of_time = std::nullopt;
 };
@@ -121,7 +121,7 @@ struct ComponentChoice {
   friend bool operator==(const ComponentChoice&, const ComponentChoice&) = default;
 };
 
-// Which volume, where a source holds several.
+// The choice of a volume in a source that holds several.
 struct VolumeChoice {
   std::string array = {};  // The path or name of an array inside the source.
   // The level of a pyramid; 0 is the finest.

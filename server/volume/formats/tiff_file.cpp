@@ -64,7 +64,7 @@ TiffDescription description_of(const fs::path& file, const TiffPages& tiff, std:
       is_imagej ? parse_imagej_description(text) : parse_ome_description(text, components);
   if (is_slice && (!description || description->pages.size() != 1)) return plain_pages(tiff);
   if (!description) {
-    fail_reading(file, description.error().text, "Save it anew, or as plain pages");
+    fail_reading(file, description.error().text, "Save it again, or as plain pages");
   }
   return *std::move(description);
 }
@@ -132,10 +132,9 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
     // ImageJ writes stacks beyond 4 GiB with one page, whose samples the others' follow.
     if (tiff.count() != 1 || !description.resolution_is_spacing || !tiff.plain_offset() ||
         description.channels > 1) {
-      fail_reading(
-          path,
-          "its description speaks of more than its " + std::to_string(tiff.count()) + " pages",
-          "Get a whole copy of it");
+      fail_reading(path,
+                   "its description names more than its " + std::to_string(tiff.count()) + " pages",
+                   "Get a complete copy of the file");
     }
     const std::uint64_t before = pages.front() * header.slice_bytes();
     volume.slices = plain_slices(path, *tiff.plain_offset() + before,

@@ -1,4 +1,4 @@
-// What a source holds beside one volume, all of it on the same places: times, fields, and the
+// The contents of a source besides one volume, on the same grid: times, fields, and the
 // names of labels. Readers fill in what they know; `prepare` reads it for series.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace multitetra {
 
 struct SourceTimes {
-  std::int64_t count = 1;  // That VolumeChoice::time chooses from; 1: no series.
+  std::int64_t count = 1;  // The number of times for VolumeChoice::time; 1: no series.
   // One for each, finite; empty: unknown, then frames are counted.
   std::vector<double> at = {};
   // The unit of these; empty: unknown.
@@ -49,7 +49,7 @@ struct VolumeContents {
   std::vector<SourceField> fields = {};  // As the source orders them; none: it has one only.
   // Others may occur. Segments that overlap lie in several layers, each a component of the samples.
   std::vector<SourceLabel> labels = {};
-  // What would be fields, if its name could be one's.
+  // A field whose name is not valid as one.
   std::vector<std::string> unnamed = {};
   // The isovalue that the authors of the source recommend.
   std::optional<double> recommended_isovalue = std::nullopt;

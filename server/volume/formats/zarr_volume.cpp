@@ -367,7 +367,8 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
     if (!path.empty() && !path.ends_with('/')) path += '/';
     array = array_at(*store, path);
     if (!array)
-      fail_reading(store->place(path), "the level's array is missing", "Get a whole copy of it");
+      fail_reading(store->place(path), "the level's array is missing",
+                   "Get a complete copy of the file");
   }
   const std::filesystem::path place = store->place(path);
   Placement placement = image ? std::move(image->placement) : placement_of(*array, attributes);
@@ -424,7 +425,7 @@ StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
     return open_checked(std::move(store), choice);
   } catch (const Json::exception& problem) {  // A field of another type than it should have.
     fail_reading(array, std::string("its metadata are damaged: ") + problem.what(),
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
 }
 

@@ -119,11 +119,11 @@ class BorderSearch {
     std::uint32_t sum = 0;
     for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
       const std::span<const std::int32_t> slice =
-          labels(static_cast<std::int32_t>(held_within(z, k, dims_[2])));
+          labels(static_cast<std::int32_t>(clamped_step(z, k, dims_[2])));
       for (std::int32_t j = -kSmoothingReach; j <= kSmoothingReach; ++j) {
-        const std::size_t row = held_within(y, j, dims_[1]) * static_cast<std::size_t>(dims_[0]);
+        const std::size_t row = clamped_step(y, j, dims_[1]) * static_cast<std::size_t>(dims_[0]);
         for (std::int32_t i = -kSmoothingReach; i <= kSmoothingReach; ++i) {
-          if (slice[row + held_within(x, i, dims_[0])] != label) continue;
+          if (slice[row + clamped_step(x, i, dims_[0])] != label) continue;
           sum += smoothing_weight(i) * smoothing_weight(j) * smoothing_weight(k);
         }
       }

@@ -1,4 +1,4 @@
-// How far from the middle the border between two labels of a map runs, so that every label keeps
+// Offsets of the border between two labels of a map from the middle, so that every label keeps
 // its volume.
 //
 // Samples that have another label among their 26 neighbours are *border samples*. Each has one

@@ -1,4 +1,4 @@
-// How much of a cell of eight samples each label's surface holds: the cell's six tetrahedra of the
+// The part of a cell of eight samples inside each label's surface: the cell's six tetrahedra of the
 // finest level (see server/core/framework/tetrahedron.hpp), each with the part where the label's
 // linear field is positive.
 //

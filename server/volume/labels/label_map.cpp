@@ -50,8 +50,8 @@ class LabelCensus {
         slab);
   }
 
-  [[nodiscard]] std::vector<FoundLabel> found() const {
-    std::vector<FoundLabel> labels;
+  [[nodiscard]] std::vector<LabelSummary> found() const {
+    std::vector<LabelSummary> labels;
     for (const auto& [value, label] : labels_) labels.push_back(label);
     return labels;
   }
@@ -64,11 +64,10 @@ class LabelCensus {
     if (last_ == nullptr || last_->value != static_cast<double>(value)) {
       require_label(value, place, z);
       const auto [at, is_new] = labels_.try_emplace(
-          value, FoundLabel{.value = static_cast<double>(value), .first_slice = z});
+          value, LabelSummary{.value = static_cast<double>(value), .first_slice = z});
       last_ = &at->second;
-      if (is_new && labels_.size() > kMostFoundLabels) {
-        fail_reading(name_,
-                     "it has more than " + std::to_string(kMostFoundLabels) + " different values",
+      if (is_new && labels_.size() > kMaxLabels) {
+        fail_reading(name_, "it has more than " + std::to_string(kMaxLabels) + " different values",
                      "Labels are for segmentations; prepare it without them");
       }
     }
@@ -89,8 +88,8 @@ class LabelCensus {
 
   const std::filesystem::path& name_;
   const VolumeHeader& header_;
-  std::map<float, FoundLabel> labels_;
-  FoundLabel* last_ = nullptr;  // That was counted last.
+  std::map<float, LabelSummary> labels_;
+  LabelSummary* last_ = nullptr;  // That was counted last.
 };
 
 std::span<const std::byte> bytes_of_all(const Samples& samples) {
@@ -104,7 +103,7 @@ std::span<const std::byte> bytes_of_all(const Samples& samples) {
 struct LabelMap::Content {
   VolumeHeader header;
   ScratchFile scratch;
-  std::vector<FoundLabel> labels;
+  std::vector<LabelSummary> labels;
   std::optional<LabelBorders> borders;
 
   Content(VolumeHeader map, const std::filesystem::path& folder)
@@ -162,24 +161,24 @@ void smooth(const std::array<std::int32_t, 3>& dims, SmoothSlice& slice) {
     for (std::int32_t x = 0; x < dims[0]; ++x) {
       std::uint32_t sum = 0;
       for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
-        sum += smoothing_weight(k) * from[held_within(x, k, dims[0])];
+        sum += smoothing_weight(k) * from[clamped_step(x, k, dims[0])];
       }
       const std::size_t at = y * width + static_cast<std::size_t>(x);
       rows[at] = static_cast<std::uint16_t>(sum);
-      near_rows[at] = static_cast<std::uint8_t>(from[held_within(x, -1, dims[0])] | from[x] |
-                                                from[held_within(x, 1, dims[0])]);
+      near_rows[at] = static_cast<std::uint8_t>(from[clamped_step(x, -1, dims[0])] | from[x] |
+                                                from[clamped_step(x, 1, dims[0])]);
     }
   }
   slice.sums.resize(slice.inside.size());
   slice.near.resize(slice.inside.size());
   for (std::int32_t y = 0; y < dims[1]; ++y) {
     const std::size_t to = static_cast<std::size_t>(y) * width;
-    const std::size_t below = held_within(y, -1, dims[1]) * width;
-    const std::size_t above = held_within(y, 1, dims[1]) * width;
+    const std::size_t below = clamped_step(y, -1, dims[1]) * width;
+    const std::size_t above = clamped_step(y, 1, dims[1]) * width;
     for (std::size_t x = 0; x < width; ++x) {
       std::uint32_t sum = 0;
       for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
-        sum += smoothing_weight(k) * rows[held_within(y, k, dims[1]) * width + x];
+        sum += smoothing_weight(k) * rows[clamped_step(y, k, dims[1]) * width + x];
       }
       slice.sums[to + x] = static_cast<std::uint16_t>(sum);
       slice.near[to + x] = static_cast<std::uint8_t>(near_rows[below + x] | near_rows[to + x] |
@@ -229,7 +228,7 @@ class LabelMap::Field : public VolumeSource {
     std::array<const SmoothSlice*, kSlices> from{};
     for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
       from[static_cast<std::size_t>(k + kSmoothingReach)] =
-          &smooth_slice(static_cast<std::int32_t>(held_within(z, k, header_.dims[2])));
+          &smooth_slice(static_cast<std::int32_t>(clamped_step(z, k, header_.dims[2])));
     }
     map_->borders->magnitudes(z, magnitudes_);
     const SmoothSlice& here = *from[kSmoothingReach];
@@ -303,7 +302,7 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
   content->borders.emplace(header.dims, read, scratch_folder);
   const std::map<std::int32_t, std::uint64_t> thin = thin_samples(header.dims, read);
   const std::map<std::int32_t, double>& shortfalls = content->borders->shortfalls();
-  for (FoundLabel& label : content->labels) {
+  for (LabelSummary& label : content->labels) {
     const auto shortfall = shortfalls.find(static_cast<std::int32_t>(label.value));
     label.surface_samples = static_cast<double>(label.samples) -
                             (shortfall == shortfalls.end() ? 0 : shortfall->second);
@@ -313,12 +312,12 @@ LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
   content_ = content;
 }
 
-std::span<const FoundLabel> LabelMap::labels() const { return content_->labels; }
+std::span<const LabelSummary> LabelMap::labels() const { return content_->labels; }
 
 std::unique_ptr<VolumeSource> LabelMap::field(double value) const {
-  const auto found =
-      std::lower_bound(content_->labels.begin(), content_->labels.end(), value,
-                       [](const FoundLabel& label, double wanted) { return label.value < wanted; });
+  const auto found = std::lower_bound(
+      content_->labels.begin(), content_->labels.end(), value,
+      [](const LabelSummary& label, double wanted) { return label.value < wanted; });
   const bool is_there = found != content_->labels.end() && found->value == value;
   const std::int32_t slices = content_->header.dims[2];
   // The background may be anywhere; a label that does not occur is nowhere.

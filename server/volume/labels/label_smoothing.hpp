@@ -1,4 +1,4 @@
-// How the indicator of a label is smoothed: by the weights 1 4 6 4 1 along each axis; beyond the
+// Smooths the indicator of a label by the weights 1 4 6 4 1 along each axis; beyond the
 // map's ends its last samples go on.
 #pragma once
 
@@ -28,8 +28,8 @@ inline constexpr int kFieldSteps = 256;
 }
 
 // What lies `step` away from `at`, of `side` samples.
-[[nodiscard]] constexpr std::size_t held_within(std::int32_t at, std::int32_t step,
-                                                std::int32_t side) {
+[[nodiscard]] constexpr std::size_t clamped_step(std::int32_t at, std::int32_t step,
+                                                 std::int32_t side) {
   return static_cast<std::size_t>(std::clamp(at + step, 0, side - 1));
 }
 

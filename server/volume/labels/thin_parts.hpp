@@ -1,4 +1,4 @@
-// How much of each label lies in parts one sample thick: what simplification takes first.
+// The samples of each label in parts one sample thick, which simplification removes first.
 #pragma once
 
 #include <array>

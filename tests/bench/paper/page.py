@@ -119,7 +119,7 @@ def table_1(measured):
                                                   for name in ("box", "head") for n in threads]
     subdivision, fusion = PAPER_SECONDS["subdivision"], PAPER_SECONDS["fusion"]
     return table(header, [
-        ["subdivision: building the framework"] + [f"{subdivision} s"] * 2 + ["nothing is built"] * (2 * len(threads)),
+        ["subdivision: building the framework"] + [f"{subdivision} s"] * 2 + ["none"] * (2 * len(threads)),
         ["fusion: errors of one isovalue", f"{fusion['box']} s", f"{fusion['head']} s"] + ours("exact_errors_seconds"),
         ["errors of all isovalues", "--", "--"] + ours("all_isovalues_seconds"),
     ])
@@ -130,7 +130,7 @@ def box_figures(measured):
     for error in ("0", "1.5", "2.5", "4"):
         ours = measured.counts(f"box_{error}")
         tetrahedra, triangles = PAPER["box"][float(error)]
-        rows.append([f"![box at error {error}](box_{error}.png)", f"box, error {error}",
+        rows.append([f"![box](box_{error}.png)", error,
                      count(tetrahedra), count(ours["tetrahedra"]), count(triangles), count(ours["triangles"]),
                      fused(measured, "box", ours), open_edges(ours)])
     return rows
@@ -143,11 +143,11 @@ def open_edges(ours):
 def head_figures(measured):
     portrait = measured.portrait
     rows = []
-    for key, words, paper in (("0", "error 0", PAPER["head"][0]), ("4", "error 4", PAPER["head"][4]),
-                              ("halves", "left half 0, right half 4", PAPER_HALVES)):
+    for key, words, paper in (("0", "0", PAPER["head"][0]), ("4", "4", PAPER["head"][4]),
+                              ("halves", "0 left, 4 right", PAPER_HALVES)):
         ours = measured.counts(f"head_{key}")
         shown = measured.counts(f"{portrait}_{key}")
-        cells = [f"![head, {words}](head_{key}.png)", f"head, {words}", count(paper[0]), count(ours["tetrahedra"]),
+        cells = [f"![head](head_{key}.png)", words, count(paper[0]), count(ours["tetrahedra"]),
                  count(paper[1]), count(ours["triangles"]), fused(measured, "head", ours), open_edges(ours)]
         if portrait != "head":
             cells.append(f"{count(shown['tetrahedra'])}; {count(shown['triangles'])}")
@@ -163,7 +163,7 @@ def few_triangles(measured):
     others = min(size["triangles"] for size in sizes if size["triangles"] > printed)
     if not few:
         return f"Of ours the surface of no isovalue has as few triangles: the least has {count(others)}."
-    return (f"Of {len(sizes)} isovalues over the range of ours only those from {min(few)} to {max(few)} have as few triangles as the "
+    return (f"Of {len(sizes)} isovalues over the range of ours, those from {min(few)} to {max(few)} have as few triangles as the "
             f"paper's {count(printed)} at error 0, all others {count(others)} and more.")
 
 
@@ -179,7 +179,7 @@ def check_claims(claims):
 
 def page(measured):
     head, portrait = measured.counts("head"), measured.portrait
-    box0, box4 = measured.counts("box_0"), measured.counts("box_4")
+    box0 = measured.counts("box_0")
     head0, head4 = measured.counts("head_0"), measured.counts("head_4")
     halves = measured.counts("head_halves")
     halves_simplified = measured.counts("head_halves_simplified")
@@ -188,33 +188,31 @@ def page(measured):
     at_8 = {way: head["curves"][way][-1] for way in ("paper", "certified")}
     claims = (HERE / "claims.md").read_text()
     check_claims(claims)
-    header = ["picture", "", "tetrahedra, paper", "ours", "triangles, paper", "ours", "fused",
+    header = ["picture", "error", "tetrahedra, paper", "ours", "triangles, paper", "ours", "fused",
               "open, non-manifold edges"]
     other = "" if portrait == "head" else (
-        f"The paper's head may not be shown here. The pictures show {measured.note(f'{portrait}.about')}; the last column "
-        "counts what they show, all others the paper's head.\n\n")
+        f"The paper's head may not be shown here. The pictures and the last column are of {measured.note(f'{portrait}.about')}.\n\n")
     head_header = header if portrait == "head" else header + ["shown: tetrahedra; triangles"]
     names = ["---", "---"]
     same_triangles = 100 * (box0["triangles"] / PAPER["box"][0][1] - 1)
     return f"""# The paper, point by point
 
-Compares the tables, figures and claims of Y. Zhou, B. Chen, A. Kaufman, *Multiresolution Tetrahedral Framework for Visualizing Regular Volume
-Data* (IEEE Visualization 1997) with this project. All numbers are in [paper.json](paper.json); [claims](../../../tests/bench/paper/claims.md) names code and
-test of each claim.
+Compares Y. Zhou, B. Chen, A. Kaufman, *Multiresolution Tetrahedral Framework for Visualizing Regular Volume Data* (IEEE Visualization 1997)
+with this project. All numbers are in [paper.json](paper.json); [claims](../../../tests/bench/paper/claims.md) names code and test of each claim.
 
     bash tests/bench/paper.sh      # makes this page
 
 * **box**: {measured.note("box.about")}; the paper's own is not public.
 * **head**: {measured.note("head.about")}; the paper's isovalue is 55.5, of other values.
 
-Both lie in a grid of {head["grid_points_a_side"]}^3 points, padded with zero as in the paper, with {count(head["all_tetrahedra"])} tetrahedra in the finest level. Errors are in
-voxels. "Ours" uses the paper's error and rule of topology unless stated otherwise.
+Both lie in a grid of {head["grid_points_a_side"]}^3 points, padded with zero, with {count(head["all_tetrahedra"])} tetrahedra in the finest level. Errors are in
+voxels. "Ours" uses the paper's error and topology rule unless stated otherwise.
 
 ## Table 1: preparing
 
 {table_1(measured)}
-The minimum of several runs on {head["processors"]} processors ({platform.machine()}). The framework is implicit. The errors of all isovalues
-([the spectrum](../README.md)) are computed once, when a dataset is prepared.
+The minimum of several runs on {head["processors"]} processors ({platform.machine()}). The framework is implicit; the errors of all isovalues are
+[the spectrum](../README.md).
 
 ## Figure 5: error against size
 
@@ -222,28 +220,27 @@ The minimum of several runs on {head["processors"]} processors ({platform.machin
 
 ![head: tetrahedra and triangles by error](figure_5_head.svg)
 
-The certified bound keeps more than the paper's error where errors are small, since it bounds the distance. The exact rule keeps less where
-they are large: at error {at_8["paper"]["error"]:.0f} {count(at_8["certified"]["triangles"])} triangles of the head instead of {count(at_8["paper"]["triangles"])}.
+The certified bound keeps more than the paper's error where errors are small, the exact topology rule less where they are large: at error {at_8["paper"]["error"]:.0f}
+{count(at_8["certified"]["triangles"])} triangles of the head instead of {count(at_8["paper"]["triangles"])}.
 
 ## Figures 6 to 11
 
 {table(header, box_figures(measured), names + ["---:"] * 6)}
 {other}{table(head_header, head_figures(measured), names + ["---:"] * (len(head_header) - 2))}
-*Fused* is the share of the finest level's tetrahedra that are gone. The border between the halves, enlarged:
+*Fused* is the share of the finest level's tetrahedra that are gone. The border between the halves:
 
 ![The border between the halves: fine triangles to the left, coarse ones to the right, no crack](head_border.png)
 
-With simplification the whole has {count(halves_simplified["triangles"])} triangles instead of {count(halves["triangles"])}, no open edge, and the same topology.
+Simplification leaves {count(halves_simplified["triangles"])} of {count(halves["triangles"])} triangles, no open edge, and the same topology.
 
 ![The left half at error 0, the right half simplified within error 4](head_halves_simplified.png)
 
 ## Where our numbers differ
 
-* **The box at error 0**: {count(box0["triangles"])} triangles, the paper's {count(PAPER["box"][0][1])} ({same_triangles:+.1f} %). The
-  paper counts {PAPER["box"][0][0] / box0["tetrahedra"]:.1f} times as many tetrahedra, and
+* **The box at error 0**: {same_triangles:+.1f} % triangles. The paper counts {PAPER["box"][0][0] / box0["tetrahedra"]:.1f} times as many tetrahedra, and
   {PAPER["head"][0][0] / head0["tetrahedra"]:.1f} times as many for the head: ours fuses all that do not change this isosurface.
-* **The box at larger errors**: {count(PAPER["box"][4][1])} triangles in the paper, {count(box4["triangles"])} in ours. No reading of the paper's guard
-  against flips that we measured (`readings` in [paper.json](paper.json)) gives its numbers.
+* **The box at larger errors**: no reading of the paper's guard against flips that we measured (`readings` in [paper.json](paper.json))
+  gives its numbers.
 * **The head** has other values than the paper's and one slice less. {few_triangles(measured)} At error 4 the tetrahedra agree
   within {abs(100 * (head4["tetrahedra"] / PAPER["head"][4][0] - 1)):.0f} %.
 

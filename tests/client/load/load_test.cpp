@@ -118,7 +118,7 @@ CataloguePtr gyroid() {
   return catalogue;
 }
 
-// What a server says to one request, and how a ledger and an assembler take it.
+// The replies to one request, and what validator and assembler make of them.
 class StreamChecksTest : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -11,19 +11,19 @@ const stream = messages().filter(({ case: kind }) => kind !== "welcome" && kind 
 // Performs what the assembler asks for, as the page does; the effects that a user would see.
 async function played(all: readonly ServerKind[], assembler = newAssembler()) {
   const seen: AssemblerEffect[] = [];
-  const rims = new Map<string, TileBoundary>();
+  const boundaries = new Map<string, TileBoundary>();
   const perform = async (effects: AssemblerEffect[]): Promise<void> => {
     for (const effect of effects) {
       if (effect.kind === "decode") {
         try {
-          rims.set(effect.tile.key, boundaryOf(await tileFrom(effect.payload, effect.tile)));
+          boundaries.set(effect.tile.key, boundaryOf(await tileFrom(effect.payload, effect.tile)));
           await perform(assembler.decoded(effect.tile.key));
         } catch (error) {
           await perform(assembler.damaged((error as Error).message));
         }
       } else if (effect.kind === "certify") {
         const { tiles, begin } = effect.step;
-        const seams = joined(tiles.map(({ key }) => rims.get(key)!), dataBorder(dataset(), 5, 0, 1));
+        const seams = joined(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
         await perform(assembler.certified(begin.step, seams.topology));
       } else {
         seen.push(effect);

@@ -638,7 +638,7 @@ async function speaksAround(page) {
   const answer = (id) => said.find((one) => one.id === id);
   assert.equal(answer("first").state.dataset, "gyroid");
   assert.equal(answer("second").state.isovalue, 0.25);
-  assert.deepEqual(answer("second").passedOver, ["nonsense", "opacity"]);
+  assert.deepEqual(answer("second").ignored, ["nonsense", "opacity"]);
   assert.match(answer("third").text, /no message "dance"; there are set, get/);
   assert.equal(answer("fourth").png, "image/png");
   assert(!JSON.stringify(said).includes("token"), "nothing of a token is told");

@@ -183,7 +183,7 @@ describe("Conversation", () => {
   test("DoesNotInsistWhereTheServerWillNeverAgree", () => {
     const conversation = connected();
     const reply = { case: "error", value: { requestId: 0n, code: 4, text: "No version." } };
-    expect(conversation.received(reply as ServerKind)).toMatchObject([{ kind: "trouble", isFatal: true }]);
+    expect(conversation.received(reply as ServerKind)).toMatchObject([{ kind: "failure", isFatal: true }]);
     expect(conversation.closed()).toEqual([{ kind: "phase", phase: "lost" }]);
   });
 });

@@ -48,26 +48,26 @@ export async function test(name, act, device = {}) {
   if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // While one works on it.
   const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
   page.setDefaultTimeout(patience);
-  const trouble = [];
+  const failure = [];
   page.on("console", (message) => {
     // The browser itself says what it cannot reach while the server is away, also the page's icon.
     const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());
     const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
-    if (message.type() === "error" && !isExpected) trouble.push(message.text());
+    if (message.type() === "error" && !isExpected) failure.push(message.text());
   });
-  page.on("pageerror", (error) => trouble.push(error.message));
+  page.on("pageerror", (error) => failure.push(error.message));
   page.on("request", (request) => {
     const { host, protocol } = new URL(request.url());
     const isLocal = hosts.has(host) || protocol === "data:" || protocol === "blob:";
-    if (!isLocal) trouble.push(`It asks for ${request.url()}.`);
+    if (!isLocal) failure.push(`It asks for ${request.url()}.`);
   });
   try {
     await act(page);
-    assert.deepEqual(trouble, [], "nothing is said on the console");
+    assert.deepEqual(failure, [], "nothing is said on the console");
     console.log(`ok   ${name}`);
   } catch (error) {
     ++failures;
-    console.log(`FAIL ${name}: ${error.stack}\n${trouble.join("\n")}`);
+    console.log(`FAIL ${name}: ${error.stack}\n${failure.join("\n")}`);
     await page.screenshot({ path: path.join(scratch, `${name}.png`) }).catch(() => {});
   }
   await page.close();

@@ -7,18 +7,18 @@ describe("parseSettings", () => {
       isovalue: 500.5, error: 0.25, region: { kind: "ball", centre: [1, 2, 3], radius: 4, error: 0.5 }, eye: [1, 2, 3],
       surfaces: [{ isovalue: 3, error: null, color: "#d9775f", opacity: 0.5, visible: true }], clip: "x", wireframe: true,
     };
-    expect(parseSettings(overrides)).toEqual({ settings: overrides, passedOver: [] });
+    expect(parseSettings(overrides)).toEqual({ settings: overrides, ignored: [] });
   });
 
   test("MayBeWhatIsUsual", () => {
-    expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, passedOver: [] });
+    expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, ignored: [] });
   });
 
   test("ReportsIgnoredSettingsByName", () => {
     const overrides = JSON.parse('{"isovlaue":1,"error":-1,"region":7,"surfaces":"x","eye":[1,2],"clip":"w","__proto__":{"a":1},"theme":{}}');
-    const { settings, passedOver } = parseSettings(overrides);
+    const { settings, ignored } = parseSettings(overrides);
     expect(settings).toEqual({});
-    expect(passedOver.sort()).toEqual(["__proto__", "clip", "error", "eye", "isovlaue", "region", "surfaces", "theme"]);
-    for (const nothing of [null, 7, "isovalue", undefined]) expect(parseSettings(nothing)).toEqual({ settings: {}, passedOver: [] });
+    expect(ignored.sort()).toEqual(["__proto__", "clip", "error", "eye", "isovlaue", "region", "surfaces", "theme"]);
+    for (const nothing of [null, 7, "isovalue", undefined]) expect(parseSettings(nothing)).toEqual({ settings: {}, ignored: [] });
   });
 });

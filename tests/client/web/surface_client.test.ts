@@ -119,12 +119,12 @@ describe("SurfaceClient", () => {
     link.events!.received({ case: "error", value: refusal } as ServerKind);
     link.events!.closed();
     const refused = client.progress.get();
-    expect(refused.trouble).toEqual({ text: refusal.text, isFatal: true, needsToken: true });
+    expect(refused.failure).toEqual({ text: refusal.text, isFatal: true, needsToken: true });
     expect(refused.retryAt).toBe(0);
     const { attempts } = link;
     client.connect();
     expect(link.attempts).toBe(attempts + 1);
-    expect(client.progress.get()).toMatchObject({ phase: "connecting", trouble: null });
+    expect(client.progress.get()).toMatchObject({ phase: "connecting", failure: null });
   });
 
   test("RequestsPreviewsFirstAmongSeveralSurfaces", () => {
@@ -138,7 +138,7 @@ describe("SurfaceClient", () => {
     const preview = { ...(begin.value as StepBegin), requestId, request, isFinal: false };
     link.events!.received({ case: "stepBegin", value: preview } as ServerKind);
     link.events!.received({ case: "streamEnd", value: { requestId, outcome: StreamOutcome.COMPLETE, steps: 1 } } as ServerKind);
-    expect(client.progress.get().trouble).toBeNull();
+    expect(client.progress.get().failure).toBeNull();
     expect([client.isPreviewed, client.isBusy]).toEqual([true, false]);
     client.finish();
     expect(openStream()?.steps).toBe(StepPolicy.FINAL_ONLY);

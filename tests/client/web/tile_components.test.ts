@@ -29,12 +29,12 @@ function meshOf(faces: Corner[][]): LatticeMesh {
 function tileOf(mesh: LatticeMesh) {
   const positions = Float32Array.from(mesh.positions);
   const triangles = Uint16Array.from(mesh.triangles);
-  return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, rim: boundaryOf(mesh) };
+  return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, boundary: boundaryOf(mesh) };
 }
 
 // Two pieces of dust and a planet, whose boxes have diagonals of 2, 4 and 40 times the root of 3.
 const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
-// Cut by the middle of each face, so that tiles meet along rims; each tile knows its own part alone.
+// Cut by the middle of each face, so that tiles meet along boundaries; each tile knows its own part alone.
 function cutAt(x: number) {
   const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
   return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));
@@ -96,7 +96,7 @@ describe("TileComponents", () => {
     const meshes = await Promise.all(begin.tiles.map((entry, i) => tileFrom(payloads[i], promiseOf(entry))));
     const tiles = meshes.map((mesh) => ({ ...tileOf(mesh), triangles: mesh.triangles }));
     const border = { low: [0, 0, 0] as Corner, high: [1, 1, 1] as Corner, inset: 0, anywhere: true };
-    expect(joined(tiles.map(({ rim }) => rim), border).topology.components).toBe(found.components);
+    expect(joined(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
     expect(largeComponents(tiles, 0)).toMatchObject({ components: found.components, triangles: found.triangles });
     const { largest } = largeComponents(tiles, 32);
     expect(largest).not.toBeNull();

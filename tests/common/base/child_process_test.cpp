@@ -25,7 +25,7 @@ constexpr std::uint64_t kMemory = std::uint64_t{64} << 20;
 
 std::string failure_of(const std::function<std::string()>& work) {
   try {
-    (void)made_apart(work, kMemory, milliseconds(500));
+    (void)run_in_child_process(work, kMemory, milliseconds(500));
   } catch (const std::runtime_error& problem) {
     return problem.what();
   }
@@ -34,8 +34,8 @@ std::string failure_of(const std::function<std::string()>& work) {
 
 TEST(ChildProcess, ReturnsItsMessages) {
   const std::string large(3'000'000, 'x');
-  EXPECT_EQ(made_apart([&] { return large; }, kMemory, milliseconds(5000)), large);
-  EXPECT_EQ(made_apart([] { return std::string(); }, kMemory, milliseconds(5000)), "");
+  EXPECT_EQ(run_in_child_process([&] { return large; }, kMemory, milliseconds(5000)), large);
+  EXPECT_EQ(run_in_child_process([] { return std::string(); }, kMemory, milliseconds(5000)), "");
 }
 
 TEST(ChildProcess, IsolatesCrashesHangsAndMemoryExhaustion) {

@@ -45,13 +45,13 @@ export async function inChromium(look) {
   try {
     const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
     page.setDefaultTimeout(patience);
-    const trouble = [];
-    page.on("pageerror", (error) => trouble.push(error.message));
+    const failure = [];
+    page.on("pageerror", (error) => failure.push(error.message));
     page.on("response", (answer) => {
-      if (answer.status() >= 400 && answer.status() !== 503) trouble.push(`${answer.status()} ${answer.url()}`);
+      if (answer.status() >= 400 && answer.status() !== 503) failure.push(`${answer.status()} ${answer.url()}`);
     });
-    await look(page, trouble);
-    if (trouble.length > 0) throw new Error(trouble.join("\n"));
+    await look(page, failure);
+    if (failure.length > 0) throw new Error(failure.join("\n"));
   } finally {
     await browser.close();
     pages.close();

@@ -16,7 +16,7 @@ const viewers = {
   cesium: (listener) => [`${listener}/v1/token/${token}/3dtiles/${tree}/tileset.json`],
 };
 
-await inChromium(async (page, trouble) => {
+await inChromium(async (page, failure) => {
   for (const [number, listener] of listeners.entries()) {
     for (const [viewer, words] of Object.entries(viewers)) {
       await page.goto(`${origin}/${viewer}.html`);
@@ -28,7 +28,7 @@ await inChromium(async (page, trouble) => {
         await picture(page, `${viewer}_${number}_${name}`);
         const facts = await page.evaluate("counterpart.facts()");
         console.log(`${viewer} ${name}: ${facts.tiles} tiles, ${facts.triangles} triangles`);
-        trouble.push(...facts.failed);
+        failure.push(...facts.failed);
         return facts;
       };
       const far = await look(40, 16, "far");

@@ -55,7 +55,7 @@ class RemoteDatasets : public ::testing::Test {
     return server_.address() + lie + "/noise.mtd";
   }
   // The error where no surface is made.
-  [[nodiscard]] std::string trouble(const DatasetPtr& dataset) const {
+  [[nodiscard]] std::string failure(const DatasetPtr& dataset) const {
     try {
       (void)digests(dataset);
     } catch (const StoreError& error) {
@@ -106,7 +106,7 @@ TEST_F(RemoteDatasets, SayWhyThereIsNoSurfaceAndNeverGiveAnother) {
        {"503/1000", "truncated/1000", "lost/1000", "wrong-range/1000", "wrong-bytes/1000"}) {
     std::string text = "none";
     try {
-      text = trouble(open_dataset(address(std::string("/lies/") + lie), files()));
+      text = failure(open_dataset(address(std::string("/lies/") + lie), files()));
     } catch (const StoreError& error) {
       text = error.what();
     } catch (const DatasetFileError& error) {
@@ -125,7 +125,7 @@ TEST_F(RemoteDatasets, ReplacedFilesGiveTheOldSurfaceOrAnError) {
     std::filesystem::last_write_time(
         folder_.path() / "noise.mtd",
         std::filesystem::file_time_type::clock::now() + std::chrono::seconds(9));
-    const std::string text = trouble(dataset);
+    const std::string text = failure(dataset);
     EXPECT_NE(text.find("was replaced"), std::string::npos) << server << ": " << text;
     EXPECT_NE(digests(open_dataset(address(server), opened)), expected_);
   }

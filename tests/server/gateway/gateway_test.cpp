@@ -254,7 +254,7 @@ TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
   EXPECT_LE(refused, 1);
 }
 
-// The stream as it is without trouble, and one in which its server is lost after `seen` messages.
+// The stream as it is without failure, and one in which its server is lost after `seen` messages.
 // `Steps` of the two servers are alike.
 std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t messages) {
   auto first = std::make_unique<Upstream>(octahedron());

@@ -40,7 +40,7 @@ TEST(SizeCurves, NearTheRealSizes) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   const std::vector<double> errors = {0.25, 1, 4};
-  const SizeCurves curves = size_curves(extractor, spread_isovalues(dataset->info, 3), errors);
+  const SizeCurves curves = size_curves(extractor, even_isovalues(dataset->info, 3), errors);
   ASSERT_EQ(curves.isovalues.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < errors.size(); ++j) {
@@ -55,7 +55,7 @@ TEST(SizeCurves, SimplifiedSizesAreNearTheRealOnes) {
   const SurfaceExtractor extractor(dataset);
   const std::vector<double> errors = {0.25, 1};
   const SizeCurves curves =
-      size_curves(extractor, spread_isovalues(dataset->info, 3), errors, {.simplify = true});
+      size_curves(extractor, even_isovalues(dataset->info, 3), errors, {.simplify = true});
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = 0; j < errors.size(); ++j) {
       const double real = triangles_of(extractor, curves.isovalues[i], errors[j], true);
@@ -68,7 +68,7 @@ TEST(SizeCurves, FallWithTheError) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   for (const bool simplify : {false, true}) {
     const SizeCurves curves =
-        size_curves(SurfaceExtractor(dataset), spread_isovalues(dataset->info, simplify ? 2 : 5),
+        size_curves(SurfaceExtractor(dataset), even_isovalues(dataset->info, simplify ? 2 : 5),
                     {0, 0.5, 2, 8}, {.cubes = 1'000'000, .simplify = simplify});
     for (std::size_t j = 1; j < curves.errors.size(); ++j) {
       for (std::size_t i = 0; i < curves.isovalues.size(); ++i) {
@@ -81,24 +81,24 @@ TEST(SizeCurves, FallWithTheError) {
 TEST(SizeCurves, ExistForGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({7, 8, 6}, 3)});
   const SizeCurves curves =
-      size_curves(SurfaceExtractor(dataset), spread_isovalues(dataset->info, 4), {0});
+      size_curves(SurfaceExtractor(dataset), even_isovalues(dataset->info, 4), {0});
   EXPECT_GT(*std::max_element(curves.triangles[0].begin(), curves.triangles[0].end()), 10);
 }
 
 TEST(SpreadIsovalues, LieBetweenIntegersOnceEach) {
   DatasetInfo info;
   info.max = 4;
-  EXPECT_EQ(spread_isovalues(info, 64), (std::vector<double>{0.5, 1.5, 2.5, 3.5}));
+  EXPECT_EQ(even_isovalues(info, 64), (std::vector<double>{0.5, 1.5, 2.5, 3.5}));
   info.type = SampleType::kF32;
-  EXPECT_EQ(spread_isovalues(info, 4), (std::vector<double>{0.5, 1.5, 2.5, 3.5}));
+  EXPECT_EQ(even_isovalues(info, 4), (std::vector<double>{0.5, 1.5, 2.5, 3.5}));
   info.max = info.min;
-  EXPECT_TRUE(spread_isovalues(info, 4).empty());
+  EXPECT_TRUE(even_isovalues(info, 4).empty());
 }
 
 TEST(DatasetPlot, HasACurveForEveryErrorAndAMarkForEverySuggestion) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(40, 0.2, 8)});
   const SizeCurves curves =
-      size_curves(SurfaceExtractor(dataset), spread_isovalues(dataset->info, 8), {0.25, 1, 4});
+      size_curves(SurfaceExtractor(dataset), even_isovalues(dataset->info, 8), {0.25, 1, 4});
   const std::string svg = dataset_plot(dataset->info, curves);
   EXPECT_EQ(occurrences(svg, "<polyline"), 3U);
   EXPECT_EQ(occurrences(svg, "<polygon"), 1U);

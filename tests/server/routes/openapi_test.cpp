@@ -120,7 +120,7 @@ class OpenApiTest : public ::testing::Test {
  protected:
   OpenApiTest() {
     const auto make = [](const StepRequest& step, const std::stop_token&) -> TiledStep {
-      if (step.request.isovalue == 13) throw std::runtime_error("trouble");
+      if (step.request.isovalue == 13) throw std::runtime_error("failure");
       if (step.request.isovalue == 12) return {};
       return shaded(testing::octahedron_step(step), step.request);
     };

@@ -41,7 +41,7 @@ class BucketTest : public ::testing::Test {
     return folder_.path() / "large";
   }
   template <typename Action>
-  static std::string trouble(const Action& action) {
+  static std::string failure(const Action& action) {
     try {
       action();
     } catch (const StoreError& error) {
@@ -85,7 +85,7 @@ TEST_F(BucketTest, ListsMoreThanOneAnswerHolds) {
 
 TEST_F(BucketTest, SaysWhyItCannotBeListed) {
   setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
-  EXPECT_NE(trouble([] { (void)list_bucket("s3://volumes/", ".mtd", kQuick); }).find("status 403"),
+  EXPECT_NE(failure([] { (void)list_bucket("s3://volumes/", ".mtd", kQuick); }).find("status 403"),
             std::string::npos);
 }
 
@@ -93,7 +93,7 @@ TEST_F(BucketTest, WhatMayNotBeReadIsNotMissing) {
   folder_.file("old.mtd", "old content");
   setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
   EXPECT_NE(
-      trouble([] { (void)find_object("s3://volumes/old.mtd", 3, kQuick); }).find("status 403"),
+      failure([] { (void)find_object("s3://volumes/old.mtd", 3, kQuick); }).find("status 403"),
       std::string::npos);
 }
 
@@ -117,16 +117,16 @@ TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
   EXPECT_EQ(found->begin.size(), 3U);
   EXPECT_FALSE(find_object("s3://volumes/none.mtd", 3, kQuick));
   using Kind = UploadCondition::Kind;
-  EXPECT_NE(trouble([&] {
+  EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/old.mtd", {}, kQuick);
-            }).find("another file came there"),
+            }).find("another file was written there"),
             std::string::npos);
   const UploadCondition same{.kind = Kind::kThisVersion, .etag = found->etag};
   upload_file(file, "s3://volumes/old.mtd", same, kQuick);
   EXPECT_EQ(bytes_of_file(folder_.path() / "old.mtd"), "new");
-  EXPECT_NE(trouble([&] {
+  EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/old.mtd", same, kQuick);
-            }).find("another file came there"),
+            }).find("another file was written there"),
             std::string::npos);
   upload_file(file, "s3://volumes/old.mtd", {.kind = Kind::kAnything}, kQuick);
   EXPECT_EQ(files_in_bucket(), 2U) << "Nothing is left of those that failed.";
@@ -134,11 +134,11 @@ TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
 
 TEST_F(BucketTest, AbortsAnUploadThatFails) {
   const fs::path file = large_file();
-  EXPECT_NE(trouble([&] {
+  EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/fails-part2.mtd", {}, kQuick);
             }).find("status 500"),
             std::string::npos);
-  EXPECT_NE(trouble([&] {
+  EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/fails-complete.mtd", {}, kQuick);
             }).find("InternalError"),
             std::string::npos);

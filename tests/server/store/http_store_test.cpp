@@ -43,7 +43,7 @@ class HttpStoreTest : public ::testing::Test {
     return {reinterpret_cast<const char*>(bytes->data()), bytes->size()};
   }
   template <typename Action>
-  static std::string trouble(const Action& action) {
+  static std::string failure(const Action& action) {
     try {
       (void)action();
     } catch (const StoreError& error) {
@@ -66,7 +66,7 @@ TEST_F(HttpStoreTest, GivesWholesAndPartsAndKnowsWhatIsMissing) {
   EXPECT_EQ(as_text(good->get_range("a/object", text_.size() - 3, 50)),
             text_.substr(text_.size() - 3));
   EXPECT_FALSE(good->get("a/other", 10));
-  EXPECT_NE(trouble([&] { return good->get("a/object", 10); }).find("more than the 10 bytes"),
+  EXPECT_NE(failure([&] { return good->get("a/object", 10); }).find("more than the 10 bytes"),
             std::string::npos);
 }
 
@@ -82,13 +82,13 @@ TEST_F(HttpStoreTest, TriesAgainWhatMayPass) {
 TEST_F(HttpStoreTest, ReportsFailedRequests) {
   const auto error_after = [&](const std::string& lie) {
     const auto never = store("/lies/" + lie + "/1000");
-    return trouble([&] { return part(*never); });
+    return failure([&] { return part(*never); });
   };
   EXPECT_NE(error_after("503").find("status 503"), std::string::npos);
   EXPECT_NE(error_after("wrong-range").find("asked for bytes 100-149"), std::string::npos);
   EXPECT_NE(error_after("truncated"), "none");
   EXPECT_NE(error_after("lost"), "none");
-  EXPECT_NE(trouble([&] { return part(*store("/whole/")); }).find("does not serve ranges"),
+  EXPECT_NE(failure([&] { return part(*store("/whole/")); }).find("does not serve ranges"),
             std::string::npos);
 }
 
@@ -97,7 +97,7 @@ TEST_F(HttpStoreTest, WaitsForAStoreThatStallsNoLongerThanItsDeadline) {
   options.deadline = milliseconds(400);
   const auto stalled = store("/lies/stalled/1000", options);
   const auto begin = steady_clock::now();
-  EXPECT_NE(trouble([&] { return whole(*stalled); }), "none");
+  EXPECT_NE(failure([&] { return whole(*stalled); }), "none");
   EXPECT_LT(steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
@@ -108,7 +108,7 @@ TEST_F(HttpStoreTest, LeavesAStoreThatStallsTwice) {
   std::atomic<int> tried_again = 0;
   options.tries_again = [&] { ++tried_again; };
   const auto stalled = store("/lies/stalled/1000", options);
-  EXPECT_NE(trouble([&] { return whole(*stalled); }).find("Timeout"), std::string::npos);
+  EXPECT_NE(failure([&] { return whole(*stalled); }).find("Timeout"), std::string::npos);
   EXPECT_EQ(tried_again, 1);
 }
 
@@ -116,9 +116,9 @@ TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
   HttpStoreOptions options = quick();
   options.rest_after_failure = std::chrono::hours(1);
   const auto failing = store("/lies/503/3", options);
-  EXPECT_NE(trouble([&] { return whole(*failing); }).find("status 503"), std::string::npos);
+  EXPECT_NE(failure([&] { return whole(*failing); }).find("status 503"), std::string::npos);
   // It would answer now, but gets no request.
-  EXPECT_NE(trouble([&] { return whole(*failing); }).find("failed a moment ago"),
+  EXPECT_NE(failure([&] { return whole(*failing); }).find("failed a moment ago"),
             std::string::npos);
 }
 
@@ -150,14 +150,14 @@ TEST_F(HttpStoreTest, FollowsRedirectsToOtherHostsOnlyWhereThatIsAllowed) {
   EXPECT_EQ(whole(*store("/moved/")), text_);
   const std::string port = server_.address().substr(server_.address().rfind(':'));
   const std::string elsewhere = "/redirect/localhost" + port + "/";
-  EXPECT_NE(trouble([&] { return whole(*store(elsewhere)); }).find("--follow"), std::string::npos);
+  EXPECT_NE(failure([&] { return whole(*store(elsewhere)); }).find("--follow"), std::string::npos);
   HttpStoreOptions options = quick();
   options.follow = true;
   EXPECT_EQ(whole(*store(elsewhere, options)), text_);
 }
 
 TEST_F(HttpStoreTest, KeepsKeysBelowTheAddress) {
-  EXPECT_NE(trouble([&] { return store("/b/")->get("../a/object", 10'000); }).find("--follow"),
+  EXPECT_NE(failure([&] { return store("/b/")->get("../a/object", 10'000); }).find("--follow"),
             std::string::npos);
   EXPECT_FALSE(store("/b/")->get("%2e%2e/a/object", 10'000));
   EXPECT_FALSE(store("/a/")->get("object?part", 10'000));
@@ -199,7 +199,7 @@ TEST_F(HttpStoreTest, GivesCredentialsToTheirHostAlone) {
 TEST_F(HttpStoreTest, NamesNoPasswords) {
   const std::string host = server_.address().substr(7);
   const auto refusing = http_store("http://reader:wrong@" + host + "/private/", quick());
-  const std::string text = trouble([&] { return whole(*refusing); });
+  const std::string text = failure([&] { return whole(*refusing); });
   EXPECT_NE(text.find("status 401"), std::string::npos) << text;
   EXPECT_EQ(text.find("wrong"), std::string::npos) << text;
   EXPECT_EQ(refusing->place("x").string().find("wrong"), std::string::npos);

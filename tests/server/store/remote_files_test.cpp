@@ -50,7 +50,7 @@ class RemoteFilesTest : public ::testing::Test {
     return text;
   }
   template <typename Action>
-  static std::string trouble(const Action& action) {
+  static std::string failure(const Action& action) {
     try {
       (void)action();
     } catch (const StoreError& error) {
@@ -158,7 +158,7 @@ TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
                         fs::file_time_type::clock::now() + std::chrono::seconds(5));
     EXPECT_NE(all->version_of(address(server)), version);
     EXPECT_TRUE(part(*file, 0, 100) == content(1).substr(0, 100)) << "What is there already.";
-    EXPECT_NE(trouble([&] { return part(*file, 20 * kBlock, 100); }).find("was replaced"),
+    EXPECT_NE(failure([&] { return part(*file, 20 * kBlock, 100); }).find("was replaced"),
               std::string::npos);
     EXPECT_TRUE(part(*all->open(address(server)), 20 * kBlock, 100) ==
                 content(2).substr(20 * kBlock, 100));
@@ -167,16 +167,16 @@ TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
 
 TEST_F(RemoteFilesTest, RefuseServersThatCannotServeThem) {
   const auto all = files();
-  EXPECT_NE(trouble([&] { return all->open(address("/whole")); }).find("does not serve ranges"),
+  EXPECT_NE(failure([&] { return all->open(address("/whole")); }).find("does not serve ranges"),
             std::string::npos);
-  EXPECT_NE(trouble([&] {
+  EXPECT_NE(failure([&] {
               return all->open(address("/no-version"));
             }).find("neither ETag nor Last-Modified"),
             std::string::npos);
-  EXPECT_NE(trouble([&] { return all->open(server_.address() + "/none"); }).find("status 404"),
+  EXPECT_NE(failure([&] { return all->open(server_.address() + "/none"); }).find("status 404"),
             std::string::npos);
   folder_.file("small", "x");
-  EXPECT_NE(trouble([&] {
+  EXPECT_NE(failure([&] {
               return all->open(server_.address() + "/whole/small");
             }).find("does not serve ranges"),
             std::string::npos);
@@ -194,7 +194,7 @@ TEST_F(RemoteFilesTest, ReportPermanentFailures) {
   for (const char* const lie : {"503", "truncated", "lost", "wrong-range"}) {
     const auto all = files();
     const std::string text =
-        trouble([&] { return all->open(address(std::string("/lies/") + lie + "/1000")); });
+        failure([&] { return all->open(address(std::string("/lies/") + lie + "/1000")); });
     EXPECT_NE(text.find(server_.address()), std::string::npos) << lie << ": " << text;
   }
 }
@@ -204,7 +204,7 @@ TEST_F(RemoteFilesTest, WaitForAServerThatStallsNoLongerThanTheDeadline) {
   options.http.deadline = milliseconds(400);
   const auto all = files(options);
   const auto begin = std::chrono::steady_clock::now();
-  EXPECT_NE(trouble([&] { return all->open(address("/lies/stalled/1000")); }), "none");
+  EXPECT_NE(failure([&] { return all->open(address("/lies/stalled/1000")); }), "none");
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
 }
 

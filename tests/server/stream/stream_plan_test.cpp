@@ -270,7 +270,7 @@ TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
 
 TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
   const LargeSteps source;
-  const auto has_own_model = [&](StepPolicy steps, const MakingLimits& limits) {
+  const auto has_own_model = [&](StepPolicy steps, const StepLimits& limits) {
     StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
     for (;;) {
       const StepResult made = make_next_step(source, state, {}, limits).value();
@@ -281,7 +281,7 @@ TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
           {.step = made.step, .size = source.sizes({}, SizeAccuracy::kQuick).of(made.step)});
     }
   };
-  const MakingLimits alone = {.bytes_per_second = 1e9};
+  const StepLimits alone = {.bytes_per_second = 1e9};
   EXPECT_TRUE(has_own_model(StepPolicy::kProgressive, alone));
   EXPECT_FALSE(has_own_model(StepPolicy::kPreviewsOnly, alone));
   EXPECT_FALSE(

@@ -288,7 +288,7 @@ TEST(ServerLimits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) 
   MessageSocket newcomer = greet_from(server, "127.0.3.1");
   const Error ended = receive<ErrorReply>(idle).error;
   EXPECT_EQ(ended.code, ErrorCode::kUnavailable);
-  EXPECT_NE(ended.text.find("has rested for longest"), std::string::npos) << ended.text;
+  EXPECT_NE(ended.text.find("closes its longest idle connection"), std::string::npos) << ended.text;
   EXPECT_TRUE(is_closed_by_server(idle));
   for (MessageSocket* const stays : {&alone, &busy, &later, &newcomer}) {
     ASSERT_TRUE(stays->send(Ping{1}));

@@ -382,9 +382,9 @@ TEST_F(VolumeFiles, RefusesUnusedOptions) {
     return error_of_reading(file, {.choice = choice});
   };
   expect_contains(refusal({.array = "foo"}),
-                  "--array chooses nothing here: it has no named arrays");
-  expect_contains(refusal({.level = 1}), "--level chooses nothing here");
-  expect_contains(refusal({.time = 3}), "--time chooses nothing here: it has no times");
+                  "--array does not apply: the file has no named arrays");
+  expect_contains(refusal({.level = 1}), "--level does not apply");
+  expect_contains(refusal({.time = 3}), "--time does not apply: the file has no times");
   expect_contains(refusal({.channel = 3}),
                   "it has no channels, but one volume of 4 x 3 x 2 samples. Leave --channel out");
   expect_contains(refusal({.series = "2"}), "--series chooses nothing here");

@@ -187,7 +187,7 @@ def mgh():
     turn = numpy.array((-1, -1, 1))
     for name, stored in (("v.mgh", data), ("v.mgz", gzip.compress(data))):
         read(name, write(name, stored), volume, origin * turn, steps * turn, "mm")
-    refuse("mgz-trailing", write("t.mgz", gzip.compress(data) + b"more"), "not part of its packed samples")
+    refuse("mgz-trailing", write("t.mgz", gzip.compress(data) + b"more"), "other bytes after its packed samples")
 
 
 def npy():
@@ -317,7 +317,7 @@ def small_ones():
 
     lines = "NRRD0004\ntype: int16\ndimension: 3\nsizes: 9 7 6\nencoding: {}\nendian: little\n\n"
     packed = gzip.compress(volume.tobytes())
-    refuse("nrrd-trailing", write("t.nrrd", lines.format("gzip").encode() + packed + b"garbage"), "not part of its packed samples")
+    refuse("nrrd-trailing", write("t.nrrd", lines.format("gzip").encode() + packed + b"garbage"), "other bytes after its packed samples")
     refuse("nrrd-checksum", write("c.nrrd", lines.format("gzip").encode() + packed[:-8] + b"\0\0\0\0" + packed[-4:]), "damaged")
     refuse("nrrd-no-checksum", write("n.nrrd", lines.format("gzip").encode() + packed[:-8]), "too early")
     read("nrrd-zeros", write("z.nrrd", lines.format("gzip").encode() + packed + bytes(600)), volume)

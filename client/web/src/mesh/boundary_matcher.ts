@@ -1,7 +1,7 @@
-// Tiles put together by their rims: the same counts as common/mesh/mesh_checks.hpp takes from the welded
-// mesh, in time proportional to the rims alone.
+// Tiles put together by their boundaries: the same counts as common/mesh/mesh_checks.hpp takes from the welded
+// mesh, in time proportional to the boundaries alone.
 //
-// A vertex that is not on a rim is taken for its tile's own. That holds for every isosurface on the
+// A vertex that is not on a boundary is taken for its tile's own. That holds for every isosurface on the
 // lattice: a vertex lies inside one edge of the framework, and the triangles at it go once around.
 import { Components } from "./components";
 import { countEdges } from "./edge_uses";
@@ -34,25 +34,25 @@ export function isSound(found: MeshTopology): boolean {
 
 export interface BoundaryMatcher {
   topology: MeshTopology;
-  // For each tile, the number of each of its rim vertices among those of all rims.
+  // For each tile, the number of each of its boundary vertices among those of all boundaries.
   numbers: Uint32Array[];
   rimVertices: number;
 }
 
-export function joined(rims: readonly TileBoundary[], border: DataBorder): BoundaryMatcher {
-  const points = new PointNumbers(rims.reduce((n, rim) => n + rim.vertices.length / 2, 16));
-  const numbers = rims.map((rim) => {
-    const own = new Uint32Array(rim.vertices.length);
+export function joined(boundaries: readonly TileBoundary[], border: DataBorder): BoundaryMatcher {
+  const points = new PointNumbers(boundaries.reduce((n, boundary) => n + boundary.vertices.length / 2, 16));
+  const numbers = boundaries.map((boundary) => {
+    const own = new Uint32Array(boundary.vertices.length);
     for (let i = 0; i < own.length; ++i) {
-      const p = rim.positions;
+      const p = boundary.positions;
       own[i] = points.numberOf(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
     }
     return own;
   });
-  const directed = new Uint32Array(rims.reduce((n, rim) => n + rim.edges.length, 0));
+  const directed = new Uint32Array(boundaries.reduce((n, boundary) => n + boundary.edges.length, 0));
   let used = 0;
-  rims.forEach((rim, tile) => {
-    for (const vertex of rim.edges) directed[used++] = numbers[tile][vertex];
+  boundaries.forEach((boundary, tile) => {
+    for (const vertex of boundary.edges) directed[used++] = numbers[tile][vertex];
   });
   const seams = countEdges(directed, points.size);
   const coordinates = points.coordinates();
@@ -60,21 +60,21 @@ export function joined(rims: readonly TileBoundary[], border: DataBorder): Bound
   for (let e = 0; e < seams.open.length; e += 2) {
     borderEdges += isOnBorder(border, coordinates, seams.open[e], seams.open[e + 1]) ? 1 : 0;
   }
-  const sum = (of: (rim: TileBoundary) => number) => rims.reduce((n, rim) => n + of(rim), 0);
-  const vertices = sum((rim) => rim.innerVertices) + points.size;
-  const edges = sum((rim) => rim.innerEdges) + seams.edges;
-  const triangles = sum((rim) => rim.triangles);
+  const sum = (of: (boundary: TileBoundary) => number) => boundaries.reduce((n, boundary) => n + of(boundary), 0);
+  const vertices = sum((boundary) => boundary.innerVertices) + points.size;
+  const edges = sum((boundary) => boundary.innerEdges) + seams.edges;
+  const triangles = sum((boundary) => boundary.triangles);
   return {
     topology: {
       vertices,
       edges,
       triangles,
       eulerCharacteristic: vertices - edges + triangles,
-      components: countComponents(rims, numbers, points.size),
+      components: countComponents(boundaries, numbers, points.size),
       borderEdges,
       openEdges: seams.open.length / 2 - borderEdges,
-      nonmanifoldEdges: sum((rim) => rim.nonmanifoldEdges) + seams.nonmanifold,
-      degenerateTriangles: sum((rim) => rim.degenerateTriangles),
+      nonmanifoldEdges: sum((boundary) => boundary.nonmanifoldEdges) + seams.nonmanifold,
+      degenerateTriangles: sum((boundary) => boundary.degenerateTriangles),
     },
     numbers,
     rimVertices: points.size,
@@ -82,16 +82,16 @@ export function joined(rims: readonly TileBoundary[], border: DataBorder): Bound
 }
 
 // Components of tiles are one where they share a vertex.
-function countComponents(rims: readonly TileBoundary[], numbers: Uint32Array[], shared: number): number {
-  const firstOf = rims.map(() => 0);
+function countComponents(boundaries: readonly TileBoundary[], numbers: Uint32Array[], shared: number): number {
+  const firstOf = boundaries.map(() => 0);
   let total = shared;
-  rims.forEach((rim, tile) => {
+  boundaries.forEach((boundary, tile) => {
     firstOf[tile] = total;
-    total += rim.components;
+    total += boundary.components;
   });
   const sets = new Components(total);
-  rims.forEach((rim, tile) => {
-    numbers[tile].forEach((vertex, i) => sets.join(vertex, firstOf[tile] + rim.component[i]));
+  boundaries.forEach((boundary, tile) => {
+    numbers[tile].forEach((vertex, i) => sets.join(vertex, firstOf[tile] + boundary.component[i]));
   });
   return sets.count();
 }

@@ -1,7 +1,7 @@
 // Which edges triangles use, and in which direction: the counting behind every check of a mesh.
 //
 // An edge of two triangles that run along it in opposite directions is sound; one of a single
-// triangle is open (a rim); everything else is no manifold.
+// triangle is open (a boundary); everything else is no manifold.
 export interface EdgeCounts {
   edges: number; // Distinct ones.
   nonmanifold: number;

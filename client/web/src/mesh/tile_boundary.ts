@@ -1,5 +1,5 @@
 // What the rest of a step must know of one tile: the open edges where it meets its neighbours, and
-// counts of what lies inside. So a whole surface is checked from its tiles' rims, which are a small
+// counts of what lies inside. So a whole surface is checked from its tiles' boundaries, which are a small
 // part of it, and a tile that stays is never counted again.
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";
@@ -7,16 +7,16 @@ import type { LatticeBox, LatticeMesh } from "./tile_mesh";
 
 export interface TileBoundary {
   triangles: number;
-  innerVertices: number; // Not on the rim.
+  innerVertices: number; // Not on the boundary.
   innerEdges: number; // Edges of more than one triangle of this tile.
   nonmanifoldEdges: number; // Inner edges of more than two triangles.
   degenerateTriangles: number;
   components: number; // Components of this tile alone.
-  // The vertices on the rim: lattice coordinates, number in the tile, number of the component.
+  // The vertices on the boundary: lattice coordinates, number in the tile, number of the component.
   positions: Int32Array;
   vertices: Uint32Array;
   component: Uint32Array;
-  edges: Uint32Array; // Pairs of rim vertices, in the direction of their triangle.
+  edges: Uint32Array; // Pairs of boundary vertices, in the direction of their triangle.
 }
 
 // `marched`: the box in which this viewer has marched samples, none of them void, to get the mesh. Such a mesh is
@@ -29,7 +29,7 @@ export function boundaryOf(mesh: LatticeMesh, marched: LatticeBox | null = null)
     components.join(mesh.triangles[t + 1], mesh.triangles[t + 2]);
   }
   const { counts, degenerate } = marched ? { counts: marchedEdges(mesh, marched), degenerate: 0 } : comparedEdges(mesh);
-  const numbers = new Map<number, number>(); // Tile's vertex -> rim's.
+  const numbers = new Map<number, number>(); // Tile's vertex -> boundary's.
   const edges = counts.open.map((vertex) => {
     let number = numbers.get(vertex);
     if (number === undefined) numbers.set(vertex, (number = numbers.size));

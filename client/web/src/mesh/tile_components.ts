@@ -2,7 +2,7 @@
 // thousands around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
 // with a common vertex are connected, and a component is as large as the diagonal of its bounding box.
 //
-// A tile's own components are found once; what a surface adds takes time in proportion to the tiles' rims.
+// A tile's own components are found once; what a surface adds takes time in proportion to the tiles' boundaries.
 import { Components } from "./components";
 import { PointNumbers } from "./point_numbers";
 import type { LatticeBox } from "./tile_mesh";
@@ -13,7 +13,7 @@ export type Triangles = Uint16Array | Uint32Array;
 interface Tile {
   positions: Float32Array; // Lattice coordinates.
   triangles: Triangles;
-  rim: Pick<TileBoundary, "positions" | "vertices">;
+  boundary: Pick<TileBoundary, "positions" | "vertices">;
 }
 
 export interface LargeComponents {
@@ -97,9 +97,9 @@ function joinedComponents(tiles: readonly Tile[]): { ofTile: Uint32Array[]; boxe
     total += boxes.length;
   }
   const sets = new Components(total);
-  const points = new PointNumbers(tiles.reduce((n, { rim }) => n + rim.vertices.length / 2, 16));
+  const points = new PointNumbers(tiles.reduce((n, { boundary }) => n + boundary.vertices.length / 2, 16));
   const firstAt: number[] = []; // The component that came first to each point.
-  tiles.forEach(({ rim: { positions: p, vertices } }, tile) => {
+  tiles.forEach(({ boundary: { positions: p, vertices } }, tile) => {
     vertices.forEach((vertex, i) => {
       const point = points.numberOf(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
       const component = firstOf[tile] + own[tile].ofVertex[vertex];

@@ -72,7 +72,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   });
   const follow = controls.toggle("followView", {
     label: "View-dependent detail",
-    tip: "Finer than the allowed error where that is more than so many pixels; asks anew when the camera rests.",
+    tip: "Finer than the allowed error where that is more than so many pixels; requests again when the camera stops.",
   });
   const followTip = follow.getAttribute("data-tip")!;
   const pixels = controls.slider("pixels", {

@@ -1,5 +1,4 @@
-// "Hide components smaller than [ ] samples": of one surface, or of several. Noise in scans makes thousands of
-// small ones around the one that is meant.
+// "Hide components smaller than [ ] samples": of one surface, or of several. Noise in scans makes thousands of small ones around the main surface.
 import type { ShownComponents } from "../state/progress";
 import { maxMinComponent } from "../state/surfaces";
 import { h } from "../shared/elements";

@@ -47,7 +47,7 @@ export class Help {
       h("table", {}, ...keys.map(([key, act]) =>
         h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, act)))),
       h("p", { class: "hint" },
-        "Everything else is explained where it is: rest with the mouse on it, or come by with the " +
+        "Everything else is explained where it is: hover over it with the mouse, or reach it with the " +
         "Tab key."));
     close.addEventListener("click", () => this.element.close());
     // A click beside the page closes it.

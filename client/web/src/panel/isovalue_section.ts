@@ -1,4 +1,4 @@
-// The isovalues: lines in the histogram that one drags, the first one's number, and values worth a look.
+// The isovalues: lines in the histogram that one drags, the first one's number, and suggested values.
 import type { DatasetInfo } from "../protocol/messages";
 import { forever } from "../state/browser_storage";
 import { rangeOf } from "../state/series";
@@ -41,7 +41,7 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
     turned: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", (minComponent) => change({ minComponent }), () => keepLargest(0));
-  const chips = h("div", { class: "chips", role: "group", "aria-label": "Isovalues worth a look" });
+  const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {
     const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
       `${inDigits(value)} ${tissueAtValue(value, of)}`.trim());

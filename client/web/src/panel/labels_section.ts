@@ -118,9 +118,9 @@ function labelRow(change: (changes: Partial<SurfaceSettings>) => void, isolate: 
   const showComing = () => element.classList.toggle("is-coming", isVisible && !hasFinal);
   return {
     element,
-    showProgress: ({ shown, isStreaming, trouble }) => {
-      hasFinal = trouble !== null || (!isStreaming && shown?.isFinal === true);
-      name.title = trouble?.text ?? name.textContent ?? "";
+    showProgress: ({ shown, isStreaming, failure }) => {
+      hasFinal = failure !== null || (!isStreaming && shown?.isFinal === true);
+      name.title = failure?.text ?? name.textContent ?? "";
       showComing();
     },
     show: (surface, label) => {

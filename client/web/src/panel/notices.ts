@@ -54,19 +54,19 @@ export class Notices {
   private draw(): void {
     clearTimeout(this.countdown);
     const { progress } = this;
-    const trouble = progress?.trouble;
+    const failure = progress?.failure;
     const isTrying = progress?.phase === "connecting" || progress?.phase === "greeting";
     const isLost = progress?.phase === "lost" || (isTrying && this.kind === "lost");
-    const isTrouble = trouble ? !trouble.needsToken : isLost;
-    this.element.classList.toggle("is-trouble", isTrouble);
-    if (trouble?.needsToken) {
-      this.drawToken().refuse(trouble.text);
+    const isFailure = failure ? !failure.needsToken : isLost;
+    this.element.classList.toggle("is-failure", isFailure);
+    if (failure?.needsToken) {
+      this.drawToken().refuse(failure.text);
     } else if (isTrying && this.kind === "token") {
       this.drawToken().wait();
-    } else if (isLost && !trouble?.isFatal) {
+    } else if (isLost && !failure?.isFatal) {
       this.drawLost(progress!);
-    } else if (trouble || this.own || this.empty) {
-      this.words.textContent = trouble?.text ?? this.own ?? this.empty;
+    } else if (failure || this.own || this.empty) {
+      this.words.textContent = failure?.text ?? this.own ?? this.empty;
       this.hold("words", () => [this.words]);
     } else if (progress?.postponed) {
       this.drawPostponed(progress.postponed);

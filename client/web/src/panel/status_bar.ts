@@ -53,7 +53,7 @@ export class StatusBar {
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
   private certified: DrawnSurface[] = [];
   private stepBegan = { step: -1, toCome: -1, at: 0 }; // Which step is coming, and performance.now() of its beginning.
-  // What is said aloud: steps, not every tile.
+  // Announced by screen readers: steps, not every tile.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
   constructor() {

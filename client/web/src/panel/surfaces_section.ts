@@ -131,13 +131,13 @@ function surfaceRow(
       filter.show(surface.minComponent ?? 0);
       cross.hidden = filter.element.hidden = !isOneOfSeveral;
     },
-    showProgress: ({ shown, components, isStreaming, trouble, heldBack }) => {
+    showProgress: ({ shown, components, isStreaming, failure, heldBack }) => {
       const limit = heldBack ? ", the best of this size" : "";
       const hidden = hidesAny(components) ? `, ${componentWords(components)}` : "";
       const count = grouped(components?.triangles ?? shown?.triangles ?? 0);
       const accuracy = shown ? accuracyOf(shown, 2) : null;
       const triangles = accuracy ? `${count} triangles, ${accuracy.value} ${accuracy.unit}${limit}${hidden}` : "";
-      const text = trouble?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
+      const text = failure?.text ?? (isStreaming ? `${triangles || "asking"}…` : triangles);
       if (state.textContent !== text) state.textContent = text;
     },
   };

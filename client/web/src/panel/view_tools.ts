@@ -1,4 +1,4 @@
-// Buttons over the picture: where one looks from.
+// Buttons over the picture: fit, reset and views along the axes.
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 

@@ -1,6 +1,6 @@
 import * as THREE from "three";
 
-// As the fragments have them: what is compared with them is equal or not.
+// Depths as the fragments compute them, for exact comparison.
 export function exactDepths(): THREE.DepthTexture {
   return new THREE.DepthTexture(1, 1, THREE.FloatType);
 }

@@ -1,4 +1,4 @@
-// What the graphics card has done, found out without the page waiting for it.
+// GPU fences: whether drawing has finished, polled without blocking.
 import type * as THREE from "three";
 
 // Resolves when all submitted work is drawn, and at once when the context was lost.

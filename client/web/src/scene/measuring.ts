@@ -1,5 +1,5 @@
 // Measurements of picked places: positions, field values, the length between two, the angle at the second of
-// three, and the area and volume of the part that was picked last. A fourth place begins anew. Numbers carry their bounds
+// three, and the area and volume of the part that was picked last. A fourth place starts over. Numbers carry their bounds
 // and no digit that means nothing.
 import * as THREE from "three";
 

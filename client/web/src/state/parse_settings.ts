@@ -5,16 +5,16 @@ import { fromAddress, toAddress } from "./url_state";
 
 export interface ParsedSettings {
   settings: Partial<Settings>;
-  passedOver: string[]; // Names.
+  ignored: string[]; // Names.
 }
 
 export function parseSettings(given: unknown): ParsedSettings {
-  const found: ParsedSettings = { settings: {}, passedOver: [] };
+  const found: ParsedSettings = { settings: {}, ignored: [] };
   if (typeof given !== "object" || given === null) return found;
   for (const [name, value] of Object.entries(given)) {
     const read = Object.hasOwn(defaults, name) ? settingFrom(name as keyof Settings, value) : undefined;
     if (read) Object.assign(found.settings, read);
-    else found.passedOver.push(name);
+    else found.ignored.push(name);
   }
   return found;
 }

@@ -63,7 +63,7 @@ export interface Progress {
   // interpolated colors.
   scalars: { low: number; high: number; deviation: number } | null;
   // One sentence for the user, and how bad it is.
-  trouble: { text: string; isFatal: boolean; needsToken: boolean } | null;
+  failure: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }
 
 export interface DrawnSurface {
@@ -97,7 +97,7 @@ export const noProgress: Progress = {
   postponed: null,
   heldBack: null,
   scalars: null,
-  trouble: null,
+  failure: null,
 };
 
 export const noErrors = { text: "", isFatal: false, needsToken: false };

@@ -21,7 +21,7 @@ export interface Entry {
 }
 
 export const labelIsovalue = 0.5; // Where the boundary of every label is.
-export const mostLabelsAtFirst = 24; // That are shown before anybody has said which.
+export const mostLabelsAtFirst = 24; // Labels shown by default.
 
 // In the order of the list: a series is where its first member is.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {

@@ -41,8 +41,8 @@ export interface AdditionalSurface {
   color: string; // "#rrggbb"
   opacity: number; // 0 to 1: nothing to see through.
   visible: boolean;
-  minComponent?: number; // Samples, as the settings have it of the first one; not said: 0.
-  material?: Material; // Not said: neutral.
+  minComponent?: number; // In samples, as for the first surface; default 0.
+  material?: Material; // Default: neutral.
 }
 
 export interface Settings {

@@ -171,7 +171,7 @@ export class Assembler {
   private tile(step: number, index: number, payload: Uint8Array): AssemblerEffect[] {
     const pending = this.pending.at(-1);
     if (!pending || pending.end || pending.begin.step !== step) {
-      return this.fail(`Step ${step}: a tile comes outside of its step.`);
+      return this.fail(`Step ${step}: a tile arrived outside of its step.`);
     }
     const tile = pending.tiles[index];
     if (!tile) return this.fail(`Step ${step}: tile ${index} is not in its manifest.`);
@@ -211,7 +211,7 @@ export class Assembler {
       return this.fail(`The server counts ${steps} steps; ${this.steps} came.`);
     }
     if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
-      return this.fail("The stream is said to be complete, but the final step is missing.");
+      return this.fail("The server ended the stream as complete, but the final step is missing.");
     }
     this.streamEnd = { outcome };
     // A step that was cut short never comes to an end.

@@ -49,7 +49,7 @@ export type Effect =
   | { kind: "postponed"; text: string; inMilliseconds: number }
   // For a stream; `stream` identifies it, as results from elsewhere may come late.
   | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNews: boolean }
-  | { kind: "trouble"; text: string; isFatal: boolean; code: ErrorCode };
+  | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
 
 export interface StreamRequest {
   info: DatasetInfo;
@@ -267,7 +267,7 @@ export class Conversation {
     if (!info) {
       this.wanted = null;
       const text = `The server no longer has a dataset named "${wanted.info.name}".`;
-      return [...effects, { kind: "trouble", text, isFatal: false, code: ErrorCode.UNKNOWN_DATASET }];
+      return [...effects, { kind: "failure", text, isFatal: false, code: ErrorCode.UNKNOWN_DATASET }];
     }
     this.wanted = { ...wanted, info };
     return [...effects, ...this.openStream()];
@@ -329,7 +329,7 @@ export class Conversation {
     // The connection ends; some reasons will not go away by themselves.
     const isFatal = code !== ErrorCode.UNAVAILABLE && code !== ErrorCode.LIMIT_EXCEEDED;
     this.isGivenUp = isFatal;
-    return [{ kind: "trouble", text, isFatal, code }];
+    return [{ kind: "failure", text, isFatal, code }];
   }
 
   private track(effects: AssemblerEffect[]): Effect[] {

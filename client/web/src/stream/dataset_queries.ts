@@ -129,7 +129,7 @@ export class DatasetQueries {
     this.goOn();
   }
 
-  // The next question connects anew.
+  // The next query reconnects.
   private lose(text: string): void {
     this.phase = "none";
     const asked = [...this.underWay.values(), ...this.waiting.map((one) => one.asked)];

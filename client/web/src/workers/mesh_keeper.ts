@@ -64,20 +64,20 @@ async function selected({ ids, leastDiagonal }: Drawn): Promise<Selection> {
 async function certified(ids: string[], border: DataBorder): Promise<Certified> {
   const step = await all(ids);
   const seams = joined(
-    step.map((tile) => tile.rim),
+    step.map((tile) => tile.boundary),
     border,
   );
   return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
 }
 
-// Gives each rim vertex the sum over all tiles that share it; returns the tiles whose normals change.
+// Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals change.
 function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);
-  step.forEach(({ rim, sums: own }, i) => {
+  step.forEach(({ boundary, sums: own }, i) => {
     numbers[i].forEach((number, j) => {
       for (let axis = 0; axis < 3; ++axis) {
-        sums[3 * number + axis] += own![3 * rim.vertices[j] + axis];
+        sums[3 * number + axis] += own![3 * boundary.vertices[j] + axis];
       }
     });
   });
@@ -86,10 +86,10 @@ function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certif
   step.forEach((tile, i) => {
     let isOther = false;
     numbers[i].forEach((number, j) => {
-      const at = 4 * tile.rim.vertices[j];
+      const at = 4 * tile.boundary.vertices[j];
       before.set(tile.normals.subarray(at, at + 4));
       const [x, y, z] = sums.subarray(3 * number, 3 * number + 3);
-      pack(tile.normals, tile.rim.vertices[j], x, y, z);
+      pack(tile.normals, tile.boundary.vertices[j], x, y, z);
       isOther ||= before.some((value, k) => value !== tile.normals[at + k]);
     });
     if (isOther) changed.push({ id: tile.id, normals: tile.normals.slice() });

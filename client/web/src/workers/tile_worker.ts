@@ -1,5 +1,5 @@
 // Decodes tiles off the main thread. The geometry goes to the page for drawing, and a copy with the
-// tile's rim straight to the mesh keeper, which checks whole steps.
+// tile's boundary straight to the mesh keeper, which checks whole steps.
 import createDecoderModule from "draco3d/draco_decoder_nodejs.js";
 import dracoWasm from "draco3d/draco_decoder.wasm?url";
 
@@ -25,14 +25,14 @@ function hasherFor(resolution: number): Promise<TriangleHasher> {
   return hasher;
 }
 
-async function meshOf({ payload, promised, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; rim: TileBoundary }> {
+async function meshOf({ payload, promised, resolution, shell, hasNormals }: TileJob): Promise<{ mesh: LatticeMesh; boundary: TileBoundary }> {
   if (shell) {
     const { mesh, box, hasVoid } = (await shells)(payload, promised, shell, resolution);
-    return { mesh, rim: boundaryOf(mesh, hasVoid ? null : box) };
+    return { mesh, boundary: boundaryOf(mesh, hasVoid ? null : box) };
   }
   const hasher = await hasherFor(resolution);
   const mesh = decodeTile(payload, promised, { draco: await draco, hasher, resolution, hasNormals });
-  return { mesh, rim: boundaryOf(mesh) };
+  return { mesh, boundary: boundaryOf(mesh) };
 }
 
 function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {
@@ -41,7 +41,7 @@ function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {
 }
 
 async function decoded(job: TileJob): Promise<DecodedTile> {
-  const { mesh, rim } = await meshOf(job);
+  const { mesh, boundary } = await meshOf(job);
   const sums = mesh.normals ? null : sumsOf(mesh, job.shell);
   const normals = mesh.normals ? fieldNormals(mesh.normals, job.linear) : packedNormals(sums!);
   const isShort = mesh.positions.length / 3 <= 65536;
@@ -55,7 +55,7 @@ async function decoded(job: TileJob): Promise<DecodedTile> {
     triangles: triangles.slice(),
     normals: normals.slice(),
     sums,
-    rim,
+    boundary,
   };
   keeper.postMessage(kept, [
     kept.positions.buffer,

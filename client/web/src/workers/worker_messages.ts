@@ -46,7 +46,7 @@ export interface KeptTile {
   triangles: Uint16Array | Uint32Array;
   normals: Int16Array;
   sums: Float32Array | null; // For computed normals.
-  rim: TileBoundary;
+  boundary: TileBoundary;
 }
 
 // ---- page -> keeper

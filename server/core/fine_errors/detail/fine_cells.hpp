@@ -1,4 +1,4 @@
-// Which cells FineErrors has to look at for one octree cube.
+// The cells that FineErrors has to evaluate for one octree cube.
 //
 // Only *wanted* cells are computed: those in which the model goes beyond the spectrum, because all
 // three parents of the cell's centre are kept. What they need lies in the cells around them, which

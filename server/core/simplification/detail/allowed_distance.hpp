@@ -1,4 +1,4 @@
-// How far simplification may move a surface, and where: the same everywhere, or a share of what a
+// The allowed displacement by simplification: the same everywhere, or a share of what a
 // threshold map allows at every place.
 #pragma once
 

@@ -35,7 +35,7 @@ class CollapseFan {
   // Whether the edge from `low` to `high` is near to the spokes first .. last.
   [[nodiscard]] bool is_near(const Point& low, const Point& high, std::uint32_t first,
                              std::uint32_t last);
-  // Whether it is near to an edge at the fan's rim, which is from `begin` to `end`.
+  // Whether it is near to an edge at the fan's border, which is from `begin` to `end`.
   [[nodiscard]] bool is_near_rim(const Point& low, const Point& high, const Vec3& begin,
                                  const Vec3& end);
   // Whether a vertex that stays has an error within the limit.

@@ -1,4 +1,4 @@
-// What was collapsed of a surface since some moment, so that the last of it can be left out.
+// The history of edge collapses, so that the last ones can be undone.
 //
 // A collapse changes nothing but its fan, so the collapses of pieces that were simplified apart may
 // be cut off anywhere, each piece's by itself. `when` orders them all: in a piece, and from what

@@ -1,5 +1,5 @@
-// How far a surface is from the one it was simplified from: a bound in both directions, kept up to
-// date from collapse to collapse, that does not add up over them.
+// Bounds the distance of a surface from the one it was simplified from: in both directions, kept up
+// to date from collapse to collapse, that does not add up over them.
 //
 // The argument. Let M be the original surface and N the simplified one, whose vertices are some of
 // M's. The collapses make a continuous map h of M onto N that leaves these vertices where they are,

@@ -1,5 +1,5 @@
-// How far a surface is from the one it was simplified from, by one number a vertex: quickly found,
-// and larger than what successive_mapping.hpp finds.
+// Bounds the distance of a surface from the one it was simplified from, by one number a vertex:
+// fast, and larger than what successive_mapping.hpp finds.
 //
 // The argument. The *error* at a point of the simplified surface N is linear in each triangle, so
 // one number a vertex bounds it. Points of the original M belong to points of N, at least one to

@@ -25,7 +25,7 @@
 
 namespace multitetra {
 
-// Where a level takes the field's values from.
+// The source of a level's field values.
 class PlaneSource {
  public:
   virtual ~PlaneSource() = default;
@@ -34,7 +34,8 @@ class PlaneSource {
   virtual void read(int exponent, GridPoint low, GridPoint extent, float* into) const = 0;
 };
 
-// The cube centres of the finer level in its steps around one of ours: 2k - 1 ... 2k + 2.
+// The cube centers of the finer level around a cube center of this one, in its steps: 2k - 1 ... 2k
+// + 2.
 class FinerCubes {
  public:
   // Their curves in step k, at (x / 2, y / 2) rounded down. The layer must outlive this.

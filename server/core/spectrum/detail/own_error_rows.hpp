@@ -1,5 +1,5 @@
-// What fusing the points of a row moves, for four points at a time: enough for all diamonds that
-// are active in few bins, as those of noise are.
+// The displacements by fusing the points of a row, four points at a time: enough for all diamonds
+// that are active in few bins, as those of noise are.
 //
 // Requires values that float holds exactly with all their sums (16-bit integers), so that every
 // statement below about intervals is exact.
@@ -22,7 +22,7 @@ struct FourOwnErrors {
   Vector low{};  // The range of the diamond's values.
   Vector high{};
   Vector sum{};    // NaN when a value is void.
-  Vector moved{};  // How much the point's value changes when it is fused.
+  Vector moved{};  // The change of the point's value by its fusion.
   // The largest displacement for any isovalue, by the paper's measure and by the certified one.
   Vector paper{};
   Vector certified{};

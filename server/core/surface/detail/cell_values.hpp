@@ -18,7 +18,7 @@
 
 namespace multitetra {
 
-// What both sources know of the data's place in the grid, in units.
+// The place of the data in the grid, in units.
 struct DataSurroundings {
   std::int32_t last = 0;  // The last coordinate of the grid.
   float outside = std::numeric_limits<float>::quiet_NaN();

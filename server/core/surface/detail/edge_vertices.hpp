@@ -1,4 +1,4 @@
-// Which vertex lies on which edge of the framework, in one octree cube: triangles that meet at an
+// The vertices on edges of the framework, in one octree cube: triangles that meet at an
 // edge find its vertex without a search.
 //
 // An edge is known by its midpoint. If its extents are even it is the split edge of that point,

@@ -10,9 +10,10 @@
 
 namespace multitetra {
 
-// How a region lies to a box. As computed, a box inside one that a region contains is contained
-// too, and a box around one that a region touches is touched too. A region that is reported to
-// touch may miss the box where their axes are not parallel; one that is reported to contain does.
+// The relation of a region to a box. As computed, a box inside one that a region contains is
+// contained too, and a box around one that a region touches is touched too. A region that is
+// reported to touch may miss the box where their axes are not parallel; one that is reported to
+// contain does.
 enum class Contact { kApart, kTouches, kContains };
 
 class RegionSet {
@@ -43,7 +44,7 @@ class RegionSet {
     bool is_closed = false;  // The last entry contains the box.
   };
   [[nodiscard]] List all() const;
-  // What is left of a list of a box for a box inside it.
+  // The part of a box's list that concerns a box inside it.
   [[nodiscard]] List relevant(const List& of_outer, const Box& box) const;
 
  private:

@@ -1,4 +1,4 @@
-// What a part leaves for the merge: plain arrays of bytes, and a record of them that is written
+// The output of a part for the merge: plain arrays of bytes, and a record of them that is written
 // last. A part without a record is none.
 //
 //     head.mtd.parts/plan.json

@@ -24,7 +24,7 @@ namespace {
                        missing.name + ") is empty.");
   }
   std::string there;
-  for (const FoundLabel& label : map.labels()) {
+  for (const LabelSummary& label : map.labels()) {
     if (there.size() > 60) {
       there += ", ...";
       break;
@@ -37,7 +37,7 @@ namespace {
 }
 
 // Simplification takes volume from thin parts before its error is a quarter of their thickness.
-void warn_of_thin_parts(const PrepareJob& job, const FoundLabel& label,
+void warn_of_thin_parts(const PrepareJob& job, const LabelSummary& label,
                         const VolumeFileOptions& options) {
   constexpr std::uint64_t kWorthANotice = 10;  // One part of so many.
   if (!options.notice || label.thin_samples * kWorthANotice < label.samples) return;
@@ -58,7 +58,7 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
   const LabelMap map = maps.of(job.input, options);
   if (value == 0) return {map.field(value)};
   const auto found = std::find_if(map.labels().begin(), map.labels().end(),
-                                  [&](const FoundLabel& label) { return label.value == value; });
+                                  [&](const LabelSummary& label) { return label.value == value; });
   if (found == map.labels().end()) fail_without_label(job, map);
   warn_of_thin_parts(job, *found, options);
   return {map.field(value),
@@ -94,7 +94,7 @@ void require_free_output(const PrepareJob& job) {
 namespace {
 
 // A dataset that was made of something else is not replaced by mistake. One of the same name, or of
-// the same series, is made anew.
+// the same series, is made again.
 void require_same_source(const PrepareJob& job, const Provenance& note) {
   if (is_address(job.output.string()) || !std::filesystem::exists(job.output)) return;
   std::optional<DatasetMetadata> there;
@@ -190,7 +190,7 @@ void Preparation::require_same_places(const PrepareJob& job, const Places& found
            std::to_string(places.dims[2]);
   };
   const auto refuse = [&](const std::string& difference) {
-    fail_reading(job.input, difference + "; members of a series lie on the same places",
+    fail_reading(job.input, difference + "; members of a series must have the same grid",
                  "Resample it, or prepare it for itself");
   };
   if (found.dims != first.dims) {

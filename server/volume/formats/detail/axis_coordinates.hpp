@@ -1,4 +1,4 @@
-// Where a volume lies whose file has a list of coordinates for each of its dimensions, as HDF5 and
+// The placement of a volume whose file has a list of coordinates for each dimension, as HDF5 and
 // NetCDF have.
 #pragma once
 

@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// What is done to the bytes of a chunk after they are read, in this order.
+// Decoding steps of a chunk's bytes, in this order.
 struct ChunkCodec {
   enum class Kind { kUnpack, kCheckCrc32c };
   Kind kind = Kind::kUnpack;
@@ -74,7 +74,7 @@ struct ShardEntry {
   std::uint64_t offset = kNoChunk;
   std::uint64_t length = kNoChunk;
 };
-// How many bytes the index of a shard has as stored. Requires layout.shards.
+// The stored size of a shard's index in bytes. Requires layout.shards.
 [[nodiscard]] std::size_t shard_index_bytes(const ArrayLayout& layout);
 [[nodiscard]] Result<std::vector<ShardEntry>> decode_shard_index(const ArrayLayout& layout,
                                                                  std::span<const std::byte> stored);

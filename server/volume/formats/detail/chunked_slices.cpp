@@ -21,14 +21,14 @@ template <typename Body>
 void on_threads(std::size_t threads, std::size_t count, const Body& body) {
   std::atomic<std::size_t> next = 0;
   std::mutex mutex;
-  std::exception_ptr trouble;
+  std::exception_ptr failure;
   const auto work = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
       try {
         body(i);
       } catch (...) {
         const std::lock_guard lock(mutex);
-        if (!trouble) trouble = std::current_exception();
+        if (!failure) failure = std::current_exception();
         next = count;
       }
     }
@@ -38,7 +38,7 @@ void on_threads(std::size_t threads, std::size_t count, const Body& body) {
     for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(work);
     work();
   }
-  if (trouble) std::rethrow_exception(trouble);
+  if (failure) std::rethrow_exception(failure);
 }
 
 // The objects of one array, chunk by chunk.
@@ -113,7 +113,7 @@ class Chunks {
     const std::string what = "the chunk " + std::to_string(inside) + " of this shard";
     if (entry.length > most_stored_bytes()) {
       fail_reading(store_->place(key),
-                   what + " is said to have " + std::to_string(entry.length) + " bytes",
+                   what + " claims to have " + std::to_string(entry.length) + " bytes",
                    "Get a whole copy of the array");
     }
     const auto stored = store_->get_range(key, entry.offset, entry.length);

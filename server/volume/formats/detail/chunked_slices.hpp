@@ -14,7 +14,7 @@
 
 namespace multitetra {
 
-// Which dimensions of the array are the volume's axes x, y and z (z may be none: one slice), and
+// The dimensions of the array that are the volume's axes x, y and z (z may be none: one slice), and
 // where it lies along the others.
 struct VolumeInArray {
   std::array<std::optional<std::size_t>, 3> axes;

@@ -13,7 +13,7 @@ namespace multitetra {
 // The primary level where there are several. nullopt when no such file says a finite number.
 [[nodiscard]] std::optional<double> contour_level_beside(const std::filesystem::path& map);
 
-// What such a file says, by its content.
+// Reads such a file by its content.
 [[nodiscard]] std::optional<double> contour_level_in_xml(std::string_view text);
 [[nodiscard]] std::optional<double> contour_level_in_json(std::string_view text);
 

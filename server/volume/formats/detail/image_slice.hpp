@@ -36,7 +36,7 @@ class ImageSlice : public StoredSlices {
     if (!reading_->read_rows(samples.data(), row_bytes)) {
       fail_reading(file_,
                    "it is damaged (" + library_ + ": " + std::string(reading_->problem()) + ")",
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     reading_.reset();
     samples_ = std::move(samples);
@@ -59,7 +59,7 @@ StoredVolume open_image(const std::filesystem::path& path, const std::string& fo
     fail_reading(path,
                  "it is no whole " + format + " image (" + library + ": " +
                      std::string(reading->problem()) + ")",
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
   const ImageHeader header = reading->header();
   check_header(path, header);

@@ -54,7 +54,7 @@ void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   fail_reading(file_,
                "it ends too early: " + std::to_string(offset + into.size()) +
                    " bytes are promised and " + std::to_string(size_) + " are there",
-               "Get a whole copy of it");
+               "Get a complete copy of the file");
 }
 
 std::string InputFile::beginning(std::size_t most) const {

@@ -31,7 +31,7 @@ struct NrrdHeader {
 // last line counts. Nothing is refused.
 [[nodiscard]] NrrdHeader parse_nrrd_header(std::string_view text);
 
-// That of a file, which is at most 4 MiB long. Throws VolumeFileError.
+// Reads the header of a file, which is at most 4 MiB long. Throws VolumeFileError.
 [[nodiscard]] NrrdHeader read_nrrd_header(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -31,14 +31,14 @@ class OpenPart {
         return;
       }
       fail_reading(part_.file, "its samples are no gzip, zlib or bzip2 stream",
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     const std::uint64_t found = file_.size() < part_.offset ? 0 : file_.size() - part_.offset;
     if (found >= needed) return;
     fail_reading(part_.file,
                  "it ends too early or is damaged; its header promises " + std::to_string(needed) +
                      " bytes of samples and " + std::to_string(found) + " are there",
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
 
   void read(std::uint64_t offset, std::span<std::byte> into) {
@@ -69,7 +69,7 @@ class OpenPart {
     fail_reading(part_.file,
                  "its packed samples end after " + std::to_string(at_) + " of " +
                      std::to_string(part_.skipped + part_bytes_) + " bytes",
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
 
   // Behind the last sample: other times may follow, but only a stream that ends well is known to

@@ -30,7 +30,7 @@ struct SampleParts {
 };
 
 // The slices of `header`, in any order. A stream is unpacked forwards and nothing is kept: going
-// back begins anew. Throws VolumeFileError when a file that is not packed is too short.
+// back starts over. Throws VolumeFileError when a file that is not packed is too short.
 [[nodiscard]] std::unique_ptr<StoredSlices> slices_in_parts(SampleParts samples,
                                                             const ImageHeader& header);
 

@@ -1,4 +1,4 @@
-// What the segments of a segmentation are called: 3D Slicer writes it into the headers of its
+// The names of the segments of a segmentation: 3D Slicer writes them into the headers of its
 // .seg.nrrd files, as keys Segment0_Name, Segment0_Color, Segment0_LabelValue, ...
 #pragma once
 
@@ -11,7 +11,7 @@
 namespace multitetra {
 
 // In the order of their numbers, of a NRRD header's text. Labels have the segments' values; where
-// segments lie in several layers, in each of which values begin anew, they are numbered from 1 on.
+// segments lie in several layers, in each of which values start over, they are numbered from 1 on.
 // Segments without a value are left out, those whose value another one has, and those of more than
 // so many layers; so are names and colors that are none.
 [[nodiscard]] std::vector<SourceLabel> segments_in(std::string_view header,

@@ -100,7 +100,7 @@ class TextSlices : public StoredSlices {
       if (at_ >= numbers_.end || text_.size() > kTextPortionBytes) {
         fail_reading(file_.path(),
                      "after " + std::to_string(next_) + " numbers it ends or is damaged",
-                     "Get a whole copy of it");
+                     "Get a complete copy of the file");
       }
       const std::size_t before = text_.size();
       text_.resize(before + std::min<std::uint64_t>(kTextPortionBytes, numbers_.end - at_));

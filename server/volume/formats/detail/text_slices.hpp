@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// Where in a file the numbers are, and how many of them come before the first sample.
+// The position of the numbers in a file, and how many of them come before the first sample.
 struct NumbersInText {
   std::filesystem::path file;
   std::uint64_t begin = 0;
@@ -21,7 +21,7 @@ struct NumbersInText {
 };
 
 // The slices of `header`, of numbers between white space or commas. They are read forwards; going
-// back begins anew. Reading throws VolumeFileError where the text ends or has no number of the
+// back starts over. Reading throws VolumeFileError where the text ends or has no number of the
 // header's type. Floating-point numbers too small for their type are 0, too large ones infinite.
 [[nodiscard]] std::unique_ptr<StoredSlices> text_slices(NumbersInText numbers,
                                                         const ImageHeader& header);

@@ -87,7 +87,7 @@ class OmeParser {
   Result<TiffDescription> parse(std::string_view text, std::int64_t components) {
     const auto status =
         XML_Parse(parser_.get(), text.data(), static_cast<int>(text.size()), XML_TRUE);
-    if (!trouble_.empty()) return no_description(trouble_);
+    if (!failure_.empty()) return no_description(failure_);
     if (status != XML_STATUS_OK) return no_description("the XML of its description is damaged");
     if (pixels_.empty()) return no_description("its description has no Pixels");
     TiffDescription description;
@@ -125,8 +125,8 @@ class OmeParser {
     static_cast<OmeParser*>(self)->stop("its description declares XML entities");
   }
 
-  void stop(const char* trouble) {
-    trouble_ = trouble;
+  void stop(const char* failure) {
+    failure_ = failure;
     XML_StopParser(parser_.get(), XML_FALSE);
   }
 
@@ -167,7 +167,7 @@ class OmeParser {
       }
       const auto first =
           static_cast<std::size_t>((t * description.channels + c) * description.slices + z);
-      // The block goes on in the order of all pages.
+      // The block continues in the order of all pages.
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
         if (ordered[first] + i >= ordered.size()) break;
         description.pages[place_of[ordered[first] + i]] = static_cast<std::size_t>(page) + i;
@@ -197,7 +197,7 @@ class OmeParser {
   }
 
   std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser_;
-  std::string trouble_;
+  std::string failure_;
   int images_ = 0;
   Values pixels_;
   std::vector<std::string> channel_names_;

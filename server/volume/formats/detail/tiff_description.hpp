@@ -1,5 +1,5 @@
-// What microscopy programs write into the description of a TIFF file: which slice, channel and time
-// a page has, and how far samples are apart.
+// Parses the descriptions that microscopy programs write into TIFF files: which slice, channel and
+// time a page has, and how far samples are apart.
 #pragma once
 
 #include <array>

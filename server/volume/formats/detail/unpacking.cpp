@@ -273,8 +273,8 @@ struct UnpackedStream::State {
       const bool is_zero = std::all_of(left.begin(), left.end(),
                                        [](std::byte byte) { return byte == std::byte{0}; });
       if (is_zero) continue;
-      fail_reading(file.path(), "something that is not part of its packed samples lies behind them",
-                   "Get a whole copy of it");
+      fail_reading(file.path(), "it has other bytes after its packed samples",
+                   "Get a complete copy of the file");
     } while (refill());
     left = {};
   }
@@ -291,13 +291,15 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
   while (!into.empty() && !state.ended) {
     if (state.left.empty() && !state.refill()) {
       if (state.packing == Packing::kHex) break;
-      fail_reading(state.file.path(), "its packed samples end too early", "Get a whole copy of it");
+      fail_reading(state.file.path(), "its packed samples end too early",
+                   "Get a complete copy of the file");
     }
     switch (state.unpacker.run(state.left, into)) {
       case StreamUnpacker::Progress::kGoesOn:
         break;
       case StreamUnpacker::Progress::kDamaged:
-        fail_reading(state.file.path(), "its packed samples are damaged", "Get a whole copy of it");
+        fail_reading(state.file.path(), "its packed samples are damaged",
+                     "Get a complete copy of the file");
       case StreamUnpacker::Progress::kEnded:
         if (state.left.empty()) state.refill();
         state.ended = !may_have_members(state.packing) || state.left.empty() ||

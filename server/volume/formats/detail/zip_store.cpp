@@ -173,13 +173,13 @@ class ZipStore : public ObjectStore {
   }
 
   [[nodiscard]] std::uint64_t data_of(const std::string& key, const ZipEntry& entry) const {
-    if (entry.header > file_.size()) fail(key, "it lies behind the end of the archive");
+    if (entry.header > file_.size()) fail(key, "it begins beyond the end of the archive");
     const HeaderBytes local = bytes_at(entry.header, 30);
     if (local.at<std::uint32_t>(0) != 0x04034B50) fail(key, "its header in the archive is damaged");
     const std::uint64_t data =
         entry.header + 30 + local.at<std::uint16_t>(26) + local.at<std::uint16_t>(28);
     if (data > file_.size() || entry.packed > file_.size() - data) {
-      fail(key, "it lies behind the end of the archive");
+      fail(key, "it begins beyond the end of the archive");
     }
     return data;
   }

@@ -124,17 +124,17 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
 // What a person should know of the files before their places are looked at.
 void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
                   std::vector<std::string>& notices) {
-  std::vector<DicomImage> strangers;
+  std::vector<DicomImage> other_images;
   std::vector<DicomImage> longer;
   const DicomImage& first = images.front();
   for (const DicomImage& image : images) {
-    if (image.patient != first.patient || image.study != first.study) strangers.push_back(image);
+    if (image.patient != first.patient || image.study != first.study) other_images.push_back(image);
     if (image.has_excess_bytes && image.frame == 0) longer.push_back(image);
   }
-  if (!strangers.empty()) {
-    notices.push_back("'" + place.string() + "': " + std::to_string(strangers.size()) +
+  if (!other_images.empty()) {
+    notices.push_back("'" + place.string() + "': " + std::to_string(other_images.size()) +
                       " images of this series are of another patient or study than '" +
-                      first.file.filename().string() + "': " + list_of(files_of(strangers)) +
+                      first.file.filename().string() + "': " + list_of(files_of(other_images)) +
                       ". They are in the volume.");
   }
   if (!longer.empty()) {
@@ -243,7 +243,7 @@ class DicomSlices : public StoredSlices {
     reader.SetFileName(image.file.c_str());
     if (!reader.Read()) {
       fail_reading(image.file, "its image cannot be read",
-                   "Get a whole copy of it, or decompress it first");
+                   "Get a complete copy of the file, or decompress it first");
     }
     const gdcm::Image& pixels = reader.GetImage();
     const std::size_t needed = static_cast<std::size_t>(image.frames) * image.frame_bytes();
@@ -251,7 +251,7 @@ class DicomSlices : public StoredSlices {
       fail_reading(image.file,
                    "its image has " + std::to_string(pixels.GetBufferLength()) +
                        " bytes and its header promises " + std::to_string(needed),
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     pixels_.resize(needed);
     loaded_.clear();
@@ -318,7 +318,7 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
                                  without_digits(files.front().filename().string()));
     if (!is_sibling) continue;
     fail_reading(other, "it is no DICOM file or is cut off in front of its header",
-                 "Get a whole copy of it, or remove it from the series");
+                 "Get a complete copy of the file, or remove it from the series");
   }
   std::sort(files.begin(), files.end());
   return files;

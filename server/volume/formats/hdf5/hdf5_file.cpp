@@ -239,7 +239,7 @@ class Hdf5Slices : public StoredSlices {
         0)
       return;
     fail_reading(path_, "its slices from " + std::to_string(first) + " on cannot be read",
-                 "Get a whole copy of it; chunks must be packed by deflate, szip or LZF");
+                 "Get a complete copy of the file; chunks must be packed by deflate, szip or LZF");
   }
 
  private:
@@ -265,7 +265,7 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   Hdf5Id file = open_hdf5_file(path);
   const std::optional<ImarisVolume> imaris = imaris_volume(path, file.get(), choice);
   if (!imaris && choice.level) {
-    fail_reading(path, "--level chooses nothing here: it has no levels of resolution",
+    fail_reading(path, "--level does not apply: the file has no levels of resolution",
                  "Leave --level out");
   }
   const std::string name = imaris ? imaris->dataset : chosen_dataset(path, file.get(), choice);

@@ -118,7 +118,7 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
   const InputFile file(path);
   std::string text = file.beginning(kMostBytes);
   const Result<PvtiHeader> parsed = parse_pvti(text);
-  if (!parsed) fail_reading(path, parsed.error().text, "Save it anew");
+  if (!parsed) fail_reading(path, parsed.error().text, "Save it again");
   if (parsed->pieces.empty() || parsed->pieces.size() > kMostPieces) {
     fail_reading(path, "it has " + std::to_string(parsed->pieces.size()) + " pieces",
                  "Save it as 1 to " + std::to_string(kMostPieces) + " pieces");
@@ -144,7 +144,7 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
       placed.dims[axis] = (pieces.size() == 1 ? volume.header : header).dims[axis];
       const std::int64_t all = parsed->extent[2 * axis + 1] - parsed->extent[2 * axis] + !of_cells;
       if (placed.at[axis] < 0 || placed.at[axis] + placed.dims[axis] > all) {
-        fail_reading(piece_file, "it lies outside of the whole extent", "Save it anew");
+        fail_reading(piece_file, "it lies outside of the whole extent", "Save it again");
       }
     }
   }

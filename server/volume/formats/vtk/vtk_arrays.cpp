@@ -65,7 +65,7 @@ class EncodedBytes {
     if (c == '/') return 63;
     if (c == '=' && place >= 2) return 0;
     fail_reading(file_->path(), "its base64 has a byte that has no place there",
-                 "Save it anew with appended raw data");
+                 "Save it again with appended raw data");
   }
 
   const InputFile* file_;
@@ -110,7 +110,7 @@ class PlainSampleBytes : public SampleBytes {
     fail_reading(file.path(),
                  "its header promises " + std::to_string(needed) +
                      " bytes of samples and the array has " + std::to_string(found),
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
 
   void read(std::uint64_t offset, std::span<std::byte> into) override {
@@ -147,17 +147,17 @@ class PackedSampleBytes : public SampleBytes {
                    "its " + std::to_string(count) + " packed blocks of " +
                        std::to_string(block_bytes_) + " bytes are not the " +
                        std::to_string(needed) + " bytes of samples that its header promises",
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     if (count * lengths.width() > file.size()) {
       fail_reading(file.path(), "it ends in the sizes of its packed blocks",
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     begins_.push_back(0);
     for (const std::uint64_t size : lengths.read(3, count)) {
       if (size > file.size()) {
         fail_reading(file.path(), "a packed block is larger than the file",
-                     "Get a whole copy of it");
+                     "Get a complete copy of the file");
       }
       begins_.push_back(begins_.back() + size);
     }
@@ -187,7 +187,7 @@ class PackedSampleBytes : public SampleBytes {
       fail_reading(
           file_.path(),
           "its packed block " + std::to_string(block) + " cannot be used: " + done.error().text,
-          "Get a whole copy of it");
+          "Get a complete copy of the file");
     }
     to_host_order(plain_, width_, endian_);
     loaded_ = block;
@@ -261,7 +261,7 @@ std::unique_ptr<SampleBytes> VtkArrays::open(const VtiArray& array, std::uint64_
   if (array.format == VtiArray::Format::kText)
     return std::make_unique<TextSampleBytes>(file_, array, count);
   if (array.format == VtiArray::Format::kAppended && !header_.appended) {
-    fail_reading(file_.path(), "it has no appended data", "Get a whole copy of it");
+    fail_reading(file_.path(), "it has no appended data", "Get a complete copy of the file");
   }
   const bool appended = array.format == VtiArray::Format::kAppended;
   const EncodedBytes bytes(

@@ -118,30 +118,31 @@ TEST(ErrorSchedule, BeginsAtTheLeastThresholdOfAMap) {
 
 // Four levels are an octave.
 TEST(ErrorSchedule, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
-  EXPECT_EQ(next_level(MadeLevel{0, 0.85 * 16}, MadeLevel{20, 0.85 / 16}, 3, 40), 10);
-  EXPECT_EQ(next_level(MadeLevel{0, 1.1}, MadeLevel{20, 0.01}, 3, 40), 1) << "nearest to the goal";
-  EXPECT_EQ(next_level(MadeLevel{0, 100}, MadeLevel{2, 0}, 0, 40), 1) << "an empty surface";
+  EXPECT_EQ(next_level(TriedLevel{0, 0.85 * 16}, TriedLevel{20, 0.85 / 16}, 3, 40), 10);
+  EXPECT_EQ(next_level(TriedLevel{0, 1.1}, TriedLevel{20, 0.01}, 3, 40), 1)
+      << "nearest to the goal";
+  EXPECT_EQ(next_level(TriedLevel{0, 100}, TriedLevel{2, 0}, 0, 40), 1) << "an empty surface";
 }
 
 TEST(ErrorSchedule, ExtrapolatesSizesAsPowersOfTheThreshold) {
-  const MadeLevel fits = {40, 0.85 / 8};  // Three octaves too small.
+  const TriedLevel fits = {40, 0.85 / 8};  // Three octaves too small.
   EXPECT_EQ(next_level(std::nullopt, fits, 0, 47), 28) << "not all the way down";
   EXPECT_EQ(next_level(std::nullopt, fits, 39, 47), 37);
   EXPECT_EQ(next_level(std::nullopt, fits, 33, 47), 33);
-  EXPECT_EQ(next_level(std::nullopt, MadeLevel{1, 0.1}, 0, 47), 0);
-  const MadeLevel is_too_large = {4, 0.85 * 8};
+  EXPECT_EQ(next_level(std::nullopt, TriedLevel{1, 0.1}, 0, 47), 0);
+  const TriedLevel is_too_large = {4, 0.85 * 8};
   EXPECT_EQ(next_level(is_too_large, std::nullopt, 5, 30), 7);
   EXPECT_EQ(next_level(is_too_large, std::nullopt, 12, 30), 12);
   EXPECT_EQ(next_level(is_too_large, std::nullopt, 30, 30), 30);
-  EXPECT_EQ(next_level(MadeLevel{29, 50}, std::nullopt, 30, 30), 30);
+  EXPECT_EQ(next_level(TriedLevel{29, 50}, std::nullopt, 30, 30), 30);
 }
 
 TEST(ErrorSchedule, GoesOnAsFarAsSizesFellBefore) {
   EXPECT_EQ(coarser_level(std::nullopt, {8, 2}, 40), 13);
-  EXPECT_EQ(coarser_level(MadeLevel{4, 4}, {8, 2}, 40), 12) << "an octave of size in four levels";
-  EXPECT_EQ(coarser_level(MadeLevel{4, 2.001}, {8, 2}, 40), 24) << "at most four octaves";
-  EXPECT_EQ(coarser_level(MadeLevel{4, 4}, {8, 1.01}, 40), 9) << "and at least a level";
-  EXPECT_EQ(coarser_level(MadeLevel{4, 4}, {8, 2}, 10), 10);
+  EXPECT_EQ(coarser_level(TriedLevel{4, 4}, {8, 2}, 40), 12) << "an octave of size in four levels";
+  EXPECT_EQ(coarser_level(TriedLevel{4, 2.001}, {8, 2}, 40), 24) << "at most four octaves";
+  EXPECT_EQ(coarser_level(TriedLevel{4, 4}, {8, 1.01}, 40), 9) << "and at least a level";
+  EXPECT_EQ(coarser_level(TriedLevel{4, 4}, {8, 2}, 10), 10);
 }
 
 TEST(ErrorSchedule, BeginsAnewWhereLessWasGivenUp) {

@@ -21,12 +21,12 @@ DatasetInfo dataset(std::int32_t samples_a_side, double spacing = 1) {
 // A surface of so many triangles at full resolution, of which a finest spacing f leaves f^-2.
 struct Surface {
   double triangles = 2e6;
-  double share_left = 0.1;  // By simplification.
+  double remaining_share = 0.1;  // By simplification.
 
   [[nodiscard]] SizeEstimates sizes() const {
     const auto size_at = [*this](const IsosurfaceRequest& request, double finest) {
       const double extracted = triangles / (finest * finest);
-      const double left = request.simplify ? share_left * extracted : extracted;
+      const double left = request.simplify ? remaining_share * extracted : extracted;
       return SurfaceSize{.triangles = left, .bytes = 2 * left, .extracted = extracted};
     };
     return {

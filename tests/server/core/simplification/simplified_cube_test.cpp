@@ -174,9 +174,9 @@ TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) 
 }
 
 TEST(SimplifiedSize, SumsBlocksWithoutBorder) {
-  EXPECT_DOUBLE_EQ(share_left({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1, 1e8),
-                   0.2);
-  EXPECT_EQ(share_left({}, 1, 1e8), 1);
+  EXPECT_DOUBLE_EQ(
+      remaining_share({.count = 3, .before = 1e6, .left = 2e5, .border_edges = 0}, 1, 1e8), 0.2);
+  EXPECT_EQ(remaining_share({}, 1, 1e8), 1);
 }
 
 // As measured on the noisy head phantom of 128^3 at half a voxel: 506 480 triangles, simplified in
@@ -192,11 +192,12 @@ TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
   for (const SimplifiedBlocks& blocks : {kBlocksOf16, kBlocksOf32}) {
     const double without_seeing = triangles_a_border_edge(blocks, blocks);
     for (const double at_border : {seen, without_seeing}) {
-      EXPECT_NEAR(share_left(blocks, at_border, 506'480) * 506'480, kInOnePiece,
+      EXPECT_NEAR(remaining_share(blocks, at_border, 506'480) * 506'480, kInOnePiece,
                   0.25 * kInOnePiece);
-      EXPECT_GT(share_left(blocks, at_border, 1e9), share_left(blocks, at_border, 506'480))
+      EXPECT_GT(remaining_share(blocks, at_border, 1e9),
+                remaining_share(blocks, at_border, 506'480))
           << "Many tiles have borders.";
-      EXPECT_LT(share_left(blocks, at_border, 1e9), blocks.left / blocks.before);
+      EXPECT_LT(remaining_share(blocks, at_border, 1e9), blocks.left / blocks.before);
     }
   }
 }

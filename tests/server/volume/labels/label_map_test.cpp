@@ -283,7 +283,7 @@ Kept kept_of(const std::function<bool(int, int, int)>& is_inside, double error =
       map_of(labels_of<std::uint8_t>(
                  {26, 27, 25}, [&](int x, int y, int z) { return is_inside(x, y, z) ? 1 : 0; }),
              folder);
-  const FoundLabel& found = map.labels()[0];
+  const LabelSummary& found = map.labels()[0];
   const auto samples = static_cast<double>(found.samples);
   return {volume_in(surface_of(map, 1, error)) / samples, found.surface_samples / samples,
           static_cast<double>(found.thin_samples) / samples};
@@ -378,7 +378,7 @@ TEST(LabelMap, KeepsTheVolumesOfThinLabelsThatTouch) {
                                        return z > 10 && z < 18 ? 3 : 0;
                                      }),
              folder);
-  for (const FoundLabel& found : map.labels()) {
+  for (const LabelSummary& found : map.labels()) {
     const auto samples = static_cast<double>(found.samples);
     EXPECT_NEAR(volume_in(surface_of(map, found.value)) / samples, 1, 0.05) << found.value;
     EXPECT_NEAR(found.surface_samples / samples, 1, 0.05) << found.value;

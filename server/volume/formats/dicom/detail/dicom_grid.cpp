@@ -58,9 +58,9 @@ double usual_gap(const std::vector<DicomImage>& stack) {
 std::int64_t grid_count(const fs::path& place, double count, const char* what) {
   if (count <= kMostSlices) return static_cast<std::int64_t>(count);
   fail_reading(place,
-               "its slices lie so far apart that an even grid through them would have " +
+               "its slices are so far apart that an even grid through them would have " +
                    rounded_text(count) + " " + what,
-               "Leave out the slices that lie far from the others");
+               "Leave out the slices that are far from the others");
 }
 
 // The grid of the first slice's axes that all slices are interpolated to.
@@ -248,7 +248,7 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
                  : "") +
       "are interpolated to " + std::to_string(grid.dims[2]) + " slices of " +
       std::to_string(grid.dims[0]) + " x " + std::to_string(grid.dims[1]) + " samples, " +
-      rounded_text(length(grid.steps[2])) + " mm apart; what no slice reaches is void.");
+      rounded_text(length(grid.steps[2])) + " mm apart; gaps between them are void.");
   return grid;
 }
 

@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-// Where slices are before they are interpolated.
+// The positions of slices before they are interpolated.
 struct SlicePlaces {
   std::vector<double>
       at;  // Along the normal, in steps of the grid from its first slice on; rising.

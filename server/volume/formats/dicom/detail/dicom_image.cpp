@@ -131,7 +131,7 @@ std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& 
     fail_reading(whole.file,
                  "it has " + std::to_string(whole.frames) + " frames and describes " +
                      std::to_string(each->GetNumberOfItems()),
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
   std::vector<DicomImage> images;
   images.reserve(static_cast<std::size_t>(whole.frames));
@@ -185,7 +185,8 @@ bool read_dicom_header(const fs::path& path, DicomHeader& header) {
   const bool is_image =
       kind_name != nullptr && std::string_view(kind_name).ends_with("Image Storage");
   if (!is_read || (is_image && !has_rows)) {
-    fail_reading(path, "its header ends too early or is damaged", "Get a whole copy of it");
+    fail_reading(path, "its header ends too early or is damaged",
+                 "Get a complete copy of the file");
   }
   stream.clear();
   header.pixels = static_cast<std::uint64_t>(std::max<std::streamoff>(stream.tellg(), 0));

@@ -19,7 +19,8 @@ constexpr std::string_view kRleSyntax = "1.2.840.10008.1.2.5";
 constexpr std::string_view kBigEndianSyntax = "1.2.840.10008.1.2.2";
 
 [[noreturn]] void fail_cut_off(const InputFile& file, const std::string& how) {
-  fail_reading(file.path(), "its pixel data are cut off: " + how, "Get a whole copy of it");
+  fail_reading(file.path(), "its pixel data are cut off: " + how,
+               "Get a complete copy of the file");
 }
 
 struct Fragment {
@@ -43,7 +44,8 @@ std::vector<Fragment> fragments_at(const InputFile& file, std::uint64_t at) {
     const auto length = bytes.at<std::uint32_t>(4);
     if (tag == kEnd) break;
     if (tag != kItem) {
-      fail_reading(file.path(), "its packed pixel data are damaged", "Get a whole copy of it");
+      fail_reading(file.path(), "its packed pixel data are damaged",
+                   "Get a complete copy of the file");
     }
     at += head.size();
     if (at + length > file.size()) fail_cut_off(file, "the file ends in a packed frame");
@@ -123,7 +125,7 @@ void check_fragments(const InputFile& file, const DicomPixels& pixels) {
 bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   std::string before(12, '\0');
   if (pixels.offset < before.size()) {
-    fail_reading(file.path(), "it has no pixel data", "Get a whole copy of it");
+    fail_reading(file.path(), "it has no pixel data", "Get a complete copy of the file");
   }
   file.read(pixels.offset - before.size(), std::as_writable_bytes(std::span(before)));
   const Endian endian = pixels.syntax == kBigEndianSyntax ? Endian::kBig : Endian::kLittle;
@@ -134,7 +136,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   };
   if (!is_tag(0) && !is_tag(4)) {
     fail_reading(file.path(), "it has no pixel data, or ends before them",
-                 "Get a whole copy of it");
+                 "Get a complete copy of the file");
   }
   const auto length = bytes.at<std::uint32_t>(8);
   if (length == kUndefinedLength) {

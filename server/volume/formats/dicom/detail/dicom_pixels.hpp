@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-// What the header promises of the pixel data.
+// The format of the pixel data by the header.
 struct DicomPixels {
   // The offset of the value of the element (7FE0,0010) in the file.
   std::uint64_t offset = 0;

@@ -82,7 +82,7 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
       fail_reading(data,
                    "it is external storage of '" + file.filename().string() +
                        "' and has fewer bytes than that needs",
-                   "Get a whole copy of it");
+                   "Get a complete copy of the file");
     }
     needed -= here;
   }
@@ -147,7 +147,7 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
         fail_reading(file,
                      "a source of its virtual dataset, '" + name + "' in '" +
                          in_file.filename().string() + "', is missing",
-                     "Get all files of it");
+                     "Get all of its files");
       }
       check_dataset(in_file, source.get(), follow, depth + 1);
     };
@@ -241,7 +241,7 @@ Hdf5Id open_hdf5_file(const fs::path& file) {
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, &keep_problem, &innermost);
   if (innermost.empty()) innermost = problem;
   fail_reading(file, "libhdf5 does not open it: " + innermost.substr(0, 300),
-               "Get a whole copy of it, or write it for older readers (libver 'v110')");
+               "Get a complete copy of the file, or write it for older readers (libver 'v110')");
 }
 
 std::optional<Hdf5Id> open_hdf5_dataset(const fs::path& file, hid_t in, const std::string& name,

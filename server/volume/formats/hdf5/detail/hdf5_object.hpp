@@ -1,4 +1,4 @@
-// What the readers of HDF5 files share: identifiers that close themselves, attributes, and what a
+// Shared by the readers of HDF5 files: identifiers that close themselves, attributes, and what a
 // file refers to outside of itself. libhdf5 is seen in the hdf5_ and imaris_ files alone.
 #pragma once
 

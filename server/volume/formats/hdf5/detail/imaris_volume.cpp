@@ -108,7 +108,7 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
     const auto all = static_cast<double>(stored[2 - axis]);
     const double size = imaris_number(group.get(), "ImageSize" + letter).value_or(all);
     if (!(size >= 1 && size <= all)) {
-      fail_reading(path, "its image is larger than its dataset", "Get a whole copy of it");
+      fail_reading(path, "its image is larger than its dataset", "Get a complete copy of the file");
     }
     volume.dims[axis] = static_cast<std::int64_t>(size);
     const std::string number = std::to_string(axis);

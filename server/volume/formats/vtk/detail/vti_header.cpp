@@ -48,7 +48,7 @@ class VtiParser {
       const bool last = bytes.empty();
       const auto status = XML_Parse(parser_.get(), bytes.data(), static_cast<int>(bytes.size()),
                                     last ? XML_TRUE : XML_FALSE);
-      if (!trouble_.empty()) return fail(ErrorCode::kInvalidArgument, trouble_);
+      if (!failure_.empty()) return fail(ErrorCode::kInvalidArgument, failure_);
       if (in_appended_) return find_appended(next, bytes, before);
       if (status != XML_STATUS_OK) {
         return fail(ErrorCode::kDamagedData,
@@ -83,7 +83,7 @@ class VtiParser {
   }
 
   void print_error(const std::string& text) {
-    if (trouble_.empty()) trouble_ = text;
+    if (failure_.empty()) failure_ = text;
     XML_StopParser(parser_.get(), XML_FALSE);
   }
 
@@ -291,7 +291,7 @@ class VtiParser {
   VtkDataKind kind_;
   VtiHeader header_;
   std::string section_;
-  std::string trouble_;
+  std::string failure_;
   int depth_ = 0;
   int pieces_ = 0;
   int open_array_ = 0;  // The depth of the array whose end is awaited; 0: none.
