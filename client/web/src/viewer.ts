@@ -132,9 +132,9 @@ export class Viewer {
   set(change: Partial<Settings>, isDragging = false): void {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
-    if (change.followView) this.detail.switchOn();
-    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     const before = this.settings.get();
+    if (change.followView && !before.followView) this.detail.switchOn();
+    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     if (isNewCut(change, before)) change = { clipFlipped: isSeenFromAbove(this.stage.view(), change.clip!), ...change };
     // Hidden parts belong to one isovalue.
     if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };

@@ -554,9 +554,15 @@ async function refinesWhatIsNear(page) {
 
 // No setting in the address says so.
 async function followsTheView(page) {
-  await page.goto(`${server.page}#dataset=head&isovalue=300.5&error=2&pixels=4&eye=32,-800,32&target=32,32,32&axes=false`);
-  const far = await complete(page);
-  assert.equal(await page.locator(".toggle.is-off").count(), 0, "detail is not paused");
+  const hash = "#dataset=head&isovalue=300.5&error=2&pixels=4&eye=32,-800,32&target=32,32,32&axes=false";
+  let far = null;
+  for (let attempt = 0; attempt < 8 && !far; ++attempt) {
+    await page.goto("about:blank");
+    await page.goto(server.page + hash);
+    const shown = await complete(page);
+    if (await page.locator(".toggle.is-off").count() === 0) far = shown; // Else this machine was slow, and detail is paused.
+  }
+  assert(far, "the surface comes within two seconds, once at least");
   await page.evaluate(() => (location.hash = location.hash.replace(/eye=[^&]*/, "eye=32,-30,32")));
   await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
 }
@@ -581,16 +587,18 @@ async function pausesDetail(page) {
 }
 
 async function namesQualities(page) {
-  await open(page, "#dataset=gyroid&error=1");
-  await complete(page);
-  let before = 0;
+  await open(page, "#dataset=head&isovalue=300.5&error=1");
+  let before = await complete(page);
+  const counts = [];
   for (const [word, error] of [["Draft", "2"], ["Normal", "0.5"], ["Exact", "0"]]) {
-    await page.click(`.panel button:text-is("${word}")`);
+    const button = `[aria-label="Qualities"] button:text-is("${word}")`;
+    await page.click(button);
     await page.waitForFunction((text) => new URLSearchParams(location.hash.slice(1)).get("error") === text, error);
-    assert.equal(await page.getAttribute(`.panel button:text-is("${word}")`, "aria-pressed"), "true");
-    const { triangles } = await complete(page, (shown) => shown.triangles > before);
-    before = triangles;
+    assert.equal(await page.getAttribute(button, "aria-pressed"), "true");
+    before = await complete(page, ({ digest }) => digest !== before.digest);
+    counts.push(before.triangles);
   }
+  assert(counts[0] < counts[1] && counts[1] < counts[2], `${counts} triangles`);
 }
 
 async function hidesAPart(page) {
