@@ -460,6 +460,21 @@ void define_datasets(py::module_& module) {
       .def_readonly("value", &Label::value)
       .def_readonly("name", &Label::name)
       .def_readonly("color", &Label::color);
+  py::class_<LabelExtent>(module, "LabelExtent")
+      .def_readonly("samples", &LabelExtent::samples, "With the label's value in its label map.")
+      .def_property_readonly(
+          "box",
+          [](const LabelExtent& extent) -> py::object {
+            if (!extent.place) return py::none();
+            return py::make_tuple(extent.place->least, extent.place->greatest);
+          },
+          "The least and the greatest index of these samples; None: unknown.")
+      .def_property_readonly(
+          "centroid",
+          [](const LabelExtent& extent) -> py::object {
+            return extent.place ? py::cast(extent.place->centroid) : py::none();
+          },
+          "Their mean index; None: unknown.");
   py::class_<SeriesMember>(module, "SeriesMember")
       .def_readonly("series", &SeriesMember::series)
       .def_readonly("field", &SeriesMember::field)
@@ -468,6 +483,7 @@ void define_datasets(py::module_& module) {
       .def_readonly("label", &SeriesMember::label);
   py::class_<DatasetInfo>(module, "DatasetInfo")
       .def_readonly("name", &DatasetInfo::name)
+      .def_readonly("label_extent", &DatasetInfo::label_extent)
       .def("__repr__", &text_of_dataset)
       .def_readonly("dims", &DatasetInfo::dims)
       .def_property_readonly(

@@ -118,6 +118,24 @@ Json json_of(const SeriesMember& member) {
           {"label", label}};
 }
 
+namespace {
+
+// Samples, box and centroid of a label are null where they are unknown.
+Json member_json(const DatasetInfo& info) {
+  Json json = json_of(*info.member);
+  if (!info.member->label) return json;
+  const bool has_place = info.label_extent && info.label_extent->place;
+  Json& label = json["label"];
+  label["samples"] = info.label_extent ? Json(info.label_extent->samples) : Json();
+  label["box"] = has_place
+                     ? Json({info.label_extent->place->least, info.label_extent->place->greatest})
+                     : Json();
+  label["centroid"] = has_place ? Json(info.label_extent->place->centroid) : Json();
+  return json;
+}
+
+}  // namespace
+
 Json json_of(const DatasetInfo& info) {
   return {{"name", info.name},
           {"dims", info.dims},
@@ -134,7 +152,7 @@ Json json_of(const DatasetInfo& info) {
           {"length_unit", text_or_null(info.meaning.length_unit)},
           {"value_unit", text_or_null(info.meaning.value_unit)},
           {"suggested_isovalues", info.suggested_isovalues},
-          {"member", info.member ? json_of(*info.member) : Json()},
+          {"member", info.member ? member_json(info) : Json()},
           {"histogram",
            {{"low", info.histogram.low},
             {"high", info.histogram.high},

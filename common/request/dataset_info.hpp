@@ -29,6 +29,21 @@ struct Histogram {
   friend bool operator==(const Histogram&, const Histogram&) = default;
 };
 
+// What is known of the samples with a label's value in its label map.
+struct LabelExtent {
+  struct Place {  // As indices of samples.
+    std::array<std::int32_t, 3> least{};
+    std::array<std::int32_t, 3> greatest{};
+    Vec3 centroid{};
+
+    friend bool operator==(const Place&, const Place&) = default;
+  };
+  std::uint64_t samples = 0;                  // At least 1.
+  std::optional<Place> place = std::nullopt;  // None: prepared by an earlier release.
+
+  friend bool operator==(const LabelExtent&, const LabelExtent&) = default;
+};
+
 struct DatasetInfo {
   std::string name;                    // UTF-8, 1 to 255 bytes, no '/' and no control characters.
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
@@ -48,7 +63,8 @@ struct DatasetInfo {
   // Equal exactly if samples and bins of errors are equal, so that equal requests have equal
   // responses; 0: unknown.
   std::uint64_t content_id = 0;
-  std::optional<SeriesMember> member = std::nullopt;  // None: a dataset of its own.
+  std::optional<SeriesMember> member = std::nullopt;       // None: a dataset of its own.
+  std::optional<LabelExtent> label_extent = std::nullopt;  // Of member's label; none: unknown.
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };

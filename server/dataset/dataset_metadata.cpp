@@ -149,6 +149,29 @@ SeriesMember member_from(const Json& json, std::string& failure) {
   return member;
 }
 
+LabelVolume label_volume_from(const Json& json, const DatasetInfo& info, std::string& failure) {
+  Fields fields(json, failure);
+  LabelVolume volume{.samples = fields.count("samples"),
+                     .surface_samples = fields.number("surface_samples")};
+  if (!fields.has("least")) return volume;
+  const Vec3 least = fields.vector("least", fields.at("least"));
+  const Vec3 greatest = fields.vector("greatest", fields.at("greatest"));
+  LabelExtent::Place place{.centroid = fields.vector("centroid", fields.at("centroid"))};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool is_inside = least[axis] >= 0 && least[axis] <= place.centroid[axis] &&
+                           place.centroid[axis] <= greatest[axis] &&
+                           greatest[axis] < info.dims[axis];
+    if (!is_inside) {
+      fields.add_error("label_volume", "is outside of the samples");
+      return volume;
+    }
+    place.least[axis] = static_cast<std::int32_t>(least[axis]);
+    place.greatest[axis] = static_cast<std::int32_t>(greatest[axis]);
+  }
+  volume.place = place;
+  return volume;
+}
+
 }  // namespace
 
 std::string metadata_text(const DatasetMetadata& metadata) {
@@ -184,6 +207,10 @@ std::string metadata_text(const DatasetMetadata& metadata) {
   if (metadata.label_volume) {
     json["label_volume"] = {{"samples", metadata.label_volume->samples},
                             {"surface_samples", metadata.label_volume->surface_samples}};
+    if (const auto& place = metadata.label_volume->place) {
+      json["label_volume"].update(
+          {{"least", place->least}, {"greatest", place->greatest}, {"centroid", place->centroid}});
+    }
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -231,9 +258,8 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.suggested_isovalues = fields.numbers("suggested_isovalues");
   if (fields.has("member")) info.member = member_from(fields.at("member"), failure);
   if (fields.has("label_volume")) {
-    Fields volume(fields.at("label_volume"), failure);
-    metadata.label_volume = {.samples = volume.count("samples"),
-                             .surface_samples = volume.number("surface_samples")};
+    metadata.label_volume = label_volume_from(fields.at("label_volume"), info, failure);
+    info.label_extent = metadata.label_volume->extent();
   }
   metadata.source = {.file = source.text("file"),
                      .digest = source.text("digest"),

@@ -17,13 +17,16 @@ namespace multitetra {
 struct LabelVolume {
   std::uint64_t samples = 0;
   double surface_samples = 0;
+  std::optional<LabelExtent::Place> place = std::nullopt;  // None: prepared by an earlier release.
 
+  [[nodiscard]] LabelExtent extent() const { return {.samples = samples, .place = place}; }
   friend bool operator==(const LabelVolume&, const LabelVolume&) = default;
 };
 
 struct DatasetMetadata {
   DatasetInfo info;
-  std::optional<LabelVolume> label_volume = std::nullopt;  // None: not a label's, or not known.
+  // None: not a label's, or not known. Else info.label_extent is its extent().
+  std::optional<LabelVolume> label_volume = std::nullopt;
   Provenance source;
   // The version of the program that wrote the file.
   std::string program_version;

@@ -155,6 +155,18 @@ inline std::optional<SeriesMember> series_member(Random& random) {
   return member;
 }
 
+inline LabelExtent label_extent(const std::array<std::int32_t, 3>& dims, Random& random) {
+  LabelExtent extent{.samples = 1 + up_to(static_cast<std::uint64_t>(dims[0]) - 1, random)};
+  if (random() % 2 == 0) return extent;
+  LabelExtent::Place& place = extent.place.emplace();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    place.least[axis] = int_in(0, dims[axis] - 1, random);
+    place.greatest[axis] = int_in(place.least[axis], dims[axis] - 1, random);
+    place.centroid[axis] = (place.least[axis] + place.greatest[axis]) / 2.0;
+  }
+  return extent;
+}
+
 inline DatasetInfo dataset_info(Random& random) {
   DatasetInfo info;
   do {
@@ -184,6 +196,9 @@ inline DatasetInfo dataset_info(Random& random) {
                   .length_unit = text(up_to(64, random), random),
                   .value_unit = text(up_to(64, random), random)};
   info.member = series_member(random);
+  if (info.member && info.member->label && random() % 2 == 0) {
+    info.label_extent = label_extent(info.dims, random);
+  }
   return info;
 }
 

@@ -3,6 +3,7 @@ import { toBinary } from "@bufbuild/protobuf";
 
 import { IsosurfaceRequestSchema } from "./protocol/messages";
 import type { ShownSurface } from "./shown_surface";
+import { type HiddenParts, nothingHidden } from "./state/hidden_parts";
 import type { StreamRequest } from "./stream/conversation";
 import type { Selection } from "./workers/worker_messages";
 
@@ -12,13 +13,13 @@ export interface Frame {
   chosen: Chosen; // Its components, when it was shown last.
 }
 
-// What of a step is shown: components from that size on.
+// What of a step is shown.
 export interface Chosen {
-  minComponent: number; // Samples.
+  hidden: HiddenParts;
   selection: Selection | null; // Null: all of them are.
 }
 
-export const allChosen: Chosen = { minComponent: 0, selection: null };
+export const allChosen: Chosen = { hidden: nothingHidden, selection: null };
 
 export class Frames {
   private readonly kept = new Map<string, Frame>();

@@ -56,6 +56,7 @@ const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
   roll: (radians) => viewer.roll(radians),
   saveLabels: () => void downloads.labels(),
+  zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
   keepLargest: (surface) => void viewer.keepLargest(surface),
   screenshot: (options) => void downloads.screenshot(options),
   download: (format) => void downloads.download(format),

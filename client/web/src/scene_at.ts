@@ -6,6 +6,7 @@ import { atTime, isOfOneSeries, named, rangeOf, timeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import type { ScalarOptions } from "./stream/conversation";
+import { worldDifference } from "./stream/dataset";
 
 export interface Scene {
   moment: Moment;
@@ -25,6 +26,13 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
     infos: surfacesOf(settings).map(({ dataset }) => (dataset ? own(dataset) : info)),
     scalars: settings.colorBy ? wishOf(list, own(settings.colorBy), settings.colorBy) : undefined,
   };
+}
+
+// Why surfaces of the dataset cannot have the colors that the settings name: the field is of another world. Null: they can.
+export function colorsRefusal(list: readonly DatasetInfo[], { colorBy }: Settings, info: DatasetInfo): string | null {
+  const by = colorBy ? named(list, colorBy) : null;
+  const reason = by && worldDifference(info, by);
+  return reason && `"${colorBy}" cannot color this surface: ${reason}.`;
 }
 
 // Unknown names are refused by the server.

@@ -12,12 +12,13 @@
 import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/conversation";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import type { PoolClient, ConnectionPool } from "./stream/connection_pool";
+import type { ConnectionPool, IdleConnection, PoolClient } from "./stream/connection_pool";
 import type { Moment } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
 import type { Frame } from "./frames";
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
 import { memoryOf, type ShownSurface } from "./shown_surface";
+import { type HiddenParts, hiddenPartsOf } from "./state/hidden_parts";
 import { noProgress, noErrors, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -120,7 +121,7 @@ export class SurfaceClient implements PoolClient {
     const steps = this.parts.isPrefetch ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
     const order: StreamRequest = { info, request, scalars, steps };
     this.isDragging = isDragging;
-    this.hide(settings.minComponent);
+    this.hide(hiddenPartsOf(settings));
     this.askSize(order, isDragging);
     if (this.asked && isSameOrder(this.asked.order, order) && !this.progress.get().failure) {
       this.next = null;
@@ -140,9 +141,9 @@ export class SurfaceClient implements PoolClient {
     return this.steps.drawn;
   }
 
-  // Components smaller than so many samples; needs no request.
-  hide(minComponent: number): void {
-    this.steps.hide(minComponent);
+  // Needs no request.
+  hide(parts: HiddenParts): void {
+    this.steps.hide(parts);
   }
 
   // Whether previews have come, and the final step was not asked for.
@@ -190,17 +191,22 @@ export class SurfaceClient implements PoolClient {
 
   // ---- connections
 
-  granted(): void {
+  granted(connection: IdleConnection | null = null): void {
     this.isLinked = true;
     this.perform(this.conversation.connecting());
     this.progress.set({ failure: null, isStreaming: false });
-    this.link.connect();
+    if (!connection) return this.link.connect();
+    this.link.adopt(connection.socket);
+    this.perform(this.conversation.adopted(connection.lastRequestId));
   }
 
-  revoked(): void {
+  revoked(): IdleConnection | null {
     this.isLinked = false;
+    const lastRequestId = this.conversation.handOver();
+    const socket = lastRequestId === null ? null : this.link.handOver();
     this.link.leave();
     this.perform(this.conversation.connecting());
+    return socket && { socket, lastRequestId: lastRequestId! };
   }
 
   private needLink(): void {

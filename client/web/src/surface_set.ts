@@ -13,6 +13,7 @@ import { FieldColors } from "./scene/field_colors";
 import type { Stage } from "./scene/stage";
 import { mostTriangles, Surface } from "./scene/surface";
 import type { ShownSurface } from "./shown_surface";
+import { hiddenPartsOf } from "./state/hidden_parts";
 import { noProgress, type Progress, type SurfacesStatus, type SurfaceSize } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -181,7 +182,7 @@ export class SurfaceSet {
       if (!list[at]) return;
       const visible = list[at].visible && this.swapGroup.mayDraw(member);
       member.surface.applyLook({ ...settings, material: "neutral", ...list[at], visible }, clip);
-      member.client.hide(list[at].minComponent ?? 0);
+      member.client.hide(hiddenPartsOf(list[at]));
     });
   }
 

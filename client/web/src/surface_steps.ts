@@ -6,13 +6,14 @@
 // no server.
 import type { Effect, StreamRequest } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
-import { dataBorder, latticeToWorld } from "./stream/dataset";
+import { applied, dataBorder, inverse, latticeToWorld } from "./stream/dataset";
 import { shellModeOf } from "./stream/step_checks";
 import type { Moment } from "./swap_group";
 import { allChosen, type Chosen, type Frame, type Frames } from "./frames";
 import type { MeshTopology } from "./mesh/boundary_matcher";
 import type { Surface } from "./scene/surface";
 import { type Committed, factsOf, idsOf, isRegression, memoryOf, type ShownSurface } from "./shown_surface";
+import { type HiddenParts, hidesTheSame, isNothingHidden, nothingHidden } from "./state/hidden_parts";
 import { isOfOneSeries } from "./state/series";
 import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
@@ -55,7 +56,7 @@ export class SurfaceSteps {
   shown: ShownSurface | null = null;
   private frame: Frame | null = null; // The shown step; null: none.
   private taken: Frame | null = null; // Will be offered, and is no stream's.
-  private minComponent = 0; // Samples.
+  private hidden = nothingHidden;
   private choices = 0; // Under way, of components of what is shown.
   private stream = none;
   private started = 0;
@@ -97,10 +98,10 @@ export class SurfaceSteps {
     return stream === this.stream;
   }
 
-  // Hides components whose bounding box has a shorter diagonal, in samples, in the shown and later steps; 0: none.
-  hide(minComponent: number): void {
-    if (minComponent === this.minComponent) return;
-    this.minComponent = minComponent;
+  // Hides components of the shown and later steps.
+  hide(parts: HiddenParts): void {
+    if (hidesTheSame(parts, this.hidden)) return;
+    this.hidden = parts;
     void this.chooseAnew();
   }
 
@@ -112,7 +113,7 @@ export class SurfaceSteps {
   // The drawn triangles, for picking, cutting and saving.
   get drawn(): Drawn {
     const { frame } = this;
-    return frame ? drawnOf(frame.ids, frame.shown.resolution, frame.chosen.minComponent) : { ids: [], leastDiagonal: 0 };
+    return frame ? drawnOf(frame.ids, frame.shown, frame.chosen.hidden) : { ids: [], leastDiagonal: 0, hidden: [] };
   }
 
   // A step that is kept already, instead of a stream: it is offered now, or when its small components are known.
@@ -124,9 +125,9 @@ export class SurfaceSteps {
       this.events.offer(moment, () => this.show(frame, null));
       offered();
     };
-    if (frame.chosen.minComponent === this.minComponent) return offer();
+    if (hidesTheSame(frame.chosen.hidden, this.hidden)) return offer();
     this.taken = frame;
-    void this.choose(frame.ids, frame.shown.resolution).catch(() => frame.chosen).then((chosen) => {
+    void this.choose(frame.ids, frame.shown).catch(() => frame.chosen).then((chosen) => {
       if (this.taken !== frame) return;
       frame.chosen = chosen;
       offer();
@@ -193,7 +194,7 @@ export class SurfaceSteps {
     const border = dataBorder(order.info, resolution, topologyTolerance, begin.finestSpacing || 1);
     const [result, chosen] = await Promise.all([
       this.parts.pool.certify(ids, border).catch(() => null),
-      this.choose(ids, resolution).catch(() => null),
+      this.choose(ids, { info: order.info, resolution }).catch(() => null),
       this.parts.surface.uploaded(ids),
       ...this.coloring,
     ]);
@@ -252,21 +253,20 @@ export class SurfaceSteps {
     void this.chooseAnew(); // It may have waited, and others been wanted meanwhile.
   }
 
-  private async choose(ids: readonly string[], resolution: number): Promise<Chosen> {
-    const { minComponent } = this;
-    if (minComponent === 0) return allChosen;
-    const selection = await this.parts.pool.select(drawnOf(ids, resolution, minComponent));
-    return { minComponent, selection };
+  private async choose(ids: readonly string[], lattice: Lattice): Promise<Chosen> {
+    const { hidden } = this;
+    if (isNothingHidden(hidden)) return allChosen;
+    return { hidden, selection: await this.parts.pool.select(drawnOf(ids, lattice, hidden)) };
   }
 
   // What is shown, without the components that are to be hidden now.
   private async chooseAnew(): Promise<void> {
     const { frame } = this;
-    if (!frame || frame.chosen.minComponent === this.minComponent) return;
+    if (!frame || hidesTheSame(frame.chosen.hidden, this.hidden)) return;
     ++this.choices;
-    const chosen = await this.choose(frame.ids, frame.shown.resolution).catch(() => null);
+    const chosen = await this.choose(frame.ids, frame.shown).catch(() => null);
     --this.choices;
-    if (!chosen || frame !== this.frame || chosen.minComponent !== this.minComponent) return;
+    if (!chosen || frame !== this.frame || !hidesTheSame(chosen.hidden, this.hidden)) return;
     frame.chosen = chosen;
     this.parts.surface.show(frame.ids, chosen.selection);
     this.progress.set({ components: componentsOf(chosen) });
@@ -274,11 +274,14 @@ export class SurfaceSteps {
   }
 }
 
-function drawnOf(ids: readonly string[], resolution: number, minComponent: number): Drawn {
-  return { ids, leastDiagonal: minComponent * 2 ** resolution };
+type Lattice = Pick<ShownSurface, "info" | "resolution">;
+
+function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places }: HiddenParts): Drawn {
+  const toLattice = inverse(latticeToWorld(info, resolution));
+  return { ids, leastDiagonal: minComponent * 2 ** resolution, hidden: places.map((place) => applied(toLattice, place)) };
 }
 
-function componentsOf({ minComponent, selection }: Chosen): ShownComponents | null {
+function componentsOf({ hidden: { minComponent }, selection }: Chosen): ShownComponents | null {
   if (!selection) return null;
   const { components, shown, triangles } = selection;
   return { minComponent, components, shown, triangles };

@@ -10,74 +10,42 @@ import "./style/picture.css";
 
 import * as THREE from "three";
 
+import { clipPlane, isNewCut, isSeenFromAbove } from "./cut_plane";
+import { DetailByPixels } from "./detail_by_pixels";
+import { pictureOf } from "./picture";
+import { SampleViews } from "./sample_views";
 import { serverAddress } from "./server_address";
-import { isEmpty } from "./panel/certificate";
+import { nothingWords } from "./panel/empty_surface";
 import { h } from "./shared/elements";
-import { nearestName } from "./shared/nearest_name";
-import { inDigits } from "./shared/quantities";
-import { isCt, defaultWindow } from "./shared/sample_window";
-import { componentWords } from "./panel/component_filter";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
-import { annotate } from "./scene/annotations";
+import { LabelHover } from "./scene/label_hover";
 import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
-import { Legend, type LegendValues } from "./panel/legend";
 import { RegionHandles } from "./scene/region_handles";
-import { type Scene, sceneOf } from "./scene_at";
+import { colorsRefusal, type Scene, sceneOf } from "./scene_at";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
-import type { Progress, ShownComponents, StepFacts } from "./state/progress";
 import {
-  atTime, type Entry, seriesOf, isOfOneSeries, named, rangeOf, settingsOfEntry, timeOf, timesOf,
+  atTime, type Entry, isOfOneSeries, named, settingsOfEntry, startOf, timeOf, timesOf, unknownDatasetWords,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
-import { type Vec3, worldBox, worldDifference } from "./stream/dataset";
+import { labelBox, type Vec3, worldBox } from "./stream/dataset";
 import { DatasetQueries } from "./stream/dataset_queries";
 import { suggestedIsovalue, type View } from "./stream/request";
-import type { SliceSources } from "./latest_slice";
-import { SliceViews } from "./slice_views";
-import { scaleOf, slicePlace, Slices } from "./slices";
-import { justAbove, withSurface } from "./state/surfaces";
+import { largestPart, type PartsChange, withoutPart } from "./surface_parts";
 import { SurfaceSet } from "./surface_set";
 import { type Played, timeBeside, TimePlayer } from "./time_player";
+import { placeOf, type PictureOptions, type TokenPlace, type ViewerEvents, type ViewerOptions } from "./viewer_options";
 import { TilePool } from "./workers/tile_pool";
 
 export type { Settings } from "./state/settings";
-
-export interface ViewerOptions extends Partial<Settings> {
-  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own by default.
-  server?: string;
-  token?: string | TokenPlace;
-}
-
-// Where a token is, and where one goes that the user has typed.
-export interface TokenPlace {
-  get: () => string;
-  set: (token: string) => void;
-}
-
-export interface PictureOptions {
-  enlargement?: number; // Relative to the screen; default 1.
-  width?: number; // In pixels, instead; as far as the graphics card can.
-  isTransparent?: boolean; // Without a background.
-}
-
-const slowSurface = 2000; // Milliseconds from the first request to its final step.
-
-export interface ViewerEvents {
-  settings: Settings; // All of them, after any change.
-  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared again.
-  // A step of the surface of that number, 0 for the first, and what of it is shown; null: all.
-  shown: StepFacts & { surface: number; components: ShownComponents | null };
-  progress: { surface: number };
-  picked: Picked;
-}
+export type { PictureOptions, TokenPlace, ViewerEvents, ViewerOptions } from "./viewer_options";
 
 export class Viewer {
   readonly settings: Store<Settings>;
@@ -95,21 +63,19 @@ export class Viewer {
   private readonly orientation: Orientation;
   private readonly regionHandles: RegionHandles;
   private readonly questions: DatasetQueries;
-  private readonly slices: Slices;
-  private readonly sliceViews: SliceViews;
+  private readonly samples: SampleViews;
   readonly player: TimePlayer;
   private readonly timeBar: TimeBar;
-  private readonly legends: { samples: Legend; field: Legend };
   private readonly token: TokenPlace;
   private isDragging = false;
-  private isSlow: boolean | null = null; // Whether the first final step took too long to ask for detail in view; null: none was there.
+  private readonly detail = new DetailByPixels();
   private rest = 0; // The timer behind the camera's rest.
 
   // Throws where the browser cannot draw in three dimensions.
   constructor(readonly element: HTMLElement, { server, token = "", ...changes }: ViewerOptions = {}) {
     this.settings = new Store<Settings>({ ...defaults, ...changes });
     this.token = typeof token === "string" ? placeOf(token) : token;
-    if (changes.followView) this.isSlow = false; // Asked for.
+    if (changes.followView) this.detail.switchOn();
     element.classList.add("multitetra");
     element.append(this.frame);
     this.frame.append(this.canvas);
@@ -130,21 +96,13 @@ export class Viewer {
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
-      (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
-    const sources: SliceSources = {
+      (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
+      (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)));
+    const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
+    this.samples = new SampleViews(this.stage, {
       questions: this.questions, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
       failed: (text) => this.notices.announce(text, true),
-    };
-    const current = () => ({ info: this.info, settings: this.get(), range: this.sampleRange() });
-    this.slices = new Slices(this.stage, sources, current);
-    this.sliceViews = new SliceViews(this.stage, sources, current, (cross, isDragging) => this.set({ cross }, isDragging));
-    const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
-    this.legends = {
-      samples: new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn),
-      field: new Legend({
-        label: "the surface's colors", colors: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
-      }, turn),
-    };
+    }, () => ({ info: this.info, list: this.list, isPlayable: this.times !== null }), turn);
     this.player = new TimePlayer(() => this.played(), {
       isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.followedView),
       prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.followedView),
@@ -152,17 +110,18 @@ export class Viewer {
       stop: () => this.set({ playing: false }),
     }, (pace) => this.timeBar.showPace(pace));
     this.timeBar = new TimeBar(turn);
-    new Picking(this.stage, this.canvas, this.pool,
+    const picking = new Picking(this.stage, this.canvas, this.pool,
       () => ({
-        info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: this.clipPlane(),
-        slice: (ray) => this.slices.plane.hit(ray),
+        info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlane(this.get(), this.info),
+        slice: (ray) => this.samples.hit(ray),
       }),
       () => this.regionHandles.isGrabbed,
       (place) => this.take(place));
+    const labelHover = new LabelHover(this.canvas,
+      () => this.info?.member?.label !== undefined && !this.regionHandles.isGrabbed, (x, y) => picking.find(x, y));
     this.frame.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
-      h("div", { class: "legends" }, this.legends.field.element, this.legends.samples.element),
-      this.timeBar.element, this.measuring.labels, this.sliceViews.mark, this.measuring.element, this.notices.element);
-    element.append(this.sliceViews.element);
+      this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.notices.element);
+    element.append(this.samples.element);
     this.listen();
     this.surfaces.connect();
   }
@@ -173,10 +132,12 @@ export class Viewer {
   set(change: Partial<Settings>, isDragging = false): void {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
-    if (change.followView) this.isSlow = false; // Switched on by hand.
-    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
     const before = this.settings.get();
-    if (isNewCut(change, before)) change = { clipFlipped: this.isSeenFromAbove(change.clip!), ...change };
+    if (change.followView && !before.followView) this.detail.switchOn();
+    if (change.eye && change.target) this.stage.setView(change.eye, change.target);
+    if (isNewCut(change, before)) change = { clipFlipped: isSeenFromAbove(this.stage.view(), change.clip!), ...change };
+    // Hidden parts belong to one isovalue.
+    if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };
     // The isovalue that one time suggests is not what another does: it stays from here.
     const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
     this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
@@ -193,7 +154,7 @@ export class Viewer {
   choose(entry: Entry): void {
     if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, eye: null, target: null,
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
       up: defaults.up, clip: "off", places: [], cross: null,
     });
     this.use(entry.info);
@@ -201,8 +162,7 @@ export class Viewer {
 
   // At which time it is, of which ones; null: there is nothing to go through.
   get times(): { all: readonly number[]; now: number; unit: string } | null {
-    const { list } = this.surfaces.datasets.get();
-    const all = list && this.info ? timesOf(list, this.info) : [];
+    const all = this.info ? timesOf(this.list, this.info) : [];
     return all.length > 1 ? { all, now: timeOf(this.info!)!, unit: this.info!.member!.timeUnit } : null;
   }
 
@@ -236,12 +196,15 @@ export class Viewer {
   }
 
   lookFrom(direction: THREE.Vector3): void {
-    // Straight along it there is no up: a hair beside it there is.
-    const up = this.stage.camera.up;
-    const isAlongUp = direction.clone().normalize().cross(up).length() < 1e-6;
-    const hair = Math.abs(up.y) < 0.9 ? new THREE.Vector3(0, -1e-4, 0) : new THREE.Vector3(0, 0, -1e-4);
-    this.stage.lookFrom(isAlongUp ? direction.clone().add(hair) : direction);
+    this.stage.lookFrom(direction);
     this.fit();
+  }
+
+  // A label fills the picture, whether it is shown or not. Nothing happens where the server does not know where it is.
+  zoomToLabel(dataset: string): void {
+    const info = named(this.list, dataset);
+    const box = info && labelBox(info);
+    if (box) this.stage.frameBounds(box);
   }
 
   // Another direction is up, and one looks from the front.
@@ -253,12 +216,12 @@ export class Viewer {
 
   // Hides all components of a surface but the one with the largest box.
   async keepLargest(surface: number): Promise<void> {
-    const tiles = this.surfaces.shownTiles(this.get()).find(({ at }) => at === surface);
-    const found = tiles && (await this.pool.select({ ids: tiles.drawn.ids, leastDiagonal: 0 }).catch(() => null));
-    if (!found) return this.notices.announce("The surface is not shown, or has changed meanwhile.", true);
-    const minComponent = justAbove(found.diagonals, 2 ** tiles.shown.resolution);
-    if (minComponent === null) return this.notices.announce("Its largest parts are equally large.", true);
-    this.set(withSurface(this.get(), surface, { minComponent }));
+    this.changeParts(await largestPart(this.surfaces, this.pool, this.get(), surface));
+  }
+
+  private changeParts(parts: PartsChange): void {
+    if ("refusal" in parts) this.notices.announce(parts.refusal, true);
+    else this.set(parts.change);
   }
 
   // Turns the picture clockwise around its middle; half a turn turns it upside down.
@@ -267,16 +230,9 @@ export class Viewer {
   }
 
   // What is shown, as PNG, on the page's background or on none, with scale bar, axes, legends and what is measured.
-  picture({ enlargement = 1, width, isTransparent = false }: PictureOptions = {}): Promise<Blob> {
-    const { backgroundColor: own, color } = getComputedStyle(this.element);
-    const isNone = own === "transparent" || own === "rgba(0, 0, 0, 0)";
-    const paper = isNone ? getComputedStyle(document.body).backgroundColor : own;
-    const canvas = this.stage.picture(isTransparent ? null : paper, width ? this.stage.enlargementTo(width) : enlargement);
-    const legends = [this.legends.samples.words, this.legends.field.words].filter((words) => words !== null);
-    const { measurement } = this.measuring;
-    annotate(canvas.getContext("2d")!, { scale: this.surroundings.scale, axes: this.orientation.arms, legends, ...measurement },
-      canvas.width / Math.max(1, this.canvas.clientWidth), color, paper);
-    return new Promise((resolve) => canvas.toBlob((blob) => resolve(blob!), "image/png"));
+  picture(options: PictureOptions = {}): Promise<Blob> {
+    const { surroundings: { scale }, orientation: { arms: axes }, samples: { legendWords: legends }, measuring: { measurement } } = this;
+    return pictureOf(this.stage, this.element, { scale, axes, legends, ...measurement }, options);
   }
 
   // Nothing is drawn or asked any more; the element is empty.
@@ -288,7 +244,7 @@ export class Viewer {
     this.pool.dispose();
     this.stage.dispose();
     this.element.replaceChildren();
-    this.sliceViews.close();
+    this.samples.close();
     this.element.classList.remove("multitetra", "has-slices");
   }
 
@@ -298,28 +254,7 @@ export class Viewer {
   }
 
   reportUnknown(dataset: string): void {
-    const names = this.list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
-    const meant = nearestName(dataset, names);
-    const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
-    this.notices.announce(`No dataset named "${dataset}" is served here. ${advice}`);
-  }
-
-  // The half-space that the cut leaves; null: nothing is cut.
-  clipPlane(): THREE.Plane | null {
-    const { clip, clipAt, clipFlipped } = this.settings.get();
-    if (clip === "off" || !this.info) return null;
-    const axis = "xyz".indexOf(clip);
-    const { low, high } = worldBox(this.info);
-    const at = low[axis] + clipAt * (high[axis] - low[axis]);
-    const sign = clipFlipped ? -1 : 1;
-    return new THREE.Plane(new THREE.Vector3().setComponent(axis, sign), -sign * at);
-  }
-
-  // Whether the eye lies farther along an axis than what it looks at: a cut then leaves what is behind it, and shows its face.
-  private isSeenFromAbove(clip: Settings["clip"]): boolean {
-    const { eye, target } = this.stage.view();
-    const axis = "xyz".indexOf(clip);
-    return eye[axis] > target[axis];
+    this.notices.announce(unknownDatasetWords(this.list, dataset));
   }
 
   // ---- what changes lead to
@@ -353,27 +288,15 @@ export class Viewer {
       clearTimeout(this.rest);
       this.rest = window.setTimeout(() => this.cameraRests(), 250);
     });
-    this.canvas.addEventListener("pointermove", (event) => {
-      const isOver = event.buttons === 0 && this.regionHandles.isOver(event.offsetX, event.offsetY);
-      this.canvas.style.cursor = isOver ? "grab" : "";
-    });
   }
 
   // View-dependent detail waits where the first surface was slow to come, until it is switched on by hand.
   get isDetailPaused(): boolean {
-    return this.isSlow === true && this.get().followView;
+    return this.detail.isPaused(this.get());
   }
 
-  // What errors on the screen are seen through. While times play, all of them have one error.
   private get followedView(): View | null {
-    return this.isSlow !== false || this.get().playing ? null : this.stage.view();
-  }
-
-  private learnPace(): void {
-    const { complete } = this.surfaces.progress.get();
-    if (this.isSlow !== null || complete === null) return;
-    this.isSlow = complete > slowSurface;
-    if (!this.isSlow && this.get().followView) this.ask();
+    return this.detail.view(this.get(), () => this.stage.view());
   }
 
   private cameraRests(): void {
@@ -386,16 +309,11 @@ export class Viewer {
   private findDataset(): void {
     const { list } = this.surfaces.datasets.get();
     if (!list) return;
-    const { dataset, surfaces, t } = this.settings.get();
-    const found = dataset ? named(list, dataset) : list[0];
-    if (!found) return dataset ? this.reportUnknown(dataset) : undefined;
-    // All labels of a segmentation, where no surfaces are named; one alone is shown where it is named.
-    const series = surfaces.length === 0 && found.member?.label ? seriesOf(list, found) : null;
-    if (!series || series.labels.length < 2) return this.use(atTime(list, found, t));
-    const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
-    const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
-    this.settings.set(changes);
-    this.use(atTime(list, named(list, changes.dataset!) ?? found, t));
+    const { dataset } = this.get();
+    const start = startOf(list, this.get());
+    if (!start) return dataset ? this.reportUnknown(dataset) : undefined;
+    if (start.changes) this.settings.set(start.changes);
+    this.use(start.info);
   }
 
   private played(): Played | null {
@@ -405,26 +323,11 @@ export class Viewer {
   }
 
   private sceneAt(time: number): Scene {
-    return this.sceneOf(atTime(this.list, this.info!, time));
-  }
-
-  private sceneOf(info: DatasetInfo): Scene {
-    return sceneOf(this.list, this.get(), info);
+    return sceneOf(this.list, this.get(), atTime(this.list, this.info!, time));
   }
 
   private get list(): readonly DatasetInfo[] {
     return this.surfaces.datasets.get().list ?? [];
-  }
-
-  private rangeOf(info: DatasetInfo | null): LegendValues | null {
-    return info && { ...rangeOf(this.list, info), valueUnit: info.valueUnit };
-  }
-
-  // The range of samples on slices, the same at all times of a series.
-  private sampleRange(): LegendValues | null {
-    const { info } = this;
-    const range = this.rangeOf(info);
-    return info && range && (this.times && !isCt(info) ? range : { ...range, usual: defaultWindow(info) });
   }
 
   private use(now: DatasetInfo): void {
@@ -460,29 +363,19 @@ export class Viewer {
   }
 
   private ask(): void {
-    if (this.info && this.dropsColors(this.info)) return; // The settings without them ask.
-    if (this.info) this.surfaces.want(this.sceneOf(this.info), this.settings.get(), this.followedView, this.isDragging);
-  }
-
-  // Colors by a field of another world are refused with the reason.
-  private dropsColors(info: DatasetInfo): boolean {
-    const { colorBy } = this.get();
-    const by = colorBy ? named(this.list, colorBy) : null;
-    const reason = by && worldDifference(info, by);
-    if (!reason) return false;
-    this.set({ colorBy: "" });
-    this.notices.announce(`"${colorBy}" cannot color this surface: ${reason}.`);
-    return true;
+    if (!this.info) return;
+    const refusal = colorsRefusal(this.list, this.get(), this.info);
+    if (!refusal) return this.surfaces.want(sceneOf(this.list, this.get(), this.info), this.get(), this.followedView, this.isDragging);
+    this.set({ colorBy: "" }); // Requests the surfaces without the field.
+    this.notices.announce(refusal);
   }
 
   private applyLook(): void {
     const now = this.settings.get();
-    const clip = this.clipPlane();
+    const clip = clipPlane(now, this.info);
     this.surfaces.applyLook(now, clip);
     this.element.classList.toggle("has-slices", now.layout === "four");
-    this.slices.update();
-    this.sliceViews.update();
-    this.showLegends(now);
+    this.samples.update();
     this.stage.setLook({
       isOrthographic: now.projection === "orthographic",
       hasOcclusion: now.occlusion,
@@ -491,30 +384,11 @@ export class Viewer {
     });
   }
 
-  private showLegends(now: Settings): void {
-    this.legends.samples.show(now, slicePlace(now) || now.layout === "four" ? this.sampleRange() : null, now.colorBy ? "samples" : "");
-    const field = now.colorBy ? named(this.list, now.colorBy) : null;
-    const by = this.rangeOf(field);
-    this.legends.field.show(now, by, field?.member?.field || now.colorBy);
-    if (!by) return;
-    this.surfaces.field.setRange(by.min, by.max);
-    const scale = scaleOf(now.fieldLevel, now.fieldWindow, now.fieldLog, by);
-    this.surfaces.field.setLook({ map: now.colors, ...scale }, now.noValueColor);
-  }
-
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
-    if (at === 0 && isFirst && !this.settings.get().eye) this.frameFirst(shown.info);
-    this.slices.update();
-    this.sliceViews.update();
-    if (at === 0 && shown.facts.isFinal) this.learnPace();
+    if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
+    this.samples.updateSlices();
+    if (at === 0 && shown.facts.isFinal && this.detail.learn(this.surfaces.progress.get().complete) && this.get().followView) this.ask();
     this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
-  }
-
-  // One surface as it is; with several, the data.
-  private frameFirst(info: DatasetInfo): void {
-    const { low, high } = worldBox(info);
-    if (info.member?.label) this.stage.frameBox(new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)));
-    else this.fit();
   }
 
   private take(place: Picked): void {
@@ -522,21 +396,4 @@ export class Viewer {
     if (this.get().layout === "four") this.set({ cross: place.world });
     this.events.emit("picked", place);
   }
-}
-
-function isNewCut({ clip = "off", clipFlipped }: Partial<Settings>, before: Settings): boolean {
-  return clip !== "off" && clip !== before.clip && clipFlipped === undefined;
-}
-
-// Why there is nothing to see of a surface; null: there is something, or will be.
-function nothingWords({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
-  if (!shown || isStreaming) return null;
-  if (!isEmpty(shown)) return components?.shown === 0 ? `${componentWords(components)}.` : null;
-  return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" go from ` +
-    `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
-}
-
-function placeOf(token: string): TokenPlace {
-  let value = token;
-  return { get: () => value, set: (typed) => (value = typed) };
 }

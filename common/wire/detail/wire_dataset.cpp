@@ -65,6 +65,42 @@ void write(const SeriesMember& member, v1::SeriesMember& wire) {
   if (member.label->color) wire.mutable_label()->set_color(*member.label->color);
 }
 
+void write(const LabelExtent& extent, v1::Label& wire) {
+  wire.set_samples(extent.samples);
+  if (!extent.place) return;
+  for (const auto& corner : {extent.place->least, extent.place->greatest}) {
+    for (const std::int32_t index : corner) wire.add_box(static_cast<std::uint32_t>(index));
+  }
+  for (const double index : extent.place->centroid) wire.add_centroid(index);
+}
+
+std::optional<LabelExtent> read_extent(const v1::Label& wire, const DatasetInfo& info,
+                                       FieldChecks& checks) {
+  std::uint64_t all = 1;
+  for (const std::int32_t side : info.dims) all *= static_cast<std::uint64_t>(side);
+  checks.integer("DatasetInfo.member.label.samples", wire.samples(), 0, all);
+  if (wire.samples() == 0) return std::nullopt;
+  LabelExtent extent{.samples = wire.samples()};
+  if (wire.box().empty() && wire.centroid().empty()) return extent;
+  checks.exactly("DatasetInfo.member.label.box", wire.box_size(), 6);
+  checks.exactly("DatasetInfo.member.label.centroid", wire.centroid_size(), 3);
+  if (checks.first()) return std::nullopt;
+  LabelExtent::Place& place = extent.place.emplace();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto at = static_cast<std::size_t>(axis);
+    const std::uint32_t least = wire.box(axis);
+    const std::uint32_t greatest = wire.box(3 + axis);
+    checks.require(least <= greatest && greatest < static_cast<std::uint32_t>(info.dims[at]),
+                   "DatasetInfo.member.label.box", "must be indices of samples, the least first.");
+    place.least[at] = static_cast<std::int32_t>(least);
+    place.greatest[at] = static_cast<std::int32_t>(greatest);
+    place.centroid[at] = wire.centroid(axis);
+    checks.require(place.centroid[at] >= least && place.centroid[at] <= greatest,
+                   "DatasetInfo.member.label.centroid", "must be inside the box.");
+  }
+  return extent;
+}
+
 SeriesMember read(const v1::SeriesMember& wire, FieldChecks& checks) {
   SeriesMember member{
       .series = wire.series(), .field = wire.field(), .time_unit = wire.time_unit()};
@@ -107,6 +143,9 @@ void write_dataset(const DatasetInfo& info, v1::DatasetInfo& wire) {
   wire.set_length_unit(info.meaning.length_unit);
   wire.set_value_unit(info.meaning.value_unit);
   if (info.member) write(*info.member, *wire.mutable_member());
+  if (info.member && info.member->label && info.label_extent) {
+    write(*info.label_extent, *wire.mutable_member()->mutable_label());
+  }
 }
 
 DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
@@ -141,6 +180,9 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
                   .length_unit = wire.length_unit(),
                   .value_unit = wire.value_unit()};
   if (wire.has_member()) info.member = read(wire.member(), checks);
+  if (wire.member().has_label() && !checks.first()) {
+    info.label_extent = read_extent(wire.member().label(), info, checks);
+  }
   return info;
 }
 

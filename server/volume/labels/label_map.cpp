@@ -36,14 +36,18 @@ class LabelCensus {
   void add(const Samples& slab, std::int32_t first_slice) {
     std::visit(
         [&](const auto& samples) {
-          const std::size_t slice = header_.samples_per_slice();
+          const auto width = static_cast<std::size_t>(header_.dims[0]);
+          const auto rows = static_cast<std::size_t>(header_.dims[1]);
           for (std::size_t i = 0; i < samples.size();) {
-            // Runs of one label are counted at once.
+            // Runs of one label in a row are counted at once.
             const auto value = samples[i];
-            const std::size_t end = (i / slice + 1) * slice;
+            const std::size_t row = i / width;
+            const std::size_t end = (row + 1) * width;
             std::size_t next = i + 1;
             while (next < end && samples[next] == value) ++next;
-            count(static_cast<float>(value), next - i, first_slice, i / slice, i % slice);
+            count(static_cast<float>(value), next - i,
+                  {static_cast<std::int32_t>(i % width), static_cast<std::int32_t>(row % rows),
+                   first_slice + static_cast<std::int32_t>(row / rows)});
             i = next;
           }
         },
@@ -52,19 +56,27 @@ class LabelCensus {
 
   [[nodiscard]] std::vector<LabelSummary> found() const {
     std::vector<LabelSummary> labels;
-    for (const auto& [value, label] : labels_) labels.push_back(label);
+    for (const auto& [value, label] : labels_) {
+      labels.push_back(label);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        // Inside the box also where the sum was rounded.
+        labels.back().centroid[axis] =
+            std::clamp<double>(label.centroid[axis] / static_cast<double>(label.samples),
+                               label.least[axis], label.greatest[axis]);
+      }
+    }
     return labels;
   }
 
  private:
-  void count(float value, std::size_t samples, std::int32_t first_slice, std::size_t slice,
-             std::size_t place) {
+  // So many samples of a row, the first one at `place`.
+  void count(float value, std::size_t samples, const std::array<std::int32_t, 3>& place) {
     if (value == 0 || std::isnan(value)) return;
-    const std::int32_t z = first_slice + static_cast<std::int32_t>(slice);
     if (last_ == nullptr || last_->value != static_cast<double>(value)) {
-      require_label(value, place, z);
+      require_label(value, place);
       const auto [at, is_new] = labels_.try_emplace(
-          value, LabelSummary{.value = static_cast<double>(value), .first_slice = z});
+          value,
+          LabelSummary{.value = static_cast<double>(value), .least = place, .greatest = place});
       last_ = &at->second;
       if (is_new && labels_.size() > kMaxLabels) {
         fail_reading(name_, "it has more than " + std::to_string(kMaxLabels) + " different values",
@@ -72,14 +84,21 @@ class LabelCensus {
       }
     }
     last_->samples += samples;
-    last_->last_slice = std::max(last_->last_slice, z);
+    std::array<std::int32_t, 3> end = place;
+    end[0] += static_cast<std::int32_t>(samples) - 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      last_->least[axis] = std::min(last_->least[axis], place[axis]);
+      last_->greatest[axis] = std::max(last_->greatest[axis], end[axis]);
+      // Sums, until found() divides them.
+      last_->centroid[axis] +=
+          static_cast<double>(samples) * (static_cast<double>(place[axis]) + end[axis]) / 2;
+    }
   }
 
-  void require_label(float value, std::size_t place, std::int32_t z) const {
+  void require_label(float value, const std::array<std::int32_t, 3>& place) const {
     if (std::trunc(value) == value && std::abs(value) <= kFarthestWhole) return;
-    const auto side = static_cast<std::size_t>(header_.dims[0]);
-    const std::string where = std::to_string(place % side) + ", " + std::to_string(place / side) +
-                              ", " + std::to_string(z);
+    const std::string where = std::to_string(place[0]) + ", " + std::to_string(place[1]) + ", " +
+                              std::to_string(place[2]);
     fail_reading(name_,
                  "its sample at " + where + " is " + std::to_string(value) +
                      ", which is no whole number of at most 2^24",
@@ -322,8 +341,8 @@ std::unique_ptr<VolumeSource> LabelMap::field(double value) const {
   const std::int32_t slices = content_->header.dims[2];
   // The background may be anywhere; a label that does not occur is nowhere.
   const std::int32_t nowhere = slices + kSmoothingReach + 1;
-  const std::int32_t first = is_there ? found->first_slice : value == 0 ? 0 : nowhere;
-  const std::int32_t last = is_there ? found->last_slice : value == 0 ? slices - 1 : -nowhere;
+  const std::int32_t first = is_there ? found->least[2] : value == 0 ? 0 : nowhere;
+  const std::int32_t last = is_there ? found->greatest[2] : value == 0 ? slices - 1 : -nowhere;
   const auto label = is_there ? static_cast<std::int32_t>(value) : 0;
   return std::make_unique<Field>(content_, label, first, last);
 }

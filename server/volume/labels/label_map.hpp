@@ -49,8 +49,9 @@ struct LabelSummary {
   double surface_samples = 0;
   // Of the samples, those in parts one sample thick (thin_parts.hpp).
   std::uint64_t thin_samples = 0;
-  std::int32_t first_slice = 0;  // That it is in, and
-  std::int32_t last_slice = 0;   // the last one.
+  std::array<std::int32_t, 3> least = {};     // Indices of its samples, and
+  std::array<std::int32_t, 3> greatest = {};  // the greatest ones.
+  std::array<double, 3> centroid = {};        // The mean index.
 };
 
 // Copies of a map share the samples.

@@ -3,9 +3,10 @@
 //
 //   node accessibility_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
+import path from "node:path";
 
 import { examine } from "./axe.mjs";
-import { complete, finish, open, patience, test } from "./in_a_browser.mjs";
+import { complete, finish, open, patience, scratch, test } from "./in_a_browser.mjs";
 
 const everything = "#dataset=head&isovalue=300.5&error=2&opacity=0.5&surfaces=900.5,3060ff,1&slice=y&region=ball:32,32,32,8=0";
 
@@ -56,4 +57,24 @@ await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
     }).map(({ className }) => className));
   assert.deepEqual(below, [], "nothing lies over what is told");
 }, telephone);
+for (const layout of ["surface", "four"]) {
+  await test(`KeepsLegendsClearOfTheTools_${layout}`, async (page) => {
+    await open(page, `${everything}&color_by=gyroid&layout=${layout}`);
+    await complete(page);
+    await page.waitForFunction(() => document.querySelectorAll(".legend:not([hidden])").length === 2, null, { timeout: patience });
+    const met = await page.evaluate(() => {
+      const boxes = (selector) => [...document.querySelectorAll(selector)].map((one) => ({ one, box: one.getBoundingClientRect() }));
+      const meets = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+      const others = boxes(".tools button, .orientation .end, .turn-up:not([hidden]), .scale-bar");
+      return boxes(".legend").flatMap(({ box }) => others.filter((other) => other.box.width > 0 && meets(box, other.box)).map(({ one }) => one.outerHTML.slice(0, 80)));
+    });
+    assert.deepEqual(met, []);
+    const outside = await page.evaluate(() => {
+      const stage = document.querySelector(".stage").getBoundingClientRect();
+      return [...document.querySelectorAll(".legend")].filter((one) => one.getBoundingClientRect().bottom > stage.bottom).length;
+    });
+    assert.equal(outside, 0, "they lie in the picture");
+    await page.screenshot({ path: path.join(scratch, `telephone_${layout}.png`) });
+  }, telephone);
+}
 await finish();

@@ -34,6 +34,11 @@ await test("SpeaksWithThePageAroundIt", speaksAround);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
 await test("RefinesWhatIsNearUntilAPixelAndNothingFarAway", refinesWhatIsNear);
+await test("FollowsTheViewByDefault", followsTheView);
+await test("PausesDetailInViewOnSlowLinks", pausesDetail);
+await test("NamesErrorsByQuality", namesQualities);
+await test("HidesThePartThatWasClicked", hidesAPart);
+await test("KeepsNotesOnPlaces", keepsNotes);
 await test("LooksFromTheFrontOfWhatIsUpright", looksFromTheFront);
 await test("RefusesColorsOfAnotherWorld", refusesOtherWorlds);
 await finish();
@@ -545,6 +550,91 @@ async function refinesWhatIsNear(page) {
   assert.notEqual(near.digest, far.digest);
   await look("300,-740,32");
   await complete(page, ({ digest }) => digest === far.digest); // Turning far away asks for nothing else.
+}
+
+// No setting in the address says so.
+async function followsTheView(page) {
+  const hash = "#dataset=head&isovalue=300.5&error=2&pixels=4&eye=32,-800,32&target=32,32,32&axes=false";
+  let far = null;
+  for (let attempt = 0; attempt < 8 && !far; ++attempt) {
+    await page.goto("about:blank");
+    await page.goto(server.page + hash);
+    const shown = await complete(page);
+    if (await page.locator(".toggle.is-off").count() === 0) far = shown; // Else this machine was slow, and detail is paused.
+  }
+  assert(far, "the surface comes within two seconds, once at least");
+  await page.evaluate(() => (location.hash = location.hash.replace(/eye=[^&]*/, "eye=32,-30,32")));
+  await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
+}
+
+async function pausesDetail(page) {
+  // Every message of the server comes late, as over a slow link.
+  await page.routeWebSocket(/v1\/stream/, (socket) => {
+    const other = socket.connectToServer();
+    socket.onMessage((message) => other.send(message));
+    other.onMessage((message) => setTimeout(() => socket.send(message), 2500));
+  });
+  await page.goto(`${server.page}#dataset=head&isovalue=300.5&error=2&pixels=4&eye=32,-800,32&target=32,32,32&axes=false`);
+  const far = await complete(page);
+  await page.waitForSelector('.toggle.is-off:has-text("View-dependent detail")', { timeout: patience });
+  const look = (eye) => page.evaluate((to) => (location.hash = location.hash.replace(/eye=[^&]*/, `eye=${to}`)), eye);
+  await look("32,-30,32");
+  await page.waitForTimeout(4000);
+  assert.equal((await complete(page)).digest, far.digest, "nothing finer is requested");
+  await page.locator('label:has-text("View-dependent detail")').click(); // Off,
+  await page.locator('label:has-text("View-dependent detail")').click(); // and on by hand.
+  await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
+}
+
+async function namesQualities(page) {
+  await open(page, "#dataset=head&isovalue=300.5&error=1");
+  let before = await complete(page);
+  const counts = [];
+  for (const [word, error] of [["Draft", "2"], ["Normal", "0.5"], ["Exact", "0"]]) {
+    const button = `[aria-label="Qualities"] button:text-is("${word}")`;
+    await page.click(button);
+    await page.waitForFunction((text) => new URLSearchParams(location.hash.slice(1)).get("error") === text, error);
+    assert.equal(await page.getAttribute(button, "aria-pressed"), "true");
+    before = await complete(page, ({ digest }) => digest !== before.digest);
+    counts.push(before.triangles);
+  }
+  assert(counts[0] < counts[1] && counts[1] < counts[2], `${counts} triangles`);
+}
+
+async function hidesAPart(page) {
+  await page.setViewportSize({ width: 1200, height: 800 });
+  await open(page, "#dataset=head&isovalue=300.5&error=1&eye=32,-120,32&target=32,32,32&axes=false");
+  await complete(page);
+  const before = (await surfacePixels(page)).share;
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
+  await page.click('.picked button:has-text("Hide this part")');
+  await page.waitForFunction(() => /hidden_parts=/.test(location.hash));
+  await page.waitForFunction(() => /components? of \d+ shown/.test(document.body.textContent));
+  const without = (await surfacePixels(page)).share;
+  assert(without < 0.9 * before, `${without} is seen of ${before}`);
+  await page.reload(); // The address has it.
+  await complete(page);
+  const again = (await surfacePixels(page)).share;
+  assert(Math.abs(again - without) < 0.02, `${again} is seen after a reload, ${without} before`);
+  await page.click('button:has-text("Show 1 hidden part")');
+  await page.waitForFunction(() => !/hidden_parts=/.test(location.hash));
+  await page.waitForTimeout(500);
+  assert((await surfacePixels(page)).share > 0.95 * before, "all is there again");
+}
+
+async function keepsNotes(page) {
+  await open(page, "#dataset=gyroid&error=1&eye=16,-60,16&target=16,16,16");
+  await complete(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
+  await page.fill('[aria-label="Note on A"]', "a saddle, here");
+  await page.press('[aria-label="Note on A"]', "Enter");
+  await page.waitForFunction(() => new URLSearchParams(location.hash.slice(1)).get("places")?.endsWith("a saddle%2C here"));
+  assert.equal(await page.textContent(".dot-note"), "a saddle, here");
+  await page.reload();
+  await complete(page);
+  await page.waitForFunction(() => document.querySelector(".dot-note")?.textContent === "a saddle, here");
 }
 
 async function looksFromTheFront(page) {

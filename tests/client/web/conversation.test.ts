@@ -42,6 +42,22 @@ describe("Conversation", () => {
     expect(second.requestId > first.requestId).toBe(true);
   });
 
+  test("GoesOnWithTheConnectionOfAnIdleConversation", () => {
+    const before = connected();
+    const order = { info: dataset(), request: request() };
+    const last = opened(before.want(order))!.requestId;
+    expect(before.handOver()).toBeNull(); // Its stream runs.
+    before.cancel();
+    expect(before.handOver()).toBe(last);
+    const after = new Conversation({ agent: "test", token: () => "secret", held: () => [] });
+    expect(after.handOver()).toBeNull();
+    expect(after.want(order)).toEqual([]); // It has no connection.
+    const effects = after.adopted(last);
+    expect(sent(effects)).toEqual(["openStream"]); // Without a greeting.
+    expect(opened(effects)!.requestId).toBe(last + 1n);
+    expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]); // Late, of the one before.
+  });
+
   test("SendsTheMeasuredSpeedWithEveryStream", () => {
     let trianglesPerSecond = 3e5;
     const conversation = new Conversation({

@@ -14,12 +14,14 @@ const folder = path.join(scratch, "series");
 rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 prepareLabels();
+prepareCells();
 prepareTimes();
 const series = await serveFolder(folder);
 
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
 await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
 await test("NamesTheLabelThatIsClickedAndIsolatesOne", namesAndIsolates);
+await test("FindsSortsAndZoomsToLabels", findsLabels);
 await test("SavesATableOfTheLabelsThatAreShown", savesTable);
 await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
 await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
@@ -31,7 +33,7 @@ await finish();
 async function showsLabels(page) {
   await open(page, "#dataset=seg", series);
   await complete(page);
-  assert.equal(await page.locator(".dataset").count(), 2, "a series is one entry");
+  assert.equal(await page.locator(".dataset").count(), 3, "a series is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
   await examine(page);
@@ -70,6 +72,30 @@ async function namesAndIsolates(page) {
   await page.click('[aria-label="Show only label 9"]');
   await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "1 of 3 shown");
   assert.deepEqual(await page.locator('.eye[aria-pressed="true"]').evaluateAll((all) => all.map((one) => one.ariaLabel)), ["Show label 9"]);
+}
+
+async function findsLabels(page) {
+  await open(page, "#dataset=cells&axes=false", series);
+  await complete(page);
+  await settled(page);
+  const names = () => page.locator(".label-row:not([hidden]) .label-name").allTextContents();
+  assert.equal((await names()).length, 30);
+  assert.match(await page.textContent(".labels-count"), /^24 of 30 shown$/);
+  assert.match(await page.getAttribute('[aria-label="Zoom to label 17"]', "title"), /^label 17: \d+ samples$/);
+  await page.selectOption('[aria-label="Order of the labels"]', "size");
+  assert.equal((await names())[0], "label 17", "the largest one is the first");
+  await page.fill('[aria-label="Search labels"]', "17");
+  assert.deepEqual(await names(), ["label 17"]);
+  await page.click('[aria-label="Zoom to label 17"]');
+  await page.waitForFunction(([x, y, z]) => {
+    const [a, b, c] = (new URLSearchParams(location.hash.slice(1)).get("target") ?? "").split(",").map(Number);
+    return Math.hypot(a - x, b - y, c - z) < 0.1;
+  }, cellAt(17), { timeout: patience });
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  await page.mouse.move(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2);
+  await page.waitForFunction(() => document.querySelector(".label-hover:not([hidden])")?.textContent === "label 17", null, { timeout: patience });
+  await page.fill('[aria-label="Search labels"]', "no such label");
+  assert.deepEqual(await names(), []);
 }
 
 async function savesTable(page) {
@@ -155,6 +181,21 @@ function prepareLabels() {
   const file = path.join(scratch, "seg.nrrd");
   writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)));
   run("prepare", file, "--label", "all", "--name", "seg", "-o", folder);
+}
+
+// Where the ball of a label from 1 to 30 is.
+function cellAt(label) {
+  const i = label - 1;
+  return [4 + 6 * (i % 5), 6 + 10 * (Math.floor(i / 5) % 3), 10 + 12 * Math.floor(i / 15)];
+}
+
+// Thirty small balls, of which the seventeenth is larger.
+function prepareCells() {
+  const balls = Array.from({ length: 30 }, (_, i) => [i + 1, ...cellAt(i + 1), i + 1 === 17 ? 2.9 : 2.2]);
+  const labelAt = (x, y, z) => balls.find(([, a, b, c, radius]) => Math.hypot(x - a, y - b, z - c) < radius)?.[0] ?? 0;
+  const file = path.join(scratch, "cells.nrrd");
+  writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)));
+  run("prepare", file, "--label", "all", "--name", "cells", "-o", folder);
 }
 
 // A ball that grows, and something else in the same place, at four times.

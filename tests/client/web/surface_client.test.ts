@@ -1,7 +1,9 @@
 import { Prefetcher } from "../../../client/web/src/prefetcher";
+import { applied, inverse, latticeToWorld } from "../../../client/web/src/stream/dataset";
 import { allChosen, type Frame, Frames } from "../../../client/web/src/frames";
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 import { SurfaceClient } from "../../../client/web/src/surface_client";
+import { nothingHidden } from "../../../client/web/src/state/hidden_parts";
 import type { StepFacts } from "../../../client/web/src/state/progress";
 import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { type ClientKind, type DatasetInfo, type OpenStream, Priority, type ServerKind, type StepBegin, StepPolicy, StreamOutcome } from "../../../client/web/src/protocol/messages";
@@ -170,9 +172,9 @@ describe("SurfaceClient", () => {
   test("HidesSmallComponentsOfWhatIsThereAndAsksTheServerNothing", async () => {
     const { client, shows, settles } = keptAndWanted(settings);
     expect(shows).toEqual([null]);
-    client.hide(4);
-    client.hide(12);
-    client.hide(12);
+    client.hide({ minComponent: 4, places: [] });
+    client.hide({ minComponent: 12, places: [] });
+    client.hide({ minComponent: 12, places: [] });
     expect([selections.asked.length, client.isBusy, client.isSettled]).toEqual([2, false, false]);
     const [four, twelve] = selections.asked;
     expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
@@ -180,10 +182,20 @@ describe("SurfaceClient", () => {
     four.answer(selectionOf(3)); // It was cancelled.
     await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
     expect(client.drawn.leastDiagonal).toBe(12 * 32);
-    client.hide(0);
+    client.hide(nothingHidden);
     await vi.waitFor(() => expect(client.progress.get().components).toBeNull());
     expect(shows).toEqual([null, selectionOf(2), null]);
     expect([client.drawn.leastDiagonal, client.isSettled, settles(), openStream()]).toEqual([0, true, 1, undefined]);
+  });
+
+  test("HidesPartsAtTheirPlacesInTheLattice", async () => {
+    const { client } = keptAndWanted(settings);
+    client.hide({ minComponent: 0, places: [[1, 2, 3]] });
+    const [asked] = selections.asked;
+    expect(asked.drawn).toMatchObject({ leastDiagonal: 0, hidden: [applied(inverse(latticeToWorld(dataset(), 5)), [1, 2, 3])] });
+    asked.answer(selectionOf(4));
+    await vi.waitFor(() => expect(client.progress.get().components).toMatchObject({ components: 5, shown: 4 }));
+    expect(client.drawn.hidden).toEqual(asked.drawn.hidden);
   });
 
   test("ShowsAKeptSurfaceNotBeforeItsSmallComponentsAreKnown", async () => {

@@ -2,7 +2,7 @@ import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
 import { joined } from "../../../client/web/src/mesh/boundary_matcher";
 import { justAbove } from "../../../client/web/src/state/surfaces";
-import { largeComponents, withLargeComponents } from "../../../client/web/src/mesh/tile_components";
+import { drawnComponents, withDrawnComponents } from "../../../client/web/src/mesh/tile_components";
 import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { promiseOf } from "../../../client/web/src/stream/step_checks";
@@ -43,14 +43,34 @@ function cutAt(x: number) {
 describe("TileComponents", () => {
   test("DoNotDependOnTheTiling", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(20), cutAt(100), faces.map((face) => tileOf(meshOf([face])))]) {
-      expect(largeComponents(tiles, 0)).toMatchObject({ components: 3, shown: 3, triangles: 24, tiles: tiles.map(() => null) });
-      expect(largeComponents(tiles, 5)).toMatchObject({ components: 3, shown: 2, triangles: 16 });
-      const large = largeComponents(tiles, 10);
+      expect(drawnComponents(tiles, 0)).toMatchObject({ components: 3, shown: 3, triangles: 24, tiles: tiles.map(() => null) });
+      expect(drawnComponents(tiles, 5)).toMatchObject({ components: 3, shown: 2, triangles: 16 });
+      const large = drawnComponents(tiles, 10);
       expect(large).toMatchObject({ components: 3, shown: 1, triangles: 8, largest: [80, 80, 80, 120, 120, 120] });
       expect(large.diagonals.map((one) => one / Math.sqrt(3))).toEqual([expect.closeTo(40, 9), expect.closeTo(4, 9)]);
-      expect(largeComponents(tiles, justAbove(large.diagonals, 1)!)).toMatchObject({ shown: 1, triangles: 8 });
-      expect(largeComponents(tiles, 100)).toMatchObject({ components: 3, shown: 0, triangles: 0, largest: null });
+      expect(drawnComponents(tiles, justAbove(large.diagonals, 1)!)).toMatchObject({ shown: 1, triangles: 8 });
+      expect(drawnComponents(tiles, 100)).toMatchObject({ components: 3, shown: 0, triangles: 0, largest: null });
     }
+  });
+
+  test("HideTheComponentNearestToAPlace", () => {
+    for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
+      // In the middle of a face of the large one, far from its vertices, which those of the small ones are nearer to.
+      const onPlanet = [100 - 20 / 3, 100 - 20 / 3, 100 - 20 / 3];
+      expect(drawnComponents(tiles, 0, [onPlanet])).toMatchObject({ components: 3, shown: 2, triangles: 16, largest: [18, 8, 8, 22, 12, 12] });
+      expect(drawnComponents(tiles, 0, [onPlanet, [10, 10, 12]])).toMatchObject({ shown: 1, triangles: 8 });
+      expect(drawnComponents(tiles, 10, [onPlanet])).toMatchObject({ shown: 0, triangles: 0, largest: null });
+      const [left] = withDrawnComponents(tiles, 0, [onPlanet]);
+      expect(left.triangles.length % 3).toBe(0);
+    }
+  });
+
+  test("MeasureToTheInsideOfTriangles", () => {
+    // A speck that is nearer to the place than all vertices of the large triangle below it.
+    const large = tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]]));
+    const speck = tileOf(meshOf([[[30, 30, 6], [31, 30, 6], [30, 31, 6]]]));
+    expect(drawnComponents([large, speck], 0, [[30, 30, 2]]).tiles.map((part) => part?.shown ?? null)).toEqual([0, null]);
+    expect(drawnComponents([large, speck], 0, [[30, 30, 5]]).tiles.map((part) => part?.shown ?? null)).toEqual([null, 0]);
   });
 
   test("HaveASizeBetweenTheTwoLargestUnlessTheseAreAlike", () => {
@@ -63,8 +83,8 @@ describe("TileComponents", () => {
 
   test("KeepsComponentsOfExactlyTheMinimumDiagonal", () => {
     const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // The diagonal of 2, 3 and 6 is 7.
-    expect(largeComponents([box], 7).shown).toBe(1);
-    expect(largeComponents([box], 7 * (1 + Number.EPSILON)).shown).toBe(0);
+    expect(drawnComponents([box], 7).shown).toBe(1);
+    expect(drawnComponents([box], 7 * (1 + Number.EPSILON)).shown).toBe(0);
   });
 
   test("LeaveEachTileItsTrianglesInAnotherOrder", () => {
@@ -73,14 +93,14 @@ describe("TileComponents", () => {
       const all = [...triangles];
       return Array.from({ length: all.length / 3 }, (_, t) => all.slice(3 * t, 3 * t + 3).join()).sort();
     };
-    const { tiles: parted } = largeComponents(tiles, 10);
+    const { tiles: parted } = drawnComponents(tiles, 10);
     expect(parted[0]!.shown).toBe(4);
     expect(corners(parted[0]!.triangles)).toEqual(corners(tiles[0].triangles));
     expect(parted[1]).toBeNull();
   });
 
   test("SmallComponentsAreInNoFileAndNoCut", () => {
-    const tiles = withLargeComponents(cutAt(100), 10);
+    const tiles = withDrawnComponents(cutAt(100), 10);
     const across = { normal: [0, 0, 1], constant: -10 }; // Through the dust, and below the planet.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
@@ -97,8 +117,8 @@ describe("TileComponents", () => {
     const tiles = meshes.map((mesh) => ({ ...tileOf(mesh), triangles: mesh.triangles }));
     const border = { low: [0, 0, 0] as Corner, high: [1, 1, 1] as Corner, inset: 0, anywhere: true };
     expect(joined(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
-    expect(largeComponents(tiles, 0)).toMatchObject({ components: found.components, triangles: found.triangles });
-    const { largest } = largeComponents(tiles, 32);
+    expect(drawnComponents(tiles, 0)).toMatchObject({ components: found.components, triangles: found.triangles });
+    const { largest } = drawnComponents(tiles, 32);
     expect(largest).not.toBeNull();
     expect(Math.max(...largest!) - Math.min(...largest!)).toBeLessThanOrEqual(32 * 32);
   });

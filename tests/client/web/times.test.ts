@@ -1,5 +1,5 @@
 import { SwapGroup } from "../../../client/web/src/swap_group";
-import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
+import { ConnectionPool, type IdleConnection } from "../../../client/web/src/stream/connection_pool";
 import { type Pace, type Played, timeBeside, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
 
 // A player whose clock and frames are the test's.
@@ -196,7 +196,10 @@ describe("SwapGroup", () => {
 
 describe("ConnectionPool", () => {
   function holder(name: string, calls: string[]) {
-    return { isBusy: true, granted: () => calls.push(`+${name}`), revoked: () => calls.push(`-${name}`) };
+    const connection = { name } as unknown as IdleConnection;
+    const granted = (given: IdleConnection | null) => calls.push(`+${name}${given ? ` by ${(given as unknown as { name: string }).name}` : ""}`);
+    const revoked = () => (calls.push(`-${name}`), connection);
+    return { isBusy: true, granted, revoked };
   }
 
   test("MoveFromIdleToActiveClients", () => {
@@ -207,7 +210,7 @@ describe("ConnectionPool", () => {
     expect(calls).toEqual(["+a", "+b"]);
     b.isBusy = false;
     connectionPool.deal();
-    expect(calls).toEqual(["+a", "+b", "-b", "+c"]);
+    expect(calls).toEqual(["+a", "+b", "-b", "+c by b"]);
     connectionPool.want(b);
     connectionPool.leave(a);
     expect(calls.slice(4)).toEqual(["+b"]);

@@ -531,6 +531,21 @@ TEST(DatasetList, OutOfRangeIsRefused) {
   refuse_member([](SeriesMember& m) { m.time = kInfinity; }, "DatasetInfo.member.time");
   refuse_member([](SeriesMember& m) { m.time_unit.assign(65, 's'); },
                 "DatasetInfo.member.time_unit");
+  const auto refuse_extent = [&](const LabelExtent& extent, const char* field) {
+    refuse(
+        [&](DatasetInfo& d) {
+          d.dims = {4, 4, 4}, d.margin = 0, d.grid_exponent = 2;
+          d.void_samples = 0;
+          d.member = SeriesMember{.series = "f", .label = Label{}};
+          d.label_extent = extent;
+        },
+        field);
+  };
+  refuse_extent({.samples = 65}, "DatasetInfo.member.label.samples");
+  refuse_extent({.samples = 1, .place = LabelExtent::Place{.greatest = {0, 4, 0}}},
+                "DatasetInfo.member.label.box");
+  refuse_extent({.samples = 1, .place = LabelExtent::Place{.centroid = {0, kNaN, 0}}},
+                "DatasetInfo.member.label.centroid");
   refuse_member([](SeriesMember& m) { m.label->value = 0.5; }, "DatasetInfo.member.label.value");
   refuse_member([](SeriesMember& m) { m.label->value = kNaN; }, "DatasetInfo.member.label.value");
   refuse_member([](SeriesMember& m) { m.label->name = "\x7F"; }, "DatasetInfo.member.label.name");

@@ -93,6 +93,7 @@ TEST(DatasetMetadata, NamesAndUnitsThatSteerTerminalsOrWritingAreRefused) {
 TEST(DatasetMetadata, KeepsTheVolumeOfALabel) {
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.label_volume = {.samples = 39, .surface_samples = 38.61};
+  metadata.info.label_extent = metadata.label_volume->extent();
   const std::string text = metadata_text(metadata);
   const auto result = parse_metadata(text);
   ASSERT_TRUE(result) << result.error().text;
@@ -102,6 +103,22 @@ TEST(DatasetMetadata, KeepsTheVolumeOfALabel) {
   const auto refused = parse_metadata(spoilt);
   ASSERT_FALSE(refused);
   expect_contains(refused.error().text, "surface_samples");
+}
+
+TEST(DatasetMetadata, KeepsWhereALabelIs) {
+  DatasetMetadata metadata = small_prepared().metadata;
+  metadata.label_volume = {.samples = 2,
+                           .surface_samples = 1.5,
+                           .place = LabelExtent::Place{
+                               .least = {0, 1, 1}, .greatest = {1, 1, 1}, .centroid = {0.5, 1, 1}}};
+  metadata.info.label_extent = metadata.label_volume->extent();
+  const auto result = parse_metadata(metadata_text(metadata));
+  ASSERT_TRUE(result) << result.error().text;
+  EXPECT_EQ(*result, metadata);
+  metadata.label_volume->place->greatest[0] = metadata.info.dims[0];
+  const auto refused = parse_metadata(metadata_text(metadata));
+  ASSERT_FALSE(refused);
+  expect_contains(refused.error().text, "label_volume");
 }
 
 TEST(DatasetMetadata, EveryFieldThatIsMissingOrOfAnotherTypeIsNamed) {

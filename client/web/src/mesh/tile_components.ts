@@ -1,9 +1,10 @@
-// The connected components of a surface in tiles, and the surface without the small ones: noise in scans makes
-// thousands around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
+// The connected components of a surface in tiles, and the surface without some of them: noise in scans makes thousands
+// of small ones around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
 // with a common vertex are connected, and a component is as large as the diagonal of its bounding box.
 //
 // A tile's own components are found once; what a surface adds takes time in proportion to the tiles' boundaries.
 import { Components } from "./components";
+import { nearestComponent } from "./nearest_component";
 import { PointNumbers } from "./point_numbers";
 import type { LatticeBox } from "./tile_mesh";
 import type { TileBoundary } from "./tile_boundary";
@@ -16,37 +17,46 @@ interface Tile {
   boundary: Pick<TileBoundary, "positions" | "vertices">;
 }
 
-export interface LargeComponents {
+export interface DrawnComponents {
   components: number; // Components of the whole surface.
-  shown: number; // Components that are large enough.
+  shown: number; // Components that are drawn.
   triangles: number; // Triangles that are shown.
-  largest: LatticeBox | null; // Around the one with the longest diagonal; null: none is shown.
+  largest: LatticeBox | null; // Around the drawn one with the longest diagonal; null: none is drawn.
   diagonals: [number, number]; // The two longest of the whole surface, the longest first; 0 where there is none.
   // For each tile its triangles in an order in which those of shown components are the first ones, and how many
   // these are; null: all of them are shown.
   tiles: ({ triangles: Triangles; shown: number } | null)[];
 }
 
-// Components whose bounding boxes have a diagonal of at least `leastDiagonal` lattice steps.
-export function largeComponents(tiles: readonly Tile[], leastDiagonal: number): LargeComponents {
+// Components whose bounding boxes have a diagonal of at least `leastDiagonal` lattice steps, but for those that are the
+// nearest ones to the `hidden` places.
+export function drawnComponents(
+  tiles: readonly Tile[], leastDiagonal: number, hidden: readonly (readonly number[])[] = [],
+): DrawnComponents {
   const { ofTile, boxes } = joinedComponents(tiles);
   const diagonals = boxes.map(diagonalOf);
   const isShown = diagonals.map((diagonal) => diagonal >= leastDiagonal);
-  const longest = diagonals.reduce((best, diagonal, i) => (best < 0 || diagonal > diagonals[best] ? i : best), -1);
+  for (const place of hidden) {
+    const component = nearestComponent(tiles, (tile, vertex) => ofTile[tile][componentsOf(tiles[tile]).ofVertex[vertex]], boxes, place);
+    if (component !== null) isShown[component] = false;
+  }
+  const longest = diagonals.reduce((best, diagonal, i) => (isShown[i] && (best < 0 || diagonal > diagonals[best]) ? i : best), -1);
   const parted = tiles.map((tile, i) => partedTriangles(tile, (component) => isShown[ofTile[i][component]]));
   return {
     components: boxes.length,
     shown: isShown.filter(Boolean).length,
     triangles: tiles.reduce((n, { triangles }, i) => n + (parted[i]?.shown ?? triangles.length / 3), 0),
-    largest: isShown[longest] ? boxes[longest] : null,
+    largest: boxes[longest] ?? null,
     diagonals: twoLargest(diagonals),
     tiles: parted,
   };
 }
 
 // The tiles with nothing but the triangles of such components.
-export function withLargeComponents<T extends Tile>(tiles: readonly T[], leastDiagonal: number): T[] {
-  const { tiles: parted } = largeComponents(tiles, leastDiagonal);
+export function withDrawnComponents<T extends Tile>(
+  tiles: readonly T[], leastDiagonal: number, hidden: readonly (readonly number[])[] = [],
+): T[] {
+  const { tiles: parted } = drawnComponents(tiles, leastDiagonal, hidden);
   return tiles.map((tile, i) => {
     const part = parted[i];
     return part ? { ...tile, triangles: part.triangles.subarray(0, 3 * part.shown) } : tile;
@@ -121,7 +131,7 @@ function joinedComponents(tiles: readonly Tile[]): { ofTile: Uint32Array[]; boxe
   return { ofTile, boxes };
 }
 
-function partedTriangles(tile: Tile, isShown: (component: number) => boolean): LargeComponents["tiles"][number] {
+function partedTriangles(tile: Tile, isShown: (component: number) => boolean): DrawnComponents["tiles"][number] {
   const { ofVertex, boxes } = componentsOf(tile);
   if (boxes.every((_, component) => isShown(component))) return null;
   const { triangles } = tile;

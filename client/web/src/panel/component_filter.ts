@@ -1,13 +1,20 @@
 // "Hide components smaller than [ ] samples": of one surface, or of several. Noise in scans makes thousands of small ones around the main surface.
 import type { ShownComponents } from "../state/progress";
+import type { HiddenParts } from "../state/hidden_parts";
 import { maxMinComponent } from "../state/surfaces";
 import { h } from "../shared/elements";
 import { counted, grouped } from "../shared/quantities";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
-// `of`: whose components, in words; `hide` hears of samples, 0: nothing is hidden. `keepLargest` hides all but one.
-export function componentFilter(of: string, hide: (minComponent: number) => void, keepLargest?: () => void): Control<number> {
+export interface ComponentFilterActs {
+  hide: (minComponent: number) => void; // In samples; 0: nothing.
+  showHidden: () => void; // Shows the parts again that were hidden one by one.
+  keepLargest?: () => void; // Hides all but one.
+}
+
+// `of`: whose components, in words.
+export function componentFilter(of: string, { hide, showHidden, keepLargest }: ComponentFilterActs): Control<HiddenParts> {
   const input = numberInput(`Hide components of ${of} smaller than, in samples`,
     (samples) => hide(Math.min(maxMinComponent, Math.max(0, samples))), () => hide(0));
   input.element.setAttribute("min", "0");
@@ -17,8 +24,19 @@ export function componentFilter(of: string, hide: (minComponent: number) => void
       "here, and in what you measure and take with you; what is checked stays the whole surface.",
   }, "Hide components smaller than ", input.element, " samples");
   const element = h("div", { class: "component-filter" }, label);
-  if (keepLargest) element.append(keepLargestButton(of, keepLargest));
-  return { element, show: (minComponent) => input.show(minComponent === 0 ? null : minComponent) };
+  const again = h("button", { type: "button", "aria-label": `Show the hidden parts of ${of}`, hidden: true });
+  again.addEventListener("click", showHidden);
+  const chips = h("span", { class: "chips" }, ...(keepLargest ? [keepLargestButton(of, keepLargest)] : []), again);
+  element.append(chips);
+  return {
+    element,
+    show: ({ minComponent, places }) => {
+      input.show(minComponent === 0 ? null : minComponent);
+      again.hidden = places.length === 0;
+      again.textContent = `Show ${counted(places.length, "hidden part")}`;
+      chips.hidden = !keepLargest && again.hidden;
+    },
+  };
 }
 
 function keepLargestButton(of: string, act: () => void): HTMLElement {
@@ -26,16 +44,17 @@ function keepLargestButton(of: string, act: () => void): HTMLElement {
     type: "button", "aria-label": `Keep the largest part of ${of}`, "data-tip": "Hides every connected component but the largest one.",
   }, "Keep the largest part");
   button.addEventListener("click", act);
-  return h("span", { class: "chips" }, button);
+  return button;
 }
 
 export function hidesAny(components: ShownComponents | null): components is ShownComponents {
   return components !== null && components.shown < components.components;
 }
 
-// "3 components of 120 shown (smaller than 12 samples hidden)"
+// "3 components of 120 shown (smaller than 12 samples hidden)". Those that were hidden one by one are counted, too.
 export function componentWords({ shown, components, minComponent }: ShownComponents): string {
   const noun = shown === 1 ? "component" : "components";
   const count = shown === 0 ? "No" : grouped(shown);
-  return `${count} ${noun} of ${grouped(components)} shown (smaller than ${counted(minComponent, "sample", 12)} hidden)`;
+  const least = minComponent > 0 ? ` (smaller than ${counted(minComponent, "sample", 12)} hidden)` : "";
+  return `${count} ${noun} of ${grouped(components)} shown${least}`;
 }

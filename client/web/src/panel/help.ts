@@ -6,6 +6,7 @@ const hands = [
   ["Zoom", "scroll", "pinch"],
   ["Pan", "right button, or Shift and drag", "two fingers"],
   ["A place's coordinates", "click on the surface", "tap"],
+  ["A note, hiding a part", "in what a click shows", "tap"],
   ["A length, an angle", "click on a second and a third place", "tap"],
 ] as const;
 

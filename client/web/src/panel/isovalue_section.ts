@@ -1,5 +1,6 @@
 // The isovalues: lines in the histogram that one drags, the first one's number, and suggested values.
 import type { DatasetInfo } from "../protocol/messages";
+import { hiddenPartsOf } from "../state/hidden_parts";
 import { forever } from "../state/browser_storage";
 import { rangeOf } from "../state/series";
 import type { Settings } from "../state/settings";
@@ -40,7 +41,9 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
     label: "log", tip: "Logarithmic heights: rare values become visible.",
     turned: (logScale) => change({ logScale }),
   });
-  const filter = componentFilter("the surface", (minComponent) => change({ minComponent }), () => keepLargest(0));
+  const filter = componentFilter("the surface", {
+    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }), keepLargest: () => keepLargest(0),
+  });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {
     const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
@@ -58,7 +61,7 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
     show: (now, shown) => {
       settings = now;
       log.show(now.logScale);
-      filter.show(now.minComponent);
+      filter.show(hiddenPartsOf(now));
       filter.element.hidden = now.surfaces.length > 0; // Each has its own.
       if (!shown) return;
       const suggested = suggestedIsovalue(shown);

@@ -13,7 +13,7 @@ import { type SeriesPart, seriesPart } from "./series_section";
 import { type FieldPart, fieldPart } from "./field_section";
 import { folded, section } from "./inputs";
 import { type IsovaluePart, isovaluePart } from "./isovalue_section";
-import { type LabelsPart, labelsPart } from "./labels_section";
+import { type LabelsEvents, type LabelsPart, labelsPart } from "./labels_section";
 import { lookPart } from "./look_section";
 import type { Change, PanelSection } from "./panel_section";
 import { regionPart } from "./region_section";
@@ -21,10 +21,9 @@ import { slicePart } from "./slice_section";
 import { type SurfacesPart, surfacesPart } from "./surfaces_section";
 import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downloads_section";
 
-export interface PanelEvents extends DownloadsEvents, BookmarksEvents {
+export interface PanelEvents extends DownloadsEvents, BookmarksEvents, LabelsEvents {
   reset: () => void;
   roll: (radians: number) => void;
-  saveLabels: () => void; // A table of the labels that are shown.
   keepLargest: (surface: number) => void; // All of its components but the largest are hidden.
 }
 
@@ -64,7 +63,7 @@ export class Panel {
     const accuracy = (this.accuracy = accuracyPart(change, this.expected));
     const surfaces = (this.surfaces = surfacesPart(change, events.keepLargest));
     const series = (this.series = seriesPart(change));
-    const labels = (this.labels = labelsPart(change, events.saveLabels));
+    const labels = (this.labels = labelsPart(change, events));
     this.ofValues = [
       h("section", {}, ...isovalue.elements),
       folded("Surfaces", settings.get().surfaces.length > 0, ...surfaces.elements),

@@ -1,6 +1,7 @@
 // The list of surfaces: of each its color, isovalue, opacity, error, whether it is shown, and what has
 // come of it. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
+import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
 import { labelOf } from "../state/series";
 import { materials, type Settings } from "../state/settings";
@@ -109,7 +110,9 @@ function surfaceRow(
   const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it answers to light." },
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
   material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
-  const filter = componentFilter(name, (minComponent) => change({ minComponent }), keepLargest);
+  const filter = componentFilter(name, {
+    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }), keepLargest,
+  });
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });
   const element = h("li", { class: "surface-row" }, dataset, color, isovalue.element, opacity, eye, cross, state, error.element, filter.element, material);
@@ -128,7 +131,7 @@ function surfaceRow(
       material.value = surface.material ?? "neutral";
       eye.setAttribute("aria-pressed", String(isVisible));
       eye.textContent = isVisible ? "◉" : "○";
-      filter.show(surface.minComponent ?? 0);
+      filter.show(hiddenPartsOf(surface));
       cross.hidden = filter.element.hidden = !isOneOfSeveral;
     },
     showProgress: ({ shown, components, isStreaming, failure, heldBack }) => {

@@ -6,7 +6,7 @@ export interface Annotations {
   scale: { pixels: number; text: string } | null; // CSS pixels.
   axes: readonly Arm[]; // In the order in which they are drawn.
   legends: LegendWords[];
-  points: { x: number; y: number }[]; // In CSS pixels from the left and from above.
+  points: { x: number; y: number; note: string }[]; // In CSS pixels from the left and from above.
   words: string[]; // What was measured.
 }
 
@@ -51,6 +51,7 @@ export function annotate(context: CanvasRenderingContext2D, { scale, axes, legen
   legends.forEach((legend, i) => drawLegend(context, legend, margin, height - margin - 52 * i, write));
   drawAxes(context, axes, margin + arm + 10, height - margin - arm - 10 - 52 * legends.length, ink, paper);
   drawPoints(context, points);
+  for (const { x, y, note } of points) if (note) write(note, x + 13, y + 4.5, "left");
   words.forEach((text, i) => write(text, margin, margin + 12 + 18 * i, "left"));
   context.restore();
 }

@@ -1,5 +1,6 @@
 // Measurements of picked places: positions, field values, the length between two, the angle at the second of
-// three, and the area and volume of the part that was picked last. A fourth place starts over. Numbers carry their bounds
+// three, and the area and volume of the part that was picked last, which can be hidden. Each place may have a note. A fourth
+// place starts over. Numbers carry their bounds
 // and no digit that means nothing.
 import * as THREE from "three";
 
@@ -10,7 +11,7 @@ import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, ProbedPlace } from "../protocol/messages";
 import { boundOf } from "../shown_surface";
 import { labelName } from "../state/series";
-import { type MeasuredPlace, mostPlaces } from "../state/settings";
+import { type MeasuredPlace, mostNote, mostPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { TilePool } from "../workers/tile_pool";
 import type { Picked } from "./picking";
@@ -20,7 +21,7 @@ const names = "ABC";
 
 // What is measured, for pictures of it.
 export interface Measurement {
-  points: { x: number; y: number }[]; // In CSS pixels.
+  points: { x: number; y: number; note: string }[]; // In CSS pixels.
   words: string[];
 }
 
@@ -44,6 +45,7 @@ export class Measuring {
     private readonly probe: (info: DatasetInfo, world: Vec3) => Promise<ProbedPlace>,
     private readonly changed: (places: readonly MeasuredPlace[]) => void,
     private readonly leave: () => void, // The keyboard goes to what is shown.
+    private readonly hidePart: (surface: number, world: Vec3) => void,
   ) {
     this.drawing.append(this.line);
     stage.whenDrawn(() => this.follow());
@@ -65,12 +67,14 @@ export class Measuring {
 
   // The places that the settings have; of those that were picked here more is known.
   show(info: DatasetInfo | null, places: readonly MeasuredPlace[]): void {
-    const isSame = places.length === this.places.length && places.every((place, i) => isAt(place, this.places[i]));
+    const isSame = places.length === this.places.length && places.every((place, i) => isAt(place, this.places[i]) && place.note === this.places[i].note);
     if (!info || (isSame && (places.length === 0 || this.info?.name === info.name))) return;
     const toIndex = inverse(info.indexToWorld);
     this.info = info;
-    this.places = places.map((place) => this.places.find((known) => isAt(place, known)) ??
-      { ...place, index: applied(toIndex, place.world), surface: null });
+    this.places = places.map((place) => {
+      const known = this.places.find((one) => isAt(place, one));
+      return known ? { ...known, note: place.note } : { ...place, index: applied(toIndex, place.world), surface: null };
+    });
     this.write();
   }
 
@@ -78,21 +82,45 @@ export class Measuring {
   get measurement(): Measurement {
     const points = this.places.map(({ world }) => this.stage.project(new THREE.Vector3(...world)));
     const isWhole = points.every((at) => at !== null); // None is behind the eye.
-    return { points: isWhole ? points : [], words: [...this.lengths(), ...this.angle()] };
+    const noted = points.map((at, i) => ({ ...at!, note: this.places[i].note ?? "" }));
+    return { points: isWhole ? noted : [], words: [...this.lengths(), ...this.angle()] };
   }
 
   private emitChange(): void {
     this.write();
-    this.changed(this.places.map(({ world, bound }) => ({ world, bound })));
+    this.emitPlaces();
+  }
+
+  private emitPlaces(): void {
+    this.changed(this.places.map(({ world, bound, note }) => ({ world, bound, ...(note ? { note } : {}) })));
   }
 
   private write(): void {
     const { places, info } = this;
     this.element.hidden = places.length === 0;
-    this.dots.splice(0, Infinity, ...places.map((_, i) => h("span", { class: "dot" }, names[i])));
-    this.labels.replaceChildren(this.drawing, ...this.dots);
+    this.writeDots();
     if (info && places.length > 0) this.writeWords(info);
     this.stage.invalidate();
+  }
+
+  private writeDots(): void {
+    this.dots.splice(0, Infinity, ...this.places.map(({ note }, i) =>
+      h("span", { class: "dot" }, names[i], ...(note ? [h("span", { class: "dot-note" }, note)] : []))));
+    this.labels.replaceChildren(this.drawing, ...this.dots);
+  }
+
+  private noteInput(i: number): HTMLElement {
+    const input = h("input", {
+      type: "text", class: "note", placeholder: "Note", maxlength: String(mostNote), "aria-label": `Note on ${names[i]}`,
+    });
+    input.value = this.places[i].note ?? "";
+    input.addEventListener("change", () => {
+      this.places[i] = { ...this.places[i], note: input.value.trim() || undefined };
+      this.writeDots();
+      this.stage.invalidate();
+      this.emitPlaces();
+    });
+    return input;
   }
 
   private writeWords(info: DatasetInfo): void {
@@ -107,12 +135,12 @@ export class Measuring {
     this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, labelName(label)))] : []),
       ...places.map(({ world, index }, i) =>
         h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
-          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
+          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`), this.noteInput(i))),
       this.fieldAt(info, last.world),
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
     const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
-    if (last.surface) this.element.append(this.partButton(last.surface));
+    if (last.surface) this.element.append(this.partButton(last.surface), this.hideButton(last.surface, last.world));
   }
 
   private lengths(): string[] {
@@ -150,6 +178,16 @@ export class Measuring {
       const found = await this.pool.measure(drawn, toWorld, hit).catch(() => null);
       const words = partWords(found, shown.info, boundOf(shown), shown.facts.isCertified && shown.facts.errorWorld === 0);
       if (button.isConnected) button.replaceWith(h("p", { class: "part" }, ...words));
+    });
+    return button;
+  }
+
+  private hideButton({ tiles }: NonNullable<Picked["surface"]>, world: Vec3): HTMLElement {
+    const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
+    button.addEventListener("click", () => {
+      this.forget();
+      this.hidePart(tiles.at, world);
+      this.leave();
     });
     return button;
   }

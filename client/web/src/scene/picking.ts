@@ -51,6 +51,12 @@ export class Picking {
 
   // At a place of the canvas, in CSS pixels from its corner.
   async pick(x: number, y: number): Promise<void> {
+    const found = await this.find(x, y);
+    if (found) this.picked(found);
+  }
+
+  // The nearest place there; null: nothing is.
+  async find(x: number, y: number): Promise<Picked | null> {
     const { tiles, clip, info, slice } = this.shown();
     const ray = this.stage.rayAt(x, y);
     const onSlice = info && slice(ray);
@@ -59,7 +65,7 @@ export class Picking {
     if (onSlice) hits.push({ world: onSlice, index: applied(inverse(info.indexToWorld), onSlice), info, surface: null });
     const distance = ({ world }: Picked) => Math.hypot(...world.map((v, i) => v - ray.origin.toArray()[i]));
     hits.sort((a, b) => distance(a) - distance(b));
-    if (hits[0]) this.picked(hits[0]);
+    return hits[0] ?? null;
   }
 
   private async hitOf(tiles: ShownTiles, ray: THREE.Ray, clip: THREE.Plane | null): Promise<Picked | null> {

@@ -31,7 +31,10 @@ export class RegionHandles {
     stage.scene.add(this.group);
     // Before the camera's controls hear of it.
     canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
-    canvas.addEventListener("pointermove", (event) => this.drag(event));
+    canvas.addEventListener("pointermove", (event) => {
+      this.drag(event);
+      canvas.style.cursor = event.buttons === 0 && this.handleAt(event.offsetX, event.offsetY) !== null ? "grab" : "";
+    });
     const end = (event: PointerEvent) => {
       if (!this.grabbed) return;
       this.grabbed = null;
@@ -46,11 +49,6 @@ export class RegionHandles {
 
   get isGrabbed(): boolean {
     return this.grabbed !== null;
-  }
-
-  // For pointers that hover.
-  isOver(x: number, y: number): boolean {
-    return this.handleAt(x, y) !== null;
   }
 
   show(region: Region | null): void {

@@ -138,7 +138,8 @@ export class Stage {
     return nearAxis(up).toArray();
   }
 
-  lookFrom(direction: THREE.Vector3): void {
+  lookFrom(towards: THREE.Vector3): void {
+    const direction = besideUp(towards, this.camera.up);
     const { center, radius } = this.sphere;
     const half = THREE.MathUtils.degToRad(this.camera.fov / 2);
     const narrow = Math.min(half, Math.atan(Math.tan(half) * this.camera.aspect));
@@ -147,6 +148,10 @@ export class Stage {
     this.controls.target.copy(center);
     this.controls.update();
     this.invalidate();
+  }
+
+  frameBounds({ low, high }: { low: Vec3; high: Vec3 }): void {
+    this.frameBox(new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)));
   }
 
   // The box fills the picture; the direction of view stays. Nothing happens for an empty box.
@@ -366,4 +371,11 @@ function isSameLook(one: StageLook, other: StageLook): boolean {
 function nearAxis(direction: THREE.Vector3): THREE.Vector3 {
   const axis = [0, 1, 2].find((one) => Math.abs(direction.getComponent(one)) > Math.cos(THREE.MathUtils.degToRad(0.5)));
   return axis === undefined ? direction : new THREE.Vector3().setComponent(axis, Math.sign(direction.getComponent(axis)));
+}
+
+// Straight along what is up there is no up in the picture: a hair beside it there is.
+function besideUp(direction: THREE.Vector3, up: THREE.Vector3): THREE.Vector3 {
+  if (direction.clone().normalize().cross(up).length() >= 1e-6) return direction;
+  const hair = Math.abs(up.y) < 0.9 ? new THREE.Vector3(0, -1e-4, 0) : new THREE.Vector3(0, 0, -1e-4);
+  return direction.clone().add(hair);
 }

@@ -1,6 +1,7 @@
 // Datasets that belong together, as listed by the server: times of a series, fields of a simulation, labels of a
 // segmentation. They have the same grid, so that settings of one of them (view, errors, regions) hold for all.
 import type { DatasetInfo, Label } from "../protocol/messages";
+import { nearestName } from "../shared/nearest_name";
 import { labelColor } from "./label_colors";
 import { defaults, type AdditionalSurface, type Settings } from "./settings";
 
@@ -124,9 +125,29 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
   return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
 }
 
+// What the settings name, and what is changed of them: all labels of a segmentation, where no surfaces are named; one
+// alone is shown where it is named. Null: the list has no such dataset.
+export function startOf(list: readonly DatasetInfo[], { dataset, surfaces, t }: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
+  const found = dataset ? named(list, dataset) : list[0];
+  if (!found) return null;
+  const series = surfaces.length === 0 && found.member?.label ? seriesOf(list, found) : null;
+  if (!series || series.labels.length < 2) return { info: atTime(list, found, t), changes: null };
+  const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
+  const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
+  return { info: atTime(list, named(list, changes.dataset!) ?? found, t), changes };
+}
+
 function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): AdditionalSurface {
   const { value, color } = member!.label!;
   return { dataset, isovalue: labelIsovalue, error: null, color: labelColor(value, color), opacity: defaults.opacity, visible };
+}
+
+// "No dataset named "haed" is served here. Did you mean "head"?"
+export function unknownDatasetWords(list: readonly DatasetInfo[], dataset: string): string {
+  const names = list.flatMap(({ name, member }) => (member ? [member.series, name] : [name]));
+  const meant = nearestName(dataset, names);
+  const advice = meant ? `Did you mean "${meant}"?` : "Choose one from the list.";
+  return `No dataset named "${dataset}" is served here. ${advice}`;
 }
 
 function firstOf({ members, labels }: Series): DatasetInfo {

@@ -25,12 +25,15 @@ export type Material = (typeof materials)[number];
 export type Layout = "surface" | "four";
 export type Theme = "auto" | "dark" | "light";
 
+export const mostHiddenParts = 64; // Of one surface.
+export const mostNote = 80; // Characters.
 export const mostPlaces = 3; // That are measured at a time: two lengths and an angle.
 
 // A place that was picked to be measured.
 export interface MeasuredPlace {
   world: [number, number, number];
   bound: number | null; // How far it may lie from where it was meant, in world units; null: not known.
+  note?: string; // What the user has written on it.
 }
 
 // A surface beside the first one, of the same dataset or of another one in the same world.
@@ -42,6 +45,7 @@ export interface AdditionalSurface {
   opacity: number; // 0 to 1: nothing to see through.
   visible: boolean;
   minComponent?: number; // In samples, as for the first surface; default 0.
+  hiddenParts?: readonly [number, number, number][]; // As for the first surface; default: none.
   material?: Material; // Default: neutral.
 }
 
@@ -61,11 +65,12 @@ export interface Settings {
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly AdditionalSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  color: string; // Of the first surface, as are the next four.
+  color: string; // Of the first surface, as are the next five.
   material: Material;
   opacity: number;
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
+  hiddenParts: readonly [number, number, number][]; // World coordinates: the component nearest to each is hidden.
   colorBy: string; // A dataset whose values color the surfaces; empty: none.
   colors: ColorMap; // These three are settings of those values.
   fieldLevel: number | null;
@@ -121,6 +126,7 @@ export const defaults: Settings = {
   opacity: 1,
   visible: true,
   minComponent: 0,
+  hiddenParts: [],
   colorBy: "",
   colors: "viridis",
   fieldLevel: null,

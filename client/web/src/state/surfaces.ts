@@ -18,19 +18,22 @@ const outerOpacity = 0.35;
 const colors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, color, opacity, visible, minComponent, material } = settings;
-  return [{ isovalue, error, color, opacity, visible, minComponent, material }, ...settings.surfaces];
+  const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material } = settings;
+  return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material }, ...settings.surfaces];
 }
 
 // The request for this surface alone. Null: there is none.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;
-  const { minComponent, material } = defaults; // The first one's settings do not apply to others.
-  return { ...settings, minComponent, material, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
+  const { minComponent, hiddenParts, material } = defaults; // The first one's settings do not apply to others.
+  return { ...settings, minComponent, hiddenParts, material, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 
-export function withSurface(settings: Settings, at: number, change: Partial<SurfaceSettings>): Partial<Settings> {
+// Parts that were hidden belong to one isovalue: at another one all are shown.
+export function withSurface(settings: Settings, at: number, given: Partial<SurfaceSettings>): Partial<Settings> {
+  const hasHidden = (surfacesOf(settings)[at]?.hiddenParts?.length ?? 0) > 0;
+  const change = given.isovalue !== undefined && hasHidden ? { hiddenParts: [], ...given } : given;
   if (at === 0) {
     const { error, dataset: _own, ...rest } = change;
     return error === undefined || error === null ? rest : { ...rest, error };
@@ -47,7 +50,7 @@ export function justAbove([first, second]: readonly [number, number], steps: num
   return least <= first / steps ? least : null;
 }
 
-type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent">;
+type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
 
 // What is changed of each; null: nothing.
 export function withAllSurfaces(
@@ -76,9 +79,9 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   if (at > 0) return { surfaces };
   const [next, ...rest] = settings.surfaces;
   if (!next) return {};
-  const { dataset, minComponent = defaults.minComponent, material = defaults.material, ...look } = next;
+  const { dataset, minComponent = defaults.minComponent, hiddenParts = defaults.hiddenParts, material = defaults.material, ...look } = next;
   const own = dataset || settings.dataset;
   // Those that were of the first one's dataset still are.
   const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
-  return { ...look, minComponent, material, dataset: own, error: next.error ?? settings.error, surfaces: kept };
+  return { ...look, minComponent, hiddenParts, material, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

@@ -9,7 +9,7 @@
 // Unreadable settings are ignored and reported: an address from elsewhere never breaks the
 // page.
 import { colorMaps } from "../shared/color_maps";
-import { defaults, type AdditionalSurface, materials, type MeasuredPlace, mostPlaces, type Region, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, materials, type MeasuredPlace, mostHiddenParts, mostNote, mostPlaces, type Region, type Settings } from "./settings";
 import { maxMinComponent, mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
@@ -22,13 +22,14 @@ export function toAddress(settings: Settings): string {
     if (settings[name] !== defaults[name]) parameters.set(addressName(name), settings[name].slice(1));
   }
   if (settings.surfaces.length > 0) parameters.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
+  if (settings.hiddenParts.length > 0) parameters.set("hidden_parts", settings.hiddenParts.map((part) => part.map(short).join(",")).join(";"));
   if (settings.region) parameters.set("region", regionText(settings.region));
   if (settings.up.some((part, axis) => part !== defaults.up[axis])) parameters.set("up", settings.up.map(short).join(","));
   if (settings.places.length > 0) parameters.set("places", settings.places.map(placeText).join(";"));
   if (settings.cross) parameters.set("cross", settings.cross.map(short).join(","));
   if (settings.eye) parameters.set("eye", settings.eye.map(short).join(","));
   if (settings.target) parameters.set("target", settings.target.map(short).join(","));
-  return parameters.toString().replace(/%(2C|3A|3B|3D)/g, decodeURIComponent);
+  return parameters.toString().replace(/%(2C|2F|3A|3B|3D)/g, decodeURIComponent);
 }
 
 export function fromAddress(text: string): Partial<Settings> {
@@ -85,6 +86,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("opacity", number("opacity", 0, 1));
   set("visible", yes("visible"));
   set("minComponent", number("minComponent", 0, maxMinComponent));
+  set("hiddenParts", partsFrom(parameters.get("hiddenParts"), ";", ","));
   set("surfaces", surfacesFrom(parameters.get("surfaces") ?? null));
   set("logScale", yes("logScale"));
   set("playing", yes("playing"));
@@ -155,12 +157,12 @@ function short(value: number): string {
 
 // "300.5,d9775f,0.4": isovalue, color and opacity; an error of its own as fourth (empty: none), "hidden"
 // as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, the
-// samples of the smallest component that is shown as seventh, and a material as eighth.
-function surfaceText({ dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral" }: AdditionalSurface): string {
+// samples of the smallest component that is shown as seventh, a material as eighth, and its hidden parts as ninth: "1:2:3/4:5:6".
+function surfaceText({ dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral", hiddenParts = [] }: AdditionalSurface): string {
   const words = [
     isovalue, color.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
     visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : short(minComponent),
-    material === "neutral" ? "" : material,
+    material === "neutral" ? "" : material, hiddenParts.map((part) => part.map(short).join(":")).join("/"),
   ];
   return words.join(",").replace(/,+$/, "");
 }
@@ -168,7 +170,7 @@ function surfaceText({ dataset = "", isovalue, error, color, opacity, visible, m
 function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
   if (!text) return undefined;
   const surfaces = text.split(";").map((one): AdditionalSurface | null => {
-    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText] = one.split(",");
+    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText, partsText] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
     const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
@@ -180,25 +182,40 @@ function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
     const [minComponent] = numbersFrom(leastText || "0", 1) ?? [];
     if (minComponent === undefined || !(minComponent >= 0 && minComponent <= maxMinComponent)) return null;
     const material = materials.find((word) => word === (materialText || "neutral"));
-    if (!material) return null;
+    const hiddenParts = partsText ? partsFrom(partsText, "/", ":") : [];
+    if (!material || !hiddenParts) return null;
     const surface = { isovalue, error, color, opacity, visible: hidden !== "hidden" };
-    return { ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}), ...(material !== "neutral" ? { material } : {}) };
+    return {
+      ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}),
+      ...(material !== "neutral" ? { material } : {}), ...(hiddenParts.length > 0 ? { hiddenParts } : {}),
+    };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
 }
 
-// "12.5,3,-4,0.25": where it is, and its bound, if there is one.
-function placeText({ world, bound }: MeasuredPlace): string {
-  return [...world, ...(bound === null ? [] : [bound])].map(short).join(",");
+// Places that are parted by one sign, their coordinates by another.
+function partsFrom(text: string | undefined, between: string, within: string): Settings["hiddenParts"] | undefined {
+  if (!text) return undefined;
+  const parts = text.split(between).map((one) => numbersFrom(one.replaceAll(within, ","), 3));
+  return parts.length <= mostHiddenParts && parts.every((part) => part !== undefined) ? (parts as [number, number, number][]) : undefined;
+}
+
+// "12.5,3,-4,0.25,a note": where it is, its bound, if there is one, and its note, in which what parts these words is
+// written as in addresses.
+function placeText({ world, bound, note = "" }: MeasuredPlace): string {
+  const words = [...world.map(short), bound === null ? "" : short(bound), note.replace(/[,;%]/g, encodeURIComponent)];
+  return words.join(",").replace(/,+$/, "");
 }
 
 function placesFrom(text: string | null): MeasuredPlace[] | undefined {
   if (!text) return undefined;
   const places = text.split(";").map((one): MeasuredPlace | null => {
-    const numbers = numbersFrom(one, 3) ?? numbersFrom(one, 4);
-    if (!numbers || numbers[3] < 0) return null;
-    const [x, y, z, bound = null] = numbers;
-    return { world: [x, y, z], bound };
+    const [x, y, z, boundText, noteText = "", ...rest] = one.split(",");
+    const world = numbersFrom([x, y, z].join(","), 3);
+    const [bound] = boundText ? (numbersFrom(boundText, 1) ?? [NaN]) : [null];
+    const note = nameFrom(noteText)?.slice(0, mostNote);
+    if (!world || (bound !== null && !(bound >= 0)) || note === undefined || rest.length > 0) return null;
+    return { world: world as [number, number, number], bound, ...(note ? { note } : {}) };
   });
   return places.length <= mostPlaces && places.every((one) => one !== null) ? places : undefined;
 }

@@ -1,9 +1,16 @@
 // A few connections, shared by many surfaces. A holder keeps its connection, also when idle, until another one needs
-// it.
+// it, and then hands it over: of a thousand labels not each has to connect and be greeted.
+
+// An open connection whose conversation is idle, and the last request id on it.
+export interface IdleConnection {
+  socket: WebSocket;
+  lastRequestId: bigint;
+}
+
 export interface PoolClient {
   readonly isBusy: boolean; // Its connection cannot be taken away now.
-  granted: () => void;
-  revoked: () => void;
+  granted: (connection: IdleConnection | null) => void; // Null: it makes one.
+  revoked: () => IdleConnection | null; // Null: the connection is lost, or not yet made.
 }
 
 export class ConnectionPool {
@@ -29,15 +36,16 @@ export class ConnectionPool {
   // A holder may have become idle.
   deal(): void {
     while (this.queue.length > 0) {
+      let connection: IdleConnection | null = null;
       if (this.holders.size >= this.most) {
         const idle = [...this.holders].find(({ isBusy }) => !isBusy);
         if (!idle) return;
         this.holders.delete(idle);
-        idle.revoked();
+        connection = idle.revoked();
       }
       const next = this.queue.shift()!;
       this.holders.add(next);
-      next.granted();
+      next.granted(connection);
     }
   }
 }

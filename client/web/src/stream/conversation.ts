@@ -152,6 +152,23 @@ export class Conversation {
     return this.turn("connecting");
   }
 
+  // The last request id, where another conversation may go on with the connection: it is greeted, and no stream runs.
+  // Null: it may not. This one then has no connection.
+  handOver(): bigint | null {
+    const isIdle = this.phase === "ready" && (this.assembler === null || this.assembler.hasEnded);
+    return isIdle ? this.lastRequestId : null;
+  }
+
+  // Goes on with a connection that another conversation has handed over.
+  adopted(lastRequestId: bigint): Effect[] {
+    this.connecting();
+    this.retry = firstRetry;
+    this.lastRequestId = lastRequestId;
+    this.question = this.nextQuestion = null;
+    const ready = this.turn("ready");
+    return this.wanted ? [...ready, ...this.openStream()] : ready;
+  }
+
   // Repeats what was postponed, unless it was superseded.
   again(): Effect[] {
     const isRunning = this.assembler !== null && !this.assembler.hasEnded;

@@ -64,12 +64,23 @@ export function latticeToWorld(info: DatasetInfo, resolution: number): Affine {
 }
 
 // The corners of the data: of the box from the first sample to the last.
-export function worldBox(info: DatasetInfo): { low: Vec3; high: Vec3 } {
+export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high: Vec3 } {
+  return boxOfCorners(indexToWorld, [0, 0, 0], dims.map((n) => n - 1));
+}
+
+// Around the samples of a label; null: the server does not know where they are.
+export function labelBox({ indexToWorld, member }: DatasetInfo): { low: Vec3; high: Vec3 } | null {
+  const box = member?.label?.box ?? [];
+  return box.length === 6 ? boxOfCorners(indexToWorld, box.slice(0, 3).map((v) => v - 0.5), box.slice(3).map((v) => v + 0.5)) : null;
+}
+
+// Around a box of sample indices.
+function boxOfCorners(indexToWorld: Affine, least: readonly number[], greatest: readonly number[]): { low: Vec3; high: Vec3 } {
   const low: Vec3 = [Infinity, Infinity, Infinity];
   const high: Vec3 = [-Infinity, -Infinity, -Infinity];
   for (let corner = 0; corner < 8; ++corner) {
-    const index = info.dims.map((n, axis) => (corner & (1 << axis) ? n - 1 : 0));
-    applied(info.indexToWorld, index).forEach((value, axis) => {
+    const index = least.map((at, axis) => (corner & (1 << axis) ? greatest[axis] : at));
+    applied(indexToWorld, index).forEach((value, axis) => {
       low[axis] = Math.min(low[axis], value);
       high[axis] = Math.max(high[axis], value);
     });

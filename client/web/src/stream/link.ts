@@ -30,6 +30,26 @@ export class Link {
     }
     this.hearOfPolicy();
     socket.binaryType = "arraybuffer";
+    this.use(socket);
+  }
+
+  // Takes an open connection over from another link, which has handed it over.
+  adopt(socket: WebSocket): void {
+    this.leave();
+    this.hearOfPolicy();
+    this.use(socket);
+  }
+
+  // The open connection, which stays open and is no longer this link's. Null: there is none.
+  handOver(): WebSocket | null {
+    const { socket } = this;
+    if (socket?.readyState !== WebSocket.OPEN) return null;
+    this.socket = null;
+    this.leave();
+    return socket;
+  }
+
+  private use(socket: WebSocket): void {
     const isCurrent = () => this.socket === socket;
     socket.onopen = () => isCurrent() && this.events.opened();
     socket.onclose = () => {
@@ -63,6 +83,7 @@ export class Link {
     }
   }
 
+  // Closes the connection, if there is one.
   leave(): void {
     clearTimeout(this.timer);
     const socket = this.socket;

@@ -1,5 +1,5 @@
 // Keeps a copy of every tile in a worker, for operations on whole surfaces. Checks a step before it is shown, makes
-// normals agree where tiles meet, finds the components that are large enough to be drawn, finds what a ray hits and a
+// normals agree where tiles meet, finds the components that are drawn, finds what a ray hits and a
 // plane cuts of the drawn triangles, measures parts, and writes files.
 import { cutLine } from "../mesh/cut";
 import { massProperties } from "../mesh/mass_properties";
@@ -8,7 +8,7 @@ import { pack } from "../mesh/normals";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
 import { type DataBorder, joined } from "../mesh/boundary_matcher";
-import { largeComponents, withLargeComponents } from "../mesh/tile_components";
+import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
 import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay, Selection } from "./worker_messages";
 
 const tiles = new Map<string, KeptTile>();
@@ -47,17 +47,17 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
 }
 
 // With the triangles that are drawn, and no others. Cached: picking and cutting need the same again and again.
-async function allDrawn({ ids, leastDiagonal }: Drawn): Promise<KeptTile[]> {
+async function allDrawn({ ids, leastDiagonal, hidden }: Drawn): Promise<KeptTile[]> {
   const whole = await all(ids);
-  if (leastDiagonal === 0) return whole;
-  const name = `${leastDiagonal} ${ids.join(" ")}`;
-  const found = drawn.find((one) => one.name === name) ?? { name, tiles: withLargeComponents(whole, leastDiagonal) };
+  if (leastDiagonal === 0 && hidden.length === 0) return whole;
+  const name = `${leastDiagonal} ${hidden.join(";")} ${ids.join(" ")}`;
+  const found = drawn.find((one) => one.name === name) ?? { name, tiles: withDrawnComponents(whole, leastDiagonal, hidden) };
   drawn = [...drawn.filter((one) => one !== found), found].slice(-mostDrawn);
   return found.tiles;
 }
 
-async function selected({ ids, leastDiagonal }: Drawn): Promise<Selection> {
-  const { tiles: parts, ...counts } = largeComponents(await all(ids), leastDiagonal);
+async function selected({ ids, leastDiagonal, hidden }: Drawn): Promise<Selection> {
+  const { tiles: parts, ...counts } = drawnComponents(await all(ids), leastDiagonal, hidden);
   return { ...counts, parted: parts.flatMap((part, i) => (part ? [{ id: ids[i], ...part }] : [])) };
 }
 

@@ -62,10 +62,11 @@ export type KeeperRequest =
   | { kind: "cut"; request: number; drawn: Drawn; plane: CutPlane }
   | { kind: "file"; request: number; drawn: Drawn; format: MeshFormat; toWorld: number[] };
 
-// The tiles of a step, without the components that are too small to be drawn.
+// The tiles of a step, without the components that are not drawn.
 export interface Drawn {
   ids: readonly string[];
   leastDiagonal: number; // The shortest diagonal of a component's bounding box, in lattice steps; 0: all are drawn.
+  hidden: readonly (readonly number[])[]; // Lattice coordinates: the component nearest to each is not drawn.
 }
 
 // In lattice coordinates.

@@ -61,8 +61,11 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
                                   [&](const LabelSummary& label) { return label.value == value; });
   if (found == map.labels().end()) fail_without_label(job, map);
   warn_of_thin_parts(job, *found, options);
-  return {map.field(value),
-          LabelVolume{.samples = found->samples, .surface_samples = found->surface_samples}};
+  return {map.field(value), LabelVolume{.samples = found->samples,
+                                        .surface_samples = found->surface_samples,
+                                        .place = LabelExtent::Place{.least = found->least,
+                                                                    .greatest = found->greatest,
+                                                                    .centroid = found->centroid}}};
 }
 
 }  // namespace

@@ -97,11 +97,14 @@ TEST(LabelMap, FindsTheLabelsAndWhereTheyAre) {
   ASSERT_EQ(map.labels().size(), 2);
   EXPECT_EQ(map.labels()[0].value, -7);
   EXPECT_EQ(map.labels()[0].samples, 3);
-  EXPECT_EQ(map.labels()[0].first_slice, 1);
-  EXPECT_EQ(map.labels()[0].last_slice, 3);
+  EXPECT_EQ(map.labels()[0].least, (std::array{1, 2, 1}));
+  EXPECT_EQ(map.labels()[0].greatest, (std::array{1, 2, 3}));
+  EXPECT_EQ(map.labels()[0].centroid, (Vec3{1, 2, 2}));
   EXPECT_EQ(map.labels()[1].value, 300);
   EXPECT_EQ(map.labels()[1].samples, 12);
-  EXPECT_EQ(map.labels()[1].first_slice, 4);
+  EXPECT_EQ(map.labels()[1].least, (std::array{0, 0, 4}));
+  EXPECT_EQ(map.labels()[1].greatest, (std::array{3, 2, 4}));
+  EXPECT_EQ(map.labels()[1].centroid, (Vec3{1.5, 1, 4}));
 }
 
 TEST(LabelMap, HasEverySampleOnItsSideInStepsOf256) {

@@ -1,0 +1,63 @@
+// The component whose surface comes nearest to a place: which one a picked place means in any step of the surface.
+import type { LatticeBox } from "./tile_mesh";
+
+type Point = readonly number[];
+
+interface Tile {
+  positions: Float32Array;
+  triangles: Uint16Array | Uint32Array;
+}
+
+// `componentOf`: the component of a vertex of a tile; `boxes`: around each component. Null: there is no triangle. Takes
+// time in proportion to the triangles of the components whose boxes are nearer than the result.
+export function nearestComponent(
+  tiles: readonly Tile[], componentOf: (tile: number, vertex: number) => number, boxes: readonly LatticeBox[], place: Point,
+): number | null {
+  const toBox = boxes.map((box) => distanceToBox(box, place));
+  let nearest: number | null = null;
+  let least = Infinity;
+  tiles.forEach(({ positions: p, triangles }, tile) => {
+    const corner = (vertex: number): Point => [p[3 * vertex] - place[0], p[3 * vertex + 1] - place[1], p[3 * vertex + 2] - place[2]];
+    for (let t = 0; t < triangles.length; t += 3) {
+      const component = componentOf(tile, triangles[t]);
+      if (toBox[component] >= least) continue;
+      const distance = distanceToTriangle(corner(triangles[t]), corner(triangles[t + 1]), corner(triangles[t + 2]));
+      if (distance >= least) continue;
+      least = distance;
+      nearest = component;
+    }
+  });
+  return nearest;
+}
+
+function distanceToBox(box: LatticeBox, place: Point): number {
+  return Math.hypot(...[0, 1, 2].map((axis) => Math.max(box[axis] - place[axis], 0, place[axis] - box[axis + 3])));
+}
+
+// Of the origin: to the triangle's plane where it lies above the inside, else to the nearest edge.
+function distanceToTriangle(a: Point, b: Point, c: Point): number {
+  const normal = cross(minus(b, a), minus(c, a));
+  const length = Math.hypot(...normal);
+  const isInside = [[a, b], [b, c], [c, a]].every(([from, to]) => dot(cross(minus(to, from), from), normal) <= 0);
+  if (length > 0 && isInside) return Math.abs(dot(normal, a)) / length;
+  return Math.min(distanceToEdge(a, b), distanceToEdge(b, c), distanceToEdge(c, a));
+}
+
+function distanceToEdge(a: Point, b: Point): number {
+  const along = minus(b, a);
+  const squared = dot(along, along);
+  const share = squared > 0 ? Math.min(1, Math.max(0, -dot(a, along) / squared)) : 0;
+  return Math.hypot(...a.map((value, axis) => value + share * along[axis]));
+}
+
+function minus(a: Point, b: Point): Point {
+  return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+}
+
+function dot(a: Point, b: Point): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+function cross(a: Point, b: Point): Point {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+}

@@ -1,0 +1,107 @@
+// All that shows sample values: a slice in the picture, three linked slices beside it, and the legends of their colors
+// and of a field's on the surfaces.
+import type * as THREE from "three";
+
+import type { SliceSources } from "./latest_slice";
+import { Legend, type LegendValues } from "./panel/legend";
+import type { DatasetInfo } from "./protocol/messages";
+import type { Stage } from "./scene/stage";
+import type { LegendWords } from "./shared/color_maps";
+import { h } from "./shared/elements";
+import { defaultWindow, isCt } from "./shared/sample_window";
+import { SliceViews } from "./slice_views";
+import { scaleOf, slicePlace, Slices } from "./slices";
+import { named, rangeOf } from "./state/series";
+import type { Settings } from "./state/settings";
+import type { Vec3 } from "./stream/dataset";
+
+// The dataset whose samples are shown.
+export interface Sampled {
+  info: DatasetInfo | null;
+  list: readonly DatasetInfo[]; // All datasets of the server.
+  isPlayable: boolean; // It is one of several times.
+}
+
+export class SampleViews {
+  readonly legends: HTMLElement;
+  private readonly slices: Slices;
+  private readonly views: SliceViews;
+  private readonly ofSamples: Legend;
+  private readonly ofField: Legend;
+
+  constructor(
+    stage: Stage,
+    private readonly sources: SliceSources,
+    private readonly sampled: () => Sampled,
+    turn: (changes: Partial<Settings>, isDragging: boolean) => void,
+  ) {
+    const current = () => ({ info: this.sampled().info, settings: this.sources.settings(), range: this.sampleRange() });
+    this.slices = new Slices(stage, sources, current);
+    this.views = new SliceViews(stage, sources, current, (cross, isDragging) => turn({ cross }, isDragging));
+    this.ofSamples = new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn);
+    this.ofField = new Legend({
+      label: "the surface's colors", colors: "colors", level: "fieldLevel", width: "fieldWindow", isLog: "fieldLog",
+    }, turn);
+    this.legends = h("div", { class: "legends" }, this.ofField.element, this.ofSamples.element);
+  }
+
+  // The slices beside the picture.
+  get element(): HTMLElement {
+    return this.views.element;
+  }
+
+  // Where they meet, over the picture.
+  get mark(): HTMLElement {
+    return this.views.mark;
+  }
+
+  // Of the legends that are shown.
+  get legendWords(): LegendWords[] {
+    return [this.ofSamples.words, this.ofField.words].filter((words) => words !== null);
+  }
+
+  // Where a ray meets the slice in the picture.
+  hit(ray: THREE.Ray): Vec3 | null {
+    return this.slices.plane.hit(ray);
+  }
+
+  // The settings or the dataset may have changed.
+  update(): void {
+    this.updateSlices();
+    this.showLegends(this.sources.settings());
+  }
+
+  // The surfaces have changed: their outlines are on the slices.
+  updateSlices(): void {
+    this.slices.update();
+    this.views.update();
+  }
+
+  close(): void {
+    this.views.close();
+  }
+
+  private rangeOf(info: DatasetInfo | null): LegendValues | null {
+    return info && { ...rangeOf(this.sampled().list, info), valueUnit: info.valueUnit };
+  }
+
+  // The range of samples on slices, the same at all times of a series.
+  private sampleRange(): LegendValues | null {
+    const { info, isPlayable } = this.sampled();
+    const range = this.rangeOf(info);
+    return info && range && (isPlayable && !isCt(info) ? range : { ...range, usual: defaultWindow(info) });
+  }
+
+  private showLegends(now: Settings): void {
+    const hasSlices = slicePlace(now) !== null || now.layout === "four";
+    this.ofSamples.show(now, hasSlices ? this.sampleRange() : null, now.colorBy ? "samples" : "");
+    const field = now.colorBy ? named(this.sampled().list, now.colorBy) : null;
+    const by = this.rangeOf(field);
+    this.ofField.show(now, by, field?.member?.field || now.colorBy);
+    if (!by) return;
+    const { field: colors } = this.sources.surfaces;
+    colors.setRange(by.min, by.max);
+    const scale = scaleOf(now.fieldLevel, now.fieldWindow, now.fieldLog, by);
+    colors.setLook({ map: now.colors, ...scale }, now.noValueColor);
+  }
+}

@@ -1,0 +1,49 @@
+// The name of the label below the pointer, beside it. One question is under way at a time; of the places that the pointer
+// passes meanwhile the last one follows.
+import { h } from "../shared/elements";
+import { labelName } from "../state/series";
+import type { Picked } from "./picking";
+
+export class LabelHover {
+  readonly element = h("div", { class: "label-hover", "aria-hidden": "true", hidden: true });
+  private pointer: { x: number; y: number } | null = null; // Null: no name is wanted.
+  private isAsking = false;
+
+  // `hasLabels`: whether any label is shown; `find`: what is at a place of the canvas.
+  constructor(
+    canvas: HTMLCanvasElement,
+    private readonly hasLabels: () => boolean,
+    private readonly find: (x: number, y: number) => Promise<Picked | null>,
+  ) {
+    canvas.addEventListener("pointermove", ({ pointerType, buttons, offsetX, offsetY }) => {
+      if (pointerType !== "mouse" || buttons !== 0 || !this.hasLabels()) return this.leave();
+      this.pointer = { x: offsetX, y: offsetY };
+      void this.ask();
+    });
+    for (const end of ["pointerleave", "pointerdown", "wheel"]) canvas.addEventListener(end, () => this.leave(), { passive: true });
+  }
+
+  private leave(): void {
+    this.pointer = null;
+    this.element.hidden = true;
+  }
+
+  private async ask(): Promise<void> {
+    if (this.isAsking) return;
+    this.isAsking = true;
+    for (let asked: LabelHover["pointer"] = null; this.pointer && this.pointer !== asked;) {
+      asked = this.pointer;
+      const found = await this.find(asked.x, asked.y).catch(() => null);
+      this.show(found);
+    }
+    this.isAsking = false;
+  }
+
+  private show(found: Picked | null): void {
+    const label = found?.surface?.tiles.shown.info.member?.label;
+    this.element.hidden = !label || !this.pointer;
+    if (!label || !this.pointer) return;
+    this.element.textContent = labelName(label);
+    this.element.style.transform = `translate(${this.pointer.x + 14}px, ${this.pointer.y + 14}px)`;
+  }
+}
