@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <set>
 #include <system_error>
 
 #include "server/store/detail/bucket_listing.hpp"
@@ -15,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{16} << 20;
+constexpr std::size_t kMostTokenBytes = 4096;
 // The size of the parts of an upload.
 constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
 // The most parts of an upload.
@@ -31,6 +33,23 @@ std::string text_of(const HttpAnswer& answer) {
                    what + ": the bucket answers with status " + std::to_string(answer.status) +
                        (code.empty() ? "" : " (" + code + ")"),
                    "Check the address, the network and the credentials");
+}
+
+[[noreturn]] void fail_listing(const std::string& folder, const std::string& problem) {
+  throw StoreError(folder, "its listing has " + problem,
+                   "Give a longer prefix, or the addresses of the files");
+}
+
+// Refuses a listing that never ends: `token` is that of its next page, `tokens` are all before it.
+void check_next_page(const std::string& folder, const std::string& token,
+                     const ListingLimits& limits, std::set<std::string>& tokens) {
+  if (token.size() > kMostTokenBytes) {
+    fail_listing(folder, "a continuation token of " + std::to_string(token.size()) + " bytes");
+  }
+  if (!tokens.insert(token).second) fail_listing(folder, "a continuation token that repeats");
+  if (tokens.size() >= limits.pages) {
+    fail_listing(folder, "more than " + std::to_string(limits.pages) + " pages");
+  }
 }
 
 HttpPlace bucket_place(const std::string& address) {
@@ -117,13 +136,15 @@ bool is_bucket_folder(std::string_view place, std::string_view suffix) {
 }
 
 std::vector<std::string> list_bucket(const std::string& folder, std::string_view suffix,
-                                     const HttpStoreOptions& options) {
+                                     const HttpStoreOptions& options, const ListingLimits& limits) {
   const HttpPlace place = bucket_place(folder);
   const std::string whole = folder.ends_with('/') ? folder : folder + "/";
   const std::string bucket = whole.substr(0, whole.find('/', 5) + 1);  // "s3://bucket/"
   const std::string prefix = whole.substr(bucket.size());
   StoreClient client(true, options);
   std::vector<std::string> found;
+  std::size_t name_bytes = 0;
+  std::set<std::string> tokens;
   std::string next;
   do {
     // In alphabetical order, as the signature requires.
@@ -135,9 +156,15 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
     if (!answer.is_good()) fail_with(folder, answer, "it cannot be listed");
     const BucketListing listing = bucket_listing(text_of(answer));
     for (const std::string& key : listing.keys) {
-      if (key.ends_with(suffix)) found.push_back(bucket + key);
+      if (!key.ends_with(suffix)) continue;
+      name_bytes += bucket.size() + key.size();
+      if (name_bytes > limits.name_bytes) {
+        fail_listing(folder, "more than " + std::to_string(limits.name_bytes) + " bytes of names");
+      }
+      found.push_back(bucket + key);
     }
     next = listing.next;
+    if (!next.empty()) check_next_page(folder, next, limits, tokens);
   } while (!next.empty());
   std::sort(found.begin(), found.end());
   return found;

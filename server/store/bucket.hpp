@@ -17,11 +17,19 @@ namespace multitetra {
 // does not end in `suffix`.
 [[nodiscard]] bool is_bucket_folder(std::string_view place, std::string_view suffix);
 
+// What a listing may take. A page of S3 has at most 1000 objects.
+struct ListingLimits {
+  std::size_t pages = 10000;
+  std::size_t name_bytes = std::size_t{64} << 20;  // Of all names that are returned.
+};
+
 // The addresses of the objects directly below an s3:// folder that end in `suffix`, by name. Throws
-// StoreError.
+// StoreError, also when the listing exceeds the limits or when a continuation token repeats, since
+// such a listing would never end.
 [[nodiscard]] std::vector<std::string> list_bucket(const std::string& folder,
                                                    std::string_view suffix,
-                                                   const HttpStoreOptions& options = {});
+                                                   const HttpStoreOptions& options = {},
+                                                   const ListingLimits& limits = {});
 
 // An existing object: its ETag and its first `bytes` bytes; nullopt when nothing is. Throws
 // StoreError, also for what may not be read: a bucket that may not be listed answers 403 for what

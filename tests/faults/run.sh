@@ -97,6 +97,13 @@ requests_a_second() {
   sed -n 's/^Requests\/sec: *//p' "$1" | sort -n | awk '{ a[NR] = $1 } END { print NR ? a[int((NR + 1) / 2)] : 0 }'
 }
 load() { "$programs/multitetra-load" --json "$@"; }
+# begin_others FILE ARGUMENTS...: multitetra-load in the background, until end_others. Its process is `others`: that of the
+# program, not of a shell that runs it, so that no client outlives its trial.
+begin_others() { "$programs/multitetra-load" --json "${@:2}" >"$1" & others=$!; pids+=("$others"); }
+end_others() {
+  kill "$others" 2>/dev/null || fail "$1: the others had gone"
+  wait "$others" || true
+}
 
 # --- the trials
 
@@ -182,16 +189,14 @@ trial_greedy() {
       --max-connections 5000 --max-connections-per-address 5000
     one_good_client "remembered_$phase.json" "$remembered" 1
     if [ "$phase" = among ]; then
-      load --server "$tcp" --token-file eve.token --script greedy --clients "$many" --ramp 1 --threads 1 \
-        --duration $((duration + remembered + 120)) >greedy.json &
-      others=$!
+      begin_others greedy.json --server "$tcp" --token-file eve.token --script greedy --clients "$many" --ramp 1 --threads 1 \
+        --duration $((duration + remembered + 120))
       sleep 3
       one_good_client "remembered_$phase.json" "$remembered" 1
     fi
     one_good_client "$phase.json" "$duration" 100000
     if [ "$phase" = among ]; then
-      kill "$others" 2>/dev/null || fail "greedy: the others had gone"
-      wait "$others" || true
+      end_others greedy
     fi
     kill -0 "$pid" 2>/dev/null || fail "greedy: the server is gone"
     stop "$pid"
@@ -294,13 +299,11 @@ trial_many_addresses() {
   duration=$(choose 3 20)
   begin_two_datasets many_addresses
   small_surfaces many_alone.json "$duration"
-  load --server "$tcp" --dataset head --script greedy --clients "$many" --from 127.0.1.0/24 --ramp 1 --threads 1 \
-    --duration $((duration + 60)) >many_addresses.json &
-  others=$!
+  begin_others many_addresses.json --server "$tcp" --dataset head --script greedy --clients "$many" --from 127.0.1.0/24 \
+    --ramp 1 --threads 1 --duration $((duration + 60))
   sleep 5
   small_surfaces many_among.json "$duration"
-  kill "$others" 2>/dev/null || fail "many-addresses: the others had gone"
-  wait "$others" || true
+  end_others many-addresses
   kill -0 "$pid" 2>/dev/null || fail "many-addresses: the server is gone"
   stop "$pid"
   expect "many-addresses: surfaces came" "$(value many_among.json streams complete) > 0 && $(value many_among.json streams failed) == 0"
@@ -313,16 +316,14 @@ trial_many_addresses() {
 trial_idle_addresses() {
   local connections=$((6 * 10)) others before took
   begin_two_datasets idle_addresses --max-connections "$connections" --max-connections-per-address 10
-  load --server "$tcp" --dataset small --clients 1 --idle $((connections - 1)) --from 127.0.1.0/29 --ramp 1 --threads 1 --pause 3600 \
-    --duration 60 --script random-isovalues >idle_addresses.json &
-  others=$!
+  begin_others idle_addresses.json --server "$tcp" --dataset small --clients 1 --idle $((connections - 1)) --from 127.0.1.0/29 \
+    --ramp 1 --threads 1 --pause 3600 --duration 60 --script random-isovalues
   sleep 3
   before=$(date +%s%N)
   "$programs/multitetra-client" fetch --server "$tcp" --dataset small --isovalue 500 --error 0.5 --retries 0 --quiet -o mesh.ply ||
     fail "idle-addresses: a newcomer is not served"
   took=$(awk "BEGIN { printf \"%.2f\", ($(date +%s%N) - $before) / 1e9 }")
-  kill "$others" 2>/dev/null || fail "idle-addresses: the others had gone"
-  wait "$others" || true
+  end_others idle-addresses
   curl -sf "http://$http/metrics" >metrics.txt
   grep -q 'multitetra_refused_total.*limit="connections"' metrics.txt || fail "idle-addresses: none was sent away: $(cat metrics.txt)"
   stop "$pid"

@@ -14,7 +14,8 @@ requests signed as S3 wants it, with listing and multipart uploads. Elsewhere it
                      401  403  503  401-blocks  403-blocks (of objects whose names are numbers)  truncated  long
                      wrong-bytes  wrong-range  lost (the connection ends)  stalled (nothing comes)
 
-Uploads to names with "fails-part2" and "fails-complete" fail there.
+Uploads to names with "fails-part2" and "fails-complete" fail there. Listings below endless/ have no last page, those below
+repeats/ return to their second page, and one below long-token/ has a token of 5000 bytes.
 
     python3 serve_folder.py FOLDER
 
@@ -190,6 +191,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
         keys = [key for key in keys if key.startswith(prefix) and "/" not in key[len(prefix):]]
         begin = int(query.get("continuation-token", ["0"])[0])
         end = begin + KEYS_AN_ANSWER
+        if prefix in ("endless/", "repeats/", "long-token/"):
+            token = {"endless/": str(end), "repeats/": str(1 + (begin + 1) % 3), "long-token/": "1" * 5000}[prefix]
+            return self.answer(200, f"<ListBucketResult><Contents><Key>{prefix}{begin}.mtd</Key></Contents><IsTruncated>true"
+                                    f"</IsTruncated><NextContinuationToken>{token}</NextContinuationToken>"
+                                    f"</ListBucketResult>".encode())
         xml_keys = "".join(f"<Contents><Key>{xml.sax.saxutils.escape(key)}</Key></Contents>" for key in keys[begin:end])
         more = (f"<IsTruncated>true</IsTruncated><NextContinuationToken>{end}</NextContinuationToken>"
                 if end < len(keys) else "<IsTruncated>false</IsTruncated>")

@@ -83,6 +83,30 @@ TEST_F(BucketTest, ListsMoreThanOneAnswerHolds) {
   EXPECT_EQ(list_bucket("s3://volumes/", ".mtd", kQuick).size(), 25U);
 }
 
+TEST_F(BucketTest, RefusesListingsThatNeverEnd) {
+  const struct {
+    const char* place;
+    ListingLimits limits;
+    const char* problem;
+  } listings[] = {{"s3://volumes/endless/", {.pages = 12}, "more than 12 pages"},
+                  {"s3://volumes/endless/", {.name_bytes = 200}, "more than 200 bytes of names"},
+                  {"s3://volumes/repeats/", {}, "a continuation token that repeats"},
+                  {"s3://volumes/long-token/", {}, "a continuation token of 5000 bytes"}};
+  for (const auto& [place, limits, problem] : listings) {
+    const std::string found = trouble([&] { (void)list_bucket(place, ".mtd", kQuick, limits); });
+    EXPECT_NE(found.find(problem), std::string::npos) << found;
+  }
+}
+
+TEST_F(BucketTest, ListsAsManyPagesAsItMay) {
+  for (int i = 0; i < 25; ++i) folder_.file("x" + std::to_string(100 + i) + ".mtd", "x");
+  EXPECT_EQ(list_bucket("s3://volumes/", ".mtd", kQuick, {.pages = 3}).size(), 25U);
+  EXPECT_NE(trouble([] {
+              (void)list_bucket("s3://volumes/", ".mtd", kQuick, {.pages = 2});
+            }).find("more than 2 pages"),
+            std::string::npos);
+}
+
 TEST_F(BucketTest, SaysWhyItCannotBeListed) {
   setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
   EXPECT_NE(failure([] { (void)list_bucket("s3://volumes/", ".mtd", kQuick); }).find("status 403"),
