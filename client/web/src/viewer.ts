@@ -94,7 +94,7 @@ export class Viewer {
   private readonly surroundings: SceneDecorations;
   private readonly orientation: Orientation;
   private readonly regionHandles: RegionHandles;
-  private readonly questions: DatasetQueries;
+  private readonly queries: DatasetQueries;
   private readonly slices: Slices;
   private readonly sliceViews: SliceViews;
   readonly player: TimePlayer;
@@ -115,7 +115,7 @@ export class Viewer {
     this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas);
     const address = serverAddress(server);
-    this.questions = new DatasetQueries(address, () => this.token.get());
+    this.queries = new DatasetQueries(address, () => this.token.get());
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
       progress: (surface) => this.events.emit("progress", { surface }),
@@ -130,9 +130,9 @@ export class Viewer {
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
-      (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
+      (info, world) => this.queries.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus());
     const sources: SliceSources = {
-      questions: this.questions, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
+      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
       failed: (text) => this.notices.announce(text, true),
     };
     const current = () => ({ info: this.info, settings: this.get(), range: this.sampleRange() });
@@ -284,7 +284,7 @@ export class Viewer {
     clearTimeout(this.rest);
     this.player.stop();
     this.surfaces.close();
-    this.questions.close();
+    this.queries.close();
     this.pool.dispose();
     this.stage.dispose();
     this.element.replaceChildren();
