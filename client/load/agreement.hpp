@@ -1,4 +1,5 @@
-// Whether all clients get the same: a step is a pure function of its dataset and its parameters.
+// Checks that all clients receive the same steps: a step is a pure function of its dataset and its
+// parameters.
 #pragma once
 
 #include <cstdint>

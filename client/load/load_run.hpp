@@ -1,4 +1,4 @@
-// Many sessions on few threads, from their start to their last word.
+// Runs many sessions on few threads, from start to end.
 #pragma once
 
 #include <cstdint>

@@ -129,9 +129,9 @@ class MisbehavingClient {
     if (!welcome) co_return "";
     std::vector<DatasetInfo> datasets;
     while (datasets.empty() && Clock::now() < options_.stop) {
-      ListDatasets question;
-      question.request_id = 1;
-      const bool asked = co_await sent(channel, question);
+      ListDatasets query;
+      query.request_id = 1;
+      const bool asked = co_await sent(channel, query);
       if (!asked) co_return "";
       const auto content = co_await channel->receive();
       if (!content) co_return "";

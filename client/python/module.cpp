@@ -395,11 +395,11 @@ class Connection {
     return connected;
   }
 
-  template <typename Question, typename Answer = std::invoke_result_t<const Question&, Client&>>
-  typename Answer::value_type ask(const Question& question) {
+  template <typename Query, typename Answer = std::invoke_result_t<const Query&, Client&>>
+  typename Answer::value_type ask(const Query& query) {
     return value_of(unlocked([&]() -> Answer {
       if (auto free = free_client(); !free) return tl::unexpected(free.error());
-      Answer answer = question(*client_);
+      Answer answer = query(*client_);
       if (!answer) is_lost_ |= answer.error().source != ErrorSource::kServer;
       return answer;
     }));

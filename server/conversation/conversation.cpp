@@ -88,8 +88,8 @@ void Conversation::end(const Error& error) { perform(session_.end(error)); }
 void Conversation::leave() {
   is_over_ = true;
   replies_.clear();
-  for (auto& [number, question] : questions_) question.stop.request_stop();
-  questions_.clear();
+  for (auto& [number, query] : queries_) query.stop.request_stop();
+  queries_.clear();
   drop_stream();
   leaving_.reset();
   caller_->close();
@@ -229,11 +229,11 @@ void Conversation::perform(StartStream action) {
 }
 
 void Conversation::perform(RunQuery action) {
-  const std::uint64_t number = ++last_question_;
-  RunningQuestion& running = questions_[number];
-  running.request_id = request_id_of(action.question);
+  const std::uint64_t number = ++last_query_;
+  RunningQuery& running = queries_[number];
+  running.request_id = request_id_of(action.query);
   running.reservation = std::move(request_reservation_);
-  running.record = std::make_unique<RequestRecord>(client_, facts_of(action.question));
+  running.record = std::make_unique<RequestRecord>(client_, facts_of(action.query));
   caller_->answer(std::move(action), running.stop.get_token(),
                   [self = shared_from_this(), number](Result<DatasetQueryReply> made) {
                     self->answer_made(number, std::move(made));
@@ -241,19 +241,19 @@ void Conversation::perform(RunQuery action) {
 }
 
 void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> made) {
-  session_.question_ended();
-  const auto found = questions_.find(number);
-  if (found == questions_.end()) return;  // The client has left.
-  RunningQuestion question = std::move(found->second);
-  questions_.erase(found);
+  session_.query_ended();
+  const auto found = queries_.find(number);
+  if (found == queries_.end()) return;  // The client has left.
+  RunningQuery query = std::move(found->second);
+  queries_.erase(found);
   if (is_over_) return;
   idleness_.note(Clock::now());
-  question.record->end(made ? "complete" : name(made.error().code));
+  query.record->end(made ? "complete" : name(made.error().code));
   if (made) {
-    std::visit([&](auto& answer) { reply(std::move(answer), std::move(question.reservation)); },
+    std::visit([&](auto& answer) { reply(std::move(answer), std::move(query.reservation)); },
                *made);
   } else {
-    reply(ErrorReply{.request_id = question.request_id, .error = made.error()});
+    reply(ErrorReply{.request_id = query.request_id, .error = made.error()});
   }
 }
 

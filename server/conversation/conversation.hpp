@@ -70,7 +70,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
     std::unique_ptr<RequestRecord> record;
     ByteReservations::Reservation reservation = {};
   };
-  struct RunningQuestion {
+  struct RunningQuery {
     std::uint64_t request_id = 0;
     std::unique_ptr<RequestRecord> record;
     std::stop_source stop = {};
@@ -97,7 +97,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   void reply(ServerMessage message, ByteReservations::Reservation reservation = {});
   void drop_stream();
   [[nodiscard]] bool has_room() const;
-  [[nodiscard]] bool is_busy() const { return stream_ || !questions_.empty() || is_greeting_; }
+  [[nodiscard]] bool is_busy() const { return stream_ || !queries_.empty() || is_greeting_; }
 
   asio::any_io_executor executor_;
   CallerPtr caller_;
@@ -116,8 +116,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   std::optional<Stream> stream_;
   // Set while the final message of the previous stream is still queued.
   std::unique_ptr<RequestRecord> leaving_;
-  std::map<std::uint64_t, RunningQuestion> questions_;  // By a number of their own.
-  std::uint64_t last_question_ = 0;
+  std::map<std::uint64_t, RunningQuery> queries_;  // By a number of their own.
+  std::uint64_t last_query_ = 0;
   IdleWatch idleness_;
   AsyncEvent something_to_send_;
   AsyncEvent replies_taken_;

@@ -1,4 +1,4 @@
-// --threads: how many processors a command uses.
+// --threads: the number of processors that a command uses.
 #pragma once
 
 #include <memory>

@@ -64,40 +64,39 @@ Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Probe& ask
 
 }  // namespace
 
-std::uint64_t request_id_of(const DatasetQuery& question) {
-  return std::visit([](const auto& asked) { return asked.request_id; }, question);
+std::uint64_t request_id_of(const DatasetQuery& query) {
+  return std::visit([](const auto& asked) { return asked.request_id; }, query);
 }
 
-const std::string& dataset_of(const DatasetQuery& question) {
-  return std::visit([](const auto& asked) -> const std::string& { return asked.dataset; },
-                    question);
+const std::string& dataset_of(const DatasetQuery& query) {
+  return std::visit([](const auto& asked) -> const std::string& { return asked.dataset; }, query);
 }
 
-Priority priority_of(const DatasetQuery& question) {
-  if (const auto* asked = std::get_if<Estimate>(&question)) return asked->priority;
-  if (const auto* asked = std::get_if<Slice>(&question)) return asked->priority;
+Priority priority_of(const DatasetQuery& query) {
+  if (const auto* asked = std::get_if<Estimate>(&query)) return asked->priority;
+  if (const auto* asked = std::get_if<Slice>(&query)) return asked->priority;
   return Priority::kNormal;
 }
 
-const char* kind_of(const DatasetQuery& question) {
-  if (std::holds_alternative<Estimate>(question)) return "estimate";
-  return std::holds_alternative<Slice>(question) ? "slice" : "probe";
+const char* kind_of(const DatasetQuery& query) {
+  if (std::holds_alternative<Estimate>(query)) return "estimate";
+  return std::holds_alternative<Slice>(query) ? "slice" : "probe";
 }
 
-const IsosurfaceRequest* request_of(const DatasetQuery& question) {
-  const auto* asked = std::get_if<Estimate>(&question);
+const IsosurfaceRequest* request_of(const DatasetQuery& query) {
+  const auto* asked = std::get_if<Estimate>(&query);
   return asked ? &asked->request : nullptr;
 }
 
 // To find what a budget allows takes as long as some steps, and so does simplifying a sample.
-bool is_long(const DatasetQuery& question) {
-  const IsosurfaceRequest* request = request_of(question);
+bool is_long(const DatasetQuery& query) {
+  const IsosurfaceRequest* request = request_of(query);
   return request && (has_budget(*request) || request->simplify);
 }
 
-Result<DatasetQueryReply> answered(const SurfaceProvider& source, const DatasetQuery& question,
+Result<DatasetQueryReply> answered(const SurfaceProvider& source, const DatasetQuery& query,
                                    const std::stop_token& stop) {
-  return std::visit([&](const auto& asked) { return answer(source, asked, stop); }, question);
+  return std::visit([&](const auto& asked) { return answer(source, asked, stop); }, query);
 }
 
 }  // namespace multitetra

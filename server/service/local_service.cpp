@@ -237,7 +237,7 @@ void LocalCaller::step_made(const StreamPtr& stream, Result<StepResult> step, do
   stream->supply(*std::move(step), seconds);
 }
 
-// ---- surfaces and questions
+// ---- surfaces and queries
 
 template <typename T>
 void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
@@ -279,8 +279,8 @@ void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
 
 void LocalCaller::answer(RunQuery action, std::stop_token stop,
                          std::function<void(Result<DatasetQueryReply>)> done) {
-  WorkKind work = work_for(*action.source, action.question);
-  const Priority priority = priority_of(action.question);
+  WorkKind work = work_for(*action.source, action.query);
+  const Priority priority = priority_of(action.query);
   run<DatasetQueryReply>(
       std::move(work), priority, std::move(stop),
       [action = std::move(action)](const std::stop_token& of_job) {

@@ -41,14 +41,14 @@ Result<void> check_limits(const RequestLimits& limits, const IsosurfaceRequest& 
                                              std::to_string(limits.max_regions) + ".");
 }
 
-Result<void> check(const DatasetQuery& question) {
-  if (const auto* estimate = std::get_if<Estimate>(&question)) {
+Result<void> check(const DatasetQuery& query) {
+  if (const auto* estimate = std::get_if<Estimate>(&query)) {
     if (const auto valid = validated(estimate->request); !valid) {
       return tl::unexpected(valid.error());
     }
-  } else if (const auto* slice = std::get_if<Slice>(&question)) {
+  } else if (const auto* slice = std::get_if<Slice>(&query)) {
     if (const auto valid = validated(slice->slice); !valid) return tl::unexpected(valid.error());
-  } else if (const auto valid = validated(std::get<Probe>(question).probe); !valid) {
+  } else if (const auto valid = validated(std::get<Probe>(query).probe); !valid) {
     return tl::unexpected(valid.error());
   }
   return {};
@@ -175,16 +175,16 @@ Result<StartStream> Permit::accept(OpenStream open) const {
                      .shells = shells};
 }
 
-Result<RunQuery> Permit::accept(DatasetQuery question) const {
-  if (const auto checked = check(question); !checked) return tl::unexpected(checked.error());
-  if (is_for_surfaces_only() && !std::holds_alternative<Estimate>(question)) {
+Result<RunQuery> Permit::accept(DatasetQuery query) const {
+  if (const auto checked = check(query); !checked) return tl::unexpected(checked.error());
+  if (is_for_surfaces_only() && !std::holds_alternative<Estimate>(query)) {
     return fail(ErrorCode::kInvalidArgument,
                 "Slices and probes show samples; this client may see surfaces only.");
   }
-  const IsosurfaceRequest* request = request_of(question);
-  auto source = request ? provider(dataset_of(question), *request) : provider(dataset_of(question));
+  const IsosurfaceRequest* request = request_of(query);
+  auto source = request ? provider(dataset_of(query), *request) : provider(dataset_of(query));
   if (!source) return tl::unexpected(source.error());
-  return RunQuery{.question = std::move(question), .source = *std::move(source)};
+  return RunQuery{.query = std::move(query), .source = *std::move(source)};
 }
 
 }  // namespace multitetra

@@ -29,9 +29,9 @@ struct StartStream {
   SurfaceProviderPtr scalars = nullptr;
   bool shells = false;  // Its steps may have them.
 };
-// A question that was found good.
+// A query that was found good.
 struct RunQuery {
-  DatasetQuery question;
+  DatasetQuery query;
   SurfaceProviderPtr source;
 };
 
@@ -73,7 +73,7 @@ class Permit {
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
 
   [[nodiscard]] Result<StartStream> accept(OpenStream open) const;
-  [[nodiscard]] Result<RunQuery> accept(DatasetQuery question) const;
+  [[nodiscard]] Result<RunQuery> accept(DatasetQuery query) const;
 
  private:
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;

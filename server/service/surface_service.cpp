@@ -70,10 +70,10 @@ asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
   co_return made;
 }
 
-asio::awaitable<Result<DatasetQueryReply>> Caller::ask(DatasetQuery question) {
-  const auto waiting = client_->reserve(waiting_bytes(question));
+asio::awaitable<Result<DatasetQueryReply>> Caller::ask(DatasetQuery query) {
+  const auto waiting = client_->reserve(waiting_bytes(query));
   if (!waiting) co_return tl::unexpected(waiting.error());
-  auto action = permit_.accept(std::move(question));
+  auto action = permit_.accept(std::move(query));
   if (!action) co_return tl::unexpected(action.error());
   std::function<void(std::function<void(Result<DatasetQueryReply>)>)> start =
       [&](std::function<void(Result<DatasetQueryReply>)> done) {
@@ -86,20 +86,20 @@ asio::awaitable<Result<DatasetQueryReply>> Caller::ask(DatasetQuery question) {
 
 asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
                                                         IsosurfaceRequest request) {
-  DatasetQuery question =
+  DatasetQuery query =
       Estimate{.request_id = 1, .dataset = std::move(dataset), .request = std::move(request)};
-  co_return the<EstimateReply>(co_await ask(std::move(question)));
+  co_return the<EstimateReply>(co_await ask(std::move(query)));
 }
 
 asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice) {
-  DatasetQuery question = Slice{.request_id = 1, .dataset = std::move(dataset), .slice = slice};
-  co_return the<SliceReply>(co_await ask(std::move(question)));
+  DatasetQuery query = Slice{.request_id = 1, .dataset = std::move(dataset), .slice = slice};
+  co_return the<SliceReply>(co_await ask(std::move(query)));
 }
 
 asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {
-  DatasetQuery question =
+  DatasetQuery query =
       Probe{.request_id = 1, .dataset = std::move(dataset), .probe = std::move(probe)};
-  co_return the<ProbeReply>(co_await ask(std::move(question)));
+  co_return the<ProbeReply>(co_await ask(std::move(query)));
 }
 
 }  // namespace multitetra

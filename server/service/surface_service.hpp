@@ -54,7 +54,7 @@ struct SurfaceRequest {
   std::uint64_t max_triangles = std::numeric_limits<std::uint64_t>::max();
 };
 
-// The service for one client. It does one thing at a time for a coroutine; streams and questions of
+// The service for one client. It does one thing at a time for a coroutine; streams and queries of
 // a conversation may run beside each other.
 class Caller {
  public:
@@ -117,7 +117,7 @@ class Caller {
   [[nodiscard]] const ConnectionContextPtr& client() const { return client_; }
 
  private:
-  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> ask(DatasetQuery question);
+  [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> ask(DatasetQuery query);
   // Why there is none, where that is because of close().
   [[nodiscard]] Error reason(const Error& error) const;
 

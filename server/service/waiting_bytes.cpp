@@ -34,15 +34,15 @@ std::size_t waiting_bytes(const OpenStream& open) {
          open.resumed_previews.size() * sizeof(Preview);
 }
 
-std::size_t waiting_bytes(const DatasetQuery& question) {
-  if (const auto* estimate = std::get_if<Estimate>(&question)) {
+std::size_t waiting_bytes(const DatasetQuery& query) {
+  if (const auto* estimate = std::get_if<Estimate>(&query)) {
     return kOfAnyRequest + bytes_of(estimate->request);
   }
-  if (const auto* probe = std::get_if<Probe>(&question)) {
+  if (const auto* probe = std::get_if<Probe>(&query)) {
     return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
   }
   // As the samples are, and as the reply has them.
-  return kOfAnyRequest + 2 * bytes_of(std::get<Slice>(question).slice);
+  return kOfAnyRequest + 2 * bytes_of(std::get<Slice>(query).slice);
 }
 
 std::size_t waiting_bytes(const ServerMessage& message) {

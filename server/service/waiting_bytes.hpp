@@ -12,9 +12,9 @@ namespace multitetra {
 
 // As long as the request is not answered.
 [[nodiscard]] std::size_t waiting_bytes(const OpenStream& open);
-// With its reply, whose size follows from the question: until that has been sent.
-[[nodiscard]] std::size_t waiting_bytes(const DatasetQuery& question);
-// For a reply without a question until it has been sent; 0 for those of a few bytes, of which only
+// With its reply, whose size follows from the query: until that has been sent.
+[[nodiscard]] std::size_t waiting_bytes(const DatasetQuery& query);
+// For a reply without a query until it has been sent; 0 for those of a few bytes, of which only
 // so many may wait.
 [[nodiscard]] std::size_t waiting_bytes(const ServerMessage& message);
 

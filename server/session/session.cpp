@@ -138,18 +138,18 @@ Actions Session::answer(const Slice& slice) { return ask(slice); }
 
 Actions Session::answer(const Probe& probe) { return ask(probe); }
 
-Actions Session::ask(DatasetQuery question) {
-  const std::uint64_t request_id = request_id_of(question);
-  auto accepted = permit_.accept(std::move(question));
+Actions Session::ask(DatasetQuery query) {
+  const std::uint64_t request_id = request_id_of(query);
+  auto accepted = permit_.accept(std::move(query));
   if (!accepted) return {reply(accepted.error(), request_id)};
-  if (questions_ >= options_.max_questions) {
+  if (queries_ >= options_.max_queries) {
     return {reply({ErrorCode::kLimitExceeded,
-                   "There are " + std::to_string(questions_) +
-                       " questions (estimates, slices, probes) under way on this connection; wait "
+                   "There are " + std::to_string(queries_) +
+                       " queries (estimates, slices, probes) under way on this connection; wait "
                        "for one of their answers."},
                   request_id)};
   }
-  ++questions_;
+  ++queries_;
   return {*std::move(accepted)};
 }
 

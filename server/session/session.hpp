@@ -44,7 +44,7 @@ struct SessionOptions {
   // After Welcome.
   std::size_t max_message_bytes = kMaxClientFrameBytes;
   std::size_t max_held_digests = kMaxHeldDigests;  // In one OpenStream.
-  std::size_t max_questions = 4;                   // Answered at the same time.
+  std::size_t max_queries = 4;                     // Answered at the same time.
 };
 
 class Session {
@@ -69,13 +69,13 @@ class Session {
   [[nodiscard]] Actions renew(AccessListPtr access);
   // The catalogue of this client, where it is determined after its Hello: before that is received.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
-  // From now on every stream and question is refused with this error.
+  // From now on every stream and query is refused with this error.
   void refuse_work(Error why) { permit_.refuse_work(std::move(why)); }
 
   // The running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
-  // A question was answered.
-  void question_ended() { --questions_; }
+  // A query was answered.
+  void query_ended() { --queries_; }
 
   [[nodiscard]] std::uint32_t max_message_bytes() const {
     return static_cast<std::uint32_t>(options_.max_message_bytes);
@@ -94,7 +94,7 @@ class Session {
   Actions answer(const Estimate& estimate);
   Actions answer(const Slice& slice);
   Actions answer(const Probe& probe);
-  Actions ask(DatasetQuery question);
+  Actions ask(DatasetQuery query);
 
   CataloguePtr catalogue_;
   LatestCatalogue latest_;  // May be empty.
@@ -107,7 +107,7 @@ class Session {
   // The largest id of all streams so far.
   std::uint64_t last_request_id_ = 0;
   std::optional<std::uint64_t> running_;  // The stream that runs.
-  std::size_t questions_ = 0;             // Queries that are being answered.
+  std::size_t queries_ = 0;               // Queries that are being answered.
 };
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// A way in: something that accepts connections on an address and holds them.
+// A listener: accepts connections on an address and owns them.
 //
 // Everything but endpoint() runs on the one thread of the server's io_context.
 #pragma once

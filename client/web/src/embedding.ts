@@ -9,7 +9,7 @@ import { parseSettings } from "./state/parse_settings";
 const version = 1;
 const together = 100; // Milliseconds: changes within this time are sent together.
 
-interface Question {
+interface Query {
   multitetra?: unknown;
   id?: unknown;
   state?: unknown;
@@ -25,7 +25,7 @@ export class Embedding {
     private readonly self: Window = window,
   ) {
     self.addEventListener("message", (event) => {
-      if (event.source === this.around) void this.hear(event.data as Question, event.origin);
+      if (event.source === this.around) void this.hear(event.data as Query, event.origin);
     });
     viewer.on("settings", () => this.postStateSoon());
     viewer.on("dataset", (info) => this.post("dataset", {
@@ -38,8 +38,8 @@ export class Embedding {
     around.postMessage({ multitetra: "ready", version }, "*"); // Says nothing but that.
   }
 
-  private async hear(question: Question | null, origin: string): Promise<void> {
-    const { multitetra: kind, id, state } = question ?? {};
+  private async hear(query: Query | null, origin: string): Promise<void> {
+    const { multitetra: kind, id, state } = query ?? {};
     if (typeof kind !== "string") return; // A message of another sender.
     this.origin = origin;
     switch (kind) {

@@ -1,4 +1,4 @@
-// The newest slice that was wanted, and the lines where it cuts the surfaces. One question is under way at a time; of those
+// The newest slice that was wanted, and the lines where it cuts the surfaces. One query is under way at a time; of those
 // that come meanwhile the last one follows.
 import { Plane, Vector3 } from "three";
 
@@ -17,7 +17,7 @@ export interface WantedSlice {
 }
 
 export interface SliceSources {
-  questions: DatasetQueries;
+  queries: DatasetQueries;
   surfaces: SurfaceSet;
   pool: TilePool;
   settings: () => Settings;
@@ -51,7 +51,7 @@ export class LatestSlice {
   private async ask(asked: WantedSlice): Promise<void> {
     this.isAsking = true;
     try {
-      const slice = await this.sources.questions.slice(asked.dataset, asked.grid());
+      const slice = await this.sources.queries.slice(asked.dataset, asked.grid());
       if (this.wanted) this.shows.slice((this.slice = slice));
     } catch (error) {
       if (this.wanted?.key === asked.key) this.sources.failed(`There is no slice: ${(error as Error).message}`);

@@ -12,8 +12,8 @@ export function serverAddress(configured?: string): string {
   return stream.href;
 }
 
-// Where the same server answers single questions: the folder of its stream.
-export function questionsAddress(stream: string): string {
+// Where the same server answers single queries: the folder of its stream.
+export function httpAddress(stream: string): string {
   const folder = new URL(".", stream);
   folder.protocol = folder.protocol === "wss:" ? "https:" : "http:";
   return folder.href;

@@ -1,4 +1,4 @@
-// Joins the slice in the picture: settings become a plane, the plane a question to the server, the answer what is shown.
+// Joins the slice in the picture: settings become a plane, the plane a query to the server, the answer what is shown.
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColorScale } from "./shared/color_maps";
 import { airBelow } from "./shared/sample_window";

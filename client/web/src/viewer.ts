@@ -62,7 +62,7 @@ export class Viewer {
   private readonly surroundings: SceneDecorations;
   private readonly orientation: Orientation;
   private readonly regionHandles: RegionHandles;
-  private readonly questions: DatasetQueries;
+  private readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
   readonly player: TimePlayer;
   private readonly timeBar: TimeBar;
@@ -81,7 +81,7 @@ export class Viewer {
     this.frame.append(this.canvas);
     this.stage = new Stage(this.canvas);
     const address = serverAddress(server);
-    this.questions = new DatasetQueries(address, () => this.token.get());
+    this.queries = new DatasetQueries(address, () => this.token.get());
     this.surfaces = new SurfaceSet(address, () => this.token.get(), this.pool, this.stage, {
       shown: (at, shown, isFirst) => this.reportShown(at, shown, isFirst),
       progress: (surface) => this.events.emit("progress", { surface }),
@@ -96,11 +96,11 @@ export class Viewer {
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
     this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
-      (info, world) => this.questions.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
+      (info, world) => this.queries.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
       (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)));
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.samples = new SampleViews(this.stage, {
-      questions: this.questions, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
+      queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
       failed: (text) => this.notices.announce(text, true),
     }, () => ({ info: this.info, list: this.list, isPlayable: this.times !== null }), turn);
     this.player = new TimePlayer(() => this.played(), {
@@ -240,7 +240,7 @@ export class Viewer {
     clearTimeout(this.rest);
     this.player.stop();
     this.surfaces.close();
-    this.questions.close();
+    this.queries.close();
     this.pool.dispose();
     this.stage.dispose();
     this.element.replaceChildren();

@@ -1,4 +1,4 @@
-// Which of many things hang together, found by joining them one pair after the other.
+// Disjoint sets (union-find): connected components, found by joining pairs.
 #pragma once
 
 #include <algorithm>

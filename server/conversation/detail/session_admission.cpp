@@ -20,12 +20,12 @@ std::optional<CountedRequest> counted_request(const ClientMessage& message) {
   if (const auto* open = std::get_if<OpenStream>(&message)) {
     return CountedRequest{.id = open->request_id, .waiting_bytes = waiting_bytes(*open)};
   }
-  std::optional<DatasetQuery> question;
-  if (const auto* estimate = std::get_if<Estimate>(&message)) question = *estimate;
-  if (const auto* slice = std::get_if<Slice>(&message)) question = *slice;
-  if (const auto* probe = std::get_if<Probe>(&message)) question = *probe;
-  if (!question) return std::nullopt;
-  return CountedRequest{.id = request_id_of(*question), .waiting_bytes = waiting_bytes(*question)};
+  std::optional<DatasetQuery> query;
+  if (const auto* estimate = std::get_if<Estimate>(&message)) query = *estimate;
+  if (const auto* slice = std::get_if<Slice>(&message)) query = *slice;
+  if (const auto* probe = std::get_if<Probe>(&message)) query = *probe;
+  if (!query) return std::nullopt;
+  return CountedRequest{.id = request_id_of(*query), .waiting_bytes = waiting_bytes(*query)};
 }
 
 // Room for what waits, or why there shall be nothing to wait for.
@@ -82,15 +82,15 @@ Received receive_from(ConnectionContext& client, Session& session,
   return received;
 }
 
-RequestFacts facts_of(const DatasetQuery& question) {
-  const std::uint64_t id = request_id_of(question);
-  if (const IsosurfaceRequest* request = request_of(question)) {
-    return facts_of(kind_of(question), id, dataset_of(question), *request);
+RequestFacts facts_of(const DatasetQuery& query) {
+  const std::uint64_t id = request_id_of(query);
+  if (const IsosurfaceRequest* request = request_of(query)) {
+    return facts_of(kind_of(query), id, dataset_of(query), *request);
   }
   RequestFacts facts;
-  facts.kind = kind_of(question);
+  facts.kind = kind_of(query);
   facts.request = id;
-  facts.dataset = dataset_of(question);
+  facts.dataset = dataset_of(query);
   return facts;
 }
 

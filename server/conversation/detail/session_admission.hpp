@@ -28,6 +28,6 @@ struct Received {
 
 [[nodiscard]] RequestFacts facts_of(const char* kind, std::uint64_t id, const std::string& dataset,
                                     const IsosurfaceRequest& request);
-[[nodiscard]] RequestFacts facts_of(const DatasetQuery& question);
+[[nodiscard]] RequestFacts facts_of(const DatasetQuery& query);
 
 }  // namespace multitetra

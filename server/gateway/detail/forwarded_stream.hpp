@@ -1,6 +1,6 @@
 // The part of a stream that a client has received, so that another server can continue it: the same
-// request has the same answer everywhere, so what was forwarded already is passed over the second
-// time. Pure.
+// request has the same answer everywhere, so what was forwarded already is skipped the second time.
+// Pure.
 #pragma once
 
 #include <cstddef>

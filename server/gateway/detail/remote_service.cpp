@@ -22,10 +22,10 @@ namespace {
 constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
 
 // The reply of a server, if it has the kind that answers the query.
-std::optional<DatasetQueryReply> reply_to(const DatasetQuery& question, ServerMessage message) {
-  if (std::holds_alternative<Estimate>(question)) {
+std::optional<DatasetQueryReply> reply_to(const DatasetQuery& query, ServerMessage message) {
+  if (std::holds_alternative<Estimate>(query)) {
     if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
-  } else if (std::holds_alternative<Slice>(question)) {
+  } else if (std::holds_alternative<Slice>(query)) {
     if (auto* reply = std::get_if<SliceReply>(&message)) return std::move(*reply);
   } else if (auto* reply = std::get_if<ProbeReply>(&message)) {
     return std::move(*reply);
@@ -61,7 +61,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
         upstreams_(std::move(upstreams)),
         assembling_(assembling),
         queue_number_(assembling.new_client()),
-        questions_(upstreams_),
+        queries_(upstreams_),
         change_(executor) {}
 
   CataloguePtr catalogue() const override { return catalogue_; }
@@ -111,7 +111,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   std::shared_ptr<UpstreamPool> upstreams_;
   Workers& assembling_;
   std::uint64_t queue_number_;
-  UpstreamQueries questions_;
+  UpstreamQueries queries_;
   CataloguePtr catalogue_;
   std::string token_;
   bool is_closed_ = false;
@@ -214,7 +214,7 @@ UpstreamClient RemoteCaller::upstream_client() const {
 void RemoteCaller::when_closed() {
   is_closed_ = true;
   if (reached_) reached_->link->close();
-  questions_.close();
+  queries_.close();
   if (const StreamPtr stream = stream_) {
     stream->fail({ErrorCode::kCancelled, "The client has disconnected."});
   }
@@ -375,7 +375,7 @@ void RemoteCaller::keep(const Stream& stream, const Tile& tile) {
                    {.run = std::move(check), .kind = "tile check"});
 }
 
-// ---- questions
+// ---- queries
 
 void RemoteCaller::answer(RunQuery action, std::stop_token,
                           std::function<void(Result<DatasetQueryReply>)> done) {
@@ -390,16 +390,16 @@ asio::awaitable<void> RemoteCaller::bring_answer(
   const auto self = shared_from_this();
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   UpstreamClient client = upstream_client();
-  auto answer = co_await questions_.ask(std::move(dataset), std::move(client), action.question);
+  auto answer = co_await queries_.ask(std::move(dataset), std::move(client), action.query);
   if (!answer) {
     done(tl::unexpected(answer.error()));
   } else if (auto* refusal = std::get_if<ErrorReply>(&*answer)) {
     done(tl::unexpected(refusal->error));
-  } else if (auto reply = reply_to(action.question, *std::move(answer))) {
+  } else if (auto reply = reply_to(action.query, *std::move(answer))) {
     done(*std::move(reply));
   } else {
     done(fail(ErrorCode::kInternal, std::string("A server answered something else than a ") +
-                                        kind_of(action.question) + " asks for."));
+                                        kind_of(action.query) + " asks for."));
   }
 }
 

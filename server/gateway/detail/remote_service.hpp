@@ -1,4 +1,4 @@
-// The service of other servers: a client is offered their datasets together; streams and questions
+// The service of other servers: a client is offered their datasets together; streams and queries
 // are forwarded. When a server is lost in the middle of a stream, another one with the same dataset
 // continues, and the client notices only a pause.
 //

@@ -12,32 +12,30 @@ constexpr int kAttempts = 3;
 }  // namespace
 
 asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask(
-    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery question) {
+    std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery query) {
   Result<ServerMessage> answer = fail(ErrorCode::kUnavailable, "The client has disconnected.");
   for (int attempt = 0; attempt < kAttempts && !is_closed_; ++attempt) {
     std::function<bool()> is_wanted = [this] { return !is_closed_; };
     const auto reached = co_await upstreams_->reach(dataset, client, is_wanted);
     if (!reached) co_return tl::unexpected(reached.error());
-    answer = co_await ask_one(reached->link, question);
+    answer = co_await ask_one(reached->link, query);
     if (answer || is_closed_) break;
     upstreams_->lost(reached->upstream);
   }
   co_return answer;
 }
 
-asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link,
-                                                                DatasetQuery question) {
+asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link, DatasetQuery query) {
   if (is_closed_) {
     link->close();
     co_return fail(ErrorCode::kUnavailable, "The client has disconnected.");
   }
   links_.insert(link);
-  link->send(std::visit([](const auto& asked) { return ClientMessage(asked); }, question));
+  link->send(std::visit([](const auto& asked) { return ClientMessage(asked); }, query));
   Result<ServerMessage> answer = co_await link->receive();
   link->close();
   links_.erase(link);
-  if (answer &&
-      (request_id_of(*answer) != request_id_of(question) || is_shutdown_notice(*answer))) {
+  if (answer && (request_id_of(*answer) != request_id_of(query) || is_shutdown_notice(*answer))) {
     co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
   }
   co_return answer;

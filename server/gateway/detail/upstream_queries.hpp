@@ -1,4 +1,4 @@
-// Questions (estimates, slices, probes) that servers answer for one client of a gateway.
+// Queries (estimates, slices, probes) that servers answer for one client of a gateway.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +19,11 @@ class UpstreamQueries {
   // The reply of a server that has the dataset, or of another one when it is lost; kUnavailable
   // when none does, and for all that are waited for after close(). This must outlive the call.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
-      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery question);
+      std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery query);
   void close();
 
  private:
-  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, DatasetQuery question);
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, DatasetQuery query);
 
   std::shared_ptr<UpstreamPool> upstreams_;
   std::set<LinkPtr> links_;  // An answer is waited for on each.

@@ -1,4 +1,4 @@
-// Tiles that came from a server: whether they are what their step promises, and as one mesh.
+// Tiles received from a server: checked against their step, and assembled to one mesh.
 #pragma once
 
 #include <cstddef>

@@ -93,7 +93,7 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
       ->within(0.0, 1e9)
       ->capture_default_str()
       ->group(kLimitsGroup);
-  add_count(command, "--max-estimates", o.session.max_questions,
+  add_count(command, "--max-estimates", o.session.max_queries,
             "Most concurrent estimates, slices and probes of one connection")
       ->within(1, 64)
       ->group(kLimitsGroup);

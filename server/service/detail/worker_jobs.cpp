@@ -127,10 +127,10 @@ Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop
 }
 
 // What takes about as long as others of its kind.
-WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& question) {
-  return {.kind = source.info().name + (is_long(question) ? " long " : " short ") +
-                  kind_of(question) + (has_large_map(request_of(question)) ? " of a map" : ""),
-          .is_long = is_long(question)};
+WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query) {
+  return {.kind = source.info().name + (is_long(query) ? " long " : " short ") + kind_of(query) +
+                  (has_large_map(request_of(query)) ? " of a map" : ""),
+          .is_long = is_long(query)};
 }
 
 Error come_again(const Backlog& backlog, double limit) {
@@ -181,8 +181,8 @@ Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles
 }
 
 Result<DatasetQueryReply> make_answer(const RunQuery& action, const std::stop_token& stop) {
-  return guarded(*action.source, kind_of(action.question), stop,
-                 [&] { return answered(*action.source, action.question, stop); });
+  return guarded(*action.source, kind_of(action.query), stop,
+                 [&] { return answered(*action.source, action.query, stop); });
 }
 
 }  // namespace multitetra

@@ -22,7 +22,7 @@ struct WorkKind {
   bool is_long = false;
 };
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const StreamState& state);
-[[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& question);
+[[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query);
 
 // For a step that may be long: what the final step takes, from the spectrum alone, where that need
 // not be fetched. None for a cell, which is small, nor within a budget, which many steps may be

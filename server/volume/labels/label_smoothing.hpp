@@ -1,5 +1,5 @@
-// Smooths the indicator of a label by the weights 1 4 6 4 1 along each axis; beyond the
-// map's ends its last samples go on.
+// Smooths the indicator of a label by the weights 1 4 6 4 1 along each axis; beyond the map's ends
+// its last samples are repeated.
 #pragma once
 
 #include <algorithm>

@@ -137,26 +137,26 @@ describe("Conversation", () => {
   test("AsksForOneSizeAtATimeAndThenForTheLastOneWanted", () => {
     const conversation = connected();
     const order = (isovalue: number) => ({ info: dataset(), request: { ...request(), isovalue } });
-    const question = (effects: Effect[]) =>
+    const query = (effects: Effect[]) =>
       effects.flatMap((e) => (e.kind === "send" && e.message.case === "estimate" ? [e.message.value] : []))[0];
     const reply = (requestId: bigint) => ({
       case: "estimateReply",
       value: { requestId, triangles: 12n, bytes: 34n, thresholdWorld: 0.5 },
     });
-    const first = question(conversation.askSize(order(0.1)));
+    const first = query(conversation.askSize(order(0.1)));
     expect(conversation.askSize(order(0.2))).toEqual([]);
     expect(conversation.askSize(order(0.3))).toEqual([]);
     const effects = conversation.received(reply(first.requestId) as ServerKind);
     expect(effects[0]).toMatchObject({ kind: "size", triangles: 12, bytes: 34, errorWorld: 0.5 });
-    expect(question(effects).request!.isovalue).toBe(0.3);
+    expect(query(effects).request!.isovalue).toBe(0.3);
     expect(conversation.received(reply(first.requestId) as ServerKind)).toEqual([]);
   });
 
   test("GoesOnWithItsStreamWhenASizeIsRefused", () => {
     const conversation = connected();
     const stream = opened(conversation.want({ info: dataset(), request: request() }))!;
-    const [question] = conversation.askSize({ info: dataset(), request: request() });
-    const { requestId } = (question as { message: { value: { requestId: bigint } } }).message.value;
+    const [query] = conversation.askSize({ info: dataset(), request: request() });
+    const { requestId } = (query as { message: { value: { requestId: bigint } } }).message.value;
     expect(requestId > stream.requestId).toBe(true);
     const refusal = { case: "error", value: { requestId, code: 8, text: "Too many." } };
     expect(conversation.received(refusal as ServerKind)).toEqual([]);

@@ -1,4 +1,4 @@
-import { questionsAddress, serverAddress, Token } from "../../../client/web/src/server_address";
+import { httpAddress, serverAddress, Token } from "../../../client/web/src/server_address";
 
 // A page at an address, in a browser that remembers what earlier pages of the test have stored.
 function page(address: string) {
@@ -24,7 +24,7 @@ describe("ServerAddress", () => {
     expect(page("https://volumes.example/?x=1#y").server).toBe("wss://volumes.example/v1/stream");
     expect(page("https://site.example/volumes/?x=1#y").server).toBe("wss://site.example/volumes/v1/stream");
     expect(serverAddress("https://volumes.example/path/")).toBe("wss://volumes.example/path/v1/stream");
-    expect(questionsAddress("wss://volumes.example/path/v1/stream")).toBe("https://volumes.example/path/v1/");
+    expect(httpAddress("wss://volumes.example/path/v1/stream")).toBe("https://volumes.example/path/v1/");
     expect(page("http://localhost:5173/?server=ws://other:1/v1/stream").server).toBe("ws://other:1/v1/stream");
   });
 

@@ -42,7 +42,7 @@ OpenStream colored_slope() {
           .scalars = ScalarRequest{.dataset = "heat"}};
 }
 
-TEST(ForwardedSamples, QuestionsAreAnsweredByAServerThatHasTheDataset) {
+TEST(ForwardedSamples, QueriesAreAnsweredByAServerThatHasTheDataset) {
   Upstream upstream(both());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());

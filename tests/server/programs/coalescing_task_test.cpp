@@ -43,7 +43,7 @@ TEST(CoalescingTask, RequestsDuringARunCauseOneMoreRun) {
   may_end.count_down();
   done.acquire();
   done.acquire();
-  EXPECT_EQ(runs, 2) << "five questions while it ran are one";
+  EXPECT_EQ(runs, 2) << "five queries while it ran are one";
 }
 
 TEST(CoalescingTask, StopWaitsForTheCurrentRun) {

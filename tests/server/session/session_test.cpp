@@ -34,8 +34,7 @@ struct Describe {
     return "start " + std::to_string(start.open.request_id);
   }
   std::string operator()(const RunQuery& asked) const {
-    return std::string(kind_of(asked.question)) + " " +
-           std::to_string(request_id_of(asked.question));
+    return std::string(kind_of(asked.query)) + " " + std::to_string(request_id_of(asked.query));
   }
   std::string operator()(const StopStream& stop) const {
     return "stop " + std::to_string(stop.request_id) +
@@ -133,17 +132,17 @@ TEST(Session, RefusesASecondHelloAndGoesOn) {
 TEST(Session, EstimatesBesideARunningStreamUpToALimit) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(open(1))), Words{"start 1"});
-  for (std::uint64_t id = 1; id <= SessionOptions{}.max_questions; ++id) {
+  for (std::uint64_t id = 1; id <= SessionOptions{}.max_queries; ++id) {
     EXPECT_EQ(words(session.receive(Estimate{.request_id = id, .dataset = "head"})),
               Words{"estimate " + std::to_string(id)});
   }
   const Estimate one_more{.request_id = 99, .dataset = "head"};
   EXPECT_EQ(words(session.receive(one_more)), Words{"error limit_exceeded 99"});
-  session.question_ended();
+  session.query_ended();
   EXPECT_EQ(words(session.receive(one_more)), Words{"estimate 99"});
 }
 
-TEST(Session, SlicesAndProbesAreQuestionsAsEstimatesAre) {
+TEST(Session, SlicesAndProbesAreQueriesLikeEstimates) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(Slice{.request_id = 1, .dataset = "head"})), Words{"slice 1"});
   const Probe probe{.request_id = 2, .dataset = "tooth", .probe = {.places = {{0, 0, 0}}}};
@@ -152,12 +151,12 @@ TEST(Session, SlicesAndProbesAreQuestionsAsEstimatesAre) {
             Words{"error unknown_dataset 3"});
   EXPECT_EQ(words(session.receive(Probe{.request_id = 4, .dataset = "head"})),
             Words{"error invalid_argument 4"});
-  for (std::size_t i = 2; i < SessionOptions{}.max_questions; ++i) {
+  for (std::size_t i = 2; i < SessionOptions{}.max_queries; ++i) {
     EXPECT_EQ(words(session.receive(probe)), Words{"probe 2"});
   }
   EXPECT_EQ(words(session.receive(Slice{.request_id = 5, .dataset = "head"})),
             Words{"error limit_exceeded 5"});
-  session.question_ended();
+  session.query_ended();
   EXPECT_EQ(words(session.receive(Slice{.request_id = 5, .dataset = "head"})), Words{"slice 5"});
 }
 

@@ -401,7 +401,7 @@ class EndlessSizes : public FakeSteps {
 TEST(ServerLimits, EstimatesUnderWayOnOneConnection) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
-                             {.session = {.max_questions = 2}, .connection = {.linger = 10ms}});
+                             {.session = {.max_queries = 2}, .connection = {.linger = 10ms}});
   MessageSocket socket = server.greet();
   for (std::uint64_t id = 1; id <= 3; ++id) {
     ASSERT_TRUE(socket.send(Estimate{.request_id = id, .dataset = "fake"}));

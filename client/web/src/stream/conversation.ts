@@ -42,7 +42,7 @@ export type Effect =
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
   | { kind: "datasets"; datasets: DatasetInfo[] }
   | { kind: "opened"; order: StreamRequest; stream: number }
-  // How large the surface of an order would be; answers a question of askSize().
+  // How large the surface of an order would be; answers a query of askSize().
   | { kind: "size"; order: StreamRequest; triangles: number; bytes: number; errorWorld: number }
   | { kind: "scalars"; stream: number; order: StreamRequest; values: TileValues }
   // The server wants the stream asked for later; again() does that.
@@ -101,8 +101,8 @@ export class Conversation {
   private retry = firstRetry;
   private lastRequestId = 0n; // The last request id of streams and queries.
   private streamId = 0n; // The request id of the last stream.
-  private question: { id: bigint; order: StreamRequest } | null = null; // Under way.
-  private nextQuestion: StreamRequest | null = null;
+  private query: { id: bigint; order: StreamRequest } | null = null; // Under way.
+  private nextQuery: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
   private wanted: StreamRequest | null = null;
   private assembler: Assembler | null = null;
@@ -130,17 +130,17 @@ export class Conversation {
     return this.phase === "ready" ? this.openStream() : [];
   }
 
-  // How large a surface would be. One question is under way at a time; of those that come meanwhile
+  // How large a surface would be. One query is under way at a time; of those that come meanwhile
   // the last one follows. Without a connection nothing is requested.
   askSize(order: StreamRequest): Effect[] {
     if (this.phase !== "ready") return [];
-    if (this.question) {
-      this.nextQuestion = order;
+    if (this.query) {
+      this.nextQuery = order;
       return [];
     }
     const { info, request } = order;
     const id = ++this.lastRequestId;
-    this.question = { id, order };
+    this.query = { id, order };
     const value = create(EstimateSchema, { requestId: id, dataset: info.name, request });
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
@@ -187,7 +187,7 @@ export class Conversation {
 
   opened(): Effect[] {
     this.lastRequestId = 0n;
-    this.question = this.nextQuestion = null;
+    this.query = this.nextQuery = null;
     const value = create(HelloSchema, {
       minVersion: 1,
       maxVersion: 1,
@@ -221,7 +221,7 @@ export class Conversation {
       case "error":
         if (message.value.requestId === 0n) return this.refusedAltogether(message.value);
         // The stream is refused for the same reason, and reports it.
-        if (message.value.requestId === this.question?.id) return this.askNext();
+        if (message.value.requestId === this.query?.id) return this.askNext();
     }
     if (!this.assembler) return [];
     if (message.case === "stepBegin") this.noteBegun(message.value);
@@ -252,15 +252,15 @@ export class Conversation {
   }
 
   private sized({ requestId, triangles, bytes, thresholdWorld }: EstimateReply): Effect[] {
-    const { question } = this;
-    if (requestId !== question?.id) return [];
+    const { query } = this;
+    if (requestId !== query?.id) return [];
     const size = { triangles: Number(triangles), bytes: Number(bytes), errorWorld: thresholdWorld };
-    return [{ kind: "size", order: question.order, ...size }, ...this.askNext()];
+    return [{ kind: "size", order: query.order, ...size }, ...this.askNext()];
   }
 
   private askNext(): Effect[] {
-    const next = this.nextQuestion;
-    this.question = this.nextQuestion = null;
+    const next = this.nextQuery;
+    this.query = this.nextQuery = null;
     return next ? this.askSize(next) : [];
   }
 

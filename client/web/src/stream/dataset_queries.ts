@@ -1,4 +1,4 @@
-// Single questions about samples: a slice, the field at some places. They have a connection of their own
+// Single queries about samples: a slice, the field at some places. They have a connection of their own
 // beside the streams, opened with the first query, so that tiles do not delay replies.
 import {
   create, HelloSchema, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema, PayloadCodec,
@@ -53,7 +53,7 @@ export class DatasetQueries {
       const value = create(SliceSchema, { requestId, dataset, ...grid });
       this.link.send({ case: "slice", value });
     });
-    if (answer.case !== "sliceReply") throw new Error("The server answered another question.");
+    if (answer.case !== "sliceReply") throw new Error("The server answered another query.");
     const { width, height, sampleSpacing, values } = answer.value;
     if (width !== grid.width || height !== grid.height || values.length !== 4 * width * height) {
       throw new Error(`The server's slice has ${width} by ${height} pixels and ${values.length} bytes.`);
@@ -68,7 +68,7 @@ export class DatasetQueries {
       this.link.send({ case: "probe", value });
     });
     if (answer.case !== "probeReply" || answer.value.places.length !== 1) {
-      throw new Error("The server answered another question.");
+      throw new Error("The server answered another query.");
     }
     return answer.value.places[0];
   }
@@ -100,7 +100,7 @@ export class DatasetQueries {
 
   private greet(): void {
     const value = create(HelloSchema, {
-      minVersion: 1, maxVersion: 1, codecs: [PayloadCodec.DRACO_LATTICE], token: this.token(), agent: "multitetra-viewer/0.1 questions",
+      minVersion: 1, maxVersion: 1, codecs: [PayloadCodec.DRACO_LATTICE], token: this.token(), agent: "multitetra-viewer/0.1 queries",
     });
     this.link.send({ case: "hello", value });
   }

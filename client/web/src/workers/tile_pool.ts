@@ -26,14 +26,14 @@ export class TilePool {
   private readonly queue: { job: TileJob; owner: object; done: Waiting<DecodedTile> }[] = [];
   private readonly jobs = new Map<Worker, Waiting<DecodedTile>>();
   private readonly keeper: Worker;
-  private readonly questions = new Map<number, Waiting<never>>();
-  private lastQuestion = 0;
+  private readonly queries = new Map<number, Waiting<never>>();
+  private lastQuery = 0;
 
   constructor(workers: number) {
     this.keeper = new Worker(new URL("./mesh_keeper.ts", import.meta.url), { type: "module" });
     this.keeper.onmessage = ({ data }: MessageEvent<KeeperReply>) => {
-      const waiting = this.questions.get(data.request);
-      this.questions.delete(data.request);
+      const waiting = this.queries.get(data.request);
+      this.queries.delete(data.request);
       if (data.error) waiting?.reject(new Error(data.error));
       else waiting?.resolve(data.result as never);
     };
@@ -97,9 +97,9 @@ export class TilePool {
   }
 
   private ask<T>(make: (request: number) => KeeperRequest): Promise<T> {
-    const request = ++this.lastQuestion;
+    const request = ++this.lastQuery;
     return new Promise((resolve, reject) => {
-      this.questions.set(request, { resolve, reject });
+      this.queries.set(request, { resolve, reject });
       this.keeper.postMessage(make(request));
     });
   }
