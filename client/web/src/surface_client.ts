@@ -42,7 +42,7 @@ export interface SurfaceRequest {
   moment: Moment;
   scalars?: ScalarOptions;
   isDragging?: boolean; // More will follow soon.
-  isOneOfSeveral?: boolean;
+  steps?: StreamRequest["steps"]; // "previews": the rest is requested by finish(). All by default.
 }
 
 export class SurfaceClient implements PoolClient {
@@ -116,9 +116,9 @@ export class SurfaceClient implements PoolClient {
 
   // Another surface.
   want(info: DatasetInfo, settings: Settings, view: View | null, wish: SurfaceRequest): void {
-    const { moment, scalars, isDragging = false, isOneOfSeveral } = wish;
+    const { moment, scalars, isDragging = false } = wish;
     const request = isosurfaceRequest(info, settings, view);
-    const steps = this.parts.isPrefetch ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
+    const steps = this.parts.isPrefetch ? "final" : (wish.steps ?? "all");
     const order: StreamRequest = { info, request, scalars, steps };
     this.isDragging = isDragging;
     this.hide(hiddenPartsOf(settings));
