@@ -69,6 +69,7 @@ const panel = new Panel(settings, change, {
   visit: (hash) => address.useEdited(`#${hash}`),
 }, datasets.element);
 const bar = new StatusBar();
+let isBarWaiting = false;
 const help = new Help();
 const acts = {
   turn: (azimuth: number, elevation: number, factor?: number) => viewer.stage.turn(azimuth, elevation, factor),
@@ -138,8 +139,14 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 
 // ----
 
+// Once a frame: a thousand labels report thousands of steps a second.
 function showBar(): void {
-  bar.show(surfaces.status, surfaces.sizes.get().expected);
+  if (isBarWaiting) return;
+  isBarWaiting = true;
+  requestAnimationFrame(() => {
+    isBarWaiting = false;
+    bar.show(surfaces.status, surfaces.sizes.get().expected);
+  });
 }
 
 function entries(): Entry[] {

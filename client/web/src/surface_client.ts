@@ -42,7 +42,7 @@ export interface SurfaceRequest {
   moment: Moment;
   scalars?: ScalarOptions;
   isDragging?: boolean; // More will follow soon.
-  isOneOfSeveral?: boolean;
+  steps?: StreamRequest["steps"]; // "previews": the rest is requested by finish(). All by default.
 }
 
 export class SurfaceClient implements PoolClient {
@@ -65,7 +65,7 @@ export class SurfaceClient implements PoolClient {
   private postponed = 0; // The timer of a postponed stream.
 
   constructor(private readonly parts: SurfaceClientParts, private readonly events: SurfaceClientEvents) {
-    const { number, address, token, surface, speed, isPrefetch } = parts;
+    const { number, address, token, surface, speed, isPrefetch, connectionPool } = parts;
     this.conversation = new Conversation({
       agent: `multitetra-viewer/0.1${isPrefetch ? " ahead" : ""}`,
       token,
@@ -85,7 +85,10 @@ export class SurfaceClient implements PoolClient {
     this.link = new Link(address, {
       opened: () => this.perform(this.conversation.opened()),
       closed: () => this.perform(this.conversation.closed()),
-      received: (message: ServerKind) => this.perform(this.conversation.received(message)),
+      received: (message: ServerKind) => {
+        this.perform(this.conversation.received(message));
+        if (this.conversation.isReceived) connectionPool.deal();
+      },
       impossible: () => {
         const text = `This page cannot connect to "${address}", or may not.`;
         this.progress.set({ phase: "lost", retryAt: 0, failure: { ...noErrors, text, isFatal: true } });
@@ -116,9 +119,9 @@ export class SurfaceClient implements PoolClient {
 
   // Another surface.
   want(info: DatasetInfo, settings: Settings, view: View | null, wish: SurfaceRequest): void {
-    const { moment, scalars, isDragging = false, isOneOfSeveral } = wish;
+    const { moment, scalars, isDragging = false } = wish;
     const request = isosurfaceRequest(info, settings, view);
-    const steps = this.parts.isPrefetch ? "final" : isOneOfSeveral && !isDragging ? "previews" : "all";
+    const steps = this.parts.isPrefetch ? "final" : (wish.steps ?? "all");
     const order: StreamRequest = { info, request, scalars, steps };
     this.isDragging = isDragging;
     this.hide(hiddenPartsOf(settings));
@@ -156,8 +159,9 @@ export class SurfaceClient implements PoolClient {
     return this.isUnderWay && this.current?.steps === "previews" && !this.progress.get().postponed;
   }
 
+  // Whether it needs its connection: not while what has come is decoded and checked.
   get isBusy(): boolean {
-    return this.isUnderWay;
+    return this.isUnderWay && !this.conversation.isReceived;
   }
 
   // Nothing comes any more, and nothing of what is shown changes.
@@ -205,7 +209,8 @@ export class SurfaceClient implements PoolClient {
     const lastRequestId = this.conversation.handOver();
     const socket = lastRequestId === null ? null : this.link.handOver();
     this.link.leave();
-    this.perform(this.conversation.connecting());
+    if (!socket) this.perform(this.conversation.connecting());
+    this.progress.set({ phase: "connecting" });
     return socket && { socket, lastRequestId: lastRequestId! };
   }
 

@@ -1,6 +1,6 @@
 // The surfaces of one view. Each has a connection with one stream at a time, as long as there are few; many share a few
 // connections. The server is fair between connections. A surface requests its final step when the previews of all are
-// there; one that is dragged waits for no other.
+// there; one that is dragged waits for no other, and of many no previews are requested.
 import * as THREE from "three";
 
 import { Prefetcher } from "./prefetcher";
@@ -44,6 +44,7 @@ export interface SurfaceSetEvents {
   progress: (at: number) => void; // For one beside the first.
 }
 
+const mostWithPreviews = 24; // More surfaces have no previews: each comes once, and the whole sooner.
 const mostConnections = 5; // For surfaces beside the first, at a time.
 
 export class SurfaceSet {
@@ -85,12 +86,12 @@ export class SurfaceSet {
   want({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.arrange(settings);
     this.look = { settings, clip: this.look?.clip ?? null };
-    const wanted = this.members.filter((member, at) => infos[at] && (at === 0 || this.isSeen(member)));
+    const list = surfacesOf(settings);
+    const wanted = this.members.flatMap((member, at) => (infos[at] && (at === 0 || list[at]?.visible) ? [{ member, at }] : []));
     this.share(wanted.length);
-    for (const member of wanted) {
-      const at = this.members.indexOf(member);
-      const wish = { moment, scalars, isDragging, isOneOfSeveral: wanted.length > 1 };
-      member.client.want(infos[at]!, settingsOf(settings, at)!, view, wish);
+    const steps = stepsOf(wanted.length, isDragging);
+    for (const { member, at } of wanted) {
+      member.client.want(infos[at]!, settingsOf(settings, at)!, view, { moment, scalars, isDragging, steps });
     }
     this.finishAll();
   }
@@ -140,10 +141,11 @@ export class SurfaceSet {
     const { seen } = this;
     const [first = this.members[0]] = seen;
     const { phase, retryAt } = this.members[0].client.progress.get();
+    const numbers = new Map(this.members.map((member, at) => [member, at + 1]));
     const drawn = seen.flatMap((member) => {
       const { shown, components } = member.client.progress.get();
       const isDrawn = shown && member.client.shown && this.swapGroup.mayDraw(member);
-      return isDrawn ? [{ number: this.members.indexOf(member) + 1, shown, components }] : [];
+      return isDrawn ? [{ number: numbers.get(member)!, shown, components }] : [];
     });
     return {
       progress: { ...first.client.progress.get(), phase, retryAt },
@@ -273,6 +275,12 @@ export class SurfaceSet {
     this.pool.drop(surface.ids(""));
     surface.dispose();
   }
+}
+
+// Which steps are requested of each of so many surfaces.
+export function stepsOf(surfaces: number, isDragging: boolean): "all" | "previews" | "final" {
+  if (surfaces > mostWithPreviews) return "final";
+  return surfaces > 1 && !isDragging ? "previews" : "all";
 }
 
 // For each wanted surface, the index of the one that takes it: one with the same key, else the one at its place if it

@@ -49,6 +49,7 @@ describe("Conversation", () => {
     expect(before.handOver()).toBeNull(); // Its stream runs.
     before.cancel();
     expect(before.handOver()).toBe(last);
+    expect(before.handOver()).toBeNull(); // It has none any more.
     const after = new Conversation({ agent: "test", token: () => "secret", held: () => [] });
     expect(after.handOver()).toBeNull();
     expect(after.want(order)).toEqual([]); // It has no connection.
@@ -56,6 +57,20 @@ describe("Conversation", () => {
     expect(sent(effects)).toEqual(["openStream"]); // Without a greeting.
     expect(opened(effects)!.requestId).toBe(last + 1n);
     expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]); // Late, of the one before.
+  });
+
+  test("ChecksWhatCameWhenItsConnectionIsHandedOver", () => {
+    const conversation = connected();
+    conversation.want({ info: dataset(), request: request() });
+    const effects = messages().slice(2).map((message) => conversation.received(message));
+    const decode = effects.flat().filter((one) => one.kind === "stream" && one.effect.kind === "decode");
+    expect([decode.length > 0, conversation.isReceived]).toEqual([true, true]);
+    expect(conversation.handOver()).not.toBeNull();
+    const keys = decode.map((one) => (one as unknown as { effect: { tile: { key: string } } }).effect.tile.key);
+    const after = keys.flatMap((key) => conversation.decoded(1, key));
+    expect(after).toMatchObject([{ kind: "stream", effect: { kind: "certify" } }]);
+    conversation.want({ info: dataset(), request: request() }); // Replaces it.
+    expect(conversation.decoded(1, keys[0])).toEqual([]);
   });
 
   test("SendsTheMeasuredSpeedWithEveryStream", () => {

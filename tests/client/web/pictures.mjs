@@ -2,12 +2,12 @@
 //
 //   node pictures.mjs SERVER_PROGRAM VIEWER_FOLDER DATASETS_FOLDER OUTPUT_FOLDER
 //
-// The folder of datasets holds visible-female-head (see the README), head-phantom (`generate head
-// --size 256 --noise 30 --seed 7`), gyroid (`generate gyroid --size 65`), and frog (`prepare frogtissue.mhd --label
-// all --name frog`). What comes from formulas is prepared into it here. ONLY=name takes one picture, and
+// `viewer` shows the demo's volume and needs no other dataset. For the others the folder of datasets holds
+// visible-female-head (the whole CT), gyroid (`generate gyroid --size 65`), and frog (`prepare frogtissue.mhd --label all
+// --name frog`). The demo's volume and what comes from formulas are prepared into it here. ONLY=name takes one picture, and
 // SIZE=390x844 and THEME=light let one look at it otherwise.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import { tmpdir } from "node:os";
 import path from "node:path";
@@ -19,7 +19,10 @@ import { Server } from "./viewer_host.mjs";
 const [program, viewer, datasets, output] = process.argv.slice(2);
 const patience = 300_000;
 const pictures = {
-  viewer: ["#dataset=visible-female-head&isovalue=-300.5", 1120, 720],
+  viewer: [
+    "#dataset=visible_female_head&isovalue=-300.5&color=e0ac8d&opacity=0.5&min_component=20&material=skin" +
+      "&surfaces=300.5,f3ead6,,,,,20,bone&axes=false&follow_view=false", 1120, 720,
+  ],
   viewer_scene: [
     "#dataset=visible-female-head&isovalue=-300.5&error=2&opacity=0.35&color=e8b89a&surfaces=400.5,f0e6d2&clip=z" +
       "&clip_at=0.66&clip_flipped=true&level=40&window_width=400&axes=false&eye=470,-110,1960&target=256,235,1610" +
@@ -53,7 +56,7 @@ for (const [name, [hash, ...usual]] of Object.entries(pictures)) {
       document.querySelector(".state b")?.textContent === "Complete" &&
       ![...document.querySelectorAll(".surface-state")].slice(1).some(({ textContent }) => textContent === "" || textContent.endsWith("…")) &&
       document.querySelectorAll(".label-row.is-coming").length === 0 &&
-      document.querySelectorAll('.dataset img[src^="data:image/png"]').length >= Math.min(2, innerWidth / 300),
+      document.querySelectorAll('.dataset img[src^="data:image/png"]').length >= Math.min(document.querySelectorAll(".dataset").length, 2, innerWidth / 300),
     null, { polling: 500 },
   );
   if (name === "viewer_light") {
@@ -66,7 +69,7 @@ for (const [name, [hash, ...usual]] of Object.entries(pictures)) {
     await page.waitForFunction(() => document.querySelector(".times .time").textContent === "0.7 s", null, { polling: 20 });
   }
   await page.mouse.move(width / 2, 4);
-  await page.waitForTimeout(["viewer_scene", "viewer_labels"].includes(name) ? 30_000 : 1000); // What is drawn at rest is drawn on the processor.
+  await page.waitForTimeout(["viewer", "viewer_scene", "viewer_labels"].includes(name) ? 30_000 : 1000); // What is drawn at rest is drawn on the processor.
   await page.screenshot({ path: path.join(output, `${name}.png`), timeout: patience });
   console.log(name, await page.innerText(".facts"));
   await page.close();
@@ -79,6 +82,12 @@ process.exit(0);
 
 // Drops that turn about one another and how warm they are, at sixteen times; and a dose in the head's world.
 function prepareMade() {
+  mkdirSync(datasets, { recursive: true });
+  if (!existsSync(path.join(datasets, "visible_female_head.mtd"))) {
+    const volume = new URL("../../../server/volume/demo/visible_female_head.nrrd", import.meta.url).pathname;
+    run("prepare", volume, "-o", path.join(datasets, "visible_female_head.mtd"));
+  }
+  if (process.env.ONLY === "viewer") return;
   const folder = mkdtempSync(path.join(tmpdir(), "pictures-"));
   if (!existsSync(path.join(datasets, "flow.drops.t0000.mtd"))) {
     const files = Array.from({ length: 16 }, (_, time) => {

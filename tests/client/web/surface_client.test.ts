@@ -133,7 +133,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.want(dataset(), settings, null, { moment, isOneOfSeveral: true });
+    client.want(dataset(), settings, null, { moment, steps: "previews" });
     expect(openStream()?.steps).toBe(StepPolicy.PREVIEWS_ONLY);
     expect(client.isPreviewing).toBe(true);
     const { requestId, request } = openStream()!;
@@ -151,7 +151,7 @@ describe("SurfaceClient", () => {
     const client = clientOf();
     client.connect();
     accept();
-    client.want(dataset(), settings, null, { moment, isOneOfSeveral: true, isDragging: true });
+    client.want(dataset(), settings, null, { moment, steps: "all", isDragging: true });
     expect(openStream()?.steps).toBe(StepPolicy.PROGRESSIVE);
     client.close();
   });

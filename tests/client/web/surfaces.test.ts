@@ -2,7 +2,7 @@ import { defaults, type Settings } from "../../../client/web/src/state/settings"
 import {
   mostSurfaces, settingsOf, surfacesOf, withAddedSurface, withoutSurface, withSurface,
 } from "../../../client/web/src/state/surfaces";
-import { arrangement } from "../../../client/web/src/surface_set";
+import { arrangement, stepsOf } from "../../../client/web/src/surface_set";
 
 const further = { isovalue: 7, error: null, color: "#112233", opacity: 0.5, visible: true };
 const two: Settings = { ...defaults, isovalue: 3, error: 2, surfaces: [further] };
@@ -46,6 +46,11 @@ describe("Surfaces", () => {
     const list = surfacesOf(all);
     expect(list).toHaveLength(mostSurfaces);
     expect(new Set(list.map(({ color }) => color)).size).toBe(mostSurfaces);
+  });
+
+  test("AskForPreviewsOfAFewAndForNoneOfMany", () => {
+    expect([stepsOf(1, false), stepsOf(24, false), stepsOf(24, true)]).toEqual(["all", "previews", "all"]);
+    expect([stepsOf(25, false), stepsOf(1000, true)]).toEqual(["final", "final"]);
   });
 
   test("KeepWhatTheyHaveWhenOthersGoOrCome", () => {

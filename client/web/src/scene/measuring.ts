@@ -1,7 +1,6 @@
 // Measurements of picked places: positions, field values, the length between two, the angle at the second of
-// three, and the area and volume of the part that was picked last, which can be hidden. Each place may have a note. A fourth
-// place starts over. Numbers carry their bounds
-// and no digit that means nothing.
+// three, and the area and volume of the part that was picked last, which can be hidden. Each place may have a note. A
+// fourth place starts over. Numbers carry their bounds and no digit that means nothing.
 import * as THREE from "three";
 
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "./measures";
@@ -109,6 +108,7 @@ export class Measuring {
     this.labels.replaceChildren(this.drawing, ...this.dots);
   }
 
+  // For the place that was picked last.
   private noteInput(i: number): HTMLElement {
     const input = h("input", {
       type: "text", class: "note", placeholder: "Note", maxlength: String(mostNote), "aria-label": `Note on ${names[i]}`,
@@ -135,11 +135,12 @@ export class Measuring {
     this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, labelName(label)))] : []),
       ...places.map(({ world, index }, i) =>
         h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
-          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`), this.noteInput(i))),
+          h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
       this.fieldAt(info, last.world),
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
     const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
+    this.element.append(this.noteInput(places.length - 1));
     if (last.surface) this.element.append(this.partButton(last.surface), this.hideButton(last.surface, last.world));
   }
 
@@ -171,7 +172,7 @@ export class Measuring {
   }
 
   private partButton({ tiles, hit }: NonNullable<Picked["surface"]>): HTMLElement {
-    const button = h("button", { type: "button", class: "measure-part" }, "Area and volume of this part");
+    const button = h("button", { type: "button", class: "measure-part" }, "Measure this part");
     button.addEventListener("click", async () => {
       const { shown, drawn } = tiles;
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];

@@ -77,6 +77,11 @@ export class Assembler {
     return this.isOver;
   }
 
+  // Whether the server sends nothing more of it; what came may still be decoded and checked.
+  get isReceived(): boolean {
+    return this.isOver || this.streamEnd !== null;
+  }
+
   receive(message: ServerKind): AssemblerEffect[] {
     if (this.isOver) return [];
     switch (message.case) {

@@ -1,14 +1,14 @@
 // A few connections, shared by many surfaces. A holder keeps its connection, also when idle, until another one needs
 // it, and then hands it over: of a thousand labels not each has to connect and be greeted.
 
-// An open connection whose conversation is idle, and the last request id on it.
+// An open connection on which nothing more comes, and the last request id on it.
 export interface IdleConnection {
   socket: WebSocket;
   lastRequestId: bigint;
 }
 
 export interface PoolClient {
-  readonly isBusy: boolean; // Its connection cannot be taken away now.
+  readonly isBusy: boolean; // It needs its connection now.
   granted: (connection: IdleConnection | null) => void; // Null: it makes one.
   revoked: () => IdleConnection | null; // Null: the connection is lost, or not yet made.
 }

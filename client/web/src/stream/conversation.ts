@@ -127,7 +127,9 @@ export class Conversation {
     this.given = 0;
     this.begun = [];
     this.hasFinalBegun = false;
-    return this.phase === "ready" ? this.openStream() : [];
+    if (this.phase === "ready") return this.openStream();
+    this.assembler = null; // The stream before is replaced, whose connection was handed over.
+    return [];
   }
 
   // How large a surface would be. One query is under way at a time; of those that come meanwhile
@@ -152,11 +154,17 @@ export class Conversation {
     return this.turn("connecting");
   }
 
-  // The last request id, where another conversation may go on with the connection: it is greeted, and no stream runs.
-  // Null: it may not. This one then has no connection.
+  // Whether the server has sent all of the stream, which may still be decoded and checked.
+  get isReceived(): boolean {
+    return this.assembler?.isReceived === true;
+  }
+
+  // The last request id, where another conversation may go on with the connection: it is greeted, and nothing more comes
+  // of a stream. What came is still checked; this conversation then has no connection. Null: it may not.
   handOver(): bigint | null {
-    const isIdle = this.phase === "ready" && (this.assembler === null || this.assembler.hasEnded);
-    return isIdle ? this.lastRequestId : null;
+    if (this.phase !== "ready" || this.assembler?.isReceived === false) return null;
+    this.phase = "connecting";
+    return this.lastRequestId;
   }
 
   // Goes on with a connection that another conversation has handed over.
