@@ -1,4 +1,4 @@
-// /v1/tiles/HASH: a tile that is at hand, by the digest of its triangles.
+// /v1/tiles/HASH: a tile that is at hand, by its digest.
 #pragma once
 
 #include "common/mesh/content_digest.hpp"
