@@ -7,8 +7,9 @@ namespace multitetra {
 Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const HttpRequest& request,
                    RequestContext& context) {
   const Permit& permit = context.caller->permit();
-  const auto found = service.find_tile(
-      digest, [&](const std::string& dataset) { return permit.may_see(dataset); });
+  const auto found = service.find_tile(digest, [&](const std::string& dataset, bool is_shell) {
+    return is_shell ? permit.may_see_shells(dataset) : permit.may_see(dataset);
+  });
   if (!found) {
     return error_answer(404,
                         {ErrorCode::kInvalidArgument,
@@ -16,8 +17,9 @@ Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const H
                          "brings it."},
                         context.request_id);
   }
-  Answer answer{.body = body_of(found->payload)};
-  add_field(answer, "Content-Type", media_type(MeshFormat::kDrc));
+  Answer answer{.body = body_of(found->tile.payload)};
+  add_field(answer, "Content-Type",
+            found->is_shell ? "application/octet-stream" : media_type(MeshFormat::kDrc));
   add_field(answer, "Cache-Control",
             permit.is_for_all() ? "public, max-age=31536000, immutable"
                                 : "private, max-age=31536000, immutable");

@@ -1,4 +1,4 @@
-// /v1/tiles/HASH: a cached tile, by the digest of its triangles.
+// /v1/tiles/HASH: a cached tile, by its digest.
 #pragma once
 
 #include "common/mesh/content_digest.hpp"

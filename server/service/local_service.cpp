@@ -320,10 +320,10 @@ CallerPtr LocalService::open(ConnectionContextPtr client) {
   return std::make_shared<LocalCaller>(*this, std::move(client));
 }
 
-std::optional<EncodedTile> LocalService::find_tile(const ContentDigest& digest,
-                                                   const TileCache::MaySee& may_see) {
+std::optional<TileCache::Found> LocalService::find_tile(const ContentDigest& digest,
+                                                        const TileCache::MaySee& may_see) {
   if (!options_.cache) return std::nullopt;
-  return options_.cache->tiles().find_plain(digest, may_see);
+  return options_.cache->tiles().find_by_digest(digest, may_see);
 }
 
 }  // namespace multitetra

@@ -30,8 +30,8 @@ class LocalService : public SurfaceService {
   ~LocalService() override;
 
   [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override;
-  [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
-                                                     const TileCache::MaySee& may_see) override;
+  [[nodiscard]] std::optional<TileCache::Found> find_tile(
+      const ContentDigest& digest, const TileCache::MaySee& may_see) override;
 
   // On the executor's thread: replaces the catalogue for later requests.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }

@@ -107,6 +107,10 @@ bool Permit::may_see(const std::string& dataset) const {
   return catalogue_ && rights_.may_see(dataset) && catalogue_->find(dataset);
 }
 
+bool Permit::may_see_shells(const std::string& dataset) const {
+  return !is_for_surfaces_only() && may_see(dataset) && catalogue_->find(dataset)->sends_shells();
+}
+
 std::vector<DatasetInfo> Permit::describe() const {
   if (!catalogue_) return {};
   std::vector<DatasetInfo> infos = catalogue_->infos();

@@ -67,6 +67,8 @@ class Permit {
   // Whether all clients have the same permit.
   [[nodiscard]] bool is_for_all() const { return !access_ && token_.empty(); }
   [[nodiscard]] bool may_see(const std::string& dataset) const;
+  // Whether it may also have tiles of the dataset that hold samples.
+  [[nodiscard]] bool may_see_shells(const std::string& dataset) const;
 
   // The datasets that there are for this client, by name; one of them, or kUnknownDataset.
   [[nodiscard]] std::vector<DatasetInfo> describe() const;

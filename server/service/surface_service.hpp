@@ -136,9 +136,9 @@ class SurfaceService {
   virtual ~SurfaceService() = default;
 
   [[nodiscard]] virtual CallerPtr open(ConnectionContextPtr client) = 0;
-  // A tile without normals that is at hand, of a dataset that may be seen.
-  [[nodiscard]] virtual std::optional<EncodedTile> find_tile(const ContentDigest& digest,
-                                                             const TileCache::MaySee& may_see) = 0;
+  // A tile without normals that is at hand and may be seen.
+  [[nodiscard]] virtual std::optional<TileCache::Found> find_tile(
+      const ContentDigest& digest, const TileCache::MaySee& may_see) = 0;
   // Whether new work is accepted, apart from the admission control.
   [[nodiscard]] virtual bool is_ready() const { return true; }
 };

@@ -25,17 +25,22 @@ bool TileCache::has_all(std::span<const TileKey> keys) const {
                      [this](const TileKey& key) { return tiles_.contains(key); });
 }
 
-std::optional<EncodedTile> TileCache::find_plain(const ContentDigest& digest,
-                                                 const MaySee& may_see) {
+std::optional<TileCache::Found> TileCache::find_by_digest(const ContentDigest& digest,
+                                                          const MaySee& may_see) {
   constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
   const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}, .dataset = {}};
   const std::lock_guard lock(mutex_);
+  std::optional<bool> is_shell;  // Of the tile that is found.
   const EncodedTile* const found = tiles_.find_from(
       first, [&](const TileKey& key) { return key.digest == digest; },
-      [&](const TileKey& key) { return key.appearance == 0 && may_see(key.dataset); });
+      [&](const TileKey& key) {
+        if (key.appearance != 0 && key.appearance != kShellAppearance) return false;
+        is_shell = key.appearance == kShellAppearance;
+        return may_see(key.dataset, *is_shell);
+      });
   ++(found != nullptr ? hits_ : misses_);
   if (found == nullptr) return std::nullopt;
-  return *found;
+  return Found{.tile = *found, .is_shell = *is_shell};
 }
 
 void TileCache::add(const TileKey& key, const EncodedTile& tile) {

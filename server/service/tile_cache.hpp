@@ -50,10 +50,14 @@ class TileCache {
   [[nodiscard]] std::optional<EncodedTile> find(const TileKey& key);
   // Without counting as a use.
   [[nodiscard]] bool has_all(std::span<const TileKey> keys) const;
-  // Any tile of those triangles, without normals, of a dataset that may be seen.
-  using MaySee = std::function<bool(const std::string& dataset)>;
-  [[nodiscard]] std::optional<EncodedTile> find_plain(const ContentDigest& digest,
-                                                      const MaySee& may_see);
+  // A tile without normals of that digest that may be seen.
+  using MaySee = std::function<bool(const std::string& dataset, bool is_shell)>;
+  struct Found {
+    EncodedTile tile;
+    bool is_shell = false;
+  };
+  [[nodiscard]] std::optional<Found> find_by_digest(const ContentDigest& digest,
+                                                    const MaySee& may_see);
   void add(const TileKey& key, const EncodedTile& tile);
   [[nodiscard]] Counts counts() const;
 

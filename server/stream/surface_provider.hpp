@@ -61,6 +61,9 @@ class SurfaceProvider {
   [[nodiscard]] virtual CostEstimates costs() const { return {}; }
   // The samples, while the provider lives; null where they are not here.
   [[nodiscard]] virtual const PreparedVolume* volume() const { return nullptr; }
+  // Whether steps may have sample shells for the clients of its catalogue. Without a volume here:
+  // whether the servers that make the steps send shells to these clients.
+  [[nodiscard]] virtual bool sends_shells() const { return true; }
 };
 
 }  // namespace multitetra

@@ -1,7 +1,7 @@
 // Sample shells beside Draco on the same tiles: bits a vertex, and nanoseconds a vertex to encode
 // and to decode, on one thread (processor time, the least of the runs).
 //
-//   shell_bench ../shared/data/embryo_256x256x256.vti 80.5 --runs 5
+//   shell_bench ../shared/data/embryo_256x256x256.vti 80.5 --runs 5 --lattice 5
 //
 // Tiles have 64 cells a side. Shells are encoded from samples, signs included, and decoded to
 // triangles; Draco is given the triangles and gives them back, without any check or weld. Integers
@@ -66,11 +66,14 @@ struct Measured {
 
 class ShellBench {
  public:
-  ShellBench(const Volume& volume, double isovalue, int runs) : volume_(volume), runs_(runs) {
+  ShellBench(const Volume& volume, double isovalue, int runs, int lattice_resolution)
+      : volume_(volume), runs_(runs) {
     const auto add = [&](std::string name, shell::ShellValues values, int levels) {
-      shells_.push_back(
-          {.name = std::move(name),
-           .options = {.isovalue = isovalue, .values = values, .levels_per_octave = levels}});
+      shells_.push_back({.name = std::move(name),
+                         .options = {.isovalue = isovalue,
+                                     .values = values,
+                                     .levels_per_octave = levels,
+                                     .lattice_resolution = lattice_resolution}});
     };
     if (volume.type() != SampleType::kF32) add("exact", shell::ShellValues::kExact, 8);
     add("lattice-exact", shell::ShellValues::kLatticeExact, 8);
@@ -185,13 +188,20 @@ class ShellBench {
 };
 
 int run(int count, char** arguments) {
-  const bool has_runs = count == 5 && std::string_view(arguments[3]) == "--runs";
-  if (count != 3 && !has_runs) {
-    std::cerr << "Usage: shell_bench VOLUME ISOVALUE [--runs N]\n";
+  int runs = 5;
+  int lattice_resolution = kDefaultLatticeResolution;
+  bool is_understood = count >= 3 && count % 2 == 1;
+  for (int i = 3; is_understood && i < count; i += 2) {
+    const std::string_view option = arguments[i];
+    is_understood = option == "--runs" || option == "--lattice";
+    (option == "--runs" ? runs : lattice_resolution) = std::stoi(arguments[i + 1]);
+  }
+  if (!is_understood) {
+    std::cerr << "Usage: shell_bench VOLUME ISOVALUE [--runs N] [--lattice R]\n";
     return 2;
   }
   const Volume volume = read_volume(arguments[1]);
-  ShellBench bench(volume, std::stod(arguments[2]), has_runs ? std::stoi(arguments[4]) : 5);
+  ShellBench bench(volume, std::stod(arguments[2]), runs, lattice_resolution);
   bench.run();
   bench.print();
   return 0;

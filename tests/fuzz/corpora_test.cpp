@@ -16,8 +16,8 @@
 using Harness = int(const std::uint8_t* data, std::size_t size);
 extern "C" {
 Harness fuzz_client_message, fuzz_dataset_file, fuzz_frame, fuzz_http_request, fuzz_label_names,
-    fuzz_server_message, fuzz_shell, fuzz_shell_round_trip, fuzz_tile, fuzz_tile_round_trip,
-    fuzz_volume_file, fuzz_volume_metadata;
+    fuzz_server_message, fuzz_shell, fuzz_shell_round_trip, fuzz_shell_tile, fuzz_tile,
+    fuzz_tile_round_trip, fuzz_volume_file, fuzz_volume_metadata;
 }
 
 namespace multitetra {
@@ -61,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(
                     MULTITETRA_HARNESS(fuzz_frame), MULTITETRA_HARNESS(fuzz_http_request),
                     MULTITETRA_HARNESS(fuzz_label_names), MULTITETRA_HARNESS(fuzz_server_message),
                     MULTITETRA_HARNESS(fuzz_shell), MULTITETRA_HARNESS(fuzz_shell_round_trip),
-                    MULTITETRA_HARNESS(fuzz_tile),
+                    MULTITETRA_HARNESS(fuzz_shell_tile), MULTITETRA_HARNESS(fuzz_tile),
                     MULTITETRA_HARNESS(fuzz_tile_round_trip), MULTITETRA_HARNESS(fuzz_volume_file),
                     MULTITETRA_HARNESS(fuzz_volume_metadata)),
     [](const auto& one) { return std::string(one.param.name); });

@@ -439,6 +439,8 @@ int main(int argc, char** argv) {
     const std::string shell = bytes_of_file(MULTITETRA_TEST_DATA "/shell_" + name + ".bin");
     write(root / "fuzz_shell", ++number, shell);
     write(root / "fuzz_shell_round_trip", ++number, shell);
+    // In the largest cube at the origin, without a difference from the promise.
+    write(root / "fuzz_shell_tile", ++number, std::string("\x0f\0\0\0\0\0\0\0", 8) + shell);
   }
   write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));
   write(root / "fuzz_dataset_file", ++number, input_of_sections(dataset));

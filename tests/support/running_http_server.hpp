@@ -29,8 +29,8 @@ class ReadyWhen : public SurfaceService {
   [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override {
     return service_.open(std::move(client));
   }
-  [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
-                                                     const TileCache::MaySee& may_see) override {
+  [[nodiscard]] std::optional<TileCache::Found> find_tile(
+      const ContentDigest& digest, const TileCache::MaySee& may_see) override {
     return service_.find_tile(digest, may_see);
   }
   [[nodiscard]] bool is_ready() const override { return is_ready_(); }
@@ -41,9 +41,13 @@ class ReadyWhen : public SurfaceService {
 };
 
 // What a server has at hand from the start.
-inline std::shared_ptr<SurfaceCache> cache_of(const EncodedTile& tile, const std::string& dataset) {
+inline std::shared_ptr<SurfaceCache> cache_of(const EncodedTile& tile, const std::string& dataset,
+                                              std::uint64_t appearance = 0) {
   auto cache = std::make_shared<SurfaceCache>(1 << 20);
-  cache->tiles().add({.digest = tile.summary.digest, .cube = tile.summary.cube, .dataset = dataset},
+  cache->tiles().add({.digest = tile.summary.digest,
+                      .cube = tile.summary.cube,
+                      .appearance = appearance,
+                      .dataset = dataset},
                      tile);
   return cache;
 }

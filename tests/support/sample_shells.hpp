@@ -176,6 +176,35 @@ inline double quantized(double value, double isovalue, int levels) {
   return (value > isovalue ? 1 : -1) * std::exp2(level / levels);
 }
 
+// value(x, y, z) at every point of a box, each computed once.
+class BoxValues {
+ public:
+  template <typename Value>
+  BoxValues(const OwnedBox& box, const Value& value) : size_x_(box.size(0)), size_y_(box.size(1)) {
+    for (int z = 0; z < box.size(2); ++z) {
+      for (int y = 0; y < size_y_; ++y) {
+        for (int x = 0; x < size_x_; ++x) values_.push_back(value(x, y, z));
+      }
+    }
+  }
+  [[nodiscard]] double at(int x, int y, int z) const {
+    return values_[static_cast<std::size_t>(x + size_x_ * (y + size_y_ * z))];
+  }
+  // Whether the eight corners of a cell are on different sides of the isovalue.
+  [[nodiscard]] bool are_mixed(int x, int y, int z, double isovalue) const {
+    int above = 0;
+    for (int i = 0; i < 8; ++i) {
+      above += at(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)) > isovalue ? 1 : 0;
+    }
+    return above != 0 && above != 8;
+  }
+
+ private:
+  int size_x_;
+  int size_y_;
+  std::vector<double> values_;
+};
+
 // The surface in a box: `value(x, y, z)` at its points, NaN where void. Every cell is six
 // tetrahedra around the diagonal from its corner with even coordinates.
 template <typename Value>
@@ -183,13 +212,14 @@ std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue, int r
                                      std::int32_t spacing, const Value& value) {
   constexpr std::array<std::array<int, 3>, 6> kOrders = {
       {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+  const BoxValues all(box, value);
   std::vector<LatticeTriangle> triangles;
   const auto add_tetrahedron = [&](const std::array<GridPoint, 4>& corners) {
     std::array<double, 4> values{};
     std::array<GridPoint, 4> points{};
     unsigned signs = 0;
     for (std::size_t i = 0; i < 4; ++i) {
-      values[i] = value(corners[i].x, corners[i].y, corners[i].z);
+      values[i] = all.at(corners[i].x, corners[i].y, corners[i].z);
       if (std::isnan(values[i])) return;
       if (values[i] > isovalue) signs |= 1U << i;
       points[i] = spacing * (corners[i] + GridPoint{box.origin[0], box.origin[1], box.origin[2]});
@@ -212,6 +242,7 @@ std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue, int r
   for (int z = 0; z + 1 < box.size(2); ++z) {
     for (int y = 0; y + 1 < box.size(1); ++y) {
       for (int x = 0; x + 1 < box.size(0); ++x) {
+        if (!all.are_mixed(x, y, z, isovalue)) continue;
         const std::array<int, 3> cell = {x, y, z};
         std::array<int, 3> even{};
         for (std::size_t axis = 0; axis < 3; ++axis) {

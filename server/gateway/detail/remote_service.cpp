@@ -353,15 +353,18 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
 void RemoteCaller::keep(const Stream& stream, const Tile& tile) {
   constexpr std::size_t kMostUnchecked = 64;  // Beyond that a tile is kept another time.
   const StepBegin& step = stream.forwarded.step();
-  if (step.request.normal_bits != 0 || step.shell || tile.index >= step.tiles.size()) return;
+  if (step.request.normal_bits != 0 || tile.index >= step.tiles.size()) return;
   const TileSummary& summary = step.tiles[tile.index];
-  const TileKey key = {
-      .digest = summary.digest, .cube = summary.cube, .dataset = stream.dataset->info().name};
+  const TileKey key = {.digest = summary.digest,
+                       .cube = summary.cube,
+                       .appearance = step.shell ? kShellAppearance : 0,
+                       .dataset = stream.dataset->info().name};
   if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMostUnchecked) return;
+  StepBegin of_step = {
+      .request = step.request, .finest_spacing = step.finest_spacing, .shell = step.shell};
   auto check = [upstreams = upstreams_, executor = executor_, upstream = reached_->upstream, key,
-                encoded = EncodedTile{.summary = summary, .payload = tile.payload},
-                request = step.request] {
-    const auto checked = check_tile(encoded, request);
+                encoded = EncodedTile{.summary = summary, .payload = tile.payload}, of_step] {
+    const auto checked = check_tile(encoded, of_step);
     if (checked) {
       upstreams->tiles().add(key, encoded);
       return;
@@ -493,9 +496,9 @@ CallerPtr RemoteService::open(ConnectionContextPtr client) {
                                         limits_);
 }
 
-std::optional<EncodedTile> RemoteService::find_tile(const ContentDigest& digest,
-                                                    const TileCache::MaySee& may_see) {
-  return upstreams_->tiles().find_plain(digest, may_see);
+std::optional<TileCache::Found> RemoteService::find_tile(const ContentDigest& digest,
+                                                         const TileCache::MaySee& may_see) {
+  return upstreams_->tiles().find_by_digest(digest, may_see);
 }
 
 }  // namespace multitetra

@@ -21,8 +21,8 @@ class RemoteService : public SurfaceService {
   ~RemoteService() override;
 
   [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override;
-  [[nodiscard]] std::optional<EncodedTile> find_tile(const ContentDigest& digest,
-                                                     const TileCache::MaySee& may_see) override;
+  [[nodiscard]] std::optional<TileCache::Found> find_tile(
+      const ContentDigest& digest, const TileCache::MaySee& may_see) override;
   [[nodiscard]] bool is_ready() const override { return upstreams_->is_ready(); }
   // Ends its threads. No call may follow.
   void join() { assembling_.join(); }

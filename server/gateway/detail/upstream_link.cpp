@@ -1,5 +1,6 @@
 #include "server/gateway/detail/upstream_link.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "common/net/coroutines.hpp"
@@ -42,7 +43,10 @@ asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor exe
   auto welcome = co_await link->receive();
   link->connect_timer_.cancel();
   if (!welcome) co_return tl::unexpected(welcome.error());
-  if (std::holds_alternative<Welcome>(*welcome)) co_return link;
+  if (const auto* granted = std::get_if<Welcome>(&*welcome)) {
+    link->sends_shells_ = std::ranges::count(granted->codecs, PayloadCodec::kSampleShell) > 0;
+    co_return link;
+  }
   link->close();
   if (const auto* refusal = std::get_if<ErrorReply>(&*welcome)) {
     co_return tl::unexpected(refusal->error);

@@ -39,6 +39,8 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> receive();
   void close();
   [[nodiscard]] bool is_lost() const { return !channel_.is_open(); }
+  // Whether Hello offered sample shells and the server may send them to the bearer of its token.
+  [[nodiscard]] bool sends_shells() const { return sends_shells_; }
 
  private:
   asio::awaitable<Result<void>> open();
@@ -55,6 +57,7 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   bool is_silent_ = false;  // For too long: that is why it is closed.
   std::deque<std::string> to_send_;
   bool is_writing_ = false;
+  bool sends_shells_ = false;
 };
 
 using LinkPtr = std::shared_ptr<UpstreamLink>;

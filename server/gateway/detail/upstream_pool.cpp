@@ -156,17 +156,20 @@ void UpstreamPool::use(UpstreamSecrets secrets) {
 
 // ---- what they offer
 
-asio::awaitable<Result<std::vector<DatasetInfo>>> UpstreamPool::list_of(std::size_t upstream,
-                                                                        std::string token) {
+asio::awaitable<Result<UpstreamPool::Listing>> UpstreamPool::list_of(std::size_t upstream,
+                                                                     std::string token) {
   // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
-  UpstreamClient client{.token = std::move(token)};
+  UpstreamClient client{.token = std::move(token), .shells = true};
   const auto link = co_await link_to(upstream, std::move(client));
   if (!link) co_return tl::unexpected(link.error());
   (*link)->send(ListDatasets{.request_id = 1});
   auto answer = co_await (*link)->receive();
   (*link)->close();
   if (!answer) co_return tl::unexpected(answer.error());
-  if (auto* list = std::get_if<DatasetList>(&*answer)) co_return std::move(list->datasets);
+  if (auto* list = std::get_if<DatasetList>(&*answer)) {
+    Listing listing{.datasets = std::move(list->datasets), .shells = (*link)->sends_shells()};
+    co_return listing;
+  }
   if (const auto* error = std::get_if<ErrorReply>(&*answer)) co_return tl::unexpected(error->error);
   co_return fail(ErrorCode::kInternal, "A server did not answer with its list of datasets.");
 }
@@ -215,11 +218,12 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) 
         continue;
       }
       has_list = true;
-      for (DatasetInfo& info : *list) {
+      for (DatasetInfo& info : list->datasets) {
         auto& dataset = merged[info.name];
         if (!dataset) dataset = std::make_shared<UpstreamDataset>(info);
         if (dataset->info() == info) {
           dataset->replicas.push_back(i);
+          dataset->shells = dataset->shells && list->shells;
         } else {
           log_line(
               LogLevel::kWarning,

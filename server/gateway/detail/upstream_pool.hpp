@@ -30,11 +30,14 @@ class UpstreamDataset : public SurfaceProvider {
   explicit UpstreamDataset(DatasetInfo info) : info_(std::move(info)) {}
 
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
+  [[nodiscard]] bool sends_shells() const override { return shells; }
   [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
 
   // Upstreams with exactly this dataset, the preferred one first.
   std::vector<std::size_t> replicas = {};
+  // Whether each of them sends sample shells to the clients that it was listed for.
+  bool shells = true;
 
  private:
   DatasetInfo info_;
@@ -112,8 +115,12 @@ class UpstreamPool {
   [[nodiscard]] std::string shown(const std::string& token) const;
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
                                                          UpstreamClient client);
-  [[nodiscard]] asio::awaitable<Result<std::vector<DatasetInfo>>> list_of(std::size_t upstream,
-                                                                          std::string token);
+  // What one server offers to the bearer of a token.
+  struct Listing {
+    std::vector<DatasetInfo> datasets;
+    bool shells = false;  // It sends sample shells.
+  };
+  [[nodiscard]] asio::awaitable<Result<Listing>> list_of(std::size_t upstream, std::string token);
   [[nodiscard]] std::vector<std::size_t> by_preference(std::vector<std::size_t> replicas) const;
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> list_all(std::string token);
   [[nodiscard]] asio::awaitable<std::vector<std::size_t>> reachable_replicas(

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/base/in_parallel.hpp"
+#include "common/wire/shell_tile.hpp"
 #include "server/operations/log.hpp"
 
 namespace multitetra {
@@ -19,10 +20,16 @@ std::size_t bytes_of_tiles(const StepBegin& step) {
   return bytes;
 }
 
-Result<void> check_tile(const EncodedTile& tile, const IsosurfaceRequest& request) {
+Result<void> check_tile(const EncodedTile& tile, const StepBegin& step) {
+  const IsosurfaceRequest& request = step.request;
   try {
-    const auto decoded =
-        decode_tile(*tile.payload, tile.summary, request.lattice_resolution, request.normal_bits);
+    const auto decoded = step.shell
+                             ? decode_shell_tile(*tile.payload, tile.summary,
+                                                 {.lattice_resolution = request.lattice_resolution,
+                                                  .finest_spacing = step.finest_spacing,
+                                                  .shell = *step.shell})
+                             : decode_tile(*tile.payload, tile.summary, request.lattice_resolution,
+                                           request.normal_bits);
     if (!decoded) return tl::unexpected(decoded.error());
     return {};
   } catch (const std::exception& failure) {

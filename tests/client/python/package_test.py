@@ -223,6 +223,18 @@ class Package(unittest.TestCase):
         with self.assertRaises(OSError):
             ball.save(self.path / "nowhere" / "ball.stl")
 
+    def test_a_surface_that_is_only_drawn_comes_as_samples(self):
+        with multitetra.connect(self.urls[0]) as server:
+            *_, kept = server.steps("gyroid", 0.1, error=0.5)
+            *_, drawn = server.steps("gyroid", 0.1, error=0.5, display=True)
+        self.assertTrue(drawn.is_final)
+        self.assertLessEqual(drawn.error_bound_world, 0.5)
+        self.assertEqual(drawn.mesh.error_bound, drawn.error_bound_world)
+        self.assertEqual((drawn.euler_characteristic, drawn.components), (kept.euler_characteristic, kept.components))
+        self.assertGreater(len(drawn.mesh.faces), len(kept.mesh.faces), "it is not simplified")
+        self.assertLess(drawn.payload_bytes, 0.5 * len(drawn.mesh.faces), "triangles take more")
+        self.assertGreater(kept.payload_bytes, 0.5 * len(kept.mesh.faces))
+
     def test_a_volume_has_the_bound_of_its_mesh(self):
         with multitetra.connect(self.urls[0]) as server:
             steps = list(server.steps("gyroid", 0.1, error=0.5))

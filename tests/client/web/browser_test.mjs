@@ -10,6 +10,7 @@ import {
 } from "./in_a_browser.mjs";
 
 await test("ShowsASurfaceAtOnceAndChecksIt", showsASurface);
+await test("MarchesSamplesWhereTheseAreSooner", marchesSamples);
 await test("FollowsADraggedIsovalueWithoutEverShowingNothing", followsADrag);
 await test("KeepsItsControlsWhereTheyAre", keepsItsControls);
 await test("RefinesTheRegionThatIsDragged", refinesARegion);
@@ -60,6 +61,25 @@ async function showsASurface(page) {
   await page.waitForFunction(
     () => document.querySelectorAll('.dataset img[src^="data:image/png"]').length === 2, null, { timeout: patience },
   );
+}
+
+// At an error below a voxel samples come, and this page makes the triangles; above it simplified ones do.
+async function marchesSamples(page) {
+  const certificateAt = async (error, isIt) => {
+    await open(page, `#dataset=head&isovalue=500.5&error=${error}`);
+    const shown = await complete(page, isIt);
+    await page.click(".seal");
+    const text = await page.textContent(".certificate");
+    await page.keyboard.press("Escape");
+    return { shown, text };
+  };
+  const fine = await certificateAt(0.5);
+  assert.match(fine.text, /Triangles made\s*here, from samples/);
+  assert.match(fine.text, /Cracks\s*none/);
+  assert((await surfacePixels(page)).share > 0.03, "a surface fills a part of the picture");
+  const coarse = await certificateAt(3, (shown) => shown.digest !== fine.shown.digest);
+  assert.match(coarse.text, /Triangles made\s*by the server/);
+  assert(coarse.shown.triangles < fine.shown.triangles, `${coarse.shown.triangles} triangles are fewer`);
 }
 
 async function followsADrag(page) {

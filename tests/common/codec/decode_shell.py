@@ -1,6 +1,6 @@
 """A decoder of sample shells written from common/codec/README.md alone: what that page does not say, this cannot do.
 
-    python3 decode_shell.py trained_tables.hpp golden_folder     checks shell_*.bin against shells.txt
+    python3 decode_shell.py trained_tables.hpp FOLDER...     checks shell_*.bin of each against its shells.txt
 """
 import itertools
 import pathlib
@@ -394,17 +394,22 @@ class Shell:
         return f"{vertices} {len(triangles)} {total:x}"
 
 
-def main():
-    tables, golden = Tables(sys.argv[1]), pathlib.Path(sys.argv[2])
+def is_decoded(folder, tables):
     wrong = 0
-    for line in (golden / "shells.txt").read_text().splitlines():
+    for line in (folder / "shells.txt").read_text().splitlines():
         name, expected = line.split(" ", 1)
-        found = Shell((golden / f"shell_{name}.bin").read_bytes(), tables).summary()
+        found = Shell((folder / f"shell_{name}.bin").read_bytes(), tables).summary()
         print(f"{name}: {found}")
         if found != expected:
             print(f"{name}: expected {expected}")
             wrong += 1
-    return 1 if wrong else 0
+    return wrong == 0
+
+
+def main():
+    tables = Tables(sys.argv[1])
+    folders = [pathlib.Path(folder) for folder in sys.argv[2:]]
+    return 0 if folders and all([is_decoded(folder, tables) for folder in folders]) else 1
 
 
 if __name__ == "__main__":

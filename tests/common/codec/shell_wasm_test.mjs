@@ -1,10 +1,10 @@
-// The decoder as WebAssembly makes of the golden shells what C++ does, and refuses what it refuses.
+// The decoder as WebAssembly makes of a folder's shells what C++ does, and refuses what it refuses.
 //
-//   node shell_wasm_test.mjs shell.wasm golden_folder
+//   node shell_wasm_test.mjs shell.wasm folder    (tests/golden, or one that write_shells has filled)
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 
-const [wasmFile, golden] = process.argv.slice(2);
+const [wasmFile, folder] = process.argv.slice(2);
 const module = new WebAssembly.Module(readFileSync(wasmFile));
 assert.deepEqual(WebAssembly.Module.imports(module), [], 'It needs nothing of its host');
 const { memory, ...shell } = new WebAssembly.Instance(module).exports;
@@ -43,9 +43,9 @@ function checksum({ vertices, triangles }) {
 }
 
 for (let round = 0; round < 2; ++round) {  // The second time in memory that others have used.
-  for (const line of readFileSync(`${golden}/shells.txt`, 'utf8').trim().split('\n')) {
+  for (const line of readFileSync(`${folder}/shells.txt`, 'utf8').trim().split('\n')) {
     const name = line.split(' ')[0];
-    const bytes = readFileSync(`${golden}/shell_${name}.bin`);
+    const bytes = readFileSync(`${folder}/shell_${name}.bin`);
     const mesh = decode(bytes);
     const found = `${name} ${mesh.vertices.length / 3} ${mesh.triangles.length / 3} ${checksum(mesh)}`;
     assert.equal(found, line);

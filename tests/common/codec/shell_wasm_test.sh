@@ -1,10 +1,12 @@
 #!/bin/bash
-# Builds the decoder of sample shells as WebAssembly and decodes the golden ones: shell_wasm_test.sh OUT.wasm. With the compiler
-# that made the checked-in shell_decoder.wasm, the two are the same to the byte.
+# Builds the decoder of sample shells as WebAssembly; it decodes the golden shells and those of a folder that write_shells has
+# filled: shell_wasm_test.sh OUT.wasm FOLDER. With the compiler that made the checked-in shell_decoder.wasm, the two are the same
+# to the byte.
 set -euo pipefail
 project=$(realpath "$(dirname "$0")/../../..")
 bash "$project/common/codec/wasm/build.sh" "$1"
 ${NODE:-node} "$project/tests/common/codec/shell_wasm_test.mjs" "$1" "$project/tests/golden"
+${NODE:-node} "$project/tests/common/codec/shell_wasm_test.mjs" "$1" "$2"
 version=$(${CLANG:-clang++} -dumpversion)
 if [ "${version%%.*}" != 14 ]; then
   echo "!! clang is version $version, not 14: the checked-in shell_decoder.wasm is NOT COMPARED."

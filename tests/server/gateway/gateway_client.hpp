@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
@@ -41,6 +42,16 @@ inline ServerMessage end_of_stream(WebSocketClient& client) {
     if (std::holds_alternative<StreamEnd>(message) || std::holds_alternative<ErrorReply>(message))
       return message;
   }
+}
+
+// All messages of the stream that runs.
+inline std::vector<ServerMessage> all_of_stream(WebSocketClient& client) {
+  std::vector<ServerMessage> messages;
+  do {
+    messages.push_back(client.receive());
+  } while (!std::holds_alternative<StreamEnd>(messages.back()) &&
+           !std::holds_alternative<ErrorReply>(messages.back()));
+  return messages;
 }
 
 inline bool is_complete(const ServerMessage& last) {

@@ -10,19 +10,25 @@
 #include "server/gateway/detail/rendezvous.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
+#include "tests/server/gateway/shell_streams.hpp"
 #include "tests/support/fake_steps.hpp"
 
 namespace multitetra {
 namespace {
 
 using namespace std::chrono_literals;
+using testing::all_of_stream;
+using testing::ball_step;
+using testing::balls;
 using testing::catalogue_of;
 using testing::eventually;
 using testing::FakeSteps;
 using testing::HttpClient;
+using testing::kBothCodecs;
 using testing::octahedron;
 using testing::open;
 using testing::RunningGateway;
+using testing::shown_stream;
 using testing::Upstream;
 using testing::WebSocketClient;
 
@@ -96,15 +102,6 @@ void greet(WebSocketClient& client) {
   EXPECT_EQ(client.receive_a<Welcome>().version, kProtocolVersion);
 }
 
-std::vector<ServerMessage> all_of_stream(WebSocketClient& client) {
-  std::vector<ServerMessage> messages;
-  do {
-    messages.push_back(client.receive());
-  } while (!std::holds_alternative<StreamEnd>(messages.back()) &&
-           !std::holds_alternative<ErrorReply>(messages.back()));
-  return messages;
-}
-
 // Bytes of messages without the times that servers took.
 std::vector<std::string> timeless(std::vector<ServerMessage> messages) {
   std::vector<std::string> bytes;
@@ -139,30 +136,40 @@ TEST(GatewayTest, BehavesAsAServer) {
 }
 
 TEST(GatewayTest, RelaysShellsToClientsThatDecodeThem) {
-  Upstream upstream(octahedron());
+  Upstream upstream(balls());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   const auto shells_for = [&](const std::vector<PayloadCodec>& codecs) {
     WebSocketClient client(gateway.http());
-    client.send(Hello{.codecs = codecs});
-    EXPECT_EQ(client.receive_a<Welcome>().codecs, codecs);
-    client.send(OpenStream{.request_id = 1,
-                           .dataset = "octahedron",
-                           .request = {.isovalue = 1, .error = 0.5},
-                           .use = MeshUse::kDisplay});
-    const auto messages = all_of_stream(client);
-    EXPECT_TRUE(std::holds_alternative<StreamEnd>(messages.back()));
     std::vector<bool> shells;
-    for (const ServerMessage& message : messages) {
+    for (const ServerMessage& message : shown_stream(client, codecs)) {
       if (const auto* begin = std::get_if<StepBegin>(&message)) {
         shells.push_back(begin->shell.has_value());
       }
     }
     return shells;
   };
-  const auto with = shells_for({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
+  const auto with = shells_for(kBothCodecs);
   EXPECT_EQ(std::count(with.begin(), with.end(), false), 0);
   const auto without = shells_for({PayloadCodec::kDracoLattice});
   EXPECT_EQ(std::count(without.begin(), without.end(), true), 0);
+}
+
+TEST(GatewayTest, KeepsShellsLikeOtherTiles) {
+  Upstream upstream(balls());
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  HttpClient http(gateway.http());
+  StepBegin step;
+  for (const ServerMessage& message : shown_stream(client, kBothCodecs)) {
+    if (const auto* begin = std::get_if<StepBegin>(&message)) step = *begin;
+    const auto* const tile = std::get_if<Tile>(&message);
+    if (tile == nullptr) continue;
+    const auto kept = testing::kept_tile(http, step.tiles.at(tile->index).digest);
+    EXPECT_EQ(kept.result_int(), 200U);
+    EXPECT_EQ(kept.body(), *tile->payload);
+    EXPECT_EQ(kept[boost::beast::http::field::content_type], "application/octet-stream");
+  }
+  EXPECT_TRUE(step.is_final);
 }
 
 TEST(GatewayTest, ReportsThatNoServerIsReachable) {
@@ -237,6 +244,25 @@ TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
   EXPECT_NE(metrics.find("multitetra_upstream_damaged_tiles_total{upstream="), std::string::npos);
   open(client, 2);
   EXPECT_EQ(testing::code_of(testing::end_of_stream(client)), ErrorCode::kUnavailable);
+}
+
+TEST(GatewayTest, LeavesOutAServerThatSendsDamagedShells) {
+  Upstream damaged(
+      std::make_shared<FakeSteps>("octahedron", [](const StepRequest& step, std::stop_token) {
+        TiledStep made = ball_step(step);
+        std::string payload = *made.tiles.front().payload;
+        payload.back() = static_cast<char>(payload.back() ^ 0x55);
+        made.tiles.front().payload = std::make_shared<const std::string>(std::move(payload));
+        return made;
+      }));
+  RunningGateway gateway({.upstream = {.upstreams = {damaged.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  (void)shown_stream(client, kBothCodecs);
+  HttpClient http(gateway.http());
+  for (int i = 0; i < 500 && http.get("/readyz").result_int() == 200; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  EXPECT_EQ(http.get("/readyz").result_int(), 503U);
 }
 
 TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {

@@ -8,6 +8,7 @@
 #include "common/base/exit_codes.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
+#include "tests/server/gateway/shell_streams.hpp"
 #include "tests/server/http/tls_request.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/waiting.hpp"
@@ -71,6 +72,57 @@ TEST(GuardedGateway, SendsTilesOnlyOfVisibleDatasets) {
   EXPECT_EQ(http.get(path).result_int(), 401U);
   EXPECT_EQ(http.get(path, "Authorization: Bearer wrong\r\n").result_int(), 401U);
   EXPECT_EQ(http.get(path, "Authorization: Bearer few\r\n").result_int(), 404U);
+}
+
+// What a gateway keeps of Alice's streams is not for Bob, whoever knows that he may not see
+// samples.
+class ShellsOfAGateway : public ::testing::Test {
+ protected:
+  void expect_for_alice_alone(RunningGateway& gateway) {
+    WebSocketClient alice(gateway.http());
+    HttpClient http(gateway.http());
+    bool has_shells = false;
+    StepBegin step;
+    for (const ServerMessage& message :
+         testing::shown_stream(alice, testing::kBothCodecs, "samples")) {
+      if (const auto* begin = std::get_if<StepBegin>(&message)) step = *begin;
+      const auto* const tile = std::get_if<Tile>(&message);
+      if (tile == nullptr) continue;
+      ASSERT_TRUE(step.shell);
+      has_shells = true;
+      const ContentDigest digest = step.tiles.at(tile->index).digest;
+      const auto hers = testing::kept_tile(http, digest, "Authorization: Bearer samples\r\n");
+      EXPECT_EQ(hers.result_int(), 200U);
+      EXPECT_EQ(hers.body(), *tile->payload);
+      const std::string path = "/v1/tiles/" + digest.hex();
+      EXPECT_EQ(http.get(path, "Authorization: Bearer surfaces\r\n").result_int(), 404U);
+    }
+    EXPECT_TRUE(has_shells);
+    WebSocketClient bob(gateway.http());
+    EXPECT_TRUE(is_welcome(greeted(bob, "surfaces")));
+    open(bob, 1);
+    EXPECT_TRUE(is_complete(end_of_stream(bob)));
+    const auto his = testing::kept_tile(http, testing::fine_tiles().front().summary.digest,
+                                        "Authorization: Bearer surfaces\r\n");
+    EXPECT_EQ(his.result_int(), 200U) << "Draco tiles are for him.";
+  }
+
+  TemporaryFolder folder_;
+  TokensFile tokens_{folder_.path(),
+                     {{"alice", "samples", "*"}, {"bob", "surfaces", "* only=surfaces"}}};
+};
+
+TEST_F(ShellsOfAGateway, AreNotForClientsWhoseTokenAtTheServerIsForSurfacesOnly) {
+  Upstream upstream(testing::balls(), {.admission = {.tokens = tokens_.path()}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
+  expect_for_alice_alone(gateway);
+}
+
+TEST_F(ShellsOfAGateway, AreNotForClientsWhoseTokenAtTheGatewayIsForSurfacesOnly) {
+  Upstream upstream(testing::balls());
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
+                          .runtime = {.admission = {.tokens = tokens_.path()}}});
+  expect_for_alice_alone(gateway);
 }
 
 TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {

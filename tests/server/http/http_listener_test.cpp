@@ -315,6 +315,27 @@ TEST(HttpListener, SendsTilesOnlyOfVisibleDatasets) {
   EXPECT_EQ(client.get(path, "Authorization: Bearer other\r\n").result_int(), 404U);
 }
 
+TEST(HttpListener, SendsSampleShellsOnlyToClientsThatMaySeeSamples) {
+  const TemporaryFolder folder;
+  const testing::TokensFile tokens(
+      folder.path(), {{"alice", "samples", "*"}, {"bob", "surfaces", "* only=surfaces"}});
+  const auto tile = testing::fine_tiles().front();  // Nothing here looks into the payload.
+  const auto shell = cache_of(tile, "octahedron", kShellAppearance);
+  RunningHttpServer server(fake_catalogue("octahedron"), {},
+                           {.admission = {.tokens = tokens.path()}, .service = {.cache = shell}});
+  RunningHttpServer for_surfaces(
+      fake_catalogue("octahedron"), {},
+      {.service = {.requests = {.surfaces_only = true}, .cache = shell}});
+  HttpClient client(server.http());
+  const std::string path = "/v1/tiles/" + tile.summary.digest.hex();
+  const auto hers = client.get(path, "Authorization: Bearer samples\r\n");
+  EXPECT_EQ(hers.result_int(), 200U);
+  EXPECT_EQ(hers.body(), *tile.payload);
+  EXPECT_EQ(hers[http::field::content_type], "application/octet-stream");
+  EXPECT_EQ(client.get(path, "Authorization: Bearer surfaces\r\n").result_int(), 404U);
+  EXPECT_EQ(HttpClient(for_surfaces.http()).get(path).result_int(), 404U);
+}
+
 // ---- the viewer's files
 
 class ViewerTest : public ::testing::Test {

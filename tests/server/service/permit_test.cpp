@@ -97,6 +97,35 @@ TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
   }
 }
 
+// A dataset whose servers send these clients no shells.
+class StepsWithoutShells : public FakeSteps {
+ public:
+  using FakeSteps::FakeSteps;
+  [[nodiscard]] bool sends_shells() const override { return false; }
+};
+
+TEST(Permit, KeptShellsAreForClientsThatMaySeeSamples) {
+  AccessRights meshes_alone("bob", {"*"});
+  meshes_alone.allow_surfaces_only();
+  auto list = std::make_shared<AccessList>();
+  list->add({.digest = digest_of_token("samples"), .rights = AccessRights("alice", {"head"})});
+  list->add({.digest = digest_of_token("surfaces"), .rights = meshes_alone});
+  const auto catalogue = fake_catalogue("head");
+  catalogue->add(std::make_shared<FakeSteps>("foot"));
+  catalogue->add(std::make_shared<StepsWithoutShells>("hand"));
+  const Permit alice = Permit::of("samples", list, catalogue).value();
+  EXPECT_TRUE(alice.may_see_shells("head"));
+  EXPECT_FALSE(alice.may_see_shells("foot"));
+  const Permit bob = Permit::of("surfaces", list, catalogue).value();
+  EXPECT_TRUE(bob.may_see("head"));
+  EXPECT_FALSE(bob.may_see_shells("head"));
+  const Permit anyone = Permit::of("", nullptr, catalogue).value();
+  EXPECT_TRUE(anyone.may_see_shells("head"));
+  EXPECT_FALSE(anyone.may_see_shells("hand"));
+  EXPECT_FALSE(anyone.may_see_shells("nothing"));
+  EXPECT_FALSE(Permit::of("", nullptr, catalogue, {.surfaces_only = true})->may_see_shells("head"));
+}
+
 TEST(Permit, SurfacesOnlyRefusesWhatShowsSamples) {
   AccessRights meshes_alone("bob", {"*"});
   meshes_alone.allow_surfaces_only();
