@@ -4,19 +4,19 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <map>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
+#include "common/image/nrrd_header.hpp"
+#include "common/image/stored_type.hpp"
 #include "common/request/threshold_shrinking.hpp"
 
 namespace multitetra {
@@ -40,35 +40,6 @@ class NrrdFault : public std::runtime_error {
   ErrorCode code_;
 };
 
-enum class NrrdType { kI8, kU8, kI16, kU16, kI32, kU32, kI64, kU64, kF32, kF64 };
-
-struct NrrdTypeNames {
-  NrrdType type;
-  std::size_t bytes;
-  std::vector<std::string_view> names;
-};
-const std::vector<NrrdTypeNames>& nrrd_types() {
-  static const std::vector<NrrdTypeNames> types = {
-      {NrrdType::kI8, 1, {"signed char", "int8", "int8_t"}},
-      {NrrdType::kU8, 1, {"uchar", "unsigned char", "uint8", "uint8_t"}},
-      {NrrdType::kI16,
-       2,
-       {"short", "short int", "signed short", "signed short int", "int16", "int16_t"}},
-      {NrrdType::kU16, 2, {"ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"}},
-      {NrrdType::kI32, 4, {"int", "signed int", "int32", "int32_t"}},
-      {NrrdType::kU32, 4, {"uint", "unsigned int", "uint32", "uint32_t"}},
-      {NrrdType::kI64,
-       8,
-       {"longlong", "long long", "long long int", "signed long long", "signed long long int",
-        "int64", "int64_t"}},
-      {NrrdType::kU64,
-       8,
-       {"ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"}},
-      {NrrdType::kF32, 4, {"float"}},
-      {NrrdType::kF64, 8, {"double"}}};
-  return types;
-}
-
 // Numbers between white space, commas and parentheses; "none" is left out.
 std::vector<double> numbers_in(std::string_view text) {
   constexpr std::string_view kBetween = " \t\r\n(),";
@@ -80,71 +51,31 @@ std::vector<double> numbers_in(std::string_view text) {
     text.remove_prefix(word.size());
     if (word == "none") continue;
     if (word.starts_with('+')) word.remove_prefix(1);
-    double number = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc() || end != word.data() + word.size()) {
-      throw NrrdFault("\"" + std::string(word.substr(0, 40)) + "\" is no number");
-    }
-    numbers.push_back(number);
+    const auto number = parse_number<double>(word);
+    if (!number) throw NrrdFault("\"" + std::string(word.substr(0, 40)) + "\" is no number");
+    numbers.push_back(*number);
   }
 }
 
-class NrrdHeader {
- public:
-  // Takes the lines up to the first empty one from `text`.
-  explicit NrrdHeader(std::string_view& text) {
-    if (take_line(text).substr(0, 4) != "NRRD") {
-      throw NrrdFault("it is no NRRD file", "give a NRRD file");
-    }
-    while (!text.empty()) {
-      const std::string_view line = take_line(text);
-      if (line.empty()) return;
-      const std::size_t colon = line.find(": ");
-      if (line.starts_with('#') || colon == std::string_view::npos) continue;
-      std::string name = lower_case(line.substr(0, colon));
-      std::erase(name, ' ');  // "data file" is "datafile" as well.
-      fields_[name] = trimmed(line.substr(colon + 2));
-    }
-  }
+std::vector<double> numbers_of(const NrrdHeader& header, std::string_view field) {
+  return numbers_in(header.field(field));
+}
 
-  [[nodiscard]] std::string_view operator[](const char* name) const {
-    const auto found = fields_.find(name);
-    return found == fields_.end() ? std::string_view() : std::string_view(found->second);
-  }
-  [[nodiscard]] std::vector<double> numbers(const char* name) const {
-    return numbers_in((*this)[name]);
-  }
-  [[nodiscard]] std::int64_t integer(const char* name, std::int64_t otherwise) const {
-    const std::vector<double> values = numbers(name);
-    return values.size() == 1 && std::abs(values[0]) < 1e15 ? static_cast<std::int64_t>(values[0])
-                                                            : otherwise;
-  }
+std::int64_t integer_of(const NrrdHeader& header, std::string_view field, std::int64_t otherwise) {
+  return parse_number<std::int64_t>(header.field(field)).value_or(otherwise);
+}
 
- private:
-  static std::string_view take_line(std::string_view& text) {
-    const std::size_t length = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, length);
-    text.remove_prefix(std::min(length + 1, text.size()));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    return line;
-  }
-
-  std::map<std::string, std::string, std::less<>> fields_;
-};
-
-const NrrdTypeNames& type_of(const NrrdHeader& header) {
-  const std::string wanted = lower_case(header["type"]);
-  for (const NrrdTypeNames& type : nrrd_types()) {
-    if (std::find(type.names.begin(), type.names.end(), wanted) != type.names.end()) return type;
-  }
-  throw NrrdFault("its type is \"" + wanted.substr(0, 40) + "\"",
+StoredType type_of(const NrrdHeader& header) {
+  const std::string word = header.field("type");
+  if (const auto type = stored_type_from_word(word)) return *type;
+  throw NrrdFault("its type is \"" + word.substr(0, 40) + "\"",
                   "give integers or floating-point numbers");
 }
 
 // Axes of one sample in front, as of a list of one number a place, count for nothing.
 std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
-  std::vector<double> sizes = header.numbers("sizes");
-  if (static_cast<std::int64_t>(sizes.size()) != header.integer("dimension", -1)) {
+  std::vector<double> sizes = numbers_of(header, "sizes");
+  if (static_cast<std::int64_t>(sizes.size()) != integer_of(header, "dimension", -1)) {
     throw NrrdFault("its sizes are not those of its dimensions");
   }
   while (sizes.size() > 3 && sizes.front() == 1) sizes.erase(sizes.begin());
@@ -174,10 +105,10 @@ std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
 Affine map_of(const NrrdHeader& header) {
   Affine map;
   const auto misplaced = [] { return NrrdFault("its place in the world is not understood"); };
-  const std::vector<double> directions = header.numbers("spacedirections");
-  const std::vector<double> spacings = header.numbers("spacings");
+  const std::vector<double> directions = numbers_of(header, "space directions");
+  const std::vector<double> spacings = numbers_of(header, "spacings");
   const std::vector<double> origin =
-      header.numbers(directions.empty() ? "axismins" : "spaceorigin");
+      numbers_of(header, directions.empty() ? "axis mins" : "space origin");
   const std::size_t axes = directions.size() == 4 ? 2 : 3;
   if (!directions.empty()) {
     if (directions.size() != axes * axes && directions.size() != 6) throw misplaced();
@@ -197,7 +128,7 @@ Affine map_of(const NrrdHeader& header) {
     if (std::isfinite(origin[axis])) map.translation[axis] = origin[axis];
   }
   // World coordinates of patients are LPS, as the server's are.
-  const std::string space = lower_case(header["space"]);
+  const std::string space = lower_case(header.field("space"));
   const bool is_right = space == "ras" || space == "right-anterior-superior";
   const bool is_anterior = is_right || space == "las" || space == "left-anterior-superior";
   const auto turn = [&](std::size_t axis) {
@@ -262,50 +193,19 @@ void convert(std::string_view bytes, bool is_big_endian, std::vector<float>& sam
   }
 }
 
-std::vector<float> samples_of(std::string_view bytes, const NrrdHeader& header,
-                              const NrrdTypeNames& type, std::size_t count) {
-  if (bytes.size() < count * type.bytes) {
+std::vector<float> samples_of(std::string_view bytes, const NrrdHeader& header, StoredType type,
+                              std::size_t count) {
+  if (bytes.size() < count * bytes_of(type)) {
     throw NrrdFault("it ends after " + std::to_string(bytes.size()) + " of " +
-                    std::to_string(count * type.bytes) + " bytes of samples");
+                    std::to_string(count * bytes_of(type)) + " bytes of samples");
   }
-  const std::string endian = lower_case(header["endian"]);
-  if (type.bytes > 1 && endian != "little" && endian != "big") {
+  const std::string endian = lower_case(header.field("endian"));
+  if (bytes_of(type) > 1 && endian != "little" && endian != "big") {
     throw NrrdFault("its header does not name the byte order (endian) of its samples");
   }
-  const bool is_big = endian == "big";
   std::vector<float> samples(count);
-  switch (type.type) {
-    case NrrdType::kI8:
-      convert<std::int8_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kU8:
-      convert<std::uint8_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kI16:
-      convert<std::int16_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kU16:
-      convert<std::uint16_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kI32:
-      convert<std::int32_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kU32:
-      convert<std::uint32_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kI64:
-      convert<std::int64_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kU64:
-      convert<std::uint64_t>(bytes, is_big, samples);
-      break;
-    case NrrdType::kF32:
-      convert<float>(bytes, is_big, samples);
-      break;
-    case NrrdType::kF64:
-      convert<double>(bytes, is_big, samples);
-      break;
-  }
+  with_number_type(type,
+                   [&]<typename Number>() { convert<Number>(bytes, endian == "big", samples); });
   return samples;
 }
 
@@ -327,18 +227,19 @@ std::string_view without_bytes(std::string_view bytes, std::int64_t count) {
 
 std::vector<float> read_samples(std::string_view bytes, const NrrdHeader& header,
                                 std::size_t count) {
-  const NrrdTypeNames& type = type_of(header);
-  const std::string encoding = lower_case(header["encoding"]);
-  const std::int64_t skip = header.integer("byteskip", 0);
-  bytes = without_lines(bytes, header.integer("lineskip", 0));
+  const StoredType type = type_of(header);
+  const std::string encoding = lower_case(header.field("encoding"));
+  const std::int64_t skip = integer_of(header, "byte skip", 0);
+  bytes = without_lines(bytes, integer_of(header, "line skip", 0));
   if (encoding == "raw") {
     if (skip != -1) return samples_of(without_bytes(bytes, skip), header, type, count);
-    const std::size_t needed = std::min(bytes.size(), count * type.bytes);  // They end the file.
+    const std::size_t needed =
+        std::min(bytes.size(), count * bytes_of(type));  // They end the file.
     return samples_of(bytes.substr(bytes.size() - needed), header, type, count);
   }
   if (encoding == "gzip" || encoding == "gz") {
     const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(skip, 0));
-    const std::string plain = unzipped(bytes, count * type.bytes + more);
+    const std::string plain = unzipped(bytes, count * bytes_of(type) + more);
     return samples_of(without_bytes(plain, skip), header, type, count);
   }
   if (encoding == "ascii" || encoding == "text" || encoding == "txt") {
@@ -355,7 +256,7 @@ std::vector<float> read_samples(std::string_view bytes, const NrrdHeader& header
 
 // The file with the samples; empty: they follow the header.
 fs::path data_file_of(const NrrdHeader& header, const fs::path& file) {
-  const std::string name(header["datafile"]);
+  const std::string name = header.field("data file");
   if (name.empty()) return {};
   if (name.starts_with("LIST") || name.find('%') != std::string::npos || name == "-") {
     throw NrrdFault("its samples are in several files", "save it as one file");
@@ -371,15 +272,17 @@ fs::path data_file_of(const NrrdHeader& header, const fs::path& file) {
 Result<ThresholdGrid> read_nrrd_thresholds(const fs::path& file, double elsewhere) {
   try {
     const std::string bytes = contents_of(file);
-    std::string_view rest = bytes;
-    const NrrdHeader header(rest);
+    if (!bytes.starts_with("NRRD")) throw NrrdFault("it is no NRRD file", "give a NRRD file");
+    const NrrdHeader header =
+        parse_nrrd_header(std::string_view(bytes).substr(0, kMostNrrdHeaderBytes));
     const std::array<std::int32_t, 3> dims = dims_of(header);
     const std::size_t count = static_cast<std::size_t>(dims[0]) *
                               static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);
     const fs::path data_file = data_file_of(header, file);
-    const std::vector<float> samples = data_file.empty()
-                                           ? read_samples(rest, header, count)
-                                           : read_samples(contents_of(data_file), header, count);
+    const std::vector<float> samples =
+        data_file.empty()
+            ? read_samples(std::string_view(bytes).substr(header.bytes), header, count)
+            : read_samples(contents_of(data_file), header, count);
     return shrunk({.dims = dims, .index_to_world = map_of(header), .thresholds = samples},
                   elsewhere);
   } catch (const NrrdFault& fault) {

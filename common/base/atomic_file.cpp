@@ -124,10 +124,6 @@ AtomicFile::~AtomicFile() {
   if (!hidden_.empty()) ::unlink(hidden_.c_str());
 }
 
-void AtomicFile::make_private() {
-  if (::fchmod(descriptor_, S_IRUSR | S_IWUSR) != 0) fail("Cannot make private");
-}
-
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
   assert(descriptor_ >= 0);
   while (!bytes.empty()) {

@@ -33,16 +33,13 @@ class AtomicFile {
   // Where the files live until they have their name.
   enum class TemporaryKind { kNameless, kHidden };
 
+  // The file gets mode and owner of the one that was there, and a new one those of any new file.
   // Throws also where something is that no file shall replace: a folder, a device. kHidden is what
   // is done anyway where there are no files without names.
   explicit AtomicFile(std::filesystem::path path, TemporaryKind before = TemporaryKind::kNameless);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
-
-  // Makes the file readable by its owner only. Without this it has mode and owner of the file that
-  // was there, and a new one those of any new file.
-  void make_private();
 
   // In any order; what is never written reads as zero. Requires that nothing is committed yet.
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);

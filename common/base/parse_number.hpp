@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -19,6 +21,23 @@ template <typename Number, typename... Base>
   const char* const end = text.data() + text.size();
   const auto [rest, code] = std::from_chars(text.data(), end, value, base...);
   if (code != std::errc{} || rest != end) return std::nullopt;
+  return value;
+}
+
+// The same of a number that is neither infinite nor NaN.
+template <typename Number = double>
+[[nodiscard]] std::optional<Number> parse_finite(std::string_view text) {
+  const std::optional<Number> number = parse_number<Number>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+// Removes the number that `text` begins with; nullopt, with `text` as it was, without one.
+template <typename Number>
+[[nodiscard]] std::optional<Number> take_number(std::string_view& text) {
+  Number value{};
+  const auto [rest, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (code != std::errc{}) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(rest - text.data()));
   return value;
 }
 

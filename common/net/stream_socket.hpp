@@ -1,5 +1,4 @@
-// The implementation of ByteStream. Private to this folder: every template below costs seconds in
-// each file that uses it.
+// The implementation of ByteStream. Private to this folder.
 //
 // Models Asio's AsyncReadStream and AsyncWriteStream, so that asio::async_write and Beast take a
 // StreamSocket& as they take a tcp::socket&. Neither copied nor moved: operations under way know
@@ -9,8 +8,11 @@
 // on the executor of the TCP socket.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include <boost/asio/ssl.hpp>
 
@@ -22,6 +24,74 @@ namespace multitetra {
 class TlsContext : public asio::ssl::context {
  public:
   using asio::ssl::context::context;
+};
+
+// What an operation of the socket calls when it is over, whatever its type: TLS is compiled once,
+// not once for each operation that uses it. It keeps the handler's executor.
+class IoHandler {
+ public:
+  using executor_type = asio::any_io_executor;
+
+  enum class Takes { kError, kErrorAndBytes };
+  template <Takes takes, typename Handler>
+  [[nodiscard]] static IoHandler of(Handler handler, const executor_type& usual) {
+    IoHandler erased;
+    erased.executor_ = asio::get_associated_executor(handler, usual);
+    erased.call_ = std::make_unique<CallOf<takes, Handler>>(std::move(handler));
+    return erased;
+  }
+
+  [[nodiscard]] executor_type get_executor() const noexcept { return executor_; }
+  // Once.
+  void operator()(error_code error, std::size_t bytes = 0) {
+    const std::unique_ptr<Call> call = std::move(call_);
+    call->run(error, bytes);
+  }
+
+ private:
+  struct Call {
+    virtual ~Call() = default;
+    virtual void run(error_code error, std::size_t bytes) = 0;
+  };
+  template <Takes takes, typename Handler>
+  struct CallOf final : Call {
+    explicit CallOf(Handler&& handler) : handler_(std::move(handler)) {}
+    void run(error_code error, std::size_t bytes) override {
+      if constexpr (takes == Takes::kErrorAndBytes) {
+        handler_(error, bytes);
+      } else {
+        handler_(error);
+      }
+    }
+    Handler handler_;
+  };
+
+  IoHandler() = default;
+
+  executor_type executor_;
+  std::unique_ptr<Call> call_;
+};
+
+// The first buffers of a sequence of any type: enough for an operation on some of the bytes.
+template <typename Buffer>
+class FirstBuffers {
+ public:
+  template <typename Buffers>
+  explicit FirstBuffers(const Buffers& all) {
+    const auto end = asio::buffer_sequence_end(all);
+    for (auto at = asio::buffer_sequence_begin(all); at != end && count_ < buffers_.size(); ++at) {
+      buffers_[count_++] = Buffer(*at);
+    }
+  }
+  [[nodiscard]] const Buffer* begin() const { return buffers_.data(); }
+  [[nodiscard]] const Buffer* end() const { return buffers_.data() + count_; }
+
+  using value_type = Buffer;
+  using const_iterator = const Buffer*;
+
+ private:
+  std::array<Buffer, 16> buffers_;
+  std::size_t count_ = 0;
 };
 
 class StreamSocket {
@@ -46,13 +116,7 @@ class StreamSocket {
   template <typename Token>
   auto async_handshake(asio::ssl::stream_base::handshake_type role, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(
-        [this, role](auto handler) {
-          if (tls_) {
-            tls_->async_handshake(role, std::move(handler));
-          } else {
-            succeed(std::move(handler));
-          }
-        },
+        [this, role](auto handler) { handshake(role, erased<Takes::kError>(std::move(handler))); },
         token);
   }
 
@@ -60,11 +124,8 @@ class StreamSocket {
   auto async_read_some(const Buffers& buffers, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& into) {
-          if (tls_) {
-            tls_->async_read_some(into, std::move(handler));
-          } else {
-            socket_.async_read_some(into, std::move(handler));
-          }
+          read_some(FirstBuffers<asio::mutable_buffer>(into),
+                    erased<Takes::kErrorAndBytes>(std::move(handler)));
         },
         token, buffers);
   }
@@ -73,11 +134,8 @@ class StreamSocket {
   auto async_write_some(const Buffers& buffers, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& from) {
-          if (tls_) {
-            tls_->async_write_some(from, std::move(handler));
-          } else {
-            socket_.async_write_some(from, std::move(handler));
-          }
+          write_some(FirstBuffers<asio::const_buffer>(from),
+                     erased<Takes::kErrorAndBytes>(std::move(handler)));
         },
         token, buffers);
   }
@@ -87,16 +145,7 @@ class StreamSocket {
   template <typename Token>
   auto async_shutdown(Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(
-        [this](auto handler) {
-          boost::system::error_code ignored;
-          if (tls_) {
-            tls_->async_shutdown(std::move(handler));
-          } else {
-            socket_.shutdown(tcp::socket::shutdown_send, ignored);
-            succeed(std::move(handler));
-          }
-        },
-        token);
+        [this](auto handler) { shut_down(erased<Takes::kError>(std::move(handler))); }, token);
   }
 
   // Running operations end with an error.
@@ -106,11 +155,16 @@ class StreamSocket {
   }
 
  private:
-  template <typename Handler>
-  void succeed(Handler handler) {
-    asio::post(socket_.get_executor(),
-               [handler = std::move(handler)]() mutable { handler(boost::system::error_code{}); });
+  using Takes = IoHandler::Takes;
+  template <Takes takes, typename Handler>
+  [[nodiscard]] IoHandler erased(Handler handler) {
+    return IoHandler::of<takes>(std::move(handler), socket_.get_executor());
   }
+  void handshake(asio::ssl::stream_base::handshake_type role, IoHandler handler);
+  void read_some(const FirstBuffers<asio::mutable_buffer>& into, IoHandler handler);
+  void write_some(const FirstBuffers<asio::const_buffer>& from, IoHandler handler);
+  void shut_down(IoHandler handler);
+  void succeed(IoHandler handler);
 
   tcp::socket socket_;
   TlsContextPtr context_;

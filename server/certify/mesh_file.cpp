@@ -1,10 +1,10 @@
 #include "server/certify/mesh_file.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
 #include "server/certify/detail/vtp_reader.hpp"
@@ -33,12 +33,9 @@ std::string contents_of(const fs::path& file) {
 template <typename Number>
 Number number_from(std::string_view word, const char* kind) {
   if (word.starts_with('+')) word.remove_prefix(1);
-  Number number{};
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (error != std::errc() || end != word.data() + word.size()) {
-    throw MeshFault("'" + std::string(word.substr(0, 40)) + "' is no " + kind);
-  }
-  return number;
+  const auto number = parse_number<Number>(word);
+  if (!number) throw MeshFault("'" + std::string(word.substr(0, 40)) + "' is no " + kind);
+  return *number;
 }
 
 TriangleMesh read(const fs::path& file) {

@@ -74,12 +74,6 @@ struct SmallParts {
         ranges(geometry, *ranges_scratch) {}
 };
 
-std::vector<std::byte> bytes_of(std::uint64_t size, const Scratch& scratch) {
-  std::vector<std::byte> bytes(size);
-  scratch.get(0, bytes);
-  return bytes;
-}
-
 // These edges, cut off where the values of `info` end.
 IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inner) {
   const auto outside = static_cast<float>(info.outside.value_or(info.min));
@@ -193,37 +187,6 @@ DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                         .ranges = SectionBytes(parts.ranges.bytes(), *parts.ranges_scratch),
                         .bins = std::as_bytes(std::span(parts.bins->edges()))});
   return parts.info;
-}
-
-DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options) {
-  const DatasetInfo geometry = checked_geometry(source, options);
-  MemorySink sink(geometry);
-  SmallParts parts(geometry, sink);
-  first_pass(source, options, sink, parts);
-  second_pass(options, sink, parts);
-  struct Kept {
-    std::vector<std::byte> coarse;
-    std::vector<std::byte> ranges;
-  };
-  const auto kept = std::make_shared<const Kept>(
-      Kept{.coarse = bytes_of(parts.coarse.bytes(), *parts.coarse_scratch),
-           .ranges = bytes_of(parts.ranges.bytes(), *parts.ranges_scratch)});
-  return std::make_shared<const PreparedVolume>(
-      PreparedVolume{.info = parts.info,
-                     .samples = sink.samples(),
-                     .coarse = std::span(kept->coarse),
-                     .ranges = std::span(kept->ranges),
-                     .spectrum = {.layout = SpectrumLayout(parts.info),
-                                  .bins = *parts.bins,
-                                  .voxel = static_cast<float>(voxel_length(parts.info)),
-                                  .bricks = sink.spectrum()},
-                     .owner = kept});
-}
-
-DatasetPtr make_dataset(Volume volume, std::string name, std::optional<double> outside,
-                        std::int32_t margin) {
-  return prepare_in_memory(*source_of(std::move(volume)),
-                           {.name = std::move(name), .outside = outside, .margin = margin});
 }
 
 }  // namespace multitetra

@@ -59,10 +59,4 @@ struct VolumeSurvey {
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const Provenance& note);
 
-// The same in memory, without a file.
-[[nodiscard]] DatasetPtr prepare_in_memory(VolumeSource& source, const PrepareOptions& options);
-[[nodiscard]] DatasetPtr make_dataset(Volume volume, std::string name,
-                                      std::optional<double> outside = std::nullopt,
-                                      std::int32_t margin = 0);
-
 }  // namespace multitetra

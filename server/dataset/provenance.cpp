@@ -12,22 +12,13 @@
 #include <vector>
 
 #include "common/base/address_text.hpp"
+#include "common/base/hex_text.hpp"
 #include "server/dataset/byte_source.hpp"
 
 namespace multitetra {
 namespace {
 
 constexpr std::size_t kHashedPortionBytes = std::size_t{1} << 20;
-
-std::string hexadecimal(std::span<const unsigned char> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
 
 class Digest {
  public:
@@ -47,7 +38,7 @@ class Digest {
   [[nodiscard]] std::string text() const {
     XXH128_canonical_t canonical;
     XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_.get()));
-    return hexadecimal(canonical.digest);
+    return hex_text(std::as_bytes(std::span(canonical.digest)));
   }
 
  private:

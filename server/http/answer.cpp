@@ -1,9 +1,7 @@
 #include "server/http/answer.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <span>
 #include <utility>
@@ -11,6 +9,7 @@
 #include <boost/beast/http/status.hpp>
 #include <nlohmann/json.hpp>
 
+#include "common/base/hex_text.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/http/conditions.hpp"
 
@@ -132,11 +131,8 @@ Answer error_answer(const Error& error, std::string_view request_id) {
 }
 
 std::string tag_of(std::string_view content) {
-  std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx\"",
-                static_cast<unsigned long long>(
-                    checksum(std::as_bytes(std::span(content.data(), content.size())))));
-  return text.data();
+  const auto bytes = std::as_bytes(std::span(content.data(), content.size()));
+  return '"' + hex_text(checksum(bytes)) + '"';
 }
 
 void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <string>
 #include <utility>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 
 namespace multitetra {
@@ -32,9 +32,9 @@ double weight_of(std::string_view parameters) {
     const std::string_view one =
         trimmed(parameters.substr(at, end == std::string_view::npos ? end : end - at));
     if (one.starts_with("q=") || one.starts_with("Q=")) {
-      double weight = 0;
-      const auto [rest, code] = std::from_chars(one.data() + 2, one.data() + one.size(), weight);
-      return code == std::errc{} && weight >= 0 && weight <= 1 ? weight : 0;
+      std::string_view digits = std::string_view(one).substr(2);
+      const double weight = take_number<double>(digits).value_or(0);
+      return weight >= 0 && weight <= 1 ? weight : 0;
     }
     at = end == std::string_view::npos ? end : end + 1;
   }

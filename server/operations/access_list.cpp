@@ -11,6 +11,7 @@
 #include <openssl/rand.h>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/hex_text.hpp"
 #include "server/operations/secret_file.hpp"
 
 namespace multitetra {
@@ -19,33 +20,13 @@ namespace {
 constexpr std::string_view kNoToken = "none";
 constexpr std::string_view kExpires = "expires=";
 constexpr std::string_view kSurfacesOnly = "only=surfaces";
-constexpr std::string_view kHexDigits = "0123456789abcdef";
-
-int value_of_hex(char digit) {
-  if (digit >= 'A' && digit <= 'F') digit = static_cast<char>(digit - 'A' + 'a');
-  const std::size_t value = kHexDigits.find(digit);
-  return value == std::string_view::npos ? -1 : static_cast<int>(value);
-}
 
 std::optional<TokenDigest> digest_from(std::string_view hex) {
   TokenDigest digest;
-  if (hex.size() != 2 * digest.size()) return std::nullopt;
-  for (std::size_t i = 0; i < digest.size(); ++i) {
-    const int high = value_of_hex(hex[2 * i]);
-    const int low = value_of_hex(hex[2 * i + 1]);
-    if (high < 0 || low < 0) return std::nullopt;
-    digest[i] = static_cast<unsigned char>(16 * high + low);
-  }
+  const auto bytes = bytes_from_hex(hex);
+  if (!bytes || bytes->size() != digest.size()) return std::nullopt;
+  std::memcpy(digest.data(), bytes->data(), digest.size());
   return digest;
-}
-
-std::string hex(const TokenDigest& digest) {
-  std::string text;
-  for (const unsigned char byte : digest) {
-    text += kHexDigits[byte / 16];
-    text += kHexDigits[byte % 16];
-  }
-  return text;
 }
 
 // Up to a '#', which begins a comment only at the start of a word.
@@ -195,13 +176,14 @@ std::string new_token() {
   if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
     throw std::runtime_error("The system has no random numbers to give.");
   }
-  return "mt_" + hex(random);
+  return "mt_" + hex_text(std::as_bytes(std::span(random)));
 }
 
 std::string access_line(std::string_view name, std::string_view token,
                         const std::vector<std::string>& datasets,
                         std::optional<AccessRights::Time> expires, bool surfaces_only) {
-  std::string line = std::string(name) + " " + hex(digest_of_token(token));
+  const TokenDigest digest = digest_of_token(token);
+  std::string line = std::string(name) + " " + hex_text(std::as_bytes(std::span(digest)));
   for (const std::string& dataset : datasets) line += " " + dataset;
   if (expires) line += " " + std::string(kExpires) + time_text(*expires);
   if (surfaces_only) line += " " + std::string(kSurfacesOnly);

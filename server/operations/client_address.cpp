@@ -1,9 +1,9 @@
 #include "server/operations/client_address.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/net/net.hpp"
 
@@ -30,10 +30,8 @@ Bytes bytes_of(const asio::ip::address& address) {
 }
 
 std::optional<int> number(std::string_view text, int most) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value >= 0 && value <= most ? std::optional(value) : std::nullopt;
+  const auto value = parse_number<int>(text);
+  return value && *value >= 0 && *value <= most ? value : std::nullopt;
 }
 
 // As proxies write it: 192.0.2.7, 192.0.2.7:4711, 2001:db8::7, [2001:db8::7], [2001:db8::7]:4711.

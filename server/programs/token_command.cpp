@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <iostream>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/operations/access_list.hpp"
@@ -36,10 +36,9 @@ std::optional<AccessRights::Time> expiry_of(const std::string& text) {
   if (text.empty()) return std::nullopt;
   if (const auto time = time_from(text)) return *time;
   constexpr int kMost = 36'500;
-  int count = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), count);
-  const std::string unit(end, text.data() + text.size());
-  if (code != std::errc() || count < 1 || count > kMost || (unit != "d" && unit != "h")) {
+  std::string_view unit = text;
+  const int count = take_number<int>(unit).value_or(0);
+  if (count < 1 || count > kMost || (unit != "d" && unit != "h")) {
     throw ExitError(kUsage, "--expires is \"" + text +
                                 "\"; it must be days as 30d, hours as 12h, or a moment as "
                                 "2027-01-31T12:00:00Z.");

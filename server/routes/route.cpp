@@ -1,10 +1,10 @@
 #include "server/routes/route.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <span>
 #include <string_view>
+
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 
@@ -79,9 +79,9 @@ Result<Route> neuroglancer_file(const VersionedPath& versioned) {
     is_known = what.empty();
     if (what.starts_with(kError)) {
       what.remove_prefix(kError.size());
-      const auto [end, code] = std::from_chars(what.data(), what.data() + what.size(), file.error);
-      is_known = code == std::errc{} && end == what.data() + what.size() &&
-                 std::isfinite(file.error) && file.error >= 0;
+      const auto error = parse_finite(what);
+      is_known = error && *error >= 0;
+      file.error = error.value_or(0);
     }
   }
   if (!is_known || path.size() < 4) {

@@ -316,6 +316,14 @@ LocalService::LocalService(asio::any_io_executor executor, CataloguePtr catalogu
       workers_(options_.workers) {}
 LocalService::~LocalService() = default;
 
+ServiceState LocalService::state() const {
+  ServiceState state = options_.cache ? state_of(options_.cache->tiles()) : ServiceState{};
+  state.waiting_jobs = workers_.waiting();
+  state.datasets = catalogue_->size();
+  if (options_.blocks) state.blocks = options_.blocks();
+  return state;
+}
+
 CallerPtr LocalService::open(ConnectionContextPtr client) {
   return std::make_shared<LocalCaller>(*this, std::move(client));
 }

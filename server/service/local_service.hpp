@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 
 #include "server/service/dataset_catalogue.hpp"
@@ -22,6 +23,8 @@ struct LocalServiceOptions {
   ServiceLimits limits = {};
   RequestLimits requests = {};
   std::shared_ptr<SurfaceCache> cache = nullptr;  // Whose tiles are found by their digest.
+  // Of remote datasets, for the metrics. May be empty.
+  std::function<BlockState()> blocks = {};
 };
 
 class LocalService : public SurfaceService {
@@ -29,6 +32,8 @@ class LocalService : public SurfaceService {
   LocalService(asio::any_io_executor executor, CataloguePtr catalogue, LocalServiceOptions options);
   ~LocalService() override;
 
+  void join() override { workers_.join(); }
+  [[nodiscard]] ServiceState state() const override;
   [[nodiscard]] CallerPtr open(ConnectionContextPtr client) override;
   [[nodiscard]] std::optional<TileCache::Found> find_tile(
       const ContentDigest& digest, const TileCache::MaySee& may_see) override;

@@ -102,4 +102,12 @@ asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequ
   co_return the<ProbeReply>(co_await ask(std::move(query)));
 }
 
+ServiceState state_of(const TileCache& tiles) {
+  const TileCache::Counts counts = tiles.counts();
+  return {.cache_hits = counts.hits,
+          .cache_misses = counts.misses,
+          .cached_tiles = counts.tiles,
+          .cache_bytes = counts.bytes};
+}
+
 }  // namespace multitetra

@@ -25,6 +25,7 @@
 #include "common/net/net.hpp"
 #include "common/wire/messages.hpp"
 #include "server/operations/admission_control.hpp"
+#include "server/operations/prometheus_metrics.hpp"
 #include "server/service/permit.hpp"
 #include "server/service/surface.hpp"
 #include "server/service/tile_cache.hpp"
@@ -135,6 +136,21 @@ class SurfaceService {
  public:
   virtual ~SurfaceService() = default;
 
+  // ---- its life beside the requests, as server.hpp calls it
+
+  // The server begins to run.
+  virtual void start() {}
+  // Reads again what may have changed, such as secrets.
+  virtual void reload() {}
+  // The server stops: what runs beside the requests ends.
+  virtual void stop() {}
+  // Ends its threads, whose work may still come back to the executor. No call may follow.
+  virtual void join() = 0;
+  // For the metrics.
+  [[nodiscard]] virtual ServiceState state() const = 0;
+
+  // ---- requests
+
   [[nodiscard]] virtual CallerPtr open(ConnectionContextPtr client) = 0;
   // A tile without normals that is at hand and may be seen.
   [[nodiscard]] virtual std::optional<TileCache::Found> find_tile(
@@ -142,5 +158,11 @@ class SurfaceService {
   // Whether new work is accepted, apart from the admission control.
   [[nodiscard]] virtual bool is_ready() const { return true; }
 };
+
+// The owner of the executor makes its service. May throw ExitError when files cannot be used.
+using MakeService = std::function<std::unique_ptr<SurfaceService>(asio::any_io_executor)>;
+
+// What the metrics show of a cache.
+[[nodiscard]] ServiceState state_of(const TileCache& tiles);
 
 }  // namespace multitetra

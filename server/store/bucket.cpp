@@ -6,7 +6,9 @@
 #include <set>
 #include <system_error>
 
+#include "common/base/percent_encoded.hpp"
 #include "server/store/detail/bucket_listing.hpp"
+#include "server/store/detail/http_place.hpp"
 #include "server/store/detail/store_client.hpp"
 #include "server/store/store_error.hpp"
 
@@ -70,7 +72,7 @@ class Upload {
   ~Upload() {
     if (is_complete_) return;
     try {
-      (void)send("DELETE", "uploadId=" + url_encoded(id_));
+      (void)send("DELETE", "uploadId=" + percent_encoded(id_));
     } catch (const StoreError&) {  // NOLINT: the bucket removes what is never completed.
     }
   }
@@ -79,7 +81,8 @@ class Upload {
 
   void add_part(std::span<const std::byte> bytes) {
     const HttpAnswer answer = send(
-        "PUT", "partNumber=" + std::to_string(etags_.size() + 1) + "&uploadId=" + url_encoded(id_),
+        "PUT",
+        "partNumber=" + std::to_string(etags_.size() + 1) + "&uploadId=" + percent_encoded(id_),
         bytes);
     if (!answer.is_good() || answer.etag.empty())
       fail_with(address_, answer, "it cannot be written");
@@ -99,7 +102,7 @@ class Upload {
       headers = {"If-Match: " + condition.etag};
     }
     const HttpAnswer answer =
-        send("POST", "uploadId=" + url_encoded(id_), std::as_bytes(std::span(xml)), headers);
+        send("POST", "uploadId=" + percent_encoded(id_), std::as_bytes(std::span(xml)), headers);
     // A bucket may find out that it failed after it has begun to answer 200.
     if (answer.status == 412 || answer.status == 409) {
       throw StoreError(address_, "another file was written there meanwhile",
@@ -149,8 +152,8 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
   do {
     // In alphabetical order, as the signature requires.
     const std::string query =
-        (next.empty() ? "" : "continuation-token=" + url_encoded(next) + "&") +
-        std::string("delimiter=%2F&list-type=2&prefix=") + url_encoded(prefix);
+        (next.empty() ? "" : "continuation-token=" + percent_encoded(next) + "&") +
+        std::string("delimiter=%2F&list-type=2&prefix=") + percent_encoded(prefix);
     const HttpAnswer answer =
         client.send({.address = place.origin + "/?" + query, .most = kMostAnswerBytes});
     if (!answer.is_good()) fail_with(folder, answer, "it cannot be listed");

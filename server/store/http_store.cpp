@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "common/base/address_text.hpp"
+#include "common/base/percent_encoded.hpp"
+#include "server/store/detail/http_place.hpp"
 #include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
@@ -40,7 +42,7 @@ class HttpStore : public ObjectStore {
       throw StoreError(base_, "it names '" + key + "', which leads out of the address",
                        "Correct its metadata, or allow it with --follow if you trust them");
     }
-    return base_ + url_encoded(key, "/!$&'()*+,;=:@");
+    return base_ + percent_encoded(key, "/!$&'()*+,;=:@");
   }
 
   std::optional<std::vector<std::byte>> fetched(const HttpRequest& request) {

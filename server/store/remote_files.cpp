@@ -8,7 +8,9 @@
 #include <exception>
 #include <utility>
 
+#include "common/base/hex_text.hpp"
 #include "server/store/detail/disk_cache.hpp"
+#include "server/store/detail/http_place.hpp"
 #include "server/store/detail/store_client.hpp"
 
 namespace multitetra {
@@ -19,11 +21,7 @@ constexpr long kPreconditionFailed = 412;
 std::string name_of_version(const std::string& address, const std::string& version) {
   const std::string both = address + "\n" + version;
   const XXH128_hash_t hash = XXH3_128bits(both.data(), both.size());
-  std::string name;
-  for (const std::uint64_t half : {std::uint64_t{hash.high64}, std::uint64_t{hash.low64}}) {
-    for (int shift = 60; shift >= 0; shift -= 4) name += "0123456789abcdef"[half >> shift & 15];
-  }
-  return name;
+  return hex_text(hash.high64) + hex_text(hash.low64);
 }
 
 }  // namespace

@@ -1,15 +1,14 @@
 #include "server/tilesets/cell_tree.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "common/base/hex_text.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/request/request_key.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/dataset/checksum.hpp"
@@ -26,15 +25,6 @@ constexpr int kStepsOfPreview = 6;  // A preview's cell has 2^6 of its own steps
 constexpr double kLeastDoubled = 0.125;  // The error from which levels double, if leaves have none.
 constexpr int kTreeNormalBits = 8;
 
-std::optional<double> number_from(std::string_view text) {
-  double value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
-    return std::nullopt;
-  }
-  return value;
-}
-
 }  // namespace
 
 Result<TreeSettings> tree_settings_from(std::string_view text) {
@@ -46,13 +36,13 @@ Result<TreeSettings> tree_settings_from(std::string_view text) {
                     "500.5 or 500.5,error=0.25.");
   };
   const std::size_t comma = text.find(',');
-  const auto isovalue = number_from(text.substr(0, comma));
+  const auto isovalue = parse_finite(text.substr(0, comma));
   if (!isovalue) return refuse("the isovalue is no finite number");
   TreeSettings settings{.isovalue = *isovalue};
   if (comma == std::string_view::npos) return settings;
   const std::string_view rest = text.substr(comma + 1);
   if (!rest.starts_with(kError)) return refuse("after the comma only error= is allowed");
-  const auto error = number_from(rest.substr(kError.size()));
+  const auto error = parse_finite(rest.substr(kError.size()));
   if (!error || *error < 0) return refuse("the error is no finite number from 0 on");
   settings.error = *error;
   return settings;
@@ -70,16 +60,10 @@ std::string cell_name(const OctreeCube& cell) {
 }
 
 std::optional<OctreeCube> cell_from(std::string_view name) {
-  OctreeCube cell;
-  const char* at = name.data();
-  const char* const end = at + name.size();
-  for (std::int32_t* number : {&cell.exponent, &cell.x, &cell.y, &cell.z}) {
-    if (number != &cell.exponent && (at == end || *at++ != '-')) return std::nullopt;
-    const auto [rest, code] = std::from_chars(at, end, *number);
-    if (code != std::errc{}) return std::nullopt;
-    at = rest;
-  }
-  if (at != end || cell_name(cell) != name) return std::nullopt;
+  const auto numbers = parse_numbers<std::int32_t>(name, 4, '-');
+  if (!numbers) return std::nullopt;
+  const OctreeCube cell{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
+  if (cell_name(cell) != name) return std::nullopt;
   return cell;
 }
 
@@ -88,10 +72,7 @@ CellTree::CellTree(DatasetInfo info, const TreeSettings& settings)
 
 std::string CellTree::id() const {
   const std::string content = kTreeForm + key_of(info_) + '\0' + info_.meaning.length_unit;
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx",
-                static_cast<unsigned long long>(checksum(std::as_bytes(std::span(content)))));
-  return text.data();
+  return hex_text(checksum(std::as_bytes(std::span(content))));
 }
 
 int CellTree::leaf_exponent() const { return std::min(kLeafExponent, info_.grid_exponent); }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <charconv>
 #include <cmath>
 #include <tuple>
 #include <vector>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/wire/draco_primitive.hpp"
 #include "server/tilesets/detail/metres.hpp"
 
@@ -77,10 +77,9 @@ std::uint64_t segment_of(double isovalue) {
 }
 
 std::optional<double> isovalue_of_segment(std::string_view segment) {
-  std::uint64_t bits = 0;
-  const auto [end, code] = std::from_chars(segment.data(), segment.data() + segment.size(), bits);
-  if (code != std::errc{} || end != segment.data() + segment.size()) return std::nullopt;
-  const auto isovalue = std::bit_cast<double>(bits);
+  const auto bits = parse_number<std::uint64_t>(segment);
+  if (!bits) return std::nullopt;
+  const auto isovalue = std::bit_cast<double>(*bits);
   if (!std::isfinite(isovalue)) return std::nullopt;
   return isovalue == 0 ? 0.0 : isovalue;
 }
@@ -152,19 +151,14 @@ std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_
   ImageChunk found;
   while (has_scale(info, found.step) && scale_name(found.step) != scale) found.step *= 2;
   if (!has_scale(info, found.step)) return std::nullopt;
-  const char* at = chunk.data();
-  const char* const end = at + chunk.size();
-  const auto number = [&](char before) -> std::optional<std::int32_t> {
-    if (before != 0 && (at == end || *at++ != before)) return std::nullopt;
-    std::int32_t value = 0;
-    const auto [rest, code] = std::from_chars(at, end, value);
-    if (code != std::errc{}) return std::nullopt;
-    at = rest;
-    return value;
+  const auto number = [&](std::string_view before) -> std::optional<std::int32_t> {
+    if (!chunk.starts_with(before)) return std::nullopt;
+    chunk.remove_prefix(before.size());
+    return take_number<std::int32_t>(chunk);
   };
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto first = number(axis == 0 ? '\0' : '_');
-    const auto last = first ? number('-') : std::nullopt;
+    const auto first = number(axis == 0 ? "" : "_");
+    const auto last = first ? number("-") : std::nullopt;
     const std::int32_t all = voxels(info, axis, found.step);
     if (!last || *first < 0 || *first >= all || *first % kChunk[axis] != 0 ||
         *last != std::min(all, *first + kChunk[axis])) {
@@ -173,7 +167,7 @@ std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_
     found.first[axis] = *first;
     found.size[axis] = *last - *first;
   }
-  if (at != end) return std::nullopt;
+  if (!chunk.empty()) return std::nullopt;
   return found;
 }
 

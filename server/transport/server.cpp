@@ -1,89 +1,212 @@
 #include "server/transport/server.hpp"
 
+#include <cassert>
+#include <csignal>
 #include <utility>
 
+#include <boost/asio/signal_set.hpp>
+
+#include "common/net/coroutines.hpp"
+#include "common/net/net.hpp"
 #include "server/conversation/conversation.hpp"
-#include "server/service/local_service.hpp"
-#include "server/transport/server_runtime.hpp"
+#include "server/operations/heap_trimmer.hpp"
+#include "server/operations/log.hpp"
 #include "server/transport/tcp_listener.hpp"
 
 namespace multitetra {
 
+namespace {
+
+// Other observers besides the metrics are kept.
+AdmissionOptions observed(const ServerOptions& options) {
+  AdmissionOptions admission = options.admission;
+  if (!options.metrics) return admission;
+  admission.observer = admission.observer
+                           ? std::make_shared<ServiceObservers>(std::vector<ServiceObserverPtr>{
+                                 admission.observer, options.metrics})
+                           : ServiceObserverPtr(options.metrics);
+  return admission;
+}
+
+}  // namespace
+
+// Members of one thread: everything but stop(), drain() and reload() runs in run().
 class Server::Running {
  public:
-  Running(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeListener>& more)
+  Running(const MakeService& make_service, ServerOptions options,
+          const std::vector<MakeListener>& more)
       : options_(std::move(options)),
-        runtime_({.heed_signals = options_.heed_signals,
-                  .drain_time = options_.drain_time,
-                  .admission = options_.admission,
-                  .metrics = options_.metrics,
-                  .returns_memory = options_.returns_memory}),
-        service_(runtime_.io().get_executor(), std::move(catalogue), options_.service) {
-    std::vector<MakeListener> listeners;
+        admission_(observed(options_)),
+        io_(/*concurrency_hint=*/1),
+        signals_(io_),
+        drain_timer_(io_),
+        memory_timer_(io_),
+        service_(make_service(io_.get_executor())) {
+    const ServerContext server = {
+        .io = io_,
+        .admission = admission_,
+        .service = *service_,
+        .new_conversation =
+            [this](ConnectionContextPtr client) { return new_conversation(std::move(client)); },
+        .metrics =
+            options_.metrics ? [this] { return metrics(); } : std::function<std::string()>()};
     if (options_.has_tcp_listener) {
-      listeners.emplace_back([this](const ServerContext& server) {
-        return std::make_unique<TcpListener>(
-            server,
-            TcpListenerOptions{.listen = options_.listen, .connection = options_.connection});
-      });
+      listeners_.push_back(std::make_unique<TcpListener>(
+          server,
+          TcpListenerOptions{.listen = options_.listen, .connection = options_.connection}));
     }
-    listeners.insert(listeners.end(), more.begin(), more.end());
-    runtime_.build(
-        service_,
-        {.new_conversation =
-             [this](ConnectionContextPtr client) { return new_conversation(std::move(client)); },
-         .state = [this] { return state(); },
-         .when_reloaded = options_.when_reloaded},
-        listeners);
+    for (const MakeListener& make : more) listeners_.push_back(make(server));
   }
-  ~Running() { service_.workers().join(); }
 
-  [[nodiscard]] ServerRuntime& runtime() { return runtime_; }
-
-  void offer(CataloguePtr catalogue) {
-    post(runtime_.io().get_executor(),
-         [this, catalogue = std::move(catalogue)] { service_.offer(catalogue); });
+  [[nodiscard]] const std::vector<std::unique_ptr<Listener>>& listeners() const {
+    return listeners_;
   }
 
   void run() {
-    runtime_.run();
-    service_.workers().join();
+    if (options_.heed_signals) {
+      for (const int signal : {SIGINT, SIGTERM, SIGHUP}) signals_.add(signal);
+      await_signal();
+    }
+    for (const auto& listener : listeners_) listener->open();
+    if (options_.returns_memory) {
+      spawn(io_.get_executor(), [this] { return return_memory(); });
+    }
+    service_->start();
+    io_.run();
+    service_->join();
+  }
+
+  void stop() {
+    post(io_.get_executor(), [this] { stop_now(); });
+  }
+  void drain() {
+    post(io_.get_executor(), [this] { drain_now(); });
+  }
+  void reload() {
+    post(io_.get_executor(), [this] { reload_now(); });
+  }
+  void offer(CataloguePtr catalogue) {
+    post(io_.get_executor(), [this, catalogue = std::move(catalogue)] {
+      auto* datasets = dynamic_cast<LocalService*>(service_.get());
+      assert(datasets);
+      datasets->offer(catalogue);
+    });
   }
 
  private:
   ConversationPtr new_conversation(ConnectionContextPtr client) {
+    const CallerPtr caller = service_->open(client);
     return std::make_shared<Conversation>(
-        runtime_.io().get_executor(), service_.open(client),
+        io_.get_executor(), caller,
         Session(
-            service_.catalogue(), options_.session, runtime_.admission().access(),
-            [this] { return service_.catalogue(); }, options_.service.requests),
+            caller->catalogue(), options_.session, admission_.access(),
+            [caller] { return caller->catalogue(); }, caller->limits()),
         std::move(client), options_.idle_time);
   }
 
-  ServiceState state() {
-    ServiceState state = options_.state ? options_.state() : ServiceState{};
-    state.waiting_jobs = service_.workers().waiting();
-    state.datasets = service_.catalogue()->size();
-    return state;
+  std::string metrics() {
+    ServiceState state = service_->state();
+    state.waiting_bytes = admission_.queue().used();
+    state.is_draining = admission_.is_draining();
+    return options_.metrics->text(state);
+  }
+
+  asio::awaitable<void> return_memory() {
+    HeapTrimmer memory;
+    while (!is_stopping_) {
+      const bool is_busy = admission_.running_requests() > 0;
+      if (memory.is_due(HeapTrimmer::Clock::now(), admission_.requests(), is_busy)) {
+        return_free_memory();
+      }
+      memory_timer_.expires_after(std::chrono::seconds(1));
+      co_await wait_on(memory_timer_);
+    }
+  }
+
+  void await_signal() {
+    signals_.async_wait([this](error_code cancelled, int signal) {
+      // A signal that came before the last one was handled is delivered even after stop_now's
+      // cancel.
+      if (cancelled || is_stopping_) return;
+      if (signal == SIGHUP) {
+        reload_now();
+      } else if (admission_.is_draining()) {
+        stop_now();
+      } else {
+        drain_now();
+      }
+      if (!is_stopping_) await_signal();  // Else it would keep the server running.
+    });
+  }
+
+  void reload_now() {
+    admission_.reload();
+    service_->reload();
+    if (options_.when_reloaded) options_.when_reloaded();
+  }
+
+  void drain_now() {
+    if (is_stopping_ || admission_.is_draining()) return;
+    log_line(LogLevel::kInfo, "draining",
+             {{"connections", static_cast<std::uint64_t>(admission_.connections())}});
+    drain_timer_.expires_after(options_.drain_time);
+    when_expired(drain_timer_, [this] { stop_now(); });
+    // Not from inside the request that ends.
+    admission_.drain([this] { stop(); });
+  }
+
+  void stop_now() {
+    if (std::exchange(is_stopping_, true)) return;
+    log_line(LogLevel::kInfo, "stopping",
+             {{"connections", static_cast<std::uint64_t>(admission_.connections())}});
+    error_code ignored;
+    signals_.cancel(ignored);
+    drain_timer_.cancel();
+    memory_timer_.cancel();
+    service_->stop();
+    for (const auto& listener : listeners_) {
+      listener->close({ErrorCode::kUnavailable, "The server stops; connect again later."});
+    }
   }
 
   ServerOptions options_;
-  ServerRuntime runtime_;
-  LocalService service_;  // Its workers end before what their jobs come back to.
+  AdmissionControl admission_;  // Outlives everything that may hold a client.
+  asio::io_context io_;
+  asio::signal_set signals_;
+  asio::steady_timer drain_timer_;
+  asio::steady_timer memory_timer_;
+  bool is_stopping_ = false;
+  std::vector<std::unique_ptr<Listener>> listeners_;
+  std::unique_ptr<SurfaceService>
+      service_;  // Its threads end before what their work comes back to.
 };
 
+Server::Server(const MakeService& make_service, ServerOptions options,
+               const std::vector<MakeListener>& more)
+    : running_(std::make_unique<Running>(make_service, std::move(options), more)) {}
 Server::Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeListener>& more)
-    : running_(std::make_unique<Running>(std::move(catalogue), std::move(options), more)) {}
+    : Server(
+          [&](asio::any_io_executor executor) {
+            return std::make_unique<LocalService>(std::move(executor), std::move(catalogue),
+                                                  options.service);
+          },
+          options, more) {}
 Server::~Server() = default;
 
 Endpoint Server::endpoint(std::size_t listener) const {
-  return running_->runtime().endpoint(listener);
+  return running_->listeners().at(listener)->endpoint();
 }
-std::vector<std::string> Server::urls() const { return running_->runtime().urls(); }
+
+std::vector<std::string> Server::urls() const {
+  std::vector<std::string> urls;
+  for (const auto& listener : running_->listeners()) urls.push_back(listener->url());
+  return urls;
+}
+
 void Server::run() { running_->run(); }
-void Server::stop() { running_->runtime().stop(); }
-void Server::drain() { running_->runtime().drain(); }
-void Server::reload() { running_->runtime().reload(); }
+void Server::stop() { running_->stop(); }
+void Server::drain() { running_->drain(); }
+void Server::reload() { running_->reload(); }
 void Server::offer(CataloguePtr catalogue) { running_->offer(std::move(catalogue)); }
 
 }  // namespace multitetra

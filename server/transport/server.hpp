@@ -1,10 +1,11 @@
-// The service behind its listeners.
+// A service behind its listeners: the datasets of this process, or those of other servers.
 //
 //   Server server(catalogue, {.listen = {"127.0.0.1", 7410}});
+//   Server gateway(remote_service({.upstream = ...}), {.has_tcp_listener = false}, {http_listener({})});
 //   server.run();  // Until stop() or drain() is called from another thread, or a signal comes.
 //
-// One thread, the caller of run(), does all input and output; `workers` threads make steps, and
-// each step uses all processors. Slow clients cost memory for one step each and no thread.
+// One thread, the caller of run(), does all input and output; the service has threads of its own.
+// Slow clients cost memory for one step each and no thread.
 #pragma once
 
 #include <chrono>
@@ -19,6 +20,7 @@
 #include "server/operations/prometheus_metrics.hpp"
 #include "server/service/dataset_catalogue.hpp"
 #include "server/service/local_service.hpp"
+#include "server/service/surface_service.hpp"
 #include "server/session/session.hpp"
 #include "server/transport/connection_options.hpp"
 #include "server/transport/listener.hpp"
@@ -32,23 +34,26 @@ struct ServerOptions {
   bool heed_signals = false;
   std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
   AdmissionOptions admission = {};
-  LocalServiceOptions service = {};
+  LocalServiceOptions service = {};  // Of a server of datasets.
   SessionOptions session = {};
   // The longest time without messages or work; 0: no limit.
   std::chrono::milliseconds idle_time{0};
   ConnectionOptions connection = {};
   // On the thread of run(), when certificate and tokens were read again.
   std::function<void()> when_reloaded = {};
-  // Exposed at /metrics by every listener. The caller adds its own state.
+  // Exposed at /metrics by every listener. Null: no metrics.
   std::shared_ptr<PrometheusMetrics> metrics = {};
-  std::function<ServiceState()> state = {};
-  bool returns_memory = false;  // As in server_runtime.hpp.
+  bool returns_memory = false;  // Memory that is free goes back to the system now and then.
 };
 
 class Server {
  public:
-  // All listeners are bound and listen. Throws AddressError that names the address when that fails,
-  // and ExitError when certificate or tokens cannot be used.
+  // All listeners are bound and listen: the one for TCP, if there is one, then `more`. Throws
+  // AddressError that names the address when that fails, and ExitError when certificate or tokens
+  // cannot be used, or what the service needs.
+  Server(const MakeService& make_service, ServerOptions options,
+         const std::vector<MakeListener>& more = {});
+  // A server of datasets.
   Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeListener>& more = {});
   ~Server();
 
@@ -59,12 +64,16 @@ class Server {
 
   // Serves until stopped. Returns when all connections are closed and all work has ended.
   void run();
-  // From any thread, as in server_runtime.hpp.
+  // From any thread. Clients are informed; after the linger time connections are closed.
   void stop();
+  // From any thread. Nothing new is begun; stops when no request is under way any more, or the
+  // drain time is over.
   void drain();
+  // From any thread. Reads certificate, tokens and what the service needs again (see
+  // admission_control.hpp).
   void reload();
-  // From any thread. Replaces the offered datasets for new connections and lists; running streams
-  // continue, and clients keep the datasets of their last list.
+  // From any thread, of a server of datasets. Replaces the offered datasets for new connections and
+  // lists; running streams continue, and clients keep the datasets of their last list.
   void offer(CataloguePtr catalogue);
 
  private:

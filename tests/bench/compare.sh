@@ -12,40 +12,10 @@
 #   --yes                            installs missing packages without asking: all of the section [bench], VTK and OpenVDB too
 set -euo pipefail
 
-project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-public_data=$project/../shared/data
-out=$project/build/compare
-runs=3
-quick=false
-programs=
-install_options=()
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --out) out=$(realpath -m "${2:?--out needs a folder}"); shift ;;
-    --quick) quick=true; runs=1 ;;
-    --runs) runs=${2:?--runs needs a number}; shift ;;
-    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    --yes) install_options=(--yes) ;;
-    -h | --help) sed -n '2,12s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
-  esac
-  shift
-done
-cd "$project"
-
-bash docker/install.sh "${install_options[@]}" build bench
-if [ -z "$programs" ]; then
-  echo "== Building (preset bench)"
-  cmake --preset bench >/dev/null
-  cmake --build --preset bench --target multitetra_server_program compare_bench
-  programs=$project/build/bench/bin
-fi
-server=$programs/multitetra-server
-python=/usr/bin/python3  # Debian's, for which its packages are.
-
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-left_out=()
+options=(--out --quick --runs) out=build/compare runs=3
+packages=(build bench) targets=(compare_bench)
+# shellcheck source=tests/bench/set_up.sh
+source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 
 # compare NAME FILE ISOVALUE: prepares and measures it.
 compare() {
@@ -54,31 +24,22 @@ compare() {
   "$programs/compare_bench" "$work/$1.mtd" --isovalue "$3" --runs "$runs" >"$work/$1.json"
   rm "$work/$1.mtd"
 }
-# public NAME FILE ISOVALUE: of ../shared/data, if it is there.
-public() {
-  local file=$public_data/$2
-  if [ ! -f "$file" ]; then
-    left_out+=("$1: ../shared/data/$2 is not there")
-    return
-  fi
-  compare "$1" "$file" "$3"
-}
 generated() {
-  "$server" generate head --size "$2" --noise 20 -o "$work/$1.nrrd" --quiet
+  generated_head "$1" "$2"
   compare "$1" "$work/$1.nrrd" 500.5
   rm "$work/$1.nrrd"
 }
 
 if [ "$quick" = true ]; then
   generated head_128 128
-  public headsq headsq/quarter.nhdr 1150.5
+  public compare headsq headsq/quarter.nhdr 1150.5
 else
   generated head_512 512
-  public visible_female_head visible_female_head_512x512x234_HU.nrrd 300
-  public embryo embryo_256x256x256.vti 80.5
-  public engine engine/engine.mhd 180.5
-  public stent stent.nrrd 0.45
+  public compare visible_female_head visible_female_head_512x512x234_HU.nrrd 300
+  public compare embryo embryo_256x256x256.vti 80.5
+  public compare engine engine/engine.mhd 180.5
+  public compare stent stent.nrrd 0.45
 fi
-for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done
+say_left_out
 "$python" "$project/tests/bench/compare/page.py" "$work" "$out"
 echo "$out/README.md"

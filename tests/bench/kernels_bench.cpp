@@ -13,9 +13,9 @@
 #include "server/core/spectrum/detail/own_error_curve.hpp"
 #include "server/core/surface/tiling.hpp"
 #include "server/core/surface/vertex_normals.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/volume/generators/generators.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra {
 namespace {
@@ -117,14 +117,14 @@ void own_error_curves(benchmark::State& state) {
 }
 BENCHMARK(own_error_curves);
 
-// Everything that `prepare` does but the disk: range, statistics, errors for every isovalue. Items
-// are voxels.
+// Everything that `prepare` does, into a temporary file: range, statistics, errors for every
+// isovalue. Items are voxels.
 void spectrum_building(benchmark::State& state) {
   for (auto _ : state) {
     state.PauseTiming();
     const auto source = source_of(head());
     state.ResumeTiming();
-    benchmark::DoNotOptimize(prepare_in_memory(*source, {.name = "head"}));
+    benchmark::DoNotOptimize(make_dataset(*source, {.name = "head"}));
   }
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(head().size()));
 }

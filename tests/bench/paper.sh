@@ -12,39 +12,12 @@
 #   --yes                            installs missing packages without asking: all of the section [bench], VTK too
 set -euo pipefail
 
-project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-public_data=$project/../shared/data
-out=$project/build/paper
-programs=
-publish=false
-runs=3
-install_options=()
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --out) out=$(realpath -m "${2:?--out needs a folder}"); shift ;;
-    --publish) publish=true ;;
-    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    --runs) runs=${2:?--runs needs a number}; shift ;;
-    --yes) install_options=(--yes) ;;
-    -h | --help) sed -n '2,13s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
-  esac
-  shift
-done
-cd "$project"
-
-bash docker/install.sh "${install_options[@]}" build bench
-if [ -z "$programs" ]; then
-  echo "== Building (preset bench)"
-  cmake --preset bench >/dev/null
-  cmake --build --preset bench --target multitetra_server_program multitetra_client_program paper_bench
-  programs=$project/build/bench/bin
-fi
-server=$programs/multitetra-server
+options=(--out --publish --runs) out=build/paper runs=3
+packages=(build bench) targets=(multitetra_client_program paper_bench)
+# shellcheck source=tests/bench/set_up.sh
+source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 client=$programs/multitetra-client
-python=/usr/bin/python3  # Debian's, for which its packages are.
 
-work=$(mktemp -d)
 pid=
 trap '[ -z "$pid" ] || kill "$pid"; rm -rf "$work"' EXIT
 cd "$work"

@@ -26,11 +26,11 @@
 #include "server/core/errors/leaves.hpp"
 #include "server/core/errors/own_error.hpp"
 #include "server/core/errors/saturated_errors.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/volume/volume_source.hpp"
 #include "tests/bench/flying_edges.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra {
 namespace {
@@ -76,7 +76,7 @@ Json times_of(const Arguments& arguments, const ReferenceExtractor& extractor,
           least_seconds(arguments.runs, threads,
                         [&] { return exact_errors(extractor.field(), arguments.isovalue); })},
          {"all_isovalues_seconds", least_seconds(arguments.runs, threads, [&] {
-            return prepare_in_memory(
+            return make_dataset(
                 *source_of(volume),
                 {.name = "timed", .outside = dataset.info.outside, .margin = dataset.info.margin});
           })}});

@@ -11,38 +11,11 @@
 #   --yes                            installs missing packages without asking
 set -euo pipefail
 
-project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-public_data=$project/../shared/data
-out=$project/build/quality
-quick=false
-programs=
-install_options=()
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --out) out=$(realpath -m "${2:?--out needs a folder}"); shift ;;
-    --quick) quick=true ;;
-    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    --yes) install_options=(--yes) ;;
-    -h | --help) sed -n '2,11s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
-  esac
-  shift
-done
-cd "$project"
+options=(--out --quick) out=build/quality
+packages=(build tests) targets=(quality_bench final_steps_bench shell_bench)
+# shellcheck source=tests/bench/set_up.sh
+source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 
-if [ -z "$programs" ]; then
-  bash docker/install.sh "${install_options[@]}" build tests
-  echo "== Building (preset bench)"
-  cmake --preset bench >/dev/null
-  cmake --build --preset bench --target multitetra_server_program quality_bench final_steps_bench shell_bench
-  programs=$project/build/bench/bin
-fi
-server=$programs/multitetra-server
-python=/usr/bin/python3  # Debian's, for which its packages are.
-
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-left_out=()
 # Arguments of the benches: files and isovalues, "--" between volumes.
 streams=() finals=() shells=()
 
@@ -55,17 +28,8 @@ measure() {
   if [ -n "$4" ]; then finals+=(${finals:+--} "$work/$1.mtd" $4); fi
   shells+=("$1" "$2" "${3%% *}")
 }
-# public NAME FILE ...: of ../shared/data, if it is there.
-public() {
-  local name=$1 file=$public_data/$2
-  if [ -f "$file" ]; then
-    measure "$name" "$file" "$3" "$4"
-  else
-    left_out+=("$name: ../shared/data/$2 is not there")
-  fi
-}
 generated() {
-  "$server" generate head --size "$1" --noise 20 -o "$work/head_$1.nrrd" --quiet
+  generated_head "head_$1" "$1"
   measure "head_$1" "$work/head_$1.nrrd" 500.5 500.5
 }
 
@@ -75,10 +39,10 @@ if [ "$quick" = true ]; then
   generated 128
   links=0,10 final_errors=0.5,2
 else
-  public visible_female_head visible_female_head_512x512x234_HU.nrrd 300.5 "-300.5 300.5"
+  public measure visible_female_head visible_female_head_512x512x234_HU.nrrd 300.5 "-300.5 300.5"
   generated 256
-  public embryo embryo_256x256x256.vti 80.5 80.5
-  public mri_head MRI-Head_256x256x256.nrrd 60.5 ""
+  public measure embryo embryo_256x256x256.vti 80.5 80.5
+  public measure mri_head MRI-Head_256x256x256.nrrd 60.5 ""
 fi
 
 mkdir -p "$out"
@@ -91,6 +55,6 @@ for ((i = 0; i < ${#shells[@]}; i += 3)); do
   echo "${shells[i]}, ${shells[i + 2]}"
   "$programs/shell_bench" "${shells[i + 1]}" "${shells[i + 2]}"
 done | tee "$out/shells.txt"
-for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done
+say_left_out
 "$python" "$project/tests/bench/quality/page.py" "$out"
 echo "$out/README.md"

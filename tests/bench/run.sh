@@ -9,40 +9,12 @@
 #   --yes                             installs missing packages without asking (never VTK)
 set -euo pipefail
 
-project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-public_data=$project/../shared/data
-runs=5
-quick=false
-programs=
-install_options=()
-while [ $# -gt 0 ]; do
-  case "$1" in
-    --quick) quick=true; runs=1 ;;
-    --runs) runs=${2:?--runs needs a number}; shift ;;
-    --programs) programs=$(realpath "${2:?--programs needs a folder}"); shift ;;
-    --yes) install_options=(--yes) ;;
-    -h | --help) sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0 ;;
-    *) echo "Unknown option $1; see --help." >&2; exit 2 ;;
-  esac
-  shift
-done
-cd "$project"
+options=(--quick --runs) runs=5
+packages=(build tests) targets=(volume_bench measured_run)
+# shellcheck source=tests/bench/set_up.sh
+source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 
-if [ -z "$programs" ]; then
-  bash docker/install.sh "${install_options[@]}" build tests
-  echo "== Building (preset bench)"
-  cmake --preset bench >/dev/null
-  targets=(multitetra_server_program volume_bench measured_run)
-  cmake --build --preset bench --target "${targets[@]}"
-  programs=$project/build/bench/bin
-fi
-server=$programs/multitetra-server
-
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-left_out=()
 busy_warning=
-leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
 
 # Other work on a processor makes two threads look like one.
 busy=$(awk '/^cpu / { print $2 + $3 + $4 }' /proc/stat)
@@ -61,7 +33,7 @@ echo "== Volumes"
 sizes=(128 256 512)
 [ "$quick" = true ] && sizes=(128)
 for size in "${sizes[@]}"; do
-  "$server" generate head --size "$size" --noise 20 -o "$work/head_$size.nrrd" --quiet
+  generated_head "head_$size" "$size"
   volume "head_$size" "$work/head_$size.nrrd" 500.5
 done
 if ! ldd "$programs/volume_bench" | grep -q libvtk; then
@@ -70,18 +42,8 @@ fi
 if [ "$quick" = true ]; then
   leave_out "all but the smallest head (--quick)"
 else
-  embryo=$public_data/embryo_256x256x256.vti
-  if [ -f "$embryo" ]; then
-    volume embryo "$embryo" 80.5
-  else
-    leave_out "embryo: ../shared/data/$(basename "$embryo") is not there"
-  fi
-  female=$public_data/visible_female_head_512x512x234_HU.nrrd
-  if [ -f "$female" ]; then
-    volume visible_female_head "$female" 300
-  else
-    leave_out "visible_female_head: ../shared/data/$(basename "$female") is not there"
-  fi
+  public volume embryo embryo_256x256x256.vti 80.5
+  public volume visible_female_head visible_female_head_512x512x234_HU.nrrd 300
 fi
 
 # Samples of a prepared file: the product of its dims.
@@ -132,5 +94,5 @@ cat "$work/prepare.txt"
 echo
 grep -v '^|' "$work/extract.txt"
 awk '/^\|/ && !(/^\| (volume|---) / && seen[$0]++)' "$work/extract.txt"
-for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done
+say_left_out
 if [ -n "$busy_warning" ]; then echo "$busy_warning"; fi

@@ -10,10 +10,10 @@
 
 #include "client/library/client.hpp"
 #include "server/certify/certificate.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/volume/generators/written_nrrd.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/triangle_meshes.hpp"

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra {
 namespace {

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "client/library/client.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/volume/volume_files.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
 

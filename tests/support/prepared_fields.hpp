@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "server/dataset/prepare.hpp"
 #include "server/volume/generators/generators.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra::testing {
 
@@ -57,7 +57,7 @@ inline std::vector<PreparedSetting> prepared_settings() {
 }
 
 inline DatasetPtr prepared(const PreparedSetting& setting, int bins = IsovalueBins::kDefaultCount) {
-  return prepare_in_memory(
+  return make_dataset(
       *source_of(setting.volume),
       {.name = setting.name, .outside = setting.outside, .margin = setting.margin, .bins = bins});
 }

@@ -34,6 +34,8 @@ class ReadyWhen : public SurfaceService {
     return service_.find_tile(digest, may_see);
   }
   [[nodiscard]] bool is_ready() const override { return is_ready_(); }
+  void join() override { service_.join(); }
+  [[nodiscard]] ServiceState state() const override { return service_.state(); }
 
  private:
   SurfaceService& service_;

@@ -1,4 +1,4 @@
-// Destinations of a volume that is being prepared: a file, or memory.
+// The destination of a volume that is being prepared: a file.
 #pragma once
 
 #include <cstddef>
@@ -42,26 +42,6 @@ class FileSink final : public PreparedSink {
  private:
   DatasetWriter writer_;
   std::filesystem::path folder_;
-};
-
-class MemorySink final : public PreparedSink {
- public:
-  explicit MemorySink(const DatasetInfo& info);
-  void add_samples(std::span<const std::byte> bytes) override;
-  void read_samples(std::size_t first, std::span<std::byte> bytes) const override;
-  [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override;
-  void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) override;
-  [[nodiscard]] std::shared_ptr<const BrickSource> samples() const;
-  [[nodiscard]] std::shared_ptr<const BrickSource> spectrum() const;
-
- private:
-  class Bricks;
-
-  std::size_t sample_bytes_;
-  BrickLayout layout_;
-  std::shared_ptr<Bricks> samples_;
-  std::shared_ptr<Bricks> spectrum_;
-  std::size_t next_ = 0;
 };
 
 }  // namespace multitetra

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdio>
 #include <random>
 #include <utility>
 #include <vector>
 
+#include "common/base/hex_text.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/http/detail/min_transfer_rate.hpp"
 #include "server/operations/log.hpp"
@@ -18,9 +18,7 @@ namespace {
 // meet.
 std::string new_request_id() {
   static std::atomic<std::uint64_t> next = (std::uint64_t{std::random_device{}()} << 32) | 1;
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(next++));
-  return text.data();
+  return hex_text(next++);
 }
 
 }  // namespace

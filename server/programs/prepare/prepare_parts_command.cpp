@@ -1,6 +1,5 @@
 #include "server/programs/prepare/prepare_parts_command.hpp"
 
-#include <charconv>
 #include <filesystem>
 #include <iostream>
 #include <utility>
@@ -8,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
@@ -29,16 +29,10 @@ std::string quoted(const std::string& word) {
 
 // Part 3 of 8 is "3/8"; from 0 on here.
 std::size_t part_number(std::string_view text, std::size_t parts) {
-  const std::size_t slash = text.find('/');
-  std::size_t part = 0;
-  std::size_t of = 0;
-  const auto read = [](std::string_view digits, std::size_t& into) {
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), into);
-    return error == std::errc() && end == digits.data() + digits.size();
-  };
-  const bool is_part = slash != std::string_view::npos && read(text.substr(0, slash), part) &&
-                       read(text.substr(slash + 1), of);
-  if (is_part && part >= 1 && part <= of && of == parts) return part - 1;
+  const auto numbers = parse_numbers<std::size_t>(text, 2, '/');
+  if (numbers && (*numbers)[0] >= 1 && (*numbers)[0] <= parts && (*numbers)[1] == parts) {
+    return (*numbers)[0] - 1;
+  }
   throw ExitError(kUsage, "--part is \"" + std::string(text) + "\"; the plan has parts 1/" +
                               std::to_string(parts) + " to " + std::to_string(parts) + "/" +
                               std::to_string(parts) + ".");

@@ -1,24 +1,16 @@
 #include "server/programs/prepare/series_arguments.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <cstddef>
 #include <set>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/request/physical_meaning.hpp"
 #include "common/request/series_member.hpp"
 
 namespace multitetra {
 namespace {
-
-std::optional<double> finite_number(std::string_view text) {
-  double value = 0;
-  const char* const end = text.data() + text.size();
-  const auto [at, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || at != end || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
 
 [[noreturn]] void wrong_use(const std::string& text) { throw ExitError(kUsage, text); }
 
@@ -101,7 +93,7 @@ void SeriesArguments::check() const {
 std::vector<double> SeriesArguments::label_values() const {
   std::vector<double> values;
   for (const std::string& label : labels) {
-    const std::optional<double> value = finite_number(label);
+    const std::optional<double> value = parse_finite(label);
     if (!value || std::trunc(*value) != *value || std::abs(*value) > 16'777'216) {
       wrong_use("--label is \"" + label + "\"; it must be whole numbers such as 3,7, or all.");
     }
@@ -115,8 +107,8 @@ std::vector<double> SeriesArguments::time_values(std::size_t count) const {
   if (times.empty()) return values;
   const std::size_t colon = times.find(':');
   if (colon != std::string::npos) {
-    const auto first = finite_number(std::string_view(times).substr(0, colon));
-    const auto step = finite_number(std::string_view(times).substr(colon + 1));
+    const auto first = parse_finite(std::string_view(times).substr(0, colon));
+    const auto step = parse_finite(std::string_view(times).substr(colon + 1));
     if (!first || !step || !(*step > 0)) wrong_times(times);
     for (std::size_t i = 0; i < count; ++i) {
       values.push_back(*first + *step * static_cast<double>(i));
@@ -124,7 +116,7 @@ std::vector<double> SeriesArguments::time_values(std::size_t count) const {
   } else {
     for (std::string_view rest = times;;) {
       const std::size_t comma = rest.find(',');
-      const auto value = finite_number(rest.substr(0, comma));
+      const auto value = parse_finite(rest.substr(0, comma));
       if (!value) wrong_times(times);
       values.push_back(*value);
       if (comma == std::string_view::npos) break;

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "common/base/exit_codes.hpp"
-#include "server/operations/heap_trimmer.hpp"
 #include "server/operations/log.hpp"
 #include "server/programs/serving/coalescing_task.hpp"
 #include "server/programs/serving/served_datasets.hpp"
@@ -41,16 +40,10 @@ BlockState state_of(const RemoteFiles::Counts& counts) {
 }  // namespace
 
 int serve_until_stopped(const ServeOptions& options, const BackgroundTask& beside) {
-  trim_heap();
   const ThreadLimit limit(options.threads);
-  start_log(log_options(options.listeners));
-  make_room_for(options.listeners);
-  warn_of_open_listeners(options.listeners);
+  begin_serving(options.listeners);
   ServerOptions server_with = server_options(options);
-  std::vector<MakeListener> listeners;
-  if (const auto http = http_options(options.listeners)) {
-    listeners.push_back(http_listener(*http, route_options(options.listeners)));
-  }
+  const std::vector<MakeListener> listeners = http_listeners(options.listeners);
   const auto cache = std::make_shared<SurfaceCache>(options.cache_bytes);
   const auto files = std::make_shared<RemoteFiles>(file_options(options));
   ServedDatasets datasets(options.datasets, cache, files);
@@ -61,27 +54,16 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
                     "prepare VOLUME -o FILE.mtd");
   }
   server_with.service.cache = cache;
-  server_with.metrics = std::make_shared<PrometheusMetrics>();
-  server_with.state = [cache, files] {
-    const TileCache::Counts counts = cache->tiles().counts();
-    return ServiceState{.cache_hits = counts.hits,
-                        .cache_misses = counts.misses,
-                        .cached_tiles = counts.tiles,
-                        .cache_bytes = counts.bytes,
-                        .blocks = state_of(files->counts())};
-  };
+  server_with.service.blocks = [files] { return state_of(files->counts()); };
   CoalescingTask* asked = nullptr;  // There before the server runs.
   server_with.when_reloaded = [&asked] { asked->ask(); };
   Server server(catalogue, server_with, listeners);
   // Datasets may be many, and on slow disks: they are not read by the thread that serves.
   CoalescingTask rescan([&] { offer_again(server, datasets); });
   asked = &rescan;
-  for (const std::string& url : server.urls()) log_line(LogLevel::kInfo, "listening on " + url, {});
   std::shared_ptr<void> work;
   if (beside) work = beside({.urls = server.urls(), .read_again = [&rescan] { rescan.ask(); }});
-  server.run();
-  work.reset();
-  log_line(LogLevel::kInfo, "stopped", {});
+  serve_with_log(server);
   return kOk;
 }
 

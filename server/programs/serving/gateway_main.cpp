@@ -1,32 +1,23 @@
 // multitetra-gateway: the listeners of a server in front of several servers.
 #include <iostream>
-#include <memory>
+#include <utility>
 
 #include "common/base/exit_codes.hpp"
 #include "common/cli/command_line.hpp"
 #include "common/cli/option_sources.hpp"
 #include "common/cli/program.hpp"
-#include "server/operations/heap_trimmer.hpp"
-#include "server/operations/log.hpp"
-#include "server/operations/prometheus_metrics.hpp"
 #include "server/programs/serving/gateway_options.hpp"
 
 namespace multitetra {
 namespace {
 
 int serve(const GatewayOptions& options) {
-  trim_heap();
-  start_log(log_options(options.listeners));
-  make_room_for(options.listeners);
-  warn_of_open_listeners(options.listeners, /*is_gateway=*/true);
-  GatewayServerOptions gateway_with = gateway_server_options(options);
-  gateway_with.runtime.metrics = std::make_shared<PrometheusMetrics>();
-  gateway_with.routes = route_options(options.listeners);
-  GatewayServer gateway(std::move(gateway_with));
-  for (const std::string& url : gateway.urls())
-    log_line(LogLevel::kInfo, "listening on " + url, {});
-  gateway.run();
-  log_line(LogLevel::kInfo, "stopped", {});
+  begin_serving(options.listeners, /*is_gateway=*/true);
+  ServerOptions server = server_options(options.listeners);
+  server.session.agent = "multitetra-gateway/" MULTITETRA_VERSION;
+  Server gateway(remote_service(remote_service_options(options)), std::move(server),
+                 http_listeners(options.listeners));
+  serve_with_log(gateway);
   return kOk;
 }
 
@@ -35,7 +26,9 @@ void complete(const Command& program, const OptionSources& sources, const Gatewa
   if (!sources.config_file.empty()) read_config_file(program, sources.config_file);
   if (sources.print_config) return;
   if (options.upstreams.empty()) throw UsageError("--upstream", "name a server.");
-  (void)gateway_server_options(options);
+  (void)remote_service_options(options);  // What is wrong with them is wrong usage.
+  (void)server_options(options.listeners);
+  (void)http_options(options.listeners);
 }
 
 int run(int argc, char** argv) {

@@ -43,22 +43,17 @@ void add_gateway_options(Command& command, GatewayOptions& o) {
       ->group(kLimitsGroup);
 }
 
-GatewayServerOptions gateway_server_options(const GatewayOptions& o) {
+RemoteServiceOptions remote_service_options(const GatewayOptions& o) {
   // Assigned one by one: what throws halfway through an aggregate makes GCC 12 destroy members that
   // were never constructed.
-  GatewayServerOptions options;
+  RemoteServiceOptions options;
   options.upstream.tile_bytes = o.cache_bytes;
-  options.upstream_files.ca = o.upstream_ca;
-  options.upstream_files.token = o.upstream_token_file;
-  options.http = http_options(o.listeners);
-  options.tcp = tcp_options(o.listeners);
-  options.runtime = runtime_options(o.listeners);
-  options.session = o.listeners.session;
+  options.files.ca = o.upstream_ca;
+  options.files.token = o.upstream_token_file;
   options.requests = o.listeners.requests;
-  options.idle_time = milliseconds(o.listeners.idle_seconds);
   for (const std::string& upstream : o.upstreams) {
     options.upstream.upstreams.push_back(upstream_from(upstream));
-    if (options.upstream.upstreams.back().is_secure()) options.upstream_files.needs_tls = true;
+    if (options.upstream.upstreams.back().is_secure()) options.files.needs_tls = true;
   }
   return options;
 }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/cli/command.hpp"
-#include "server/gateway/gateway_server.hpp"
+#include "server/gateway/remote_service.hpp"
 #include "server/programs/serving/listener_options.hpp"
 
 namespace multitetra {
@@ -23,6 +23,6 @@ struct GatewayOptions {
 void add_gateway_options(Command& command, GatewayOptions& options);
 
 // Throws UsageError that names the option.
-[[nodiscard]] GatewayServerOptions gateway_server_options(const GatewayOptions& options);
+[[nodiscard]] RemoteServiceOptions remote_service_options(const GatewayOptions& options);
 
 }  // namespace multitetra

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <memory>
+#include <utility>
 
 #include "server/http/host.hpp"
 #include "server/http/origin.hpp"
 #include "server/http/target.hpp"
+#include "server/operations/heap_trimmer.hpp"
+#include "server/operations/log.hpp"
 #include "server/operations/open_files.hpp"
 #include "server/operations/request_log.hpp"
 
@@ -236,13 +240,15 @@ std::optional<HttpOptions> http_options(const ListenerOptions& o) {
   return http;
 }
 
-RouteOptions route_options(const ListenerOptions& o) {
+std::vector<MakeListener> http_listeners(const ListenerOptions& o) {
+  const std::optional<HttpOptions> http = http_options(o);
+  if (!http) return {};
   RouteOptions routes = o.routes;
   routes.viewer = find_viewer(o.viewer);
-  return routes;
+  return {http_listener(*http, std::move(routes))};
 }
 
-ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
+ServerOptions server_options(const ListenerOptions& o) {
   if (o.tls_certificate.empty() != o.tls_key.empty()) {
     throw UsageError("--tls-cert and --tls-key", "a certificate needs its key.");
   }
@@ -259,16 +265,21 @@ ServerRuntimeOptions runtime_options(const ListenerOptions& o) {
       .observer = std::make_shared<RequestLog>()};
   if (!o.tls_certificate.empty()) admission.tls = {o.tls_certificate, o.tls_key};
   if (!o.tokens.empty()) admission.tokens = o.tokens;
-  return {.heed_signals = true,
+  const std::optional<TcpListenerOptions> tcp = tcp_options(o);
+  return {.listen = tcp ? tcp->listen : Endpoint{},
+          .has_tcp_listener = tcp.has_value(),
+          .heed_signals = true,
           .drain_time = milliseconds(o.drain_seconds),
           .admission = std::move(admission),
+          .service = {.requests = o.requests},
+          .session = o.session,
+          .idle_time = milliseconds(o.idle_seconds),
+          .connection = connection_options(o),
+          .metrics = std::make_shared<PrometheusMetrics>(),
           .returns_memory = true};
 }
 
-LogOptions log_options(const ListenerOptions& o) {
-  return {.format = log_format_from(o.log_format).value(),
-          .level = log_level_from(o.log_level).value()};
-}
+namespace {
 
 void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
   const auto is_reachable = [](const auto& listener) {
@@ -309,6 +320,22 @@ void make_room_for(const ListenerOptions& o) {
            "(ulimit -n) or allow fewer with --max-connections",
            {{"open_files", allowed},
             {"max_connections", static_cast<std::uint64_t>(o.max_connections)}});
+}
+
+}  // namespace
+
+void begin_serving(const ListenerOptions& o, bool is_gateway) {
+  trim_heap();
+  start_log({.format = log_format_from(o.log_format).value(),
+             .level = log_level_from(o.log_level).value()});
+  make_room_for(o);
+  warn_of_open_listeners(o, is_gateway);
+}
+
+void serve_with_log(Server& server) {
+  for (const std::string& url : server.urls()) log_line(LogLevel::kInfo, "listening on " + url, {});
+  server.run();
+  log_line(LogLevel::kInfo, "stopped", {});
 }
 
 }  // namespace multitetra

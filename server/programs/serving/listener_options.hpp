@@ -11,11 +11,10 @@
 
 #include "common/cli/command.hpp"
 #include "server/http/http_options.hpp"
-#include "server/operations/log.hpp"
 #include "server/routes/route_options.hpp"
 #include "server/session/session.hpp"
 #include "server/transport/connection_options.hpp"
-#include "server/transport/server_runtime.hpp"
+#include "server/transport/server.hpp"
 
 namespace multitetra {
 
@@ -69,19 +68,17 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 // Empty where there shall be no such listener.
 [[nodiscard]] std::optional<TcpListenerOptions> tcp_options(const ListenerOptions& options);
 [[nodiscard]] std::optional<HttpOptions> http_options(const ListenerOptions& options);
-// Without metrics; the admission control's observer is the request log.
-[[nodiscard]] ServerRuntimeOptions runtime_options(const ListenerOptions& options);
-// With the viewer's files, which are read now.
-[[nodiscard]] RouteOptions route_options(const ListenerOptions& options);
-[[nodiscard]] LogOptions log_options(const ListenerOptions& options);
+// All but the service, with metrics; the admission control's observer is the request log.
+[[nodiscard]] ServerOptions server_options(const ListenerOptions& options);
+// The listener for HTTP, if there shall be one, with the viewer's files, which are read now.
+[[nodiscard]] std::vector<MakeListener> http_listeners(const ListenerOptions& options);
 
-// Logs what others could do because of them: every client may see everything, everything
-// can be read on its way, the key can be read by others on this machine. A gateway's clients may
-// see what the servers behind it let them see.
-void warn_of_open_listeners(const ListenerOptions& options, bool is_gateway = false);
-
-// So many open files as the system allows, for connections are some. Logs when that is
-// not enough for the connections that are allowed.
-void make_room_for(const ListenerOptions& options);
+// Starts the log, allows this process as many open files as the system does, and warns of what
+// others could do because of the options: every client may see everything, everything can be read
+// on its way, the key can be read by others on this machine. A gateway's clients may see what the
+// servers behind it let them see.
+void begin_serving(const ListenerOptions& options, bool is_gateway = false);
+// Logs the server's addresses, serves until it is stopped, and logs that.
+void serve_with_log(Server& server);
 
 }  // namespace multitetra

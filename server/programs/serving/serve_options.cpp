@@ -75,27 +75,15 @@ RemoteFilesOptions file_options(const ServeOptions& o) {
 }
 
 ServerOptions server_options(const ServeOptions& o) {
-  ServerRuntimeOptions runtime = runtime_options(o.listeners);
-  runtime.admission.queue_bytes = o.queue_bytes == 0 ? SIZE_MAX : o.queue_bytes;
-  const auto tcp = tcp_options(o.listeners);
-  LocalServiceOptions service = {// Each step uses all threads. One address has two of the workers
-                                 // at most; the others are there
-                                 // so that other requests do not wait for them.
-                                 .workers = o.threads == 1 ? std::size_t{1} : std::size_t{4},
-                                 .limits = {.request_time = milliseconds(o.max_request_seconds),
-                                            .max_triangles = o.max_triangles,
-                                            .waiting_time = milliseconds(o.max_waiting_seconds)},
-                                 .requests = o.listeners.requests};
-  return {.listen = tcp.value_or(TcpListenerOptions{}).listen,
-          .has_tcp_listener = tcp.has_value(),
-          .heed_signals = runtime.heed_signals,
-          .drain_time = runtime.drain_time,
-          .admission = std::move(runtime.admission),
-          .service = std::move(service),
-          .session = o.listeners.session,
-          .idle_time = milliseconds(o.listeners.idle_seconds),
-          .connection = tcp.value_or(TcpListenerOptions{}).connection,
-          .returns_memory = runtime.returns_memory};
+  ServerOptions options = server_options(o.listeners);
+  options.admission.queue_bytes = o.queue_bytes == 0 ? SIZE_MAX : o.queue_bytes;
+  // Each step uses all threads. One address has two of the workers at most; the others are there so
+  // that other requests do not wait for them.
+  options.service.workers = o.threads == 1 ? 1 : 4;
+  options.service.limits = {.request_time = milliseconds(o.max_request_seconds),
+                            .max_triangles = o.max_triangles,
+                            .waiting_time = milliseconds(o.max_waiting_seconds)};
+  return options;
 }
 
 }  // namespace multitetra

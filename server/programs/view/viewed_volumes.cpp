@@ -4,12 +4,12 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <cstdio>
 #include <span>
 #include <string_view>
 #include <system_error>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/hex_text.hpp"
 #include "common/base/text.hpp"
 #include "server/dataset/checksum.hpp"
 #include "server/dataset/dataset.hpp"
@@ -91,12 +91,6 @@ bool is_volume(const fs::path& file) {
 
 // Larger files hold their samples themselves; a smaller one may be a header that names others.
 constexpr std::uintmax_t kMostHeaderBytes = 1 << 20;
-
-std::string hexadecimal(std::uint64_t number) {
-  std::array<char, 17> text{};
-  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(number));
-  return text.data();
-}
 
 }  // namespace
 
@@ -204,7 +198,7 @@ std::string cache_key(const PrepareArguments& arguments) {
       [](unsigned char c) { return c < 0x80 && std::isalnum(c) == 0 && c != '-' && c != '_'; },
       '_');
   if (name.size() > 64) name.resize(64);
-  return name + "-" + hexadecimal(checksum(std::as_bytes(std::span(text))));
+  return name + "-" + hex_text(checksum(std::as_bytes(std::span(text))));
 }
 
 }  // namespace multitetra

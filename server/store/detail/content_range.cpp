@@ -1,8 +1,8 @@
 #include "server/store/detail/content_range.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <system_error>
+
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 
@@ -11,17 +11,17 @@ std::optional<ContentRange> ContentRange::from(std::string_view text) {
   if (!text.starts_with(kUnit)) return std::nullopt;
   text.remove_prefix(kUnit.size());
   ContentRange range;
-  const auto number = [&text](std::uint64_t& into, char end) {
-    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), into);
-    if (error != std::errc()) return false;
-    text.remove_prefix(static_cast<std::size_t>(stop - text.data()));
+  const auto take = [&text](std::uint64_t& into, char end) {
+    const auto number = take_number<std::uint64_t>(text);
+    if (!number) return false;
+    into = *number;
     if (end == '\0') return text.empty();
     if (!text.starts_with(end)) return false;
     text.remove_prefix(1);
     return true;
   };
-  if (!number(range.first, '-') || !number(range.last, '/')) return std::nullopt;
-  if (text != "*" && !number(range.total.emplace(), '\0')) return std::nullopt;
+  if (!take(range.first, '-') || !take(range.last, '/')) return std::nullopt;
+  if (text != "*" && !take(range.total.emplace(), '\0')) return std::nullopt;
   // A last byte of 2^64 - 1 would make a range of all numbers one of no bytes.
   if (range.first > range.last || range.last == ~std::uint64_t{0}) return std::nullopt;
   if (range.total && range.last >= *range.total) return std::nullopt;

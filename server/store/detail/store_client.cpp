@@ -5,13 +5,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <random>
 #include <thread>
 #include <utility>
 
-#include "common/base/text.hpp"
+#include "common/base/hex_text.hpp"
 #include "server/store/detail/content_range.hpp"
+#include "server/store/detail/curl_url.hpp"
+#include "server/store/detail/http_place.hpp"
+#include "server/store/detail/redirects.hpp"
 #include "server/store/store_error.hpp"
 
 namespace multitetra {
@@ -20,27 +22,11 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-std::string environment(const char* name) {
-  const char* const value = std::getenv(name);
-  return value == nullptr ? std::string() : std::string(value);
-}
-
-std::string aws_region() {
-  std::string region = environment("AWS_REGION");
-  if (region.empty()) region = environment("AWS_DEFAULT_REGION");
-  return region.empty() ? "us-east-1" : region;
-}
-
 std::string sha256_hex(std::span<const std::byte> bytes) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
   unsigned size = 0;
   EVP_Digest(bytes.data(), bytes.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  std::string text;
-  for (unsigned i = 0; i < size; ++i) {
-    text += "0123456789abcdef"[digest[i] >> 4];
-    text += "0123456789abcdef"[digest[i] & 15];
-  }
-  return text;
+  return hex_text(std::as_bytes(std::span(digest).first(size)));
 }
 
 std::string range_text(const ByteRange& range) {
@@ -70,48 +56,6 @@ std::string header_of(CURL* curl, const char* name) {
   curl_header* header = nullptr;
   if (curl_easy_header(curl, name, 0, CURLH_HEADER, -1, &header) != CURLHE_OK) return {};
   return header->value;
-}
-
-// An address, parsed by libcurl.
-class Url {
- public:
-  explicit Url(const std::string& text)
-      : url_(curl_url(), &curl_url_cleanup),
-        is_valid_(curl_url_set(url_.get(), CURLUPART_URL, text.c_str(), 0) == CURLUE_OK) {}
-
-  [[nodiscard]] bool is_valid() const { return is_valid_; }
-  // Empty where there is none.
-  [[nodiscard]] std::string part(CURLUPart which, unsigned flags = 0) const {
-    char* text = nullptr;
-    if (curl_url_get(url_.get(), which, &text, flags) != CURLUE_OK) return {};
-    std::string result(text);
-    curl_free(text);
-    return result;
-  }
-  [[nodiscard]] std::string scheme() const { return part(CURLUPART_SCHEME); }
-  [[nodiscard]] std::string host() const { return lower_case(part(CURLUPART_HOST)); }
-  [[nodiscard]] std::string port() const { return part(CURLUPART_PORT, CURLU_DEFAULT_PORT); }
-  // "user:password", or nothing.
-  [[nodiscard]] std::string user() const {
-    const std::string name = part(CURLUPART_USER, CURLU_URLDECODE);
-    return name.empty() ? name : name + ":" + part(CURLUPART_PASSWORD, CURLU_URLDECODE);
-  }
-  void leave_out_user() {
-    curl_url_set(url_.get(), CURLUPART_USER, nullptr, 0);
-    curl_url_set(url_.get(), CURLUPART_PASSWORD, nullptr, 0);
-  }
-
- private:
-  std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> url_;
-  bool is_valid_;
-};
-
-// Whether credentials for `from` are for `to` as well: the same port of the same host, or its
-// https.
-bool is_same_host(const Url& from, const Url& to) {
-  if (from.host() != to.host() || from.host().empty()) return false;
-  if (from.scheme() == to.scheme()) return from.port() == to.port();
-  return from.scheme() == "http" && to.scheme() == "https";
 }
 
 // Between a half of it and all of it: clients that failed together do not come again together.
@@ -227,7 +171,7 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
                                                             milliseconds left, HttpAnswer& answer) {
   constexpr int kMostRedirects = 5;
   const Clock::time_point deadline = Clock::now() + left;
-  Url url(request.address);
+  CurlUrl url(request.address);
   if (!url.is_valid()) return {.problem = "it is no address", .remedy = "Write http://host/path"};
   const Credentials credentials{
       .user = sigv4_.empty() ? url.user() : user_, .sigv4 = sigv4_, .session = session_};
@@ -235,7 +179,7 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
   HttpRequest next = request;
   next.address = url.part(CURLUPART_URL);
   for (int redirects = 0;; ++redirects) {
-    const bool is_trusted = is_same_host(url, Url(next.address));
+    const bool is_trusted = is_same_host(url, CurlUrl(next.address));
     Transfer transfer{.bytes = answer.bytes, .most = request.most};
     const auto rest = std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
     const CURLcode code =
@@ -251,21 +195,6 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
     next.address = to;
     answer.bytes.clear();
   }
-}
-
-std::optional<RefusedRedirect> refused_redirect(const std::string& from, const std::string& to,
-                                                bool follow) {
-  const Url before(from);
-  const Url after(to);
-  const std::string problem = "the server redirects to '" + without_password(to) + "'";
-  if (!after.is_valid() || (after.scheme() != "http" && after.scheme() != "https") ||
-      (before.scheme() == "https" && after.scheme() == "http")) {
-    return RefusedRedirect{.problem = problem + ", which is no https",
-                           .remedy = "Check the address"};
-  }
-  if (follow || is_same_host(before, after)) return std::nullopt;
-  return RefusedRedirect{.problem = problem + ", which is another host",
-                         .remedy = "Give that address; `prepare --follow` allows it for volumes"};
 }
 
 CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStoreOptions& options,
@@ -374,50 +303,6 @@ void StoreClient::give_back(std::unique_ptr<Handle> handle) {
   idle_.push_back(std::move(handle));
   ++free_;
   is_free_.notify_one();
-}
-
-bool is_address(std::string_view text) {
-  return text.starts_with("http://") || text.starts_with("https://") || text.starts_with("s3://");
-}
-
-HttpPlace http_place(const std::string& address) {
-  if (!is_address(address)) {
-    throw StoreError(address, "it is no address", "Write http://, https:// or s3://");
-  }
-  const bool is_s3 = address.starts_with("s3://");
-  const std::string rest = address.substr(address.find("//") + 2);
-  const std::string host = rest.substr(0, rest.find('/'));
-  const std::string path = rest.size() > host.size() ? rest.substr(host.size()) : "/";
-  if (host.empty()) {
-    throw StoreError(address, is_s3 ? "it names no bucket" : "it names no host",
-                     is_s3 ? "Write s3://bucket/path" : "Write https://host/path");
-  }
-  if (!is_s3)
-    return {.is_s3 = false,
-            .origin = address.substr(0, address.size() - rest.size()) + host,
-            .path = path};
-  std::string endpoint = environment("AWS_ENDPOINT_URL");
-  while (endpoint.ends_with('/')) endpoint.pop_back();
-  return {.is_s3 = true,
-          .origin = endpoint.empty() ? "https://" + host + ".s3." + aws_region() + ".amazonaws.com"
-                                     : endpoint + "/" + host,
-          .path = url_encoded(path, "/")};
-}
-
-std::string url_encoded(std::string_view text, std::string_view also) {
-  std::string encoded;
-  for (const char c : text) {
-    const bool is_plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                          (c >= '0' && c <= '9') ||
-                          std::string_view("-._~").find(c) != std::string_view::npos;
-    if (is_plain || also.find(c) != std::string_view::npos) {
-      encoded += c;
-      continue;
-    }
-    const auto byte = static_cast<unsigned char>(c);
-    encoded += {'%', "0123456789ABCDEF"[byte >> 4], "0123456789ABCDEF"[byte & 15]};
-  }
-  return encoded;
 }
 
 }  // namespace multitetra

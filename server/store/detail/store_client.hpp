@@ -1,5 +1,5 @@
 // HTTP requests with retries, over connections that are kept: libcurl (HTTP/1.1, or 2 where the
-// server offers it), which is seen by store_client.cpp alone.
+// server offers it), which is seen by the sources of this folder alone.
 //
 // Responses are checked: a 206 must be of the requested range, and a body as long as its
 // header promised. What may pass (no connection, a body that ends too early, 429, 5xx) is tried
@@ -83,31 +83,5 @@ class StoreClient {
   std::chrono::steady_clock::time_point rests_until_;
   std::string rests_since_;  // The error at that time.
 };
-
-// Why a redirect is not followed.
-struct RefusedRedirect {
-  std::string problem;
-  std::string remedy;
-};
-
-// nullopt for what is followed: http or https of the same host, or of any with `follow`, and never
-// from https to http.
-[[nodiscard]] std::optional<RefusedRedirect> refused_redirect(const std::string& from,
-                                                              const std::string& to, bool follow);
-
-// A place in a bucket, or behind another address, as requests name it.
-struct HttpPlace {
-  bool is_s3 = false;
-  std::string origin;  // "https://host:port", and the bucket where it is part of the path.
-  std::string path;    // "/prefix/head.mtd", as in a URL.
-
-  [[nodiscard]] std::string address() const { return origin + path; }
-};
-
-// Throws StoreError for what is no address, and for a bucket without a name.
-[[nodiscard]] HttpPlace http_place(const std::string& address);
-
-// Percent-encodes as libcurl does in a URL: letters, digits and "-._~" as they are, and `also`.
-[[nodiscard]] std::string url_encoded(std::string_view text, std::string_view also = "");
 
 }  // namespace multitetra

@@ -1,11 +1,11 @@
 #include "server/volume/formats/npy_file.hpp"
 
 #include <array>
-#include <charconv>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "common/base/parse_number.hpp"
 #include "server/volume/formats/detail/half_floats.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
@@ -50,11 +50,9 @@ std::vector<std::int64_t> shape_in(std::string_view text) {
   text.remove_prefix(1);
   while (shape.size() < 8) {
     text.remove_prefix(std::min(text.find_first_not_of(", "), text.size()));
-    std::int64_t length = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
-    if (error != std::errc()) return text.starts_with(')') ? shape : std::vector<std::int64_t>();
-    shape.push_back(length);
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    const auto length = take_number<std::int64_t>(text);
+    if (!length) return text.starts_with(')') ? shape : std::vector<std::int64_t>();
+    shape.push_back(*length);
   }
   return {};
 }

@@ -11,8 +11,8 @@
 
 #include "common/base/text.hpp"
 #include "common/base/vec3.hpp"
+#include "common/image/nrrd_header.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/detail/nrrd_header.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
 #include "server/volume/formats/detail/plain_slices.hpp"
 #include "server/volume/formats/detail/segment_names.hpp"
@@ -28,6 +28,20 @@ constexpr const char* kCheckHeader = "Correct the header";
 std::string unquoted(std::string text) {
   std::erase(text, '"');
   return text;
+}
+
+NrrdHeader read_nrrd_header(const fs::path& file) {
+  NrrdHeader header = parse_nrrd_header(InputFile(file).beginning(kMostNrrdHeaderBytes));
+  if (!header.text.starts_with("NRRD")) {
+    fail_reading(file, "it does not begin with NRRD",
+                 "Check that it is a whole file of this format");
+  }
+  if (!header.has_end && header.bytes == kMostNrrdHeaderBytes) {
+    fail_reading(file,
+                 "its header has more than " + std::to_string(kMostNrrdHeaderBytes) + " bytes",
+                 "Check that it is a whole file of this format");
+  }
+  return header;
 }
 
 // ---- which axis is what

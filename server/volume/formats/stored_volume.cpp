@@ -1,12 +1,12 @@
 #include "server/volume/formats/stored_volume.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
 #include "common/base/address_text.hpp"
 #include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/base/vec3.hpp"
@@ -15,9 +15,6 @@ namespace multitetra {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::array<std::string_view, 10> kStoredNames = {"u8",  "i8",  "u16", "i16", "f32",
-                                                           "u32", "i32", "u64", "i64", "f64"};
 
 }  // namespace
 
@@ -30,68 +27,12 @@ void fail_reading(const fs::path& file, const std::string& problem, const std::s
   throw VolumeFileError(text);
 }
 
-std::size_t bytes_of(StoredType type) {
-  constexpr std::array<std::size_t, 10> kBytes = {1, 1, 2, 2, 4, 4, 4, 8, 8, 8};
-  return kBytes[static_cast<std::size_t>(type)];
-}
-
-std::string_view name(StoredType type) { return kStoredNames[static_cast<std::size_t>(type)]; }
-
-std::optional<StoredType> stored_type_from(std::string_view name) {
-  const auto found = std::find(kStoredNames.begin(), kStoredNames.end(), name);
-  if (found == kStoredNames.end()) return std::nullopt;
-  return static_cast<StoredType>(found - kStoredNames.begin());
-}
-
-std::optional<StoredType> stored_type_from_word(std::string_view written) {
-  std::string word = lower_case(written);
-  std::replace(word.begin(), word.end(), '_', ' ');
-  const auto take = [&](std::string_view prefix) {
-    const bool is_there = word.starts_with(prefix);
-    if (is_there) word.erase(0, prefix.size());
-    return is_there;
-  };
-  (void)take("met ");
-  (void)take("signed ");
-  const bool is_unsigned = take("unsigned ") || take("u");
-  for (const std::string_view end : {" int", " t"}) {
-    if (word.ends_with(end)) word.erase(word.size() - end.size());
-  }
-  constexpr std::array<std::pair<std::string_view, StoredType>, 14> kSigned = {
-      {{"char", StoredType::kI8},
-       {"int8", StoredType::kI8},
-       {"short", StoredType::kI16},
-       {"int16", StoredType::kI16},
-       {"int", StoredType::kI32},
-       {"int32", StoredType::kI32},
-       {"long", StoredType::kI64},
-       {"longlong", StoredType::kI64},
-       {"long long", StoredType::kI64},
-       {"int64", StoredType::kI64},
-       {"float", StoredType::kF32},
-       {"float32", StoredType::kF32},
-       {"double", StoredType::kF64},
-       {"float64", StoredType::kF64}}};
-  for (const auto& [name, type] : kSigned) {
-    if (name != word) continue;
-    if (!is_unsigned) return type;
-    if (type == StoredType::kI8) return StoredType::kU8;
-    if (type == StoredType::kI16) return StoredType::kU16;
-    if (type == StoredType::kI32) return StoredType::kU32;
-    if (type == StoredType::kI64) return StoredType::kU64;
-  }
-  return std::nullopt;
-}
-
 std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {
   if (text == "magnitude") return ComponentChoice{.kind = Kind::kMagnitude};
   if (text == "luminance") return ComponentChoice{.kind = Kind::kLuminance};
-  ComponentChoice choice{.kind = Kind::kIndex};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), choice.index);
-  if (error != std::errc() || end != text.data() + text.size() || choice.index < 0) {
-    return std::nullopt;
-  }
-  return choice;
+  const auto index = parse_number<int>(text);
+  if (!index || *index < 0) return std::nullopt;
+  return ComponentChoice{.kind = Kind::kIndex, .index = *index};
 }
 
 std::int64_t chosen_time(const fs::path& file, std::int64_t count, const VolumeChoice& choice) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/base/affine.hpp"
+#include "common/image/stored_type.hpp"
 #include "common/request/physical_meaning.hpp"
 #include "server/volume/formats/volume_contents.hpp"
 
@@ -28,44 +29,6 @@ class VolumeFileError : public std::runtime_error {
 // Throws VolumeFileError: "Cannot read '<file>': <problem>. <remedy>."
 [[noreturn]] void fail_reading(const std::filesystem::path& file, const std::string& problem,
                                const std::string& remedy);
-
-// The types that samples have in files. The first five are those of SampleType, in its order.
-enum class StoredType { kU8, kI8, kU16, kI16, kF32, kU32, kI32, kU64, kI64, kF64 };
-
-[[nodiscard]] std::size_t bytes_of(StoredType type);
-[[nodiscard]] std::string_view name(StoredType type);  // "u8" ... "f64"
-[[nodiscard]] std::optional<StoredType> stored_type_from(std::string_view name);
-// The same of the words of C and of formats: "unsigned short int", "uint16_t", "UInt16", "ushort",
-// "unsigned_short", "MET_USHORT". A long has 64 bits.
-[[nodiscard]] std::optional<StoredType> stored_type_from_word(std::string_view word);
-
-// action.operator()<Number>(), with the type of C++ that numbers of `type` have.
-template <typename Action>
-decltype(auto) with_number_type(StoredType type, Action&& action) {
-  switch (type) {
-    case StoredType::kU8:
-      return action.template operator()<std::uint8_t>();
-    case StoredType::kI8:
-      return action.template operator()<std::int8_t>();
-    case StoredType::kU16:
-      return action.template operator()<std::uint16_t>();
-    case StoredType::kI16:
-      return action.template operator()<std::int16_t>();
-    case StoredType::kF32:
-      return action.template operator()<float>();
-    case StoredType::kU32:
-      return action.template operator()<std::uint32_t>();
-    case StoredType::kI32:
-      return action.template operator()<std::int32_t>();
-    case StoredType::kU64:
-      return action.template operator()<std::uint64_t>();
-    case StoredType::kI64:
-      return action.template operator()<std::int64_t>();
-    case StoredType::kF64:
-      break;
-  }
-  return action.template operator()<double>();
-}
 
 struct ImageHeader {
   std::array<std::int64_t, 3> dims = {1, 1, 1};  // From the file, not validated.

@@ -1,6 +1,5 @@
 #include "server/volume/labels/label_names.hpp"
 
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
@@ -9,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/base/utf8.hpp"
 #include "server/volume/formats/stored_volume.hpp"
@@ -40,11 +40,7 @@ std::optional<std::vector<Word>> words_in(std::string_view line) {
 }
 
 std::optional<std::int64_t> whole_number(const Word& word) {
-  std::int64_t value = 0;
-  const char* const end = word.text.data() + word.text.size();
-  const auto [at, error] = std::from_chars(word.text.data(), end, value);
-  if (word.is_quoted || error != std::errc() || at != end) return std::nullopt;
-  return value;
+  return word.is_quoted ? std::nullopt : parse_number<std::int64_t>(word.text);
 }
 
 // Red, green and blue from words[first] on.

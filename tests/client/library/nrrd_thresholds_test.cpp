@@ -55,6 +55,15 @@ TEST_F(NrrdThresholds, ReadsOriginAndDirections) {
   EXPECT_TRUE(std::isnan(grid.thresholds[3]));
 }
 
+// The server reads such headers of volumes.
+TEST_F(NrrdThresholds, ReadsLinesThatEndInCrAndFieldsInCapitals) {
+  const ThresholdGrid grid = good(
+      "NRRD0005\rType: MET_FLOAT\rA note:=sizes: 9\rDimension: 3\rSizes: 2 1 1\r"
+      "Encoding: ASCII\rLineSkip: 1\r\rskipped\n0.5 1\n");
+  EXPECT_EQ(grid.dims, (std::array{2, 1, 1}));
+  EXPECT_EQ(grid.thresholds, (std::vector<float>{0.5F, 1}));
+}
+
 TEST_F(NrrdThresholds, ConvertsRasAndLasToLps) {
   const auto translation = [&](const std::string& space) {
     return good(head("float", "ascii",

@@ -17,12 +17,12 @@
 #include <nlohmann/json.hpp>
 
 #include "client/library/client.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "tests/client/cutting_proxy.hpp"
 #include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/waiting.hpp"

@@ -4,12 +4,12 @@
 #include "client/library/message_socket.hpp"
 #include "client/load/agreement.hpp"
 #include "client/load/load_run.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "tests/client/cutting_proxy.hpp"
 #include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
 
 namespace multitetra {

@@ -185,7 +185,7 @@ TEST_F(AtomicFileTest, TheModeIsThatOfAnyNewFile) {
   EXPECT_EQ(fs::status(file_).permissions(), fs::status(folder_ / "any").permissions());
 }
 
-TEST_F(AtomicFileTest, AReplacedFileKeepsItsModeAndASecretIsItsOwners) {
+TEST_F(AtomicFileTest, AReplacedFileKeepsItsMode) {
   const auto mode = [this] { return fs::status(file_).permissions() & fs::perms::mask; };
   std::ofstream(file_) << "old";
   for (const AtomicFile::TemporaryKind before :
@@ -194,10 +194,6 @@ TEST_F(AtomicFileTest, AReplacedFileKeepsItsModeAndASecretIsItsOwners) {
     AtomicFile(file_, before).commit(Durability::kProcessEnd);
     EXPECT_EQ(mode(), static_cast<fs::perms>(0640));
   }
-  AtomicFile secret(file_);
-  secret.make_private();
-  secret.commit(Durability::kProcessEnd);
-  EXPECT_EQ(mode(), static_cast<fs::perms>(0600));
 }
 
 TEST_F(AtomicFileTest, ALongNameHasRoomForItsTemporary) {

@@ -22,5 +22,20 @@ TEST(ParseNumbers, RequiresTheGivenCount) {
   }
 }
 
+TEST(ParseFinite, LeavesOutInfinityAndNan) {
+  EXPECT_EQ(parse_finite("-2.5"), -2.5);
+  for (const char* wrong : {"inf", "-inf", "nan", "1e999", "", "1 "}) {
+    EXPECT_EQ(parse_finite(wrong), std::nullopt) << wrong;
+  }
+}
+
+TEST(TakeNumber, RemovesTheNumberAndNothingElse) {
+  std::string_view text = "12-34_x";
+  EXPECT_EQ(take_number<int>(text), 12);
+  EXPECT_EQ(take_number<int>(text), -34);
+  EXPECT_EQ(take_number<int>(text), std::nullopt);
+  EXPECT_EQ(text, "_x");
+}
+
 }  // namespace
 }  // namespace multitetra

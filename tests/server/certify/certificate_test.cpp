@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/certify/certificate_report.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/triangle_meshes.hpp"
 

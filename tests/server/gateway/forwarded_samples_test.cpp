@@ -1,12 +1,12 @@
 // Slices, probes and colors through a gateway: what a server answers, from a server that can.
 #include <gtest/gtest.h>
 
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra {
 namespace {

@@ -225,9 +225,9 @@ TiledStep damaged_step(const StepRequest& step) {
 TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
   Upstream damaged(std::make_shared<FakeSteps>(
       "octahedron", [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
-  GatewayServerOptions options{.upstream = {.upstreams = {damaged.endpoint()}}};
+  testing::GatewayOptionsOfTest options{.upstream = {.upstreams = {damaged.endpoint()}}};
   options.upstream.failover_timeout = std::chrono::milliseconds(100);
-  options.runtime.metrics = std::make_shared<PrometheusMetrics>();
+  options.server.metrics = std::make_shared<PrometheusMetrics>();
   RunningGateway gateway(std::move(options));
   WebSocketClient client(gateway.http());
   greet(client);

@@ -133,7 +133,7 @@ TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
   const TokensFile of_gateway(outside.path(), {{"alice", "outer", "*"}, {"bob", "few", "none-*"}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .upstream_files = {.token = folder.file("token", "inner\n").string()},
-                          .runtime = {.admission = {.tokens = of_gateway.path()}}});
+                          .server = {.admission = {.tokens = of_gateway.path()}}});
   WebSocketClient alice(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(alice, "outer")));
   open(alice, 1);
@@ -152,7 +152,7 @@ TEST(GuardedGateway, AReloadedListAppliesToOpenConnections) {
   Upstream upstream(octahedron());
   const auto file = folder.file("tokens", access_line("alice", "right", {"*"}));
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
-                          .runtime = {.admission = {.tokens = file}}});
+                          .server = {.admission = {.tokens = file}}});
   WebSocketClient alice(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(alice, "right")));
   (void)folder.file("tokens", access_line("alice", "another", {"*"}));
@@ -169,7 +169,7 @@ TEST(GuardedGateway, SpeaksTlsToServersThatItTrusts) {
   Endpoint secure = upstream.endpoint();
   secure.transport = Transport::kTls;
   const auto trusting = [&](const ListenerCertificate& authority) {
-    return GatewayServerOptions{
+    return testing::GatewayOptionsOfTest{
         .upstream = {.upstreams = {secure}},
         .upstream_files = {.ca = authority.files().certificate.string(), .needs_tls = true}};
   };
@@ -188,14 +188,14 @@ TEST(GuardedGateway, HasTlsAtItsOwnListener) {
   const ListenerCertificate certificate;
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
-                          .runtime = {.admission = {.tls = certificate.files()}}});
+                          .server = {.admission = {.tls = certificate.files()}}});
   TlsRequest visit(gateway.http().port, certificate);
   visit.send(kAskWhetherAlive);
   EXPECT_TRUE(visit.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
 TEST(GuardedGateway, ReportsAnUnreadableTokenFileAtTheStart) {
-  EXPECT_THROW(GatewayServer({.upstream_files = {.token = "/nowhere/token"}}), ExitError);
+  EXPECT_THROW(RunningGateway({.upstream_files = {.token = "/nowhere/token"}}), ExitError);
 }
 
 // ---- limits, metrics, draining
@@ -204,8 +204,8 @@ TEST(GuardedGateway, LimitsConnectionsAndRequestsOfAnAddress) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
       {.upstream = {.upstreams = {upstream.endpoint()}},
-       .runtime = {.admission = {.connections = {.total = 10, .per_name = 1},
-                                 .requests = {.per_second = 0.001, .burst = 1}}}});
+       .server = {.admission = {.connections = {.total = 10, .per_name = 1},
+                                .requests = {.per_second = 0.001, .burst = 1}}}});
   WebSocketClient first(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(first)));
   HttpClient second(gateway.http());
@@ -221,7 +221,7 @@ TEST(GuardedGateway, LimitsConnectionsAndRequestsOfAnAddress) {
 TEST(GuardedGateway, CountsWhatItPassesOn) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
-                          .runtime = {.metrics = std::make_shared<PrometheusMetrics>()}});
+                          .server = {.metrics = std::make_shared<PrometheusMetrics>()}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   open(client, 1);
@@ -269,7 +269,8 @@ TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
 
 TEST(GuardedGateway, SendsIdleClientsAway) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}, .idle_time = 50ms});
+  RunningGateway gateway(
+      {.upstream = {.upstreams = {upstream.endpoint()}}, .server = {.idle_time = 50ms}});
   WebSocketClient idle(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(idle)));
   EXPECT_EQ(code_of(idle.receive()), ErrorCode::kUnavailable);

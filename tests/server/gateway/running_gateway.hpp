@@ -7,17 +7,29 @@
 #include <thread>
 #include <utility>
 
-#include "server/gateway/gateway_server.hpp"
+#include "server/gateway/remote_service.hpp"
 #include "server/operations/log.hpp"
+#include "server/routes/route_options.hpp"
+#include "server/transport/server.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/running_http_server.hpp"
 
 namespace multitetra::testing {
 
+struct GatewayOptionsOfTest {
+  UpstreamOptions upstream = {};
+  UpstreamFiles upstream_files = {};
+  ServerOptions server = {};
+};
+
 class RunningGateway {
  public:
-  explicit RunningGateway(GatewayServerOptions options)
-      : gateway_(on_free_ports(std::move(options))), thread_([this] { gateway_.run(); }) {}
+  explicit RunningGateway(GatewayOptionsOfTest options)
+      : gateway_(remote_service({.upstream = std::move(options.upstream),
+                                 .files = std::move(options.upstream_files)}),
+                 with_http_alone(std::move(options.server)),
+                 {http_listener({.listen = {.host = "127.0.0.1", .port = 0}})}),
+        thread_([this] { gateway_.run(); }) {}
   ~RunningGateway() {
     gateway_.stop();
     wait();
@@ -31,16 +43,15 @@ class RunningGateway {
   }
   void drain() { gateway_.drain(); }
   void reload() { gateway_.reload(); }
-  [[nodiscard]] Endpoint http() const { return gateway_.http(); }
+  [[nodiscard]] Endpoint http() const { return gateway_.endpoint(); }
 
  private:
-  static GatewayServerOptions on_free_ports(GatewayServerOptions options) {
+  static ServerOptions with_http_alone(ServerOptions options) {
     set_log_level(LogLevel::kOff);
-    if (!options.http) options.http.emplace();
-    options.http->listen = {.host = "127.0.0.1", .port = 0};
+    options.has_tcp_listener = false;
     return options;
   }
-  GatewayServer gateway_;
+  Server gateway_;
   std::thread thread_;
 };
 

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/temporary_folder.hpp"
 

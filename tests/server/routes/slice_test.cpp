@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_http_server.hpp"
 
 namespace multitetra {

@@ -9,13 +9,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/operations/prometheus_metrics.hpp"
 #include "server/service/extracted_surfaces.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_http_server.hpp"
 #include "tests/support/temporary_folder.hpp"
 

@@ -6,7 +6,7 @@
 
 #include "server/store/detail/bucket_listing.hpp"
 #include "server/store/detail/content_range.hpp"
-#include "server/store/detail/store_client.hpp"
+#include "server/store/detail/redirects.hpp"
 
 namespace multitetra {
 namespace {

@@ -17,6 +17,7 @@
 #include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
 #include "tests/support/temporary_folder.hpp"
 

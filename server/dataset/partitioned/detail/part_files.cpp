@@ -11,6 +11,7 @@
 #include <system_error>
 #include <utility>
 
+#include "common/base/hex_text.hpp"
 #include "server/core/framework/axes.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 
@@ -34,27 +35,6 @@ auto with_disk(const Action& action) {
 const fs::path& in_new_folder(const fs::path& file) {
   with_disk([&] { return fs::create_directories(file.parent_path()); });
   return file;
-}
-
-std::string hex_text(std::span<const std::byte> bytes) {
-  std::string text;
-  for (const std::byte byte : bytes) {
-    text += "0123456789abcdef"[static_cast<unsigned>(byte) >> 4];
-    text += "0123456789abcdef"[static_cast<unsigned>(byte) & 15];
-  }
-  return text;
-}
-
-std::optional<std::vector<std::byte>> bytes_from_hex(std::string_view text) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  if (text.size() % 2 != 0) return std::nullopt;
-  std::vector<std::byte> bytes(text.size() / 2);
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const std::size_t digit = kDigits.find(text[i]);
-    if (digit == std::string_view::npos) return std::nullopt;
-    bytes[i / 2] = bytes[i / 2] << 4 | static_cast<std::byte>(digit);
-  }
-  return bytes;
 }
 
 PartJson json_of(const ArrayFacts& facts) {

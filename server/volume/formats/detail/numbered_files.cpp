@@ -1,11 +1,11 @@
 #include "server/volume/formats/detail/numbered_files.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <system_error>
 
+#include "common/base/parse_number.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -96,20 +96,12 @@ std::vector<std::string> words_of(const std::string& text) {
 }
 
 std::optional<std::int64_t> integer(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return parse_number<std::int64_t>(text);
 }
 
 std::optional<double> finite_number(std::string_view text) {
-  double value = 0;
   if (text.starts_with('+')) text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    return std::nullopt;
-  }
-  return value;
+  return parse_finite(text);
 }
 
 std::vector<double> finite_numbers(std::string text) {

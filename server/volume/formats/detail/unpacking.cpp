@@ -11,6 +11,7 @@
 #include <cstring>
 #include <limits>
 
+#include "common/base/hex_text.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -20,14 +21,6 @@ constexpr std::size_t kPackedPortionBytes = std::size_t{1} << 18;
 
 tl::unexpected<Error> damaged(const std::string& what) {
   return fail(ErrorCode::kDamagedData, what);
-}
-
-// The value of a hexadecimal digit; 16 for anything else.
-unsigned hex_digit(std::byte byte) {
-  const auto c = std::to_integer<unsigned>(byte);
-  if (c >= '0' && c <= '9') return c - '0';
-  const unsigned letter = c | 0x20U;
-  return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : 16;
 }
 
 // One of the streams that are unpacked forwards, behind one interface.
@@ -85,15 +78,16 @@ class StreamUnpacker {
   // Ends where the file does.
   Progress run_hex(std::span<const std::byte>& packed, std::span<std::byte>& into) {
     for (; !packed.empty() && !into.empty(); packed = packed.subspan(1)) {
-      const unsigned digit = hex_digit(packed[0]);
-      if (digit == 16) {
-        if (std::string_view(" \t\r\n").find(static_cast<char>(packed[0])) == std::string::npos) {
+      const auto letter = static_cast<char>(packed[0]);
+      const auto digit = value_of_hex_digit(letter);
+      if (!digit) {
+        if (std::string_view(" \t\r\n").find(letter) == std::string::npos) {
           return Progress::kDamaged;
         }
         continue;
       }
       if (high_digit_) {
-        into[0] = static_cast<std::byte>(*high_digit_ << 4 | digit);
+        into[0] = static_cast<std::byte>(*high_digit_ << 4 | *digit);
         into = into.subspan(1);
         high_digit_.reset();
       } else {
@@ -109,7 +103,8 @@ class StreamUnpacker {
     if (packing_ == Packing::kBzip2) {
       BZ2_bzDecompressInit(&bzip2_, 0, 0);
     } else {
-      inflateInit2(&zlib_, 15 + 32);  // Distinguishes zlib from gzip by itself.
+      // With a frame it distinguishes zlib from gzip by itself.
+      inflateInit2(&zlib_, packing_ == Packing::kDeflate ? -15 : 15 + 32);
     }
   }
   void end() {
@@ -201,6 +196,7 @@ Result<std::size_t> unpack_into(Packing packing, std::span<const std::byte> pack
       return packed.size();
     case Packing::kGzip:
     case Packing::kZlib:
+    case Packing::kDeflate:
     case Packing::kBzip2:
       return unpack_stream(packing, packed, into);
     case Packing::kZstd:

@@ -16,9 +16,9 @@
 
 namespace multitetra {
 
-// kLz4 is a bare block, kSizedLz4 one behind its unpacked size in four bytes, as numcodecs writes
-// it.
-enum class Packing { kNone, kGzip, kZlib, kZstd, kBlosc, kBzip2, kLz4, kSizedLz4, kHex };
+// kDeflate is the stream inside zip files, without the frame of zlib. kLz4 is a bare block,
+// kSizedLz4 one behind its unpacked size in four bytes, as numcodecs writes it.
+enum class Packing { kNone, kGzip, kZlib, kDeflate, kZstd, kBlosc, kBzip2, kLz4, kSizedLz4, kHex };
 
 // The packing that arrays call by this name (Zarr and N5: "gzip", "zlib", "zstd", "blosc", "bz2",
 // "bzip2", "lz4" (kSizedLz4), "raw"); nullopt for others.
@@ -34,15 +34,15 @@ enum class Packing { kNone, kGzip, kZlib, kZstd, kBlosc, kBzip2, kLz4, kSizedLz4
                                                             std::span<const std::byte> packed,
                                                             std::size_t most);
 
-// A stream (gzip with all its members, zlib, bzip2, or pairs of hexadecimal digits with white space
-// between) in a file from `offset` on, read forwards.
+// A stream (gzip with all its members, zlib, deflate, bzip2, or pairs of hexadecimal digits with
+// white space between) in a file from `offset` on, read forwards.
 class UnpackedStream {
  public:
   // The packing of the bytes at `offset`, by what they begin with; kNone when they are none of
   // kGzip, kZlib, kBzip2.
   [[nodiscard]] static Packing packing_at(const InputFile& file, std::uint64_t offset);
 
-  // Requires packing kGzip, kZlib, kBzip2 or kHex.
+  // Requires packing kGzip, kZlib, kDeflate, kBzip2 or kHex.
   UnpackedStream(const InputFile& file, std::uint64_t offset, Packing packing);
   ~UnpackedStream();
 

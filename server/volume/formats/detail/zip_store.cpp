@@ -10,6 +10,7 @@
 
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -194,15 +195,7 @@ class ZipStore : public ObjectStore {
     if (entry.is_deflated) {
       std::vector<std::byte> packed(entry.packed);
       file_.read(data, packed);
-      z_stream stream = {};
-      inflateInit2(&stream, -15);
-      stream.next_in = reinterpret_cast<unsigned char*>(packed.data());
-      stream.avail_in = static_cast<unsigned>(packed.size());
-      stream.next_out = reinterpret_cast<unsigned char*>(plain.data());
-      stream.avail_out = static_cast<unsigned>(plain.size());
-      const int state = inflate(&stream, Z_FINISH);
-      inflateEnd(&stream);
-      if (state != Z_STREAM_END || stream.avail_out != 0) fail(key, "its packed bytes are damaged");
+      if (!unpack(Packing::kDeflate, packed, plain)) fail(key, "its packed bytes are damaged");
     } else {
       file_.read(data, plain);
     }

@@ -6,8 +6,8 @@
 #include "server/core/sampling/field_probe.hpp"
 #include "server/core/sampling/slice_pixels.hpp"
 #include "server/core/sampling/vertex_scalars.hpp"
-#include "server/dataset/prepare.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra::testing {
 namespace {

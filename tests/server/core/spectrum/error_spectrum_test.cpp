@@ -9,6 +9,7 @@
 #include "server/core/framework/rounding.hpp"
 #include "server/core/spectrum/detail/error_codes.hpp"
 #include "server/core/spectrum/detail/spectrum_brick.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/prepared_fields.hpp"
 
 namespace multitetra::testing {
@@ -79,11 +80,11 @@ TEST_P(ErrorSpectrumEveryField, GrowsFromChildrenToParents) {
 TEST_P(ErrorSpectrumEveryField, DoesNotDependOnMemory) {
   const DatasetPtr ample = prepared(GetParam());
   const DatasetPtr scarce =
-      prepare_in_memory(*source_of(GetParam().volume), {.name = GetParam().name,
-                                                        .outside = GetParam().outside,
-                                                        .margin = GetParam().margin,
-                                                        .slab_bytes = 1,
-                                                        .column_bytes = 1});
+      make_dataset(*source_of(GetParam().volume), {.name = GetParam().name,
+                                                   .outside = GetParam().outside,
+                                                   .margin = GetParam().margin,
+                                                   .slab_bytes = 1,
+                                                   .column_bytes = 1});
   for (std::size_t i = 0; i < ample->spectrum.layout.size(); ++i) {
     const auto is = scarce->spectrum.bricks->brick(i);
     const auto expected = ample->spectrum.bricks->brick(i);

@@ -6,8 +6,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "server/dataset/prepare.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 
 namespace multitetra::testing {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "server/volume/formats/detail/nrrd_header.hpp"
+#include "common/image/nrrd_header.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
 

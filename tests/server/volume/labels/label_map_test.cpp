@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "server/dataset/prepare.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/fields.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
 
@@ -46,10 +46,10 @@ std::vector<float> field_of(const LabelMap& map, double label) {
 }
 
 DatasetPtr dataset_of(const LabelMap& map, double label) {
-  return prepare_in_memory(*map.field(label),
-                           {.name = "label",
-                            .suggested_isovalues = {kLabelBoundary},
-                            .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
+  return make_dataset(*map.field(label),
+                      {.name = "label",
+                       .suggested_isovalues = {kLabelBoundary},
+                       .bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()}});
 }
 
 TiledSurface surface_of(const LabelMap& map, double label, double error = 0) {

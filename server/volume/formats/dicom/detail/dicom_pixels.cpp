@@ -1,7 +1,5 @@
 #include "server/volume/formats/dicom/detail/dicom_pixels.hpp"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include "server/volume/formats/detail/header_bytes.hpp"
+#include "server/volume/formats/detail/unpacking.hpp"
 #include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
@@ -158,27 +157,9 @@ void check_deflated_dicom(const InputFile& file) {
   // The length of the group in front stands in its first element, at byte 140.
   const std::string beginning = file.beginning(144);
   if (beginning.size() < 144) fail_cut_off(file, "the file ends in its header");
-  std::uint64_t at =
+  const std::uint64_t begin =
       144 + std::uint64_t{HeaderBytes(beginning, Endian::kLittle).at<std::uint32_t>(140)};
-  z_stream stream = {};
-  inflateInit2(&stream, -15);
-  std::vector<std::byte> packed(std::size_t{1} << 16);
-  std::vector<std::byte> plain(std::size_t{1} << 18);
-  int state = Z_OK;
-  while (state == Z_OK || state == Z_BUF_ERROR) {
-    if (stream.avail_in == 0) {
-      const std::size_t got = file.read_some(at, packed);
-      if (got == 0) break;
-      at += got;
-      stream.next_in = reinterpret_cast<unsigned char*>(packed.data());
-      stream.avail_in = static_cast<unsigned>(got);
-    }
-    stream.next_out = reinterpret_cast<unsigned char*>(plain.data());
-    stream.avail_out = static_cast<unsigned>(plain.size());
-    state = inflate(&stream, Z_NO_FLUSH);
-  }
-  inflateEnd(&stream);
-  if (state != Z_STREAM_END) fail_cut_off(file, "the deflated data end too early or are damaged");
+  UnpackedStream(file, begin, Packing::kDeflate).require_good_end();
 }
 
 }  // namespace multitetra

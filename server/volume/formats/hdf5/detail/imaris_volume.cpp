@@ -1,8 +1,9 @@
 #include "server/volume/formats/hdf5/detail/imaris_volume.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
+
+#include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
@@ -14,10 +15,8 @@ constexpr std::int64_t kMostImages = 10'000;
 // Attributes of Imaris are numbers written as text.
 std::optional<double> imaris_number(hid_t object, const std::string& name) {
   const std::string text = hdf5_text(object, name.c_str());
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end == text.data()) return std::nullopt;
-  return number;
+  std::string_view rest = text;
+  return take_number<double>(rest);
 }
 
 std::string dataset_path(std::int64_t level, std::int64_t time, std::int64_t channel) {

@@ -1,9 +1,8 @@
-// The header of a NRRD file as fields and keys (http://teem.sourceforge.net/nrrd/format.html). What
-// they mean is in nrrd_file.cpp.
+// The header of a NRRD file as fields and keys (http://teem.sourceforge.net/nrrd/format.html).
+// Their meaning is up to the reader.
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
@@ -27,11 +26,10 @@ struct NrrdHeader {
   [[nodiscard]] std::vector<std::string> axis_words(std::string_view name, std::size_t axes) const;
 };
 
+inline constexpr std::size_t kMostNrrdHeaderBytes = std::size_t{1} << 22;
+
 // `text` is the beginning of a file. Lines end in LF, CR LF or CR; of a field that comes twice the
 // last line counts. Nothing is refused.
 [[nodiscard]] NrrdHeader parse_nrrd_header(std::string_view text);
-
-// Reads the header of a file, which is at most 4 MiB long. Throws VolumeFileError.
-[[nodiscard]] NrrdHeader read_nrrd_header(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-#include "server/volume/formats/detail/nrrd_header.hpp"
+#include "common/image/nrrd_header.hpp"
 
 #include <algorithm>
 #include <array>
@@ -6,13 +6,9 @@
 #include <utility>
 
 #include "common/base/text.hpp"
-#include "server/volume/formats/detail/input_file.hpp"
-#include "server/volume/formats/stored_volume.hpp"
 
 namespace multitetra {
 namespace {
-
-constexpr std::size_t kMostNrrdHeaderBytes = std::size_t{1} << 22;
 
 // Removes the first line and its end from `text` and returns it without the end; nullopt when there
 // is none.
@@ -94,20 +90,6 @@ NrrdHeader parse_nrrd_header(std::string_view text) {
     }
   }
   header.bytes = text.size() - rest.size();
-  return header;
-}
-
-NrrdHeader read_nrrd_header(const std::filesystem::path& file) {
-  NrrdHeader header = parse_nrrd_header(InputFile(file).beginning(kMostNrrdHeaderBytes));
-  if (!header.text.starts_with("NRRD")) {
-    fail_reading(file, "it does not begin with NRRD",
-                 "Check that it is a whole file of this format");
-  }
-  if (!header.has_end && header.bytes == kMostNrrdHeaderBytes) {
-    fail_reading(file,
-                 "its header has more than " + std::to_string(kMostNrrdHeaderBytes) + " bytes",
-                 "Check that it is a whole file of this format");
-  }
   return header;
 }
 

@@ -1,0 +1,224 @@
+#include "server/gateway/detail/remote_caller.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "common/net/coroutines.hpp"
+#include "server/gateway/detail/upstream_tiles.hpp"
+#include "server/operations/log.hpp"
+#include "server/session/answers.hpp"
+
+namespace multitetra {
+namespace {
+
+// A server must have what colors a surface as well. False where none has both.
+bool keep_holders_of_scalars(StartStream& action) {
+  if (!action.scalars) return true;
+  const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
+  const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
+  auto both = std::make_shared<UpstreamDataset>(surface->info());
+  std::copy_if(surface->replicas.begin(), surface->replicas.end(),
+               std::back_inserter(both->replicas), [&](std::size_t replica) {
+                 return std::find(field->replicas.begin(), field->replicas.end(), replica) !=
+                        field->replicas.end();
+               });
+  const bool is_held = !both->replicas.empty();
+  action.source = std::move(both);
+  return is_held;
+}
+
+}  // namespace
+
+asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
+  token_ = token;
+  auto found = co_await upstreams_->catalogue(std::move(token));
+  if (found) catalogue_ = *found;
+  co_return found;
+}
+
+UpstreamClient RemoteCaller::upstream_client() const {
+  constexpr std::size_t kMostOfAName = 256;  // Names of tokens may be long.
+  return {.token = token_, .share = client()->share().substr(0, kMostOfAName)};
+}
+
+void RemoteCaller::when_closed() {
+  is_closed_ = true;
+  if (reached_) reached_->link->close();
+  queries_.close();
+  if (const StreamPtr stream = stream_) {
+    stream->fail({ErrorCode::kCancelled, "The client has disconnected."});
+  }
+  change_.notify_all();
+}
+
+// ---- streams
+
+ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
+  const bool is_held = keep_holders_of_scalars(action);
+  stream_ = std::make_shared<RemoteStream>(
+      std::move(action), RemoteStream::Events{.changed = std::move(changed),
+                                              .taken =
+                                                  [weak = weak_from_this()] {
+                                                    if (const auto self = weak.lock())
+                                                      self->change_.notify_all();
+                                                  },
+                                              .stopped =
+                                                  [weak = weak_from_this()](RemoteStream& stopped) {
+                                                    if (const auto self = weak.lock())
+                                                      self->cancel(stopped);
+                                                  }});
+  const ProgressiveStreamPtr started = stream_;
+  if (!is_held) {
+    stream_->refuse(
+        {ErrorCode::kUnavailable,
+         "No server behind this gateway has both the surface's dataset and the one that "
+         "shall color it."});
+  }
+  change_.notify_all();
+  if (!std::exchange(is_bringing_, true)) {
+    spawn(executor_, [self = shared_from_this()] { return self->bring_streams(); });
+  }
+  return started;
+}
+
+void RemoteCaller::cancel(RemoteStream& stream) {
+  if (std::exchange(stream.is_asked, false) && reached_) {
+    reached_->link->send(Cancel{stream.id()});
+  }
+  if (stream_.get() == &stream) stream_.reset();
+  change_.notify_all();
+}
+
+asio::awaitable<void> RemoteCaller::bring_streams() {
+  const auto self = shared_from_this();
+  while (!is_closed_) {
+    if (const StreamPtr stream = stream_; stream && !stream->is_stopped) {
+      co_await bring(stream);
+    } else {
+      co_await change_.wait();
+    }
+  }
+  if (reached_) reached_->link->close();
+}
+
+asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
+  const std::vector<std::size_t> replicas = stream->dataset->replicas;
+  const bool is_there =
+      reached_ && !reached_->link->is_lost() && upstreams_->may_be_asked(reached_->upstream) &&
+      std::find(replicas.begin(), replicas.end(), reached_->upstream) != replicas.end();
+  if (is_there) co_return true;
+  if (reached_) reached_->link->close();
+  reached_.reset();
+  std::function<bool()> is_wanted = [this, stream] { return !stream->is_stopped && !is_closed_; };
+  UpstreamClient client = upstream_client();  // Not in the awaiting expression: see upstream_pool.
+  client.shells = stream->shells;
+  auto reached = co_await upstreams_->reach(stream->dataset, std::move(client), is_wanted);
+  if (!is_wanted()) {
+    if (reached) (*reached).link->close();
+    co_return false;
+  }
+  if (reached) {
+    reached_ = *std::move(reached);
+    co_return true;
+  }
+  stream->fail(reached.error());
+  co_return false;
+}
+
+asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
+  while (!stream->is_stopped && co_await reach_holder(stream)) {
+    // A link that has been idle may have been closed since; that says nothing about its server.
+    const bool may_be_stale = std::exchange(reached_->was_used, true);
+    stream->forwarded.restart();
+    reached_->link->send(stream->forwarded.open());
+    stream->is_asked = true;
+    if (co_await forward(stream)) co_return;
+    stream->is_asked = false;
+    if (may_be_stale) continue;
+    log_line(LogLevel::kWarning, "upstream lost in a stream; trying another one",
+             {{"connection", client()->facts().connection}, {"request", stream->id()}});
+    upstreams_->lost(reached_->upstream);
+    const RemoteStream::Clock::time_point now = RemoteStream::Clock::now();
+    if (!stream->lost_at) stream->lost_at = now;
+    if (now - *stream->lost_at > upstreams_->options().failover_timeout) {
+      stream->fail({ErrorCode::kUnavailable, "No server brings this stream; try again later."});
+    }
+  }
+}
+
+asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
+  const std::uint64_t id = stream->id();
+  const LinkPtr link = reached_->link;
+  for (;;) {
+    auto message = co_await link->receive();
+    if (!message) co_return stream->is_stopped || is_closed_;
+    const bool is_end = is_last(*message);
+    // A stopping server sends an error and closes the connection: treated as lost.
+    if (is_end && request_id_of(*message) == 0) {
+      link->close();
+      co_return stream->is_stopped || is_closed_;
+    }
+    if (request_id_of(*message) != id) continue;
+    if (!stream->is_stopped && is_shutdown_notice(*message)) {
+      link->close();
+      co_return false;
+    }
+    if (is_end) stream->is_asked = false;
+    if (!stream->is_stopped) take(stream, *std::move(message));
+    if (is_end) co_return true;
+    while (!stream->is_stopped && !is_closed_ && !stream->has_room()) co_await change_.wait();
+  }
+}
+
+void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
+  if (is_last(message)) {
+    stream->put(std::move(message));
+    return;
+  }
+  switch (stream->forwarded.next(message)) {
+    case ForwardedStream::Verdict::kPassOver:
+      return;
+    case ForwardedStream::Verdict::kDiffers:
+      stream->fail({ErrorCode::kUnavailable,
+                    "A server was lost, and another one has a different answer; try again."});
+      return;
+    case ForwardedStream::Verdict::kForward:
+      break;
+  }
+  stream->lost_at.reset();
+  if (const auto* tile = std::get_if<Tile>(&message)) keep(*stream, *tile);
+  stream->put(std::move(message));
+}
+
+// Checked on another thread: what passes does not wait for it.
+void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
+  constexpr std::size_t kMostUnchecked = 64;  // Beyond that a tile is kept another time.
+  const StepBegin& step = stream.forwarded.step();
+  if (step.request.normal_bits != 0 || tile.index >= step.tiles.size()) return;
+  const TileSummary& summary = step.tiles[tile.index];
+  const TileKey key = {.digest = summary.digest,
+                       .cube = summary.cube,
+                       .appearance = step.shell ? kShellAppearance : 0,
+                       .dataset = stream.dataset->info().name};
+  if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMostUnchecked) return;
+  StepBegin of_step = {
+      .request = step.request, .finest_spacing = step.finest_spacing, .shell = step.shell};
+  auto check = [upstreams = upstreams_, executor = executor_, upstream = reached_->upstream, key,
+                encoded = EncodedTile{.summary = summary, .payload = tile.payload}, of_step] {
+    const auto checked = check_tile(encoded, of_step);
+    if (checked) {
+      upstreams->tiles().add(key, encoded);
+      return;
+    }
+    multitetra::post(executor,
+                     [weak = std::weak_ptr(upstreams), upstream, why = checked.error().text] {
+                       if (const auto all = weak.lock()) all->sent_damaged_tile(upstream, why);
+                     });
+  };
+  assembling_.post({.share = client()->share(), .number = queue_number_},
+                   {.run = std::move(check), .kind = "tile check"});
+}
+
+}  // namespace multitetra

@@ -1,0 +1,90 @@
+// One client of a gateway: its streams and queries, forwarded to the servers that have the
+// dataset.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "common/net/async_event.hpp"
+#include "server/gateway/detail/remote_stream.hpp"
+#include "server/gateway/detail/upstream_pool.hpp"
+#include "server/gateway/detail/upstream_queries.hpp"
+#include "server/service/surface_service.hpp"
+#include "server/service/workers.hpp"
+
+namespace multitetra {
+
+class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCaller> {
+ public:
+  RemoteCaller(asio::any_io_executor executor, std::shared_ptr<UpstreamPool> upstreams,
+               Workers& assembling, ConnectionContextPtr client, RequestLimits limits)
+      : Caller(std::move(client), limits),
+        executor_(executor),
+        upstreams_(std::move(upstreams)),
+        assembling_(assembling),
+        queue_number_(assembling.new_client()),
+        queries_(upstreams_),
+        change_(executor) {}
+
+  CataloguePtr catalogue() const override { return catalogue_; }
+  ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
+  void answer(RunQuery action, std::stop_token stop,
+              std::function<void(Result<DatasetQueryReply>)> done) override;
+  void keep_time(std::chrono::steady_clock::time_point) override {}
+
+ protected:
+  std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(std::string token) override {
+    return offered(std::move(token));
+  }
+  void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
+                    std::function<void(Result<Surface>)> done) override;
+  void when_closed() override;
+
+ private:
+  using StreamPtr = std::shared_ptr<RemoteStream>;
+
+  asio::awaitable<Result<CataloguePtr>> offered(std::string token);
+  // Brings all streams, one after the other, until it is closed.
+  asio::awaitable<void> bring_streams();
+  asio::awaitable<void> bring(StreamPtr stream);
+  // Makes sure that reached_ has the dataset; false when the stream cannot continue.
+  asio::awaitable<bool> reach_holder(StreamPtr stream);
+  // Until the stream is over (true) or the server lost (false).
+  asio::awaitable<bool> forward(StreamPtr stream);
+  void take(const StreamPtr& stream, ServerMessage message);
+  // For clients that ask for it by its digest, unless it is damaged.
+  void keep(const RemoteStream& stream, const Tile& tile);
+  void cancel(RemoteStream& stream);
+  [[nodiscard]] UpstreamClient upstream_client() const;
+  asio::awaitable<void> bring_answer(RunQuery action,
+                                     std::function<void(Result<DatasetQueryReply>)> done);
+  asio::awaitable<void> bring_surface(StartStream action, std::uint64_t max_triangles,
+                                      std::stop_token stop,
+                                      std::function<void(Result<Surface>)> done);
+  // All tiles of a stream's only step, and the memory that they take.
+  struct Collected {
+    SurfaceTiles tiles;
+    ByteReservations::Reservation memory = {};
+  };
+  asio::awaitable<Result<Collected>> collect(StartStream action, std::uint64_t max_triangles);
+
+  asio::any_io_executor executor_;
+  std::shared_ptr<UpstreamPool> upstreams_;
+  Workers& assembling_;
+  std::uint64_t queue_number_;
+  UpstreamQueries queries_;
+  CataloguePtr catalogue_ = std::make_shared<const DatasetCatalogue>();
+  std::string token_;
+  bool is_closed_ = false;
+  bool is_bringing_ = false;
+  StreamPtr stream_;  // Null when none runs.
+  // The connection of the last stream, reused by the next one.
+  std::optional<UpstreamPool::Reached> reached_;
+  AsyncEvent change_;
+};
+
+}  // namespace multitetra

@@ -1,0 +1,104 @@
+// One stream that a server behind the gateway makes: the messages that wait for the client, and how
+// far the forwarding has come. It knows no connection.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "server/gateway/detail/forwarded_stream.hpp"
+#include "server/gateway/detail/upstream_pool.hpp"
+#include "server/service/surface_service.hpp"
+#include "server/session/answers.hpp"
+
+namespace multitetra {
+
+class RemoteStream : public ProgressiveStream {
+ public:
+  using Clock = std::chrono::steady_clock;
+  // Called from inside the call that causes them.
+  struct Events {
+    std::function<void()> changed;  // For the client: there may be another message.
+    std::function<void()> taken;    // There is room for another message.
+    std::function<void(RemoteStream&)> stopped;
+  };
+
+  RemoteStream(StartStream action, Events events)
+      : forwarded(std::move(action.open)),
+        dataset(std::dynamic_pointer_cast<const UpstreamDataset>(action.source)),
+        shells(action.shells),
+        events_(std::move(events)) {}
+
+  std::optional<ServerMessage> take() override {
+    if (waiting_.empty()) return std::nullopt;
+    ServerMessage message = std::move(waiting_.front());
+    waiting_.pop_front();
+    if (std::holds_alternative<StepEnd>(message)) ++steps_sent_;
+    events_.taken();
+    return message;
+  }
+  void end(StreamOutcome outcome) override {
+    finish(StreamEnd{.request_id = id(), .outcome = outcome, .steps = steps_sent_});
+  }
+  void fail(Error error) override {
+    finish(ErrorReply{.request_id = id(), .error = std::move(error)});
+  }
+  void drop() override {
+    is_finished_ = true;
+    waiting_.clear();
+    stop();
+  }
+
+  // Before the client received anything of the step.
+  void refuse(Error error) {
+    waiting_.push_back(ErrorReply{.request_id = id(), .error = std::move(error)});
+    is_finished_ = is_stopped = true;
+  }
+  // A message of the server; the last one ends the stream behind those that wait.
+  void put(ServerMessage message) {
+    const bool is_end = is_last(message);
+    waiting_.push_back(std::move(message));
+    if (is_end) is_stopped = true;
+    events_.changed();
+  }
+  [[nodiscard]] bool has_room() const { return waiting_.size() < kMaxWaiting; }
+  [[nodiscard]] std::uint64_t id() const { return forwarded.open().request_id; }
+
+  ForwardedStream forwarded;
+  std::shared_ptr<const UpstreamDataset> dataset;
+  const bool shells;  // Its steps may have them; the same for all streams of a client.
+  // A server is working on it.
+  bool is_asked = false;
+  bool is_stopped = false;
+  std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
+
+ private:
+  // The last message, in the place of what waits.
+  void finish(ServerMessage last) {
+    if (std::exchange(is_finished_, true)) return;
+    waiting_.clear();
+    waiting_.push_back(std::move(last));
+    stop();
+    events_.changed();
+  }
+  // Cancels the stream at the server. Then its link is free for the
+  // next stream.
+  void stop() {
+    is_stopped = true;
+    events_.stopped(*this);
+  }
+
+  static constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
+
+  bool is_finished_ = false;  // The last message was decided here.
+  std::deque<ServerMessage> waiting_;
+  std::uint32_t steps_sent_ = 0;
+  Events events_;
+};
+
+}  // namespace multitetra
