@@ -15,9 +15,10 @@
 #include "common/base/in_parallel.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "common/wire/shell_tile.hpp"
-#include "server/dataset/prepare.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/extraction/shell_extractor.hpp"
 #include "server/volume/volume_files.hpp"
+#include "tests/support/make_dataset.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/sample_shells.hpp"
 
@@ -122,7 +123,7 @@ TEST_P(PublicShellTiles, AreTheMarchedSamplesOfTheFile) {
     SCOPED_TRACE(is_closed ? "closed" : "open");
     const std::optional<double> outside = is_closed ? std::optional(kLayerValue) : std::nullopt;
     const std::int32_t margin = is_closed ? 1 : 0;
-    const DatasetPtr dataset = prepare_in_memory(
+    const DatasetPtr dataset = make_dataset(
         *source_of(volume), {.name = "volume", .outside = outside, .margin = margin});
     for (const std::int32_t spacing : {1, 2}) {
       const auto boxes = testing::boxes_of(volume, outside, margin, spacing, 64);

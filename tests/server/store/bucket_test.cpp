@@ -93,7 +93,7 @@ TEST_F(BucketTest, RefusesListingsThatNeverEnd) {
                   {"s3://volumes/repeats/", {}, "a continuation token that repeats"},
                   {"s3://volumes/long-token/", {}, "a continuation token of 5000 bytes"}};
   for (const auto& [place, limits, problem] : listings) {
-    const std::string found = trouble([&] { (void)list_bucket(place, ".mtd", kQuick, limits); });
+    const std::string found = failure([&] { (void)list_bucket(place, ".mtd", kQuick, limits); });
     EXPECT_NE(found.find(problem), std::string::npos) << found;
   }
 }
@@ -101,7 +101,7 @@ TEST_F(BucketTest, RefusesListingsThatNeverEnd) {
 TEST_F(BucketTest, ListsAsManyPagesAsItMay) {
   for (int i = 0; i < 25; ++i) folder_.file("x" + std::to_string(100 + i) + ".mtd", "x");
   EXPECT_EQ(list_bucket("s3://volumes/", ".mtd", kQuick, {.pages = 3}).size(), 25U);
-  EXPECT_NE(trouble([] {
+  EXPECT_NE(failure([] {
               (void)list_bucket("s3://volumes/", ".mtd", kQuick, {.pages = 2});
             }).find("more than 2 pages"),
             std::string::npos);
