@@ -121,7 +121,7 @@ TEST_F(ShellsOfAGateway, AreNotForClientsWhoseTokenAtTheServerIsForSurfacesOnly)
 TEST_F(ShellsOfAGateway, AreNotForClientsWhoseTokenAtTheGatewayIsForSurfacesOnly) {
   Upstream upstream(testing::balls());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
-                          .runtime = {.admission = {.tokens = tokens_.path()}}});
+                          .server = {.admission = {.tokens = tokens_.path()}}});
   expect_for_alice_alone(gateway);
 }
 
