@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <mutex>
 #include <queue>
-#include <utility>
 #include <vector>
 
 #include "common/base/in_parallel.hpp"
@@ -42,7 +41,7 @@ void in_parallel_upwards(std::span<const std::size_t> parents,
       if (node != root && --children_left[parents[node]] == 0) ready.push(parents[node]);
     }
   };
-  in_parallel(std::min(parallel_threads(), ready.size()), work, std::move(stop));
+  in_parallel(std::min(parallel_threads(), ready.size()), work, stop);
 }
 
 }  // namespace multitetra
