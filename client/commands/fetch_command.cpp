@@ -15,6 +15,7 @@
 #include "common/cli/human_units.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/terminal.hpp"
+#include "common/mesh/lattice_intersections.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/scene_file.hpp"
@@ -186,6 +187,10 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
   }
   const LatticeMesh& mesh = final_step->step->mesh;
   report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
+  const bool has_report = arguments.json || !arguments.report.empty();
+  if (has_report && final_step->step->begin.request.simplify) {
+    report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
+  }
   OutputSurface written = output.surface_of(*final_step);
   const std::string left_out = left_out_text(written, arguments.order.surface);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");

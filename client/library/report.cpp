@@ -86,6 +86,9 @@ Json json_of(const FetchReport& report) {
       {"volume",
        report.measures && report.measures->volume ? Json(*report.measures->volume) : Json(nullptr)},
       {"volume_bound", volume_bound(report)},
+      {"self_intersecting_triangles", report.self_intersecting_triangles
+                                          ? Json(*report.self_intersecting_triangles)
+                                          : Json(nullptr)},
       {"tiles_held", report.tiles_held},
       {"tiles_received", report.received.tiles},
       {"bytes_received", report.received.payload_bytes},

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -21,8 +22,10 @@ struct LatticeIntersections {
 // Exact. Takes time like the number of triangles when these are of similar size.
 [[nodiscard]] LatticeIntersections lattice_intersections(const LatticeMesh& mesh);
 
-// For each triangle 1 if it intersects another one, else 0. Requires triangles with an area.
+// For each triangle 1 if it intersects another one, else 0. Requires triangles with an area. Pairs
+// that `are_apart` is true for are known not to intersect.
 [[nodiscard]] std::vector<std::uint8_t> triangles_in_pairs(
-    std::span<const LatticeTriangle> triangles);
+    std::span<const LatticeTriangle> triangles,
+    const std::function<bool(std::uint32_t, std::uint32_t)>& are_apart);
 
 }  // namespace multitetra

@@ -35,6 +35,21 @@ class LatticePlane {
   Direction normal_;
 };
 
+// Whether the triangle meets the plane only in corners that both triangles have, and is on one side
+// of it otherwise: then they do not intersect. Quickly found.
+[[nodiscard]] inline bool is_beyond(const LatticePlane& plane, const LatticeTriangle& triangle) {
+  bool is_above = false;
+  bool is_below = false;
+  for (const LatticePoint& p : triangle) {
+    const LatticePlane::Number side = plane.side(p);
+    const auto& [q, r, s] = plane.triangle();
+    if (side == 0 && p != q && p != r && p != s) return false;
+    is_above = is_above || side > 0;
+    is_below = is_below || side < 0;
+  }
+  return is_above != is_below;
+}
+
 // Whether two triangles have a point in common beyond the vertices, or the edge, that they share.
 // Touching counts.
 [[nodiscard]] bool intersect(const LatticePlane& a, const LatticePlane& b);

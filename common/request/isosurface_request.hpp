@@ -60,7 +60,7 @@ struct IsosurfaceRequest {
   // Whether meshes get rid of triangles that the error does not need: see
   // server/core/simplification.
   bool simplify = false;
-  // With `simplify`: whether meshes may nowhere cut themselves. It takes two to four times as long.
+  // With `simplify`: whether meshes may nowhere cut themselves; two to three times as long.
   bool embedded = false;
   // The bits of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
   int normal_bits = 0;

@@ -194,7 +194,7 @@ constexpr std::array kFields = {
       "tetrahedra",
       set_switch<&R::simplify>},
     F{"embedded", "", "off", kSize, kRare, kOnce,
-      "Simplified meshes without self-intersections, in two to four times the time",
+      "Simplified meshes without self-intersections, in two to three times the time",
       set_switch<&R::embedded>},
     F{"normals", "BITS", "0", kSize, kRare, kOnce,
       "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals",

@@ -106,16 +106,14 @@ Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
 // Without what was written.
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const std::vector<std::string>& notices, const TiledSurface& surface,
-               const LatticeMesh& mesh, const MeshTopology& topology, const ContentDigest& content,
-               const Progress& progress) {
+               const MeshTopology& topology, std::optional<std::size_t> self_intersecting,
+               const ContentDigest& content, const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
                  {"active_tetrahedra", surface.active_tetrahedra}};
   report.update(json_of(topology));
   report["tiles"] = surface.tiles.size();
   report["simplification_bound_world"] = simplification_bound(surface);
-  if (request.embedded) {
-    report["self_intersecting_triangles"] = lattice_intersections(mesh).triangles;
-  }
+  if (self_intersecting) report["self_intersecting_triangles"] = *self_intersecting;
   report["content_digest"] = content.hex();
   report["seconds"] = progress.seconds();
   report["parameters"] = json_of(request);
@@ -129,6 +127,7 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
 
 void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                  const TiledSurface& surface, const MeshTopology& topology,
+                 std::optional<std::size_t> self_intersecting,
                  const std::optional<WrittenModel>& model) {
   std::cout << arguments.output << ": "
             << "isovalue " << shortest_text(request.isovalue) << ", "
@@ -139,6 +138,10 @@ void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& req
             << human_count_of(static_cast<std::uint64_t>(topology.components), "component") << ", "
             << topology.border_edges << " edges on the border, " << topology.open_edges << " open, "
             << topology.nonmanifold_edges << " non-manifold\n";
+  if (self_intersecting) {
+    std::cout << "  " << human_count_of(*self_intersecting, "triangle")
+              << " that intersect others\n";
+  }
   if (model) {
     std::cout << model->file << ": " << human_count(model->tetrahedra) << " tetrahedra, "
               << human_count(model->points) << " points\n";
@@ -260,10 +263,13 @@ int extract(const ExtractArguments& arguments) {
   const MeshTopology topology = multitetra::topology(
       mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
   const ContentDigest content = digest(mesh);
+  // The surfaces of models never intersect themselves.
+  std::optional<std::size_t> self_intersecting;
+  if (request.simplify) self_intersecting = lattice_intersections(mesh).triangles;
 
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.texts(), surface, mesh, topology, content,
-                     progress);
+    return report_of(arguments, request, notices.texts(), surface, topology, self_intersecting,
+                     content, progress);
   };
   if (topology.triangles == 0) {
     notices.add(empty_surface_text(request, info));
@@ -296,7 +302,7 @@ int extract(const ExtractArguments& arguments) {
     if (model) report["model"] = json_of(arguments, *model);
     std::cout << text_of(report);
   } else if (!arguments.quiet) {
-    print_facts(arguments, request, surface, topology, model);
+    print_facts(arguments, request, surface, topology, self_intersecting, model);
   }
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is "

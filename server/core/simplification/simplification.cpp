@@ -12,6 +12,7 @@
 
 #include "common/base/vec3.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
+#include "server/core/simplification/detail/collapse_fan.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
 #include "server/core/simplification/detail/first_stage.hpp"
 #include "server/core/simplification/detail/quadric.hpp"
@@ -29,31 +30,38 @@ std::vector<Vec3> positions_of(const LatticeMesh& mesh, const PieceFrame& frame)
   return positions;
 }
 
+std::vector<CollapseFan::Point> points_of(std::span<const Vec3> positions,
+                                          std::span<const float> errors) {
+  std::vector<CollapseFan::Point> points(positions.size());
+  for (std::size_t v = 0; v < points.size(); ++v) points[v] = {positions[v], errors[v]};
+  return points;
+}
+
 }  // namespace
 
 class SimplifiedPiece::Run {
  public:
   // Takes map and quadrics out of the piece: there is memory for them once.
-  Run(SimplifiedPiece& piece, const PieceLimit& limit, std::vector<Vec3> positions,
+  Run(SimplifiedPiece& piece, const PieceLimit& limit, std::vector<CollapseFan::Point> points,
       std::optional<Obstacles> embedded)
       : limit_(limit),
-        positions_(std::move(positions)),
+        points_(std::move(points)),
         mesh_(piece.mesh_.triangles, static_cast<std::uint32_t>(piece.mesh_.vertices.size())),
-        carried_(mesh_, positions_, piece.errors_, piece.map_, piece.parts_, limit_),
+        carried_(mesh_, points_, piece.map_, piece.parts_, limit_),
         quadrics_(std::move(piece.quadrics_)),
-        states_(positions_.size()),
+        states_(points_.size()),
         vertices_(piece.mesh_.vertices),
         history_(piece.history_ ? &*piece.history_ : nullptr) {
     piece.map_ = {};
     if (embedded) embedding_.emplace(mesh_, vertices_, *embedded);
-    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
+    for (std::uint32_t v = 0; v < points_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
     if (limit.largest() <= piece.least_tried_) open_around_seams(piece.parts_);
   }
 
-  // Leaves in the piece what is left of it.
-  void simplify(SimplifiedPiece& piece, const std::function<void()>& checkpoint) {
+  // Leaves in the piece what is left of it: all of it, if it `goes_on`, or else its mesh.
+  void simplify(SimplifiedPiece& piece, const std::function<void()>& checkpoint, bool goes_on) {
     for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
       for (std::size_t i = 0; i < candidates_.size(); ++i) {
         if (i % kBetweenCheckpoints == 0) checkpoint();
@@ -67,6 +75,8 @@ class SimplifiedPiece::Run {
       numbers[t] = static_cast<std::uint32_t>(piece.mesh_.triangles.size());
       piece.mesh_.triangles.push_back(mesh_.triangle(t));
     }
+    piece.map_.largest = carried_.largest();
+    if (!goes_on) return;
     piece.map_ = carried_.map(numbers);
     piece.quadrics_ = std::move(quadrics_);
     piece.parts_.assign(piece.mesh_.triangles.size(), 0);
@@ -130,12 +140,14 @@ class SimplifiedPiece::Run {
   void find_costs(std::uint32_t u) {
     mesh_.ring(u, ring_);
     ring_costs_.resize(ring_.size());
+    ring_places_.resize(ring_.size());
     State& state = states_[u];
     state.least_cost = std::numeric_limits<float>::infinity();
     state.is_stale = false;
     for (std::size_t i = 0; i < ring_.size(); ++i) {
       const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring_[i]));
-      ring_costs_[i] = cost(u, w);
+      ring_places_[i] = points_[w].at;
+      ring_costs_[i] = cost(u, ring_places_[i]);
       if (ring_costs_[i] < state.least_cost) {
         state.least_cost = ring_costs_[i];
         state.best = w;
@@ -144,8 +156,8 @@ class SimplifiedPiece::Run {
   }
   // Where quadrics decide little, as on flat pieces, the shorter edge goes: it leaves fewer long
   // and thin triangles.
-  float cost(std::uint32_t u, std::uint32_t v) const {
-    const Vec3 along = difference(positions_[v], positions_[u]);
+  float cost(std::uint32_t u, const Vec3& goal) const {
+    const Vec3 along = difference(goal, points_[u].at);
     const Quadric& q = quadrics_[u];
     return q.at(along) + kOfLength * q.weight() * static_cast<float>(squared_length(along));
   }
@@ -159,13 +171,9 @@ class SimplifiedPiece::Run {
     for (int tries = 0; tries < kTries && !ring_costs_.empty();) {
       const auto least = std::min_element(ring_costs_.begin(), ring_costs_.end());
       if (*least == std::numeric_limits<float>::infinity()) break;
-      const auto first = static_cast<std::size_t>(least - ring_costs_.begin());
       *least = std::numeric_limits<float>::infinity();
-      const auto goal = ring_.begin() + static_cast<std::ptrdiff_t>(first);
-      turned_.assign(goal, ring_.end());
-      turned_.insert(turned_.end(), ring_.begin(), goal);
-      find_places();
-      if (turns_over(positions_[u], places_) || merges_boundaries(mesh_, turned_) ||
+      turn_to(static_cast<std::size_t>(least - ring_costs_.begin()));
+      if (turns_over(points_[u].at, places_) || merges_boundaries(mesh_, turned_) ||
           !mesh_.keeps_topology(turned_)) {
         continue;
       }
@@ -176,22 +184,26 @@ class SimplifiedPiece::Run {
     ++state.refusals;
   }
 
-  void find_places() {
-    places_.clear();
-    for (const std::uint32_t corner : turned_) {
-      places_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
+  // Makes this place of the ring the first.
+  void turn_to(std::size_t first) {
+    turned_.resize(ring_.size());
+    places_.resize(ring_.size());
+    for (std::size_t i = 0; i < ring_.size(); ++i) {
+      const std::size_t from = first + i < ring_.size() ? first + i : first + i - ring_.size();
+      turned_[i] = ring_[from];
+      places_[i] = ring_places_[from];
     }
   }
 
   bool try_collapse(std::uint32_t u) {
-    if (!carried_.fits(turned_)) return false;
+    if (!carried_.fits(turned_, places_)) return false;
     if (embedding_ && !embedding_->allows(turned_)) return false;
     carried_.keep(turned_);
     if (embedding_) embedding_->keep(turned_);
     const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
     if (history_) history_->add(vertices_[u], vertices_[v], carried_.largest_of_last());
     mesh_.collapse(turned_);
-    quadrics_[v].add(quadrics_[u].seen_from(difference(positions_[v], positions_[u])));
+    quadrics_[v].add(quadrics_[u].seen_from(difference(points_[v].at, points_[u].at)));
     states_[v].is_stale = true;
     reopen(v);
     for (const std::uint32_t c : turned_) {
@@ -207,7 +219,7 @@ class SimplifiedPiece::Run {
     if (state.is_stale) return;
     if (state.best == u) {
       state.is_stale = true;
-    } else if (const float to_v = cost(w, v); to_v < state.least_cost) {
+    } else if (const float to_v = cost(w, points_[v].at); to_v < state.least_cost) {
       state.least_cost = to_v;
       state.best = v;
     }
@@ -218,7 +230,7 @@ class SimplifiedPiece::Run {
   }
 
   const PieceLimit& limit_;
-  std::vector<Vec3> positions_;
+  std::vector<CollapseFan::Point> points_;
   CollapsingMesh mesh_;
   SuccessiveMapping carried_;
   std::optional<Embedding> embedding_;
@@ -233,6 +245,7 @@ class SimplifiedPiece::Run {
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
+  std::vector<Vec3> ring_places_;
   std::vector<float> ring_costs_;
   // The ring from the collapse's target on.
   std::vector<std::uint32_t> turned_;
@@ -287,14 +300,16 @@ void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<O
 
 void SimplifiedPiece::simplify(const AllowedDistance& max_distance,
                                const std::function<void()>& checkpoint,
-                               std::optional<Obstacles> embedded, int stage) {
+                               std::optional<Obstacles> embedded, int stage, bool is_last) {
   if (max_distance.largest() == 0 || mesh_.triangles.empty()) return;
   begin(max_distance, embedded, checkpoint);
   SimplifiedPiece taken = std::exchange(*this, {});
-  std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
+  const std::vector<Vec3> positions = positions_of(taken.mesh_, taken.frame());
   const PieceLimit limit(max_distance, taken.frame(), positions);
   if (taken.history_) taken.history_->begin(stage);
-  Run(taken, limit, std::move(positions), embedded).simplify(taken, checkpoint);
+  Run(taken, limit, points_of(positions, taken.errors_), embedded)
+      .simplify(taken, checkpoint, !is_last);
+  if (is_last) taken.finish();
   if (taken.history_) taken.history_->end();
   *this = std::move(taken);
 }
@@ -348,7 +363,7 @@ Simplified simplified(const LatticeMesh& mesh, const SimplificationOptions& opti
     return {.mesh = mesh, .bound = 0};
   }
   SimplifiedPiece piece(mesh, options.lattice_step);
-  piece.simplify(options.max_distance, checkpoint, options.embedded());
+  piece.simplify(options.max_distance, checkpoint, options.embedded(), 0, true);
   return piece.result();
 }
 

@@ -53,7 +53,7 @@ namespace multitetra {
 struct SimplificationOptions {
   Vec3 lattice_step = {1, 1, 1};     // Length of a lattice step along each axis.
   AllowedDistance max_distance = 0;  // In the unit of `lattice_step`.
-  // Whether a surface that does not cut itself stays so. It takes two to four times as long, and
+  // Whether a surface that does not cut itself stays so. It takes two to three times as long, and
   // leaves a few percent more triangles.
   bool is_embedded = false;
   // Whether tiles may be simplified on later, or back to what they were after the first stage: they
@@ -91,10 +91,11 @@ class SimplifiedPiece {
   // `max_distance` as in SimplificationOptions. Pieces that were simplified with another one keep
   // the bound that they have, where it is the larger. When `checkpoint` throws, which is called now
   // and then, nothing is left of the piece. With `embedded` it stays a surface that does not cut
-  // itself, nor those obstacles. `stage` is that of the history, if one is kept.
+  // itself, nor those obstacles. `stage` is that of the history, if one is kept. With `is_last` it
+  // is finished afterwards, which saves what simplifying on would need.
   void simplify(
       const AllowedDistance& max_distance, const std::function<void()>& checkpoint = [] {},
-      std::optional<Obstacles> embedded = std::nullopt, int stage = 0);
+      std::optional<Obstacles> embedded = std::nullopt, int stage = 0, bool is_last = false);
   // The first stage alone, which is quick. For a piece that is to be joined with others.
   void begin(const AllowedDistance& max_distance, std::optional<Obstacles> embedded,
              const std::function<void()>& checkpoint);

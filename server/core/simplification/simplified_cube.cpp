@@ -76,7 +76,8 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   }
   // A piece that is alone was simplified by itself, unless it has only begun.
   if (is_joined || is_begun) {
-    joined.rest.simplify(options.max_distance, checkpoint, embedded(), stage + 1);
+    const bool is_last = cube.exponent == limits.root_exponent && !options.is_resumable;
+    joined.rest.simplify(options.max_distance, checkpoint, embedded(), stage + 1, is_last);
   }
   return joined;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/in_parallel.hpp"
+#include "common/base/parallel_tree.hpp"
 #include "common/mesh/triangle_tree.hpp"
 
 namespace multitetra {
@@ -73,52 +74,98 @@ double seconds_of_this_thread() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// A cube, and what it took to simplify all that is in it.
-struct JoinedCube {
+// A cube with what lies in none of its children; then what simplification leaves of all in it.
+struct CubeInTree {
+  OctreeCube cube;
+  std::optional<SimplifiedPiece> own;
+  std::vector<std::size_t> children;  // In the order of their cubes.
+  std::size_t triangles = 0;          // In it.
   SimplifiedCube surface;
   SimplificationWork work;
 };
 
-// The surface in the cubes of one size, from that in the cubes half as large.
-std::vector<JoinedCube> join_all(CubesOfOneSize cubes, const ObstaclesOfOneSize& obstacles,
-                                 std::vector<JoinedCube> halves,
-                                 const SimplificationOptions& options,
-                                 const SimplifiedTileLimits& limits, const std::stop_token& stop) {
-  struct Joining {
-    OctreeCube cube;
-    std::optional<SimplifiedPiece> own;
-    std::vector<SimplifiedCube> children;
-    SimplificationWork before;
-  };
-  std::vector<Joining> joining;
-  std::map<OctreeCube, std::size_t> index;
-  for (auto& [cube, own] : cubes) {
-    index[cube] = joining.size();
-    joining.push_back({cube, std::move(own), {}, {}});
+// Children come before their parents; the last is the root.
+std::vector<CubeInTree> tree_of(std::vector<CubesOfOneSize> cubes) {
+  std::vector<CubeInTree> tree;
+  std::map<OctreeCube, std::size_t> halves;
+  for (CubesOfOneSize& of_one_size : cubes) {
+    std::map<OctreeCube, std::size_t> wholes;
+    for (auto& [cube, own] : of_one_size) {
+      wholes[cube] = tree.size();
+      const std::size_t triangles = own ? own->triangles() : 0;
+      tree.push_back({cube, std::move(own), {}, triangles, {}, {}});
+    }
+    for (const auto& [half, index] : halves) {
+      CubeInTree& whole = tree[wholes.at(half.parent())];
+      whole.children.push_back(index);
+      whole.triangles += tree[index].triangles;
+    }
+    halves = std::move(wholes);
   }
-  for (JoinedCube& half : halves) {
-    Joining& whole = joining[index.at(half.surface.cube.parent())];
-    whole.children.push_back(std::move(half.surface));
-    whole.before.seconds += half.work.seconds;
-    whole.before.longest_chain = std::max(whole.before.longest_chain, half.work.longest_chain);
+  return tree;
+}
+
+// Depth-first, each cube after its children and those with most triangles first.
+std::vector<std::size_t> depth_first(const std::vector<CubeInTree>& tree) {
+  std::vector<std::size_t> order;
+  std::vector<std::size_t> waiting = {tree.size() - 1};
+  while (!waiting.empty()) {
+    order.push_back(waiting.back());
+    std::vector<std::size_t> children = tree[waiting.back()].children;
+    waiting.pop_back();
+    std::stable_sort(children.begin(), children.end(), [&tree](std::size_t a, std::size_t b) {
+      return tree[a].triangles > tree[b].triangles;
+    });
+    waiting.insert(waiting.end(), children.begin(), children.end());
   }
-  std::vector<JoinedCube> joined(joining.size());
-  in_parallel(
-      joining.size(),
-      [&](std::size_t i) {
-        Joining& one = joining[i];
-        const double start = seconds_of_this_thread();
-        const auto in_the_way = obstacles.find(one.cube);
-        joined[i].surface = join_simplified(
-            one.cube, std::move(one.children), std::move(one.own), options, limits,
-            [&stop] { throw_if_stopped(stop); },
-            in_the_way == obstacles.end() ? Obstacles() : Obstacles(in_the_way->second));
-        const double seconds = seconds_of_this_thread() - start;
-        joined[i].work = {.seconds = one.before.seconds + seconds,
-                          .longest_chain = one.before.longest_chain + seconds};
+  std::reverse(order.begin(), order.end());
+  return order;
+}
+
+// Simplifies what is in the cube, when its children are through.
+void join(std::vector<CubeInTree>& tree, std::size_t index, const ObstaclesOfOneSize& obstacles,
+          const SimplificationOptions& options, const SimplifiedTileLimits& limits,
+          const std::stop_token& stop) {
+  CubeInTree& whole = tree[index];
+  std::vector<SimplifiedCube> children;
+  for (const std::size_t child : whole.children) {
+    const SimplificationWork& before = tree[child].work;
+    whole.work.seconds += before.seconds;
+    whole.work.longest_chain = std::max(whole.work.longest_chain, before.longest_chain);
+    children.push_back(std::move(tree[child].surface));
+  }
+  const double start = seconds_of_this_thread();
+  const auto in_the_way = obstacles.find(whole.cube);
+  whole.surface = join_simplified(
+      whole.cube, std::move(children), std::move(whole.own), options, limits,
+      [&stop] { throw_if_stopped(stop); },
+      in_the_way == obstacles.end() ? Obstacles() : Obstacles(in_the_way->second));
+  const double seconds = seconds_of_this_thread() - start;
+  whole.work.seconds += seconds;
+  whole.work.longest_chain += seconds;
+}
+
+// The surface in all cubes, from the smallest ones up to the root.
+CubeInTree joined(std::vector<CubesOfOneSize> cubes,
+                  const std::vector<ObstaclesOfOneSize>& obstacles,
+                  const SimplificationOptions& options, const SimplifiedTileLimits& limits,
+                  const std::stop_token& stop) {
+  std::vector<CubeInTree> tree = tree_of(std::move(cubes));
+  const std::vector<std::size_t> order = depth_first(tree);
+  std::vector<std::size_t> places(tree.size());
+  for (std::size_t place = 0; place < order.size(); ++place) places[order[place]] = place;
+  std::vector<std::size_t> parents(tree.size());
+  for (std::size_t index = 0; index < tree.size(); ++index) {
+    for (const std::size_t child : tree[index].children) parents[places[child]] = places[index];
+  }
+  in_parallel_upwards(
+      parents,
+      [&](std::size_t place) {
+        const auto size = static_cast<std::size_t>(tree[order[place]].cube.exponent);
+        join(tree, order[place], obstacles[size], options, limits, stop);
       },
       stop);
-  return joined;
+  return std::move(tree.back());
 }
 
 // When the last of the first `done` collapses happened.
@@ -149,13 +196,11 @@ SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& opti
   std::vector<CubesOfOneSize> cubes = cubes_around(std::move(tiles_), root_exponent_);
   std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
   if (options.is_embedded) obstacles = obstacles_in(cubes, resolution);
-  std::vector<JoinedCube> joined;
-  for (std::size_t size = 0; size < cubes.size(); ++size) {
-    joined =
-        join_all(std::move(cubes[size]), obstacles[size], std::move(joined), options, limits, stop);
-  }
-  tiles_ = all_tiles(std::move(joined.front().surface));
-  return joined.front().work;
+  SimplifiedTileLimits here = limits;
+  here.root_exponent = root_exponent_;
+  CubeInTree root = joined(std::move(cubes), obstacles, options, here, stop);
+  tiles_ = all_tiles(std::move(root.surface));
+  return root.work;
 }
 
 std::size_t SurfaceSimplifier::triangles() const {

@@ -78,6 +78,13 @@ TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
 }
 
+TEST(Report, HasTheNumberOfSelfIntersectingTrianglesIfTheyWereCounted) {
+  FetchReport report = octahedron_report();
+  EXPECT_TRUE(json::parse(json_report(report)).at("self_intersecting_triangles").is_null());
+  report.self_intersecting_triangles = 3;
+  EXPECT_EQ(json::parse(json_report(report)).at("self_intersecting_triangles"), 3);
+}
+
 TEST(Report, ListsEveryStepInJson) {
   const FetchReport report = octahedron_report();
   const StepEnd& end = report.steps.front().step->end;

@@ -16,18 +16,21 @@ namespace multitetra {
   return cross(difference(q, p), difference(r, p));
 }
 
-// Whether a triangle turns by more than some 78 degrees when u moves onto w_0, or becomes
-// degenerate.
-[[nodiscard]] inline bool turns_over(const Vec3& u, std::span<const Vec3> places) {
+// Whether the triangle of w_i and w_(i + 1) turns by more than some 78 degrees when its third
+// vertex moves onto w_0, or becomes degenerate. `before` is its normal_of now.
+[[nodiscard]] inline bool turns_over(const Vec3& before, std::span<const Vec3> places,
+                                     std::size_t i) {
   constexpr double kLeastSquaredCosine = 0.04;
+  const Vec3 after = normal_of(places[0], places[i], places[i + 1]);
+  const double along = dot(before, after);
+  return !(along > 0) ||
+         along * along < kLeastSquaredCosine * squared_length(before) * squared_length(after);
+}
+
+// Whether any triangle of the ring does when u moves onto w_0.
+[[nodiscard]] inline bool turns_over(const Vec3& u, std::span<const Vec3> places) {
   for (std::size_t i = 1; i + 1 < places.size(); ++i) {
-    const Vec3 before = normal_of(u, places[i], places[i + 1]);
-    const Vec3 after = normal_of(places[0], places[i], places[i + 1]);
-    const double along = dot(before, after);
-    if (!(along > 0) ||
-        along * along < kLeastSquaredCosine * squared_length(before) * squared_length(after)) {
-      return true;
-    }
+    if (turns_over(normal_of(u, places[i], places[i + 1]), places, i)) return true;
   }
   return false;
 }

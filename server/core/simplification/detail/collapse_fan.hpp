@@ -16,8 +16,8 @@ namespace multitetra {
 
 class CollapseFan {
  public:
-  // A vertex or a place on an edge, and its error.
-  struct Point {
+  // A vertex or a place on an edge, and its error. Half a cache line.
+  struct alignas(32) Point {
     Vec3 at = {};
     double error = 0;
   };

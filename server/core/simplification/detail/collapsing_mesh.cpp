@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstddef>
 #include <utility>
 
 namespace multitetra {
@@ -17,41 +18,55 @@ CollapsingMesh::CollapsingMesh(std::span<const TriangleIndices> triangles,
   find_kinds();
 }
 
-// Every corner is filed under the vertex where the edge opposite to it begins. An edge has
-// opposites only when it belongs to two triangles, one in each direction.
+// Every corner is filed under the lesser end of the edge opposite to it: corners of edges that go
+// up from there first, then those of edges that come down to it. An edge has opposites only when it
+// belongs to two triangles, one in each direction.
 void CollapsingMesh::find_opposites() {
   struct Filed {
-    std::uint32_t to = 0;  // Where the edge ends.
+    std::uint32_t other = 0;  // The edge's greater end.
     std::uint32_t corner = 0;
   };
   std::vector<std::uint32_t> begin(kinds_.size() + 1, 0);
   for (const Triangle& t : triangles_) {
-    for (const std::uint32_t v : t.vertices) ++begin[v + 1];
+    const auto [p, q, r] = t.vertices;
+    ++begin[std::min(p, q) + 1];
+    ++begin[std::min(q, r) + 1];
+    ++begin[std::min(r, p) + 1];
   }
   for (std::size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
   std::vector<Filed> filed(begin.back());
-  std::vector<std::uint32_t> end(begin.begin(), begin.end() - 1);
+  struct Free {
+    std::uint32_t begin = 0, end = 0;
+  };
+  std::vector<Free> free(kinds_.size());
+  for (std::size_t v = 0; v < free.size(); ++v) free[v] = {begin[v], begin[v + 1]};
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t c = corner_of(i, k);
-      filed[end[vertex(next(c))]++] = {vertex(previous(c)), c};
+      const std::uint32_t from = vertex(next(c));
+      const std::uint32_t to = vertex(previous(c));
+      if (from < to) {
+        filed[free[from].begin++] = {to, c};
+      } else {
+        filed[--free[to].end] = {from, c};
+      }
       corner_of_[vertex(c)] = c;
     }
   }
-  // How many edges go from one vertex to another, and the last one's corner.
-  const auto find = [&](std::uint32_t from, std::uint32_t to) {
+  // How many of these edges lead to a vertex, and the last one's corner.
+  const auto find = [&filed](std::uint32_t first, std::uint32_t last, std::uint32_t other) {
     std::pair<int, std::uint32_t> found = {0, kNone};
-    for (std::uint32_t i = begin[from]; i < begin[from + 1]; ++i) {
-      if (filed[i].to == to) found = {found.first + 1, filed[i].corner};
+    for (std::uint32_t i = first; i < last; ++i) {
+      if (filed[i].other == other) found = {found.first + 1, filed[i].corner};
     }
     return found;
   };
-  for (std::uint32_t from = 0; from < kinds_.size(); ++from) {
-    for (std::uint32_t i = begin[from]; i < begin[from + 1]; ++i) {
-      const auto [to, corner] = filed[i];
-      if (to < from) continue;
-      const auto [back, across] = find(to, from);
-      if (back == 1 && find(from, to).first == 1) link(corner, across);
+  for (std::uint32_t v = 0; v < free.size(); ++v) {
+    const std::uint32_t middle = free[v].end;
+    for (std::uint32_t i = begin[v]; i < middle; ++i) {
+      const auto [other, corner] = filed[i];
+      const auto [back, across] = find(middle, begin[v + 1], other);
+      if (back == 1 && find(begin[v], middle, other).first == 1) link(corner, across);
     }
   }
 }

@@ -81,11 +81,11 @@ class CollapsingMesh {
   void collapse(std::span<const std::uint32_t> ring);
 
  private:
-  struct Triangle {
+  // Half a cache line.
+  struct alignas(32) Triangle {
     TriangleIndices vertices;
     bool is_removed = false;
     std::array<std::uint32_t, 3> opposite = {kNone, kNone, kNone};
-    std::uint32_t unused = 0;  // For a size of half a cache line.
   };
 
   void find_opposites();

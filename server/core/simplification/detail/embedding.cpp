@@ -32,7 +32,12 @@ Embedding::Embedding(const CollapsingMesh& mesh, std::span<const LatticePoint> v
       obstacles_(obstacles),
       tree_(boxes_of(mesh, vertices, obstacles)),
       ring_vertices_(vertices.size()),
-      going_(mesh.triangle_count() + obstacles.size(), 0) {}
+      going_(mesh.triangle_count() + obstacles.size(), 0) {
+  turns_.reserve(mesh.triangle_count());
+  for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
+    turns_.emplace_back(LatticePlane(triangle(t)).normal());
+  }
+}
 
 LatticeTriangle Embedding::triangle(std::uint32_t index) const {
   if (index >= mesh_.triangle_count()) return obstacles_[index - mesh_.triangle_count()];
@@ -61,7 +66,8 @@ void Embedding::set_up_fan(std::span<const std::uint32_t> ring) {
     if (place == 0 || place + 1 == ring.size()) continue;
     const LatticeTriangle one = {vertices_[vertex(0)], vertices_[vertex(place)],
                                  vertices_[vertex(place + 1)]};
-    fan_.push_back({LatticePlane(one), box_of(one)});
+    const LatticePlane plane(one);
+    fan_.push_back({plane, box_of(one), SeenTurns(plane.normal())});
   }
 }
 
@@ -89,6 +95,8 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
   const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(ring[0]));
   const bool is_beside_goal = place == 1 || place + 1 == ring.size();
   mesh_.ring(centre, corners_);
+  const SeenTurns turns = turns_around(place);
+  if (!turns.any()) return false;
   around_.clear();
   for (const std::uint32_t corner : corners_) {
     const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(corner));
@@ -102,7 +110,20 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
       around_.push_back(vertices_[v]);
     }
   }
-  return lie_side_by_side(vertices_[centre], around_);
+  return go_around_once(vertices_[centre], around_, turns);
+}
+
+// Of the triangles at `corners_` that stay, and of the fan's there.
+SeenTurns Embedding::turns_around(std::uint32_t place) const {
+  SeenTurns turns;
+  for (const std::uint32_t corner : corners_) {
+    const std::uint32_t t = CollapsingMesh::triangle_of(corner);
+    if (going_[t] != now_) turns.meet(turns_[t]);
+  }
+  for (std::size_t k = 0; k < fan_.size(); ++k) {
+    if (place == 0 || k + 1 == place || k + 2 == place) turns.meet(fan_[k].turns);
+  }
+  return turns;
 }
 
 bool Embedding::fan_meets_itself() const {
@@ -128,11 +149,12 @@ bool Embedding::fan_meets(std::uint32_t t) const {
   if (going_[t] == now_) return false;
   const std::uint64_t bits = cleared(t);
   if (bits == ~std::uint64_t{0}) return false;
-  const LatticePlane other(triangle(t));
-  const TriangleBox box = box_of(other.triangle());
+  const LatticeTriangle other = triangle(t);
+  const TriangleBox box = box_of(other);
   for (std::size_t k = 0; k < fan_.size(); ++k) {
     if (k < kMostBits && (bits >> k & 1) != 0) continue;
-    if (fan_[k].box.touches(box) && intersect(fan_[k].plane, other)) return true;
+    if (!fan_[k].box.touches(box) || is_beyond(fan_[k].plane, other)) continue;
+    if (intersect(fan_[k].plane, LatticePlane(other))) return true;
   }
   return false;
 }
@@ -141,7 +163,9 @@ void Embedding::keep(std::span<const std::uint32_t> ring) {
   tree_.remove(CollapsingMesh::triangle_of(ring.front()));
   tree_.remove(CollapsingMesh::triangle_of(ring.back()));
   for (std::size_t k = 0; k < fan_.size(); ++k) {
-    tree_.set(CollapsingMesh::triangle_of(ring[k + 1]), fan_[k].box);
+    const std::uint32_t t = CollapsingMesh::triangle_of(ring[k + 1]);
+    tree_.set(t, fan_[k].box);
+    turns_[t] = fan_[k].turns;
   }
 }
 

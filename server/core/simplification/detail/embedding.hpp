@@ -16,6 +16,7 @@
 #include "common/mesh/mesh.hpp"
 #include "common/mesh/triangle_tree.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
+#include "server/core/simplification/detail/star_projection.hpp"
 
 namespace multitetra {
 
@@ -38,6 +39,7 @@ class Embedding {
   struct FanTriangle {
     LatticePlane plane;
     TriangleBox box;
+    SeenTurns turns;
   };
   // A vertex of the ring. `seen` is the number of the collapse in which it was one.
   struct RingVertex {
@@ -48,6 +50,7 @@ class Embedding {
   void set_up_fan(std::span<const std::uint32_t> ring);
   void find_clear_stars(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t place);
+  [[nodiscard]] SeenTurns turns_around(std::uint32_t place) const;
   [[nodiscard]] bool fan_meets_itself() const;
   [[nodiscard]] bool fan_meets(std::uint32_t triangle) const;
   // The fan's triangles, as bits, that need not be compared with one of the mesh.
@@ -57,7 +60,8 @@ class Embedding {
   const CollapsingMesh& mesh_;
   std::span<const LatticePoint> vertices_;
   Obstacles obstacles_;
-  TriangleTree tree_;  // Obstacles come after the mesh's triangles.
+  TriangleTree tree_;             // Obstacles come after the mesh's triangles.
+  std::vector<SeenTurns> turns_;  // By triangle of the mesh.
   // For one collapse.
   std::uint32_t now_ = 0;
   std::vector<RingVertex> ring_vertices_;   // By vertex.

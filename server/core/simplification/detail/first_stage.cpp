@@ -6,8 +6,10 @@
 #include <limits>
 
 #include "common/mesh/lattice_intersections.hpp"
+#include "common/mesh/lattice_plane.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
+#include "server/core/simplification/detail/star_projection.hpp"
 #include "server/core/simplification/detail/vertex_errors.hpp"
 
 namespace multitetra {
@@ -87,7 +89,15 @@ class Sweeps {
       triangles.push_back({before.vertices[p], before.vertices[q], before.vertices[r]});
     }
     triangles.insert(triangles.end(), obstacles.begin(), obstacles.end());
-    const std::vector<std::uint8_t> is_in_pair = triangles_in_pairs(triangles);
+    const std::vector<std::uint8_t> is_clear = clear_stars(before);
+    const auto are_apart = [&](std::uint32_t one, std::uint32_t other) {
+      if (one >= left.size() || other >= left.size()) return false;
+      for (const std::uint32_t v : left[one]) {
+        if (is_clear[v] != 0 && std::ranges::count(left[other], v) > 0) return true;
+      }
+      return false;
+    };
+    const std::vector<std::uint8_t> is_in_pair = triangles_in_pairs(triangles, are_apart);
     std::vector<std::uint8_t> is_corner(positions_.size(), 0);
     bool is_any = false;
     for (std::size_t t = 0; t < left.size(); ++t) {
@@ -135,6 +145,34 @@ class Sweeps {
                            : rounded;
   }
 
+  // For each vertex whether no two of the triangles around it can intersect.
+  [[nodiscard]] std::vector<std::uint8_t> clear_stars(const LatticeMesh& before) const {
+    std::vector<SeenTurns> turns(mesh_.triangle_count());
+    std::vector<std::uint8_t> is_there(positions_.size(), 0);
+    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
+      if (mesh_.is_removed(t)) continue;
+      const auto& [p, q, r] = mesh_.triangle(t);
+      turns[t] = SeenTurns(
+          LatticePlane({before.vertices[p], before.vertices[q], before.vertices[r]}).normal());
+      is_there[p] = is_there[q] = is_there[r] = 1;
+    }
+    std::vector<std::uint8_t> is_clear(positions_.size(), 0);
+    std::vector<std::uint32_t> ring;
+    std::vector<LatticePoint> around;
+    for (std::uint32_t v = 0; v < is_clear.size(); ++v) {
+      if (is_there[v] == 0 || mesh_.kind(v) != CollapsingMesh::VertexKind::kInner) continue;
+      mesh_.ring(v, ring);
+      around.clear();
+      SeenTurns all;
+      for (const std::uint32_t corner : ring) {
+        all.meet(turns[CollapsingMesh::triangle_of(corner)]);
+        around.push_back(before.vertices[mesh_.vertex(CollapsingMesh::next(corner))]);
+      }
+      is_clear[v] = all.any() && go_around_once(before.vertices[v], around, all) ? 1 : 0;
+    }
+    return is_clear;
+  }
+
   [[nodiscard]] double own_limit(double limit) const {
     return own_part(limit_.in_voxels(limit)) * limit;
   }
@@ -152,7 +190,7 @@ class Sweeps {
     mesh_.ring(u, ring_);
     if (ring_.size() > kMostNeighbours) return false;
     turn_to_goal(positions_[u]);
-    if (turns_over(positions_[u], places_) || merges_boundaries(mesh_, ring_)) return false;
+    if (a_triangle_turns_over() || merges_boundaries(mesh_, ring_)) return false;
     const double limit = limit_around(positions_[u]);
     if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
     if (!mesh_.keeps_topology(ring_)) return false;
@@ -173,30 +211,39 @@ class Sweeps {
       places_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
     }
     Vec3 normal = {0, 0, 0};
+    normals_.clear();
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const Vec3& next = places_[i + 1 < places_.size() ? i + 1 : 0];
-      normal = sum(normal, normal_of(u, places_[i], next));
+      normal = sum(normal, normals_.emplace_back(normal_of(u, places_[i], next)));
     }
     const double squared_normal = squared_length(normal);
     const double inverse = squared_normal > 0 ? 1 / squared_normal : 0;
     double least = std::numeric_limits<double>::infinity();
-    std::size_t goal = 0;
+    goal_ = 0;
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const Vec3 along = difference(u, places_[i]);
       const double height = dot(along, normal);
       const double cost = height * height * inverse + kOfLength * squared_length(along);
       if (cost < least) {
         least = cost;
-        goal = i;
+        goal_ = i;
       }
     }
-    std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(goal), ring_.end());
-    std::rotate(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(goal),
+    std::rotate(ring_.begin(), ring_.begin() + static_cast<std::ptrdiff_t>(goal_), ring_.end());
+    std::rotate(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(goal_),
                 places_.end());
     neighbours_.clear();
     for (const std::uint32_t corner : ring_) {
       neighbours_.push_back(mesh_.vertex(CollapsingMesh::next(corner)));
     }
+  }
+
+  [[nodiscard]] bool a_triangle_turns_over() const {
+    for (std::size_t i = 1; i + 1 < places_.size(); ++i) {
+      const std::size_t at = goal_ + i < places_.size() ? goal_ + i : goal_ + i - places_.size();
+      if (turns_over(normals_[at], places_, i)) return true;
+    }
+    return false;
   }
 
   std::span<const Vec3> positions_;
@@ -209,6 +256,9 @@ class Sweeps {
   std::vector<std::uint32_t> goals_;  // Of vertices that are gone: where they moved.
   std::vector<std::uint32_t> ring_, neighbours_;
   std::vector<Vec3> places_;
+  // Of the triangles of the ring, before it was turned by `goal_` places.
+  std::vector<Vec3> normals_;
+  std::size_t goal_ = 0;
 };
 
 }  // namespace

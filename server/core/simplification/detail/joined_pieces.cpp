@@ -56,9 +56,11 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
     } else {
       number[v] = shared.number(point, mesh_.vertices);
     }
-    quadrics_.resize(mesh_.vertices.size());
+  }
+  quadrics_.resize(mesh_.vertices.size());
+  errors_.resize(mesh_.vertices.size(), 0.0F);
+  for (std::size_t v = 0; v < number.size(); ++v) {
     quadrics_[number[v]].add(piece.quadrics_[v]);
-    errors_.resize(mesh_.vertices.size(), 0.0F);
     errors_[number[v]] = std::max(errors_[number[v]], piece.errors_[v]);
   }
   // Parts come in ascending order; one that was never simplified has as many as triangles.

@@ -12,7 +12,6 @@ using Number = std::int64_t;
 
 // The axes and the diagonals of a cube.
 constexpr std::size_t kDirections = 7;
-constexpr std::uint32_t kAll = (1U << kDirections) - 1;
 
 // Two coordinates in a plane seen from the direction: any will do, as only turns are counted.
 struct Seen {
@@ -41,30 +40,36 @@ LatticePoint from_to(const LatticePoint& from, const LatticePoint& to) {
   return {to.x - from.x, to.y - from.y, to.z - from.z};
 }
 
-// Bits of the directions in which a product is above 0, and below.
-struct Turns {
-  std::uint32_t above = kAll, below = kAll;
+std::array<Number, 3> normal_of(const LatticePoint& p, const LatticePoint& q) {
+  return {Number{p.y} * q.z - Number{p.z} * q.y, Number{p.z} * q.x - Number{p.x} * q.z,
+          Number{p.x} * q.y - Number{p.y} * q.x};
+}
 
-  void meet(const LatticePoint& p, const LatticePoint& q) {
-    const Number x = Number{p.y} * q.z - Number{p.z} * q.y;
-    const Number y = Number{p.z} * q.x - Number{p.x} * q.z;
-    const Number z = Number{p.x} * q.y - Number{p.y} * q.x;
-    const std::array<Number, kDirections> along = {x,         y,         z,        x + y + z,
-                                                   x + y - z, x - y + z, x - y - z};
-    std::uint32_t is_above = 0, is_below = 0;
-    for (std::size_t i = 0; i < kDirections; ++i) {
-      is_above |= static_cast<std::uint32_t>(along[i] > 0) << i;
-      is_below |= static_cast<std::uint32_t>(along[i] < 0) << i;
-    }
-    above &= is_above;
-    below &= is_below;
+}  // namespace
+
+SeenTurns::SeenTurns(const std::array<std::int64_t, 3>& normal) {
+  const auto [x, y, z] = normal;
+  const std::array<Number, kDirections> along = {x,         y,         z,        x + y + z,
+                                                 x + y - z, x - y + z, x - y - z};
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < kDirections; ++i) {
+    bits |= static_cast<std::uint32_t>(along[i] > 0) << i;
+    bits |= static_cast<std::uint32_t>(along[i] < 0) << (i + kDirections);
   }
-};
+  bits_ = static_cast<std::uint16_t>(bits);
+}
 
-// Each triangle turns by less than half a circle, and all in the same sense: they go around once if
-// they change between the upper half and the lower one twice.
+std::size_t SeenTurns::direction() const {
+  return static_cast<std::size_t>(std::countr_zero(bits_)) % kDirections;
+}
+
+// Each triangle turns by less than half a circle, and all in the same sense: four of them cannot go
+// around twice, and more go around once if they change between the upper half and the lower one
+// twice.
 bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> around,
-                    std::size_t direction) {
+                    const SeenTurns& turns) {
+  if (around.size() <= 4) return true;
+  const std::size_t direction = turns.direction();
   const auto is_in_upper_half = [&](const LatticePoint& p) {
     const Seen at = seen(from_to(centre, p), direction);
     return at.b > 0 || (at.b == 0 && at.a > 0);
@@ -79,19 +84,16 @@ bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> ar
   return changes == 2;
 }
 
-}  // namespace
-
 bool lie_side_by_side(const LatticePoint& centre, std::span<const LatticePoint> around) {
-  Turns turns;
+  SeenTurns turns;
   LatticePoint before = from_to(centre, around.back());
   for (const LatticePoint& p : around) {
     const LatticePoint at = from_to(centre, p);
-    turns.meet(before, at);
-    if ((turns.above | turns.below) == 0) return false;
+    turns.meet(SeenTurns(normal_of(before, at)));
+    if (!turns.any()) return false;
     before = at;
   }
-  const auto direction = static_cast<std::size_t>(std::countr_zero(turns.above | turns.below));
-  return go_around_once(centre, around, direction);
+  return go_around_once(centre, around, turns);
 }
 
 }  // namespace multitetra

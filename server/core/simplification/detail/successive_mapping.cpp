@@ -13,8 +13,10 @@ double StoredMapping::bound() const { return largest * (1 + kRounding); }
 
 void StoredMapping::append(const StoredMapping& other, std::span<const std::uint32_t> vertices,
                            std::uint32_t first_triangle) {
+  std::size_t count = carriers.size();
+  for (const std::uint32_t v : vertices) count = std::max(count, std::size_t{v} + 1);
+  carriers.resize(count, kNone);
   for (std::size_t v = 0; v < other.carriers.size(); ++v) {
-    if (vertices[v] >= carriers.size()) carriers.resize(vertices[v] + 1, kNone);
     if (other.carriers[v] != kNone) carriers[vertices[v]] = first_triangle + other.carriers[v];
   }
   std::uint32_t begin = 0;
@@ -36,17 +38,17 @@ void StoredMapping::append(const StoredMapping& other, std::span<const std::uint
   largest = std::max(largest, other.largest);
 }
 
-SuccessiveMapping::SuccessiveMapping(const CollapsingMesh& mesh, std::span<const Vec3> positions,
-                                     std::span<const float> errors, const StoredMapping& map,
-                                     std::span<const std::uint32_t> parts, const PieceLimit& limit)
+SuccessiveMapping::SuccessiveMapping(const CollapsingMesh& mesh,
+                                     std::span<const CollapseFan::Point> points,
+                                     const StoredMapping& map, std::span<const std::uint32_t> parts,
+                                     const PieceLimit& limit)
     : mesh_(mesh),
-      positions_(positions),
-      errors_(errors),
+      points_(points),
       limit_(limit),
       edge_of_(4 * std::size_t{mesh.triangle_count()}, kNone),
-      halves_begin_(positions.size() + 1, 0),
-      vertices_(positions.size()),
-      is_carried_(positions.size(), 0),
+      halves_begin_(points.size() + 1, 0),
+      vertices_(points.size()),
+      is_carried_(points.size(), 0),
       first_carried_(mesh.triangle_count(), kNone),
       largest_(map.largest) {
   number_edges();
@@ -121,7 +123,7 @@ void SuccessiveMapping::add_crossings(const StoredMapping& map) {
 }
 
 StoredMapping SuccessiveMapping::map(std::span<const std::uint32_t> numbers) const {
-  StoredMapping map{.carriers = std::vector<std::uint32_t>(positions_.size(), kNone),
+  StoredMapping map{.carriers = std::vector<std::uint32_t>(points_.size(), kNone),
                     .edges = {},
                     .crossings = {},
                     .largest = largest_};
@@ -137,7 +139,7 @@ StoredMapping SuccessiveMapping::map(std::span<const std::uint32_t> numbers) con
     }
   }
   map.edges.reserve(halves_.size() / 2);
-  for (std::uint32_t low = 0; low < positions_.size(); ++low) {
+  for (std::uint32_t low = 0; low < points_.size(); ++low) {
     for (std::uint32_t h = halves_begin_[low]; h < halves_begin_[low + 1]; ++h) {
       if (halves_[h].other < low) continue;
       for (std::uint32_t c = halves_[h].first; c != kNone; c = crossings_[c].next) {
@@ -167,7 +169,7 @@ void SuccessiveMapping::mark(std::span<const std::uint32_t> ring) {
 }
 
 bool SuccessiveMapping::place(std::uint32_t vertex) {
-  const auto sector = fan_.sector_near(point(vertex));
+  const auto sector = fan_.sector_near(points_[vertex]);
   if (!sector) return false;
   vertices_[vertex].seen = now_;
   vertices_[vertex].sectors = {*sector, *sector};
@@ -175,20 +177,18 @@ bool SuccessiveMapping::place(std::uint32_t vertex) {
   return true;
 }
 
-bool SuccessiveMapping::fits(std::span<const std::uint32_t> ring) {
-  ring_positions_.clear();
-  for (const std::uint32_t corner : ring) {
-    ring_positions_.push_back(positions_[mesh_.vertex(CollapsingMesh::next(corner))]);
-  }
-  return limit_.is_uniform() ? measure(ring, limit_.largest()) : measure_locally(ring);
+bool SuccessiveMapping::fits(std::span<const std::uint32_t> ring, std::span<const Vec3> places) {
+  return limit_.is_uniform() ? measure(ring, places, limit_.largest())
+                             : measure_locally(ring, places);
 }
 
-bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, double limit) {
+bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<const Vec3> places,
+                                double limit) {
   ++now_;
   placed_.clear();
   strands_.clear();
   // So that bound() <= limit.
-  fan_.set_up(ring_positions_, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
+  fan_.set_up(places, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
   if (!place(mesh_.vertex(ring[0]))) return false;
   for (const std::uint32_t corner : ring) {
     for (std::uint32_t p = first_carried_[CollapsingMesh::triangle_of(corner)]; p != kNone;
@@ -201,14 +201,15 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, double limi
 }
 
 // First as if nothing but the fan counted; then with what was found to lie there.
-bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring) {
-  const Box fan = box_of(ring_positions_);
+bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring,
+                                        std::span<const Vec3> places) {
+  const Box fan = box_of(places);
   double limit = limit_.least_near(fan, 0, 0);
   for (int tries = 0; tries < 2 && limit > 0; ++tries) {
-    if (!measure(ring, limit)) return false;
+    if (!measure(ring, places, limit)) return false;
     region_ = fan;
     largest_error_ = 0;
-    if (!measure_rim(ring)) return false;
+    if (!measure_rim(ring, places)) return false;
     for (const std::uint32_t p : placed_) {
       include(p);
       for (std::uint32_t h = halves_begin_[p]; h < halves_begin_[p + 1]; ++h) {
@@ -225,18 +226,19 @@ bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring) {
 
 // What the fan's other pairs are: its vertices, and what crosses the edges around it; and all that
 // lies in it and passes through.
-bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring) {
+bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring,
+                                    std::span<const Vec3> places) {
   for (std::uint32_t i = 0; i < ring.size(); ++i) {
     const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring[i]));
-    if (!fan_.is_near(point(w).error)) return false;
+    if (!fan_.is_near(points_[w].error)) return false;
     include(w);
-    const Vec3& begin = ring_positions_[i];
-    const Vec3& end = ring_positions_[i + 1 < ring.size() ? i + 1 : 0];
+    const Vec3& begin = places[i];
+    const Vec3& end = places[i + 1 < ring.size() ? i + 1 : 0];
     for (std::uint32_t c = edges_[edge_of_[ring[i]]].crossed; c != kNone;
          c = crossings_[c].next_on) {
       if (crossings_[c].half == kNone) continue;
       const auto [low, high] = ends(crossings_[c].half);
-      if (!fan_.is_near_rim(point(low), point(high), begin, end)) return false;
+      if (!fan_.is_near_rim(points_[low], points_[high], begin, end)) return false;
       include(low);
       include(high);
     }
@@ -246,8 +248,8 @@ bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring) {
 }
 
 void SuccessiveMapping::include(std::uint32_t vertex) {
-  multitetra::include(region_, positions_[vertex]);
-  largest_error_ = std::max(largest_error_, double{errors_[vertex]});
+  multitetra::include(region_, points_[vertex].at);
+  largest_error_ = std::max(largest_error_, points_[vertex].error);
 }
 
 bool SuccessiveMapping::find_strands_of_vertices() {
@@ -269,8 +271,8 @@ bool SuccessiveMapping::find_strands_of_vertices() {
           continue;
         }
       }
-      if (!(from_low ? add_strand(h, kNone, c, half.first != c)
-                     : add_strand(half.twin, c, kNone, half.first != c))) {
+      if (!(from_low ? add_strand(h, p, half.other, kNone, c, half.first != c)
+                     : add_strand(half.twin, half.other, p, c, kNone, half.first != c))) {
         return false;
       }
     }
@@ -293,7 +295,8 @@ bool SuccessiveMapping::find_passing_segments(std::span<const std::uint32_t> rin
         crossings_[after].seen = now_;
         after = crossings_[after].next;
       }
-      if (!add_strand(crossings_[c].half, before, after, true)) return false;
+      const auto [low, high] = ends(crossings_[c].half);
+      if (!add_strand(crossings_[c].half, low, high, before, after, true)) return false;
     }
   }
   return true;
@@ -311,13 +314,10 @@ SuccessiveMapping::Sectors SuccessiveMapping::sectors_at(std::uint32_t crossing,
   return {sector, sector};
 }
 
-bool SuccessiveMapping::add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
-                                   bool had_crossings) {
-  const auto [low, high] = ends(half);
-  const CollapseFan::Point from_low = point(low);
-  const CollapseFan::Point to_high = point(high);
+bool SuccessiveMapping::add_strand(std::uint32_t half, std::uint32_t low, std::uint32_t high,
+                                   std::uint32_t before, std::uint32_t after, bool had_crossings) {
   const auto is_near = [&](std::uint32_t first, std::uint32_t last) {
-    return fan_.is_near(from_low, to_high, first, last);
+    return fan_.is_near(points_[low], points_[high], first, last);
   };
   const Sectors from = sectors_at(before, low);
   const Sectors to = sectors_at(after, high);

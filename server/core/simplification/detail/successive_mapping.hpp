@@ -93,20 +93,22 @@ struct StoredMapping {
 class SuccessiveMapping {
  public:
   // N is what `mesh` is now. Edges of N between triangles with different `parts` are edges of M
-  // that the map has not; without parts each triangle is one, and N is M. M's vertices have
-  // `errors`. What is referred to must stay valid.
-  SuccessiveMapping(const CollapsingMesh& mesh, std::span<const Vec3> positions,
-                    std::span<const float> errors, const StoredMapping& map,
-                    std::span<const std::uint32_t> parts, const PieceLimit& limit);
+  // that the map has not; without parts each triangle is one, and N is M. `points` are M's vertices
+  // with their errors. What is referred to must stay valid.
+  SuccessiveMapping(const CollapsingMesh& mesh, std::span<const CollapseFan::Point> points,
+                    const StoredMapping& map, std::span<const std::uint32_t> parts,
+                    const PieceLimit& limit);
 
   // Whether u can collapse onto w_0 of its ring without any distance becoming larger than the
-  // limit. `ring` are u's corners, and nothing is moved yet.
-  [[nodiscard]] bool fits(std::span<const std::uint32_t> ring);
+  // limit. `ring` are u's corners, `places` where w_0, w_1, ... are, and nothing is moved yet.
+  [[nodiscard]] bool fits(std::span<const std::uint32_t> ring, std::span<const Vec3> places);
   // Makes all as it is after that collapse, which was the last that was found to fit.
   void keep(std::span<const std::uint32_t> ring);
 
   // The largest distance that was certified for it.
   [[nodiscard]] double largest_of_last() const { return fan_.largest(); }
+  // No distance of a pair is larger, but for rounding.
+  [[nodiscard]] double largest() const { return largest_; }
 
   [[nodiscard]] bool is_carried(std::uint32_t vertex) const { return is_carried_[vertex] != 0; }
   // The map as it is; `numbers` are those of N's triangles there. Every edge of N has become one
@@ -159,13 +161,12 @@ class SuccessiveMapping {
   void number_edges();
   void add_edges(const StoredMapping& map, std::span<const std::uint32_t> parts);
   void add_crossings(const StoredMapping& map);
-  [[nodiscard]] bool measure(std::span<const std::uint32_t> ring, double limit);
-  [[nodiscard]] bool measure_locally(std::span<const std::uint32_t> ring);
-  [[nodiscard]] bool measure_rim(std::span<const std::uint32_t> ring);
+  [[nodiscard]] bool measure(std::span<const std::uint32_t> ring, std::span<const Vec3> places,
+                             double limit);
+  [[nodiscard]] bool measure_locally(std::span<const std::uint32_t> ring,
+                                     std::span<const Vec3> places);
+  [[nodiscard]] bool measure_rim(std::span<const std::uint32_t> ring, std::span<const Vec3> places);
   void include(std::uint32_t vertex);
-  [[nodiscard]] CollapseFan::Point point(std::uint32_t vertex) const {
-    return {positions_[vertex], errors_[vertex]};
-  }
   // The ends of the edge with this low half.
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> ends(std::uint32_t half) const {
     return {halves_[halves_[half].twin].other, halves_[half].other};
@@ -174,8 +175,9 @@ class SuccessiveMapping {
   void mark(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool find_strands_of_vertices();
   [[nodiscard]] bool find_passing_segments(std::span<const std::uint32_t> ring);
-  [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t before, std::uint32_t after,
-                                bool had_crossings);
+  // Of the edge with this low half, from `low` to `high`.
+  [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t low, std::uint32_t high,
+                                std::uint32_t before, std::uint32_t after, bool had_crossings);
   [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;
   void keep_strand(const OverlaySegment& strand, std::span<const std::uint32_t> ring);
   [[nodiscard]] bool is_fan_edge(std::uint32_t edge) const {
@@ -183,8 +185,7 @@ class SuccessiveMapping {
   }
 
   const CollapsingMesh& mesh_;
-  std::span<const Vec3> positions_;
-  std::span<const float> errors_;
+  std::span<const CollapseFan::Point> points_;
   const PieceLimit& limit_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> edge_of_;       // Opposite to a corner.
@@ -201,7 +202,6 @@ class SuccessiveMapping {
   // The state of one collapse.
   std::uint32_t now_ = 0;
   CollapseFan fan_;
-  std::vector<Vec3> ring_positions_;
   std::vector<std::uint32_t> placed_;
   std::vector<OverlaySegment> strands_;
   // Where limits differ: a box around all that lies in the fan, and the largest error in it.
