@@ -44,8 +44,9 @@ class ReadyWhen : public SurfaceService {
 
 // What a server has at hand from the start.
 inline std::shared_ptr<SurfaceCache> cache_of(const EncodedTile& tile, const std::string& dataset,
-                                              std::uint64_t appearance = 0) {
-  auto cache = std::make_shared<SurfaceCache>(1 << 20);
+                                              std::uint64_t appearance = 0,
+                                              std::size_t capacity = 1 << 20) {
+  auto cache = std::make_shared<SurfaceCache>(capacity);
   cache->tiles().add({.digest = tile.summary.digest,
                       .cube = tile.summary.cube,
                       .appearance = appearance,

@@ -27,11 +27,19 @@ using testing::RunningHttpServer;
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may have a quarter.
+constexpr std::size_t kCacheBytes = 8 * kMiB;
 constexpr std::size_t kClients = 60;
 // Bytes of one connection: coroutines, a header, a piece of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;
 // Two workers, each with a slice of 2 MiB twice and as a picture, and what the allocator keeps.
 constexpr std::size_t kWorkerBytes = 24 * kMiB;
+
+// A tile that the server holds, larger than what a system buffers. Tiles are sent as they are held.
+EncodedTile large_tile() {
+  EncodedTile tile = testing::fine_tiles().front();
+  tile.payload = std::make_shared<const std::string>(4 * kMiB, 'x');
+  return tile;
+}
 
 // A client with an address of its own, whose system takes next to nothing of an answer.
 class UnreadingClient {
@@ -77,6 +85,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
     options.admission.queue_bytes = kQueueBytes;
     options.admission.requests = {};
     options.service.workers = 2;
+    options.service.cache = testing::cache_of(large_tile(), "head", 0, kCacheBytes);
     options.metrics = std::make_shared<PrometheusMetrics>();
     return options;
   }
@@ -120,7 +129,7 @@ TEST_P(UnreadAnswerMemory, StayWithinTheDocumentedMemory) {
   }
   EXPECT_GT(answered, 0U);
   const std::size_t used = std::max(resident_bytes(), before) - before;
-  EXPECT_LT(used, kQueueBytes + kClients * kBytesOfAConnection + kWorkerBytes);
+  EXPECT_LT(used, kQueueBytes + kCacheBytes + kClients * kBytesOfAConnection + kWorkerBytes);
   // Others are served all the same.
   HttpClient newcomer(server_.http());
   EXPECT_EQ(newcomer.get("/v1/datasets/head/slice?width=64&height=64").result_int(), 200U);
@@ -136,8 +145,9 @@ INSTANTIATE_TEST_SUITE_P(
                       "/v1/neuroglancer/head/image/1_1_1/0-33_0-33_0-16",
                       "/v1/neuroglancer/head/surfaces/" + std::to_string(segment_of(200)),
                       "/v1/datasets/head", "/v1/datasets", "/v1/openapi.json", "/metrics",
-                      "a cell of 3D Tiles", "/v1/datasets/head/value?at=1,2,3&at=4,5,6", "/",
-                      "/assets/app.js"));
+                      "a cell of 3D Tiles",
+                      "/v1/tiles/" + testing::fine_tiles().front().summary.digest.hex(),
+                      "/v1/datasets/head/value?at=1,2,3&at=4,5,6", "/", "/assets/app.js"));
 
 }  // namespace
 }  // namespace multitetra

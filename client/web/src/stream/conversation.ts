@@ -172,7 +172,7 @@ export class Conversation {
     this.connecting();
     this.retry = firstRetry;
     this.lastRequestId = lastRequestId;
-    this.question = this.nextQuestion = null;
+    this.query = this.nextQuery = null;
     const ready = this.turn("ready");
     return this.wanted ? [...ready, ...this.openStream()] : ready;
   }
