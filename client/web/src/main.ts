@@ -69,6 +69,7 @@ const panel = new Panel(settings, change, {
   visit: (hash) => address.useEdited(`#${hash}`),
 }, datasets.element);
 const bar = new StatusBar();
+const fewSurfaces = 24;
 let isBarWaiting = false;
 const help = new Help();
 const acts = {
@@ -139,13 +140,15 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 
 // ----
 
-// Once a frame: a thousand labels report thousands of steps a second.
+// Of many surfaces once a frame: a thousand labels report thousands of steps a second.
 function showBar(): void {
+  const show = () => bar.show(surfaces.status, surfaces.sizes.get().expected);
+  if (settings.get().surfaces.length < fewSurfaces) return show();
   if (isBarWaiting) return;
   isBarWaiting = true;
   requestAnimationFrame(() => {
     isBarWaiting = false;
-    bar.show(surfaces.status, surfaces.sizes.get().expected);
+    show();
   });
 }
 

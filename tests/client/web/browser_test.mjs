@@ -444,6 +444,7 @@ async function hidesDust(page) {
   await page.click('[aria-label="Keep the largest part of the surface"]');
   await page.waitForFunction((all) => document.querySelector(".seal").textContent.endsWith(`1 of ${all} components shown`), large.all, { timeout: patience });
   await hide("12", `${larger.shown} of ${larger.all} components shown`);
+  await page.waitForTimeout(800); // Changes that follow one another closely are undone together.
   await hide("1000", "Nothing shown");
   assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));
   assert((await surfacePixels(page)).share < 0.001, "nothing is left of it");

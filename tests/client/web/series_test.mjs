@@ -96,6 +96,10 @@ async function findsLabels(page) {
   await page.waitForFunction(() => document.querySelector(".label-hover:not([hidden])")?.textContent === "label 17", null, { timeout: patience });
   await page.fill('[aria-label="Search labels"]', "no such label");
   assert.deepEqual(await names(), []);
+  await page.click('.labels-head button:has-text("All")');
+  await settled(page);
+  await page.waitForFunction(() => /6 more surfaces were checked in the same way/.test(document.querySelector(".certificate").textContent));
+  assert.equal(await page.locator(".certificate h3").count(), 24);
 }
 
 async function savesTable(page) {

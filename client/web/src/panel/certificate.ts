@@ -107,7 +107,7 @@ const mostDetailed = 24; // Surfaces.
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
   const named = ({ number, shown }: DrawnSurface) => h("h3", {}, `Surface ${number}: isovalue ${inDigits(shown.isovalue, 6)}`);
   const others = drawn.length - mostDetailed;
-  const rest = others > 0 ? [h("p", {}, `${counted(others, "surface")} more ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
+  const rest = others > 0 ? [h("p", {}, `${counted(others, "more surface", 12)} ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
   return drawn.slice(0, mostDetailed).flatMap((surface) => [
     ...(drawn.length > 1 ? [named(surface)] : []),
     h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorWords(surface.shown)}`),
