@@ -1,13 +1,15 @@
 #include "server/certify/detail/exact_predicates.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 
-#include <boost/multiprecision/cpp_int.hpp>
+#include "server/certify/detail/fixed_integer.hpp"
 
 namespace multitetra {
 namespace {
@@ -31,35 +33,39 @@ std::optional<int> certain_sign(double determinant, double magnitude, double err
   return std::nullopt;
 }
 
-// The coordinates times one power of two as integers below 2^62; none where they differ too much in
-// magnitude. What their differences' products sum up to has less than 200 bits.
-template <std::size_t count>
-std::optional<std::array<std::int64_t, count>> as_integers(
-    const std::array<double, count>& coordinates) {
+// value = factor * 2^exponent, with an odd factor below 2^53; 0 = 0 * 2^0.
+struct OddFactor {
+  std::int64_t factor = 0;
+  int exponent = 0;
+};
+OddFactor odd_factor_of(double value) {
+  if (value == 0) return {};
+  int exponent = 0;
+  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(value, &exponent), 53));
+  const int zeros = std::countr_zero(static_cast<std::uint64_t>(mantissa));
+  return {mantissa >> zeros, exponent - 53 + zeros};
+}
+
+// What the coordinates are multiples of: 2^lowest. And they are below 2^highest.
+struct BinaryRange {
   int lowest = std::numeric_limits<int>::max();
   int highest = std::numeric_limits<int>::min();
-  for (const double v : coordinates) {
-    if (v == 0) continue;
-    int exponent = 0;
-    const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(v, &exponent), 53));
-    lowest =
-        std::min(lowest, exponent - 53 + std::countr_zero(static_cast<std::uint64_t>(mantissa)));
-    highest = std::max(highest, exponent);
+};
+BinaryRange range_of(std::span<const double> coordinates) {
+  BinaryRange range;
+  for (const double value : coordinates) {
+    if (value == 0) continue;
+    range.lowest = std::min(range.lowest, odd_factor_of(value).exponent);
+    range.highest = std::max(range.highest, std::ilogb(value) + 1);
   }
-  std::array<std::int64_t, count> integers{};
-  if (highest < lowest) return integers;
-  if (highest - lowest > 61) return std::nullopt;
-  for (std::size_t i = 0; i < count; ++i) {
-    integers[i] = static_cast<std::int64_t>(std::ldexp(coordinates[i], -lowest));
-  }
-  return integers;
+  return range;
 }
 
 // Rows of differences to the last point.
-template <typename Number, typename Coordinate>
-Number determinant(const std::array<Coordinate, 12>& p) {
+template <typename Number>
+Number determinant(const std::array<Number, 12>& p) {
   const auto d = [&](std::size_t point, std::size_t axis) -> Number {
-    return Number(p[3 * point + axis]) - Number(p[9 + axis]);
+    return p[3 * point + axis] - p[9 + axis];
   };
   const auto minor = [&](std::size_t i, std::size_t j) -> Number {
     return d(i, 0) * d(j, 1) - d(j, 0) * d(i, 1);
@@ -67,22 +73,39 @@ Number determinant(const std::array<Coordinate, 12>& p) {
   return d(0, 2) * minor(1, 2) + d(1, 2) * minor(2, 0) + d(2, 2) * minor(0, 1);
 }
 
-template <typename Number, typename Coordinate>
-Number determinant(const std::array<Coordinate, 6>& p) {
+template <typename Number>
+Number determinant(const std::array<Number, 6>& p) {
   const auto d = [&](std::size_t point, std::size_t axis) -> Number {
-    return Number(p[2 * point + axis]) - Number(p[4 + axis]);
+    return p[2 * point + axis] - p[4 + axis];
   };
   return d(0, 0) * d(1, 1) - d(1, 0) * d(0, 1);
 }
 
+// The coordinates times 2^-lowest are integers.
+template <typename Number, std::size_t count>
+int sign_in(const std::array<double, count>& coordinates, int lowest) {
+  std::array<Number, count> integers;
+  for (std::size_t i = 0; i < count; ++i) {
+    const OddFactor odd = odd_factor_of(coordinates[i]);
+    if (odd.factor != 0) integers[i] = Number(odd.factor).shifted(odd.exponent - lowest);
+  }
+  return determinant(integers).sign();
+}
+
 template <std::size_t count>
 int exact_sign(const std::array<double, count>& coordinates) {
-  using boost::multiprecision::cpp_rational;
-  using boost::multiprecision::int256_t;
-  if (const auto integers = as_integers(coordinates)) {
-    return determinant<int256_t>(*integers).sign();
+  // Sums of six products of three differences have three bits more than three times a difference's,
+  // which have one more than the coordinates', and a sign.
+  constexpr int kUsualBits = 82;
+  static_assert(3 * (kUsualBits + 1) + 3 + 1 <= 256);
+  constexpr int kMostBits = 1024 + 1074;
+  static_assert(3 * (kMostBits + 1) + 3 + 1 <= 64 * 99);
+  const BinaryRange range = range_of(coordinates);
+  if (range.highest < range.lowest) return 0;
+  if (range.highest - range.lowest <= kUsualBits) {
+    return sign_in<FixedInteger<4>>(coordinates, range.lowest);
   }
-  return determinant<cpp_rational>(coordinates).sign();
+  return sign_in<FixedInteger<99>>(coordinates, range.lowest);
 }
 
 }  // namespace
