@@ -130,8 +130,8 @@ void add_certify_command(Command& program, Run& run) {
       ->capture_default_str();
   command
       ->add_option("--lattice", a->lattice,
-                   "Allow for vertices rounded to 2^-R grid steps, as `extract` and `fetch` do "
-                   "(with R = 5 by default)")
+                   "Allow for vertices rounded to 2^-R grid steps; `extract` and `fetch` use R = 5 "
+                   "by default")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command->add_flag("--any-topology", a->any_topology,

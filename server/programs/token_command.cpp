@@ -190,9 +190,9 @@ void add_token_command(Command& program, Run& run) {
           "missing file is created, readable by its owner only")
       ->type_name("FILE");
   command
-      ->add_option(
-          "--expires", a->expires,
-          "When a new token expires, such as 30d, 12h or 2027-01-31T12:00:00Z (default: never)")
+      ->add_option("--expires", a->expires,
+                   "When a new token expires, such as 30d; also 12h or 2027-01-31T12:00:00Z "
+                   "(default: never)")
       ->type_name("WHEN");
   command->add_flag("--surfaces-only", a->surfaces_only,
                     "It gives access to meshes only; no samples, as slices and probes show them");

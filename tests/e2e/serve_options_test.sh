@@ -77,12 +77,12 @@ grep -q 'the TLS key is readable by all users' guarded.log || fail "no warning a
 # A page of another site cannot give this machine a name of its own and read what is for those on it alone.
 status_as() { curl -s -o /dev/null -w '%{http_code}' -H "Host: $1" "$alone_http/v1/datasets"; }
 [ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine is asked by any name"
-ends 2 'no name of a host' "$server" serve v.mtd --allow-host https://example.org
+ends 2 'not a host name' "$server" serve v.mtd --allow-host https://example.org
 ! grep -q 'warning' alone.log || fail "a warning about a local server: $(cat alone.log)"
 
 # Ports and names are printed.
 client=$(realpath "$(dirname "$server")")/multitetra-client
-ends 1 'for this port write ws://' "$client" list --server "tcp://${alone_http#http://}"
+ends 1 'port uses HTTP: write ws://' "$client" list --server "tcp://${alone_http#http://}"
 ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"
 ends 1 'does this port use TLS' "$client" list --server "tls://${alone_tcp#tcp://}"
 ends 1 'write tls://' "$client" list --server "tcp://localhost:${port##*:}"
