@@ -139,8 +139,9 @@ curl -s "$http/v1/datasets" >datasets.json
 python3 - <<'EOPY' || fail "/v1/datasets does not list members: $(cat datasets.json)"
 import json
 datasets = json.load(open("datasets.json"))["datasets"]
-assert [d["member"]["label"] for d in datasets] == [
+assert [{key: d["member"]["label"][key] for key in ("value", "name", "color")} for d in datasets] == [
     {"value": 3, "name": "hepar", "color": "#010203"}, {"value": 7, "name": "rest of it", "color": None}], datasets
+assert all(d["member"]["label"]["samples"] > 0 for d in datasets), datasets
 assert {d["member"]["series"] for d in datasets} == {"organs"}
 EOPY
 "$client" list --server "$url" | grep -F "\"organs\", label 3 (hepar, #010203)" >/dev/null || fail "list does not print members: $("$client" list --server "$url")"
