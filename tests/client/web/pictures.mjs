@@ -1,4 +1,4 @@
-// Takes the pictures of the README: the viewer as a person meets it.
+// Takes the picture of the README, and others: the viewer as a person meets it.
 //
 //   node pictures.mjs SERVER_PROGRAM VIEWER_FOLDER DATASETS_FOLDER OUTPUT_FOLDER
 //
