@@ -120,7 +120,7 @@ TEST(RequestNames, MatchTheViewersAddress) {
   const std::string url_state = text_of_file("client/web/src/state/url_state.ts");
   Names viewer;
   for (const std::string& name : matches(url_state, "set\\(\"(\\w+)\"")) viewer.insert(snake(name));
-  viewer.merge(matches(url_state, "said\\.get\\(\"(quality)\"\\)"));
+  viewer.merge(matches(url_state, "parameters\\.get\\(\"(quality)\"\\)"));
   const Names not_in_viewer = {"color_anyway", "unit",        "lattice",     "region_unit",
                                "view",         "combine",     "max_bytes",   "embedded",
                                "normals",      "color_range", "color_scale", "coordinates"};

@@ -284,7 +284,7 @@ TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
   std::size_t sum = 0;
   for (const std::byte byte : raw) sum += static_cast<std::size_t>(byte);
   EXPECT_EQ(sum, 0U);
-  expect_contains(error_of([&] { file.check(); }), "head.mtd': a part of it is gone");
+  expect_contains(error_of([&] { file.check(); }), "head.mtd': a part of it is missing");
   const TemporaryFolder another;
   EXPECT_EQ(error_of_opening(written_head(another)), "none") << "Others are as they were.";
 }

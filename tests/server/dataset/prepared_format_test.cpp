@@ -168,7 +168,7 @@ TEST(PreparedFormat, SectionsOfLaterVersionsArePassedOverUnlessRequired) {
   expect_contains(error_in_bytes(changed), "\"later\": its checksum");
 
   parts[2].required = true;
-  expect_contains(error_in_structure(file_of(parts)), "\"later\": it is required");
+  expect_contains(error_in_structure(file_of(parts)), "\"later\": this program does not know it");
   EXPECT_EQ(structure_of(file_of(parts)).error().code, ErrorCode::kUnsupportedVersion);
 }
 

@@ -385,13 +385,14 @@ TEST_F(VolumeFiles, RefusesUnusedOptions) {
                   "--array does not apply: the file has no named arrays");
   expect_contains(refusal({.level = 1}), "--level does not apply");
   expect_contains(refusal({.time = 3}), "--time does not apply: the file has no times");
-  expect_contains(refusal({.channel = 3}),
-                  "it has no channels, but one volume of 4 x 3 x 2 samples. Leave --channel out");
-  expect_contains(refusal({.series = "2"}), "--series chooses nothing here");
+  expect_contains(
+      refusal({.channel = 3}),
+      "the file has no channels, but one volume of 4 x 3 x 2 samples. Leave --channel out");
+  expect_contains(refusal({.series = "2"}), "--series does not apply");
   expect_contains(refusal({.component = ComponentChoice::from("1").value()}), "no components");
   EXPECT_EQ(read_volume(file, {.choice = {.time = 0}}).dims, kDims);
   const fs::path points = folder_.file("v.vtk", legacy_vtk("BINARY", "char", std::string(24, 'x')));
-  expect_contains(error_of_reading(points, {.choice = {.time = 1}}), "it has no times");
+  expect_contains(error_of_reading(points, {.choice = {.time = 1}}), "the file has no times");
 }
 
 TEST_F(VolumeFiles, ImagesOfAStackThatDifferAreRefusedByName) {
