@@ -187,6 +187,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
   }
   const LatticeMesh& mesh = final_step->step->mesh;
   report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
+  report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
   const bool has_report = arguments.json || !arguments.report.empty();
   if (has_report && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;

@@ -47,6 +47,10 @@ struct CommittedStep {
 // The largest distance to the full-resolution surface, in world units, before vertices are snapped
 // to the lattice. None for previews, for the paper's error, and where features may vanish.
 [[nodiscard]] std::optional<double> distance_bound(const StepBegin& begin);
+// The same for the mesh as it is sent. Snapping moves a vertex by at most half a lattice step along
+// an edge of a tetrahedron, of which a cell's longest diagonal is the longest.
+[[nodiscard]] std::optional<double> mesh_distance_bound(const StepBegin& begin,
+                                                        const DatasetInfo& info);
 using CommittedStepPtr = std::shared_ptr<const CommittedStep>;
 
 // The server refused or ended the stream with an error, which is not a failed check.

@@ -64,9 +64,9 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
 // How far the volume may be from that inside the full-resolution surface: the distance between the
 // surfaces times the area. null where no distance is promised, or there is no volume.
 Json volume_bound(const FetchReport& report) {
-  if (!report.measures || !report.measures->volume || report.steps.empty()) return nullptr;
-  const auto distance = distance_bound(report.steps.back().step->begin);
-  return distance ? Json(*distance * report.measures->area) : Json(nullptr);
+  if (!report.measures || !report.measures->volume) return nullptr;
+  return report.distance_bound ? Json(*report.distance_bound * report.measures->area)
+                               : Json(nullptr);
 }
 
 Json json_of(const FetchReport& report) {

@@ -22,6 +22,7 @@ struct FetchReport {
   std::optional<std::uint64_t> components_written = {};  // In the mesh file.
   // For the final step, all components.
   std::optional<SurfaceMeasures> measures = {};
+  std::optional<double> distance_bound = {};  // mesh_distance_bound() of the final step.
   // Triangles of the final step that intersect others; nullopt: not counted.
   std::optional<std::uint64_t> self_intersecting_triangles = {};
   std::uint64_t tiles_held = 0;  // Before the fetch, from earlier ones.

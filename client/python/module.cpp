@@ -349,7 +349,8 @@ class Connection {
     std::string empty_text;
     if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
     return Step{step->step, std::move(empty_text),
-                mesh_of(mesh, grid_to_world(open_info_), distance_bound(step->step->begin))};
+                mesh_of(mesh, grid_to_world(open_info_),
+                        mesh_distance_bound(step->step->begin, open_info_))};
   }
 
   // Stops the stream if it is the one that runs.

@@ -151,14 +151,26 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   RequestContext& context = asked.context;
   // A tile at hand costs nothing: a client may fetch as many as it likes.
   const bool is_counted = !std::holds_alternative<TileBytes>(route);
-  if (is_counted) {
-    if (const auto allowed = context.client->check_rate_limit(); !allowed) {
+  const auto within_rate = [&] {
+    return is_counted ? context.client->check_rate_limit() : Result<void>();
+  };
+  const std::string token = token_of(route, asked.request);
+  // Requests count for a token of the access list, all others for their address.
+  const auto permit = Permit::of(token, context.client->admission().access(), nullptr);
+  const bool has_known_token = permit && permit->has_token();
+  if (!has_known_token) {
+    if (const auto allowed = within_rate(); !allowed) {
       co_return error_answer(429, allowed.error(), context.request_id);
     }
   }
   context.caller = server_.service.open(context.client);
-  const auto known = co_await context.caller->log_in(token_of(route, asked.request));
+  const auto known = co_await context.caller->log_in(token);
   if (!known) co_return context.refused(known.error());
+  if (has_known_token) {
+    if (const auto allowed = within_rate(); !allowed) {
+      co_return error_answer(429, allowed.error(), context.request_id);
+    }
+  }
   if (is_counted) {
     RequestFacts facts;
     facts.kind = context.kind;

@@ -25,7 +25,7 @@ class Mesh:
     faces: np.ndarray  # (m, 3) uint32
     normals: Optional[np.ndarray] = None
     scalars: Optional[np.ndarray] = None  # (n,) float32, of the dataset of color_by; NaN where it has no value.
-    error_bound: Optional[float] = None  # Of the distance to the full-resolution surface; None: it has none.
+    error_bound: Optional[float] = None  # Of the distance to the full-resolution surface, with the lattice of vertices; None: it has none.
 
     def __repr__(self):
         within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"

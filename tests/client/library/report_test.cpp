@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -64,7 +65,8 @@ FetchReport octahedron_report() {
 TEST(Report, BoundsAVolumeByAreaTimesDistance) {
   FetchReport report = octahedron_report();
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
-  EXPECT_EQ(json::parse(json_report(report)).at("volume_bound"), 12.0);  // The distance is 1.
+  report.distance_bound = 1.5;
+  EXPECT_EQ(json::parse(json_report(report)).at("volume_bound"), 18.0);
   report.measures->volume = std::nullopt;
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
 }
@@ -72,10 +74,19 @@ TEST(Report, BoundsAVolumeByAreaTimesDistance) {
 TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
   FetchReport report = octahedron_report();
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
-  auto step = std::make_shared<CommittedStep>(*report.steps.back().step);
-  step->begin.request.topology_tolerance = 2;
-  report.steps.back().step = step;
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
+}
+
+TEST(MeshDistanceBound, IsTheErrorAndHalfALatticeStepAlongACellsDiagonal) {
+  DatasetInfo info = testing::octahedra_info();
+  info.index_to_world.columns = {Vec3{2, 0, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 6}};
+  StepBegin begin = octahedron_report().steps.back().step->begin;
+  begin.error_bound_world = 0.25;
+  EXPECT_DOUBLE_EQ(
+      mesh_distance_bound(begin, info).value(),
+      0.25 + 7 / std::exp2(begin.request.lattice_resolution + 1));  // 2, 3 and 6 make 7.
+  begin.request.topology_tolerance = 2;
+  EXPECT_FALSE(mesh_distance_bound(begin, info));
 }
 
 TEST(Report, HasTheNumberOfSelfIntersectingTrianglesIfTheyWereCounted) {

@@ -177,6 +177,26 @@ TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
 
+TEST(HttpListener, TokensOfOneAddressHaveSeparateRateLimits) {
+  const TemporaryFolder folder;
+  const TokensFile tokens(folder.path(), {{"alice", "one", "*"}, {"bob", "two", "*"}});
+  RunningHttpServer server(
+      fake_catalogue("octahedron"), {},
+      {.admission = {.requests = {.per_second = 0.001, .burst = 2}, .tokens = tokens.path()}});
+  const auto status_of = [&](const std::string& token) {
+    HttpClient client(server.http());
+    return client.get("/v1/datasets", "Authorization: Bearer " + token + "\r\n").result_int();
+  };
+  EXPECT_EQ(status_of("one"), 200U);
+  EXPECT_EQ(status_of("one"), 200U);
+  EXPECT_EQ(status_of("one"), 429U);
+  EXPECT_EQ(status_of("two"), 200U) << "another token";
+  EXPECT_EQ(status_of("none"), 401U);
+  EXPECT_EQ(status_of("nobody"), 401U);
+  EXPECT_EQ(status_of("guess"), 429U) << "unknown tokens count for their address";
+  EXPECT_EQ(status_of("two"), 200U);
+}
+
 TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.allowed_origins = {"https://a.example"}});
@@ -184,6 +204,9 @@ TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
   const auto allowed = client.get("/v1/datasets", "Origin: https://a.example\r\n");
   EXPECT_EQ(allowed["Access-Control-Allow-Origin"], "https://a.example");
   EXPECT_EQ(allowed[http::field::vary], "Origin");
+  for (const std::string field : {"Multitetra-Components-Written", "Multitetra-Width"}) {
+    EXPECT_NE(allowed["Access-Control-Expose-Headers"].find(field), std::string::npos) << field;
+  }
   const auto other = client.get("/v1/datasets", "Origin: https://b.example\r\n");
   EXPECT_EQ(other.count("Access-Control-Allow-Origin"), 0U);
   EXPECT_EQ(other[http::field::vary], "Origin");
