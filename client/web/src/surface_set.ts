@@ -225,7 +225,7 @@ export class SurfaceSet {
 
   private member(): Member {
     const { scene } = this.stage;
-    const surface = new Surface(scene, () => this.stage.invalidate(), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
+    const surface = new Surface(scene, () => this.stage.invalidate(), () => this.stage.wake(), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
     const parts: SurfaceClientParts = {
       number: ++this.lastNumber,
       address: this.server,

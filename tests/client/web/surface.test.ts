@@ -1,6 +1,7 @@
 import { createRequire } from "node:module";
 
 import type { FieldColors } from "../../../client/web/src/scene/field_colors";
+import { layers } from "../../../client/web/src/scene/layers";
 import type { Programs } from "../../../client/web/src/scene/programs";
 import { Surface } from "../../../client/web/src/scene/surface";
 import type { DecodedTile } from "../../../client/web/src/workers/worker_messages";
@@ -30,13 +31,14 @@ function drawn() {
   const scene = new Scene();
   const dropped: string[] = [];
   const programs = { areReady: () => true } as unknown as Programs;
-  const surface = new Surface(scene, () => {}, (ids) => dropped.push(...ids), {} as FieldColors, programs);
+  const surface = new Surface(scene, () => {}, () => {}, (ids) => dropped.push(...ids), {} as FieldColors, programs);
   const scalarOf = (at: number) => (scene.children[at] as unknown as Drawn).geometry.getAttribute("scalar")?.array;
   const partOf = (at: number) => {
     const { geometry } = scene.children[at] as unknown as Drawn;
     return { triangles: [...geometry.getIndex().array], drawn: geometry.drawRange.count };
   };
-  return { surface, scalarOf, partOf, dropped };
+  const meshOf = (at: number) => scene.children[at];
+  return { surface, scalarOf, partOf, meshOf, dropped };
 }
 
 describe("Surface", () => {
@@ -50,6 +52,18 @@ describe("Surface", () => {
     surface.setScalars("b", late);
     surface.uploadSome();
     expect([scalarOf(0), scalarOf(1)]).toEqual([early, late]);
+  });
+
+  test("UploadsTilesInALayerOfTheirOwnAndHidesThemUntilTheyAreShown", async () => {
+    const { surface, meshOf } = drawn();
+    surface.add(tile("a"), toWorld, 0);
+    expect(surface.uploadSome()).toBe(true);
+    expect(meshOf(0).layers.mask).toBe(1 << layers.upload);
+    await surface.uploaded(["a"]);
+    expect([meshOf(0).layers.mask, meshOf(0).visible]).toEqual([1 << layers.solid, false]);
+    expect(surface.uploadSome()).toBe(false);
+    surface.show(["a"]);
+    expect(meshOf(0).visible).toBe(true);
   });
 
   test("EvictsLeastRecentlyUsedTilesThatAreNotInUse", () => {

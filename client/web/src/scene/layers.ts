@@ -4,4 +4,5 @@ export const layers = {
   translucent: 1, // Surfaces that one sees through; painter.ts puts them in order.
   marks: 3, // Lines and glass around it all, which darken nothing.
   overlay: 2, // Handles and marks that nothing hides.
+  upload: 4, // Goes to the graphics card, and is not drawn yet.
 } as const;

@@ -63,6 +63,7 @@ export class SceneRenderer {
   private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
     samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
   });
+  private readonly nowhere = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // Takes uploads.
   private readonly occlusion = new Occlusion();
   private readonly translucency = new Translucency();
   private readonly join = new FullScreenQuad(
@@ -85,6 +86,15 @@ export class SceneRenderer {
   // What a scene is drawn to: programs for one of them are not those for another.
   get targets(): (THREE.WebGLRenderTarget | null)[] {
     return [null, this.solid];
+  }
+
+  // Brings the buffers of the layer `upload` to the graphics card, without drawing the picture again.
+  upload(scene: THREE.Scene, camera: LensSettings): void {
+    camera.layers.set(layers.upload);
+    this.renderer.setRenderTarget(this.nowhere);
+    this.renderer.render(scene, camera);
+    this.renderer.setRenderTarget(null);
+    camera.layers.enableAll();
   }
 
   draw(scene: THREE.Scene, camera: LensSettings, wish: FrameOptions): void {

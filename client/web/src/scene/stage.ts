@@ -40,9 +40,10 @@ export class Stage {
   private occlusionCost: number | null = null; // Milliseconds of the frame that had it; null: not known.
   private restTimer = 0;
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
-  private isDue = false;
+  private isDue = false; // A frame is coming.
+  private isChanged = false; // It draws the picture again.
   private size = { width: 0, height: 0 }; // CSS pixels.
-  // Work to do in small parts, one part a frame: true when there is more.
+  // Work to do in small parts, one part a frame: true when some was done or is left.
   private readonly chores: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
   private isComing = () => false;
@@ -69,6 +70,12 @@ export class Stage {
   }
 
   invalidate(): void {
+    this.isChanged = true;
+    this.wake();
+  }
+
+  // A frame for work that changes nothing in the picture.
+  wake(): void {
     if (this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => this.frame());
@@ -273,7 +280,7 @@ export class Stage {
   // Gives the graphics card back.
   dispose(): void {
     clearTimeout(this.restTimer);
-    this.isDue = true; // No frame follows.
+    this.isDue = this.isChanged = true; // No frame follows.
     this.controls.dispose();
     this.resizing.disconnect();
     this.renderer.dispose();
@@ -285,11 +292,15 @@ export class Stage {
     const isMoving = this.controls.update();
     const isBusy = this.chores.map((chore) => chore()).some(Boolean);
     if (!this.programs.areReady("scene", this.scene)) return;
+    if (isBusy) this.painter.upload(this.scene, this.lens);
+    if (isMoving) this.invalidate();
+    else if (isBusy) this.wake();
+    if (!this.isChanged) return;
+    this.isChanged = isMoving;
     this.draw(false);
     for (const listener of this.afterFrame) listener();
     clearTimeout(this.restTimer);
-    if (isMoving || isBusy) this.invalidate();
-    else if (!this.isQuick()) this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
+    if (!isMoving && !this.isQuick()) this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
   }
 
   // Whether frames while things move are as good as those at rest.
@@ -300,8 +311,8 @@ export class Stage {
 
   private async drawAtRest(): Promise<void> {
     await hasDrawn(this.renderer);
-    if (this.isDue) return;
-    if (this.isComing()) {
+    if (this.isChanged) return;
+    if (this.isComing() || this.isDue) {
       this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
       return;
     }

@@ -60,6 +60,7 @@ export class Surface {
   constructor(
     private readonly scene: THREE.Scene,
     private readonly invalidate: () => void,
+    private readonly wake: () => void, // For a frame that need not draw.
     private readonly onDropped: (ids: string[]) => void,
     private readonly field: FieldColors,
     private readonly programs: Programs,
@@ -97,7 +98,7 @@ export class Surface {
     this.early.delete(tile.id);
     if (scalars) this.setScalars(tile.id, scalars);
     this.uploads.push(tile.id);
-    this.invalidate();
+    this.wake();
   }
 
   // Ids of the tiles that are kept, the largest first.
@@ -132,7 +133,7 @@ export class Surface {
     return box;
   }
 
-  // Once in a frame, before it is drawn: true when there is more to do.
+  // Once in a frame, before it is drawn: true when something was done or is left.
   uploadSome(): boolean {
     if (!this.isDrawable()) return false; // A frame follows when it is.
     let bytes = 0;
@@ -146,7 +147,7 @@ export class Surface {
       uploaded.push(id);
     }
     if (uploaded.length > 0) setTimeout(() => this.finishUpload(uploaded));
-    return this.uploads.length > 0;
+    return uploaded.length > 0 || this.uploads.length > 0;
   }
 
   private isDrawable(): boolean {
@@ -161,7 +162,7 @@ export class Surface {
     return new Promise((resolve) => {
       this.waiting.push({ ids, resolve });
       this.resolveWaiting();
-      this.invalidate();
+      this.wake();
     });
   }
 
@@ -271,6 +272,7 @@ export class Surface {
       const tile = this.tiles.get(id);
       if (!tile || tile.isUploaded) continue;
       tile.isUploaded = true;
+      this.setLayer(tile);
       tile.mesh.visible = false;
       tile.mesh.frustumCulled = true;
       tile.mesh.geometry.setDrawRange(0, Infinity);
@@ -321,9 +323,13 @@ export class Surface {
     this.tiles.delete(id);
   }
 
-  private setMaterial(id: string, { mesh, stepNumber }: KeptTile): void {
-    mesh.material = this.material(id, stepNumber);
-    mesh.layers.set(this.isTranslucent ? layers.translucent : layers.solid);
+  private setMaterial(id: string, tile: KeptTile): void {
+    tile.mesh.material = this.material(id, tile.stepNumber);
+    this.setLayer(tile);
+  }
+
+  private setLayer({ mesh, isUploaded }: KeptTile): void {
+    mesh.layers.set(!isUploaded ? layers.upload : this.isTranslucent ? layers.translucent : layers.solid);
   }
 
   private material(id: string, stepNumber: number): THREE.MeshStandardMaterial {
