@@ -300,7 +300,7 @@ export class Stage {
     this.draw(false);
     for (const listener of this.afterFrame) listener();
     clearTimeout(this.restTimer);
-    if (!isMoving && !this.isQuick()) this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
+    if (!isMoving && !this.isQuick()) this.restSoon();
   }
 
   // Whether frames while things move are as good as those at rest.
@@ -309,13 +309,15 @@ export class Stage {
     return translucent === 0 && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= quick);
   }
 
+  private restSoon(): void {
+    this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
+  }
+
   private async drawAtRest(): Promise<void> {
+    const timer = this.restTimer;
     await hasDrawn(this.renderer);
-    if (this.isChanged) return;
-    if (this.isComing() || this.isDue) {
-      this.restTimer = window.setTimeout(() => void this.drawAtRest(), restAfter);
-      return;
-    }
+    if (this.isChanged || timer !== this.restTimer) return; // Another frame follows, or another rest.
+    if (this.isComing() || this.isDue) return this.restSoon();
     const begin = performance.now();
     this.draw(true);
     if (!this.look.hasOcclusion) return;
