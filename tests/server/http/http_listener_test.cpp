@@ -179,7 +179,7 @@ TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
 
 TEST(HttpListener, TokensOfOneAddressHaveSeparateRateLimits) {
   const TemporaryFolder folder;
-  const TokensFile tokens(folder.path(), {{"alice", "one", "*"}, {"bob", "two", "*"}});
+  const testing::TokensFile tokens(folder.path(), {{"alice", "one", "*"}, {"bob", "two", "*"}});
   RunningHttpServer server(
       fake_catalogue("octahedron"), {},
       {.admission = {.requests = {.per_second = 0.001, .burst = 2}, .tokens = tokens.path()}});
