@@ -182,7 +182,7 @@ TEST(HttpListener, TokensOfOneAddressHaveSeparateRateLimits) {
   const testing::TokensFile tokens(folder.path(), {{"alice", "one", "*"}, {"bob", "two", "*"}});
   RunningHttpServer server(
       fake_catalogue("octahedron"), {},
-      {.admission = {.requests = {.per_second = 0.001, .burst = 2}, .tokens = tokens.path()}});
+      {.admission = {.tokens = tokens.path(), .requests = {.per_second = 0.001, .burst = 2}}});
   const auto status_of = [&](const std::string& token) {
     HttpClient client(server.http());
     return client.get("/v1/datasets", "Authorization: Bearer " + token + "\r\n").result_int();
