@@ -18,7 +18,7 @@ class SourceAddresses {
   [[nodiscard]] static Result<SourceAddresses> from(std::string_view text);
 
   [[nodiscard]] std::size_t count() const { return count_; }  // 0: the system decides.
-  // Of a client, counted from 0: client by client another one, then from the first one on again.
+  // The address of a client, counted from 0: addresses are taken in turn.
   [[nodiscard]] std::string of(std::size_t client) const;
 
  private:

@@ -68,7 +68,7 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
   return size;
 }
 
-// Of a surface of so many triangles before simplification, if any, like those blocks.
+// The size of a surface with so many triangles before simplification, if any, like those blocks.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
   const double left = step.request.simplify
                           ? remaining_share(blocks.triangles, blocks.a_border_edge, triangles)
@@ -130,8 +130,8 @@ class SharedSpectrum {
   std::shared_ptr<const SpectrumErrors> spectrum_;
 };
 
-// Of a surface under a threshold map: blocks of each threshold stand for what is simplified with
-// it.
+// The size of a surface under a threshold map: blocks of each threshold stand for what is
+// simplified with it.
 SurfaceSize size_by_threshold(const SurfaceExtractor& extractor, const PreparedModel& model,
                               const ResolvedStep& spec, const BlockCounts& counts, double triangles,
                               const std::stop_token& stop) {

@@ -23,7 +23,7 @@ struct LocalServiceOptions {
   ServiceLimits limits = {};
   RequestLimits requests = {};
   std::shared_ptr<SurfaceCache> cache = nullptr;  // Whose tiles are found by their digest.
-  // Of remote datasets, for the metrics. May be empty.
+  // Blocks of remote datasets, for the metrics. May be empty.
   std::function<BlockState()> blocks = {};
 };
 

@@ -24,7 +24,8 @@ struct Placement {
   std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions stay.
   std::optional<AxisDirections> orient = std::nullopt;  // Turns, or mirrors, all world coordinates.
   std::optional<Vec3> origin = std::nullopt;  // The world coordinates of the first sample.
-  // Of the world axes as the file's reader gives them. Coordinates that are RAS become LPS.
+  // The space of the world axes as the file's reader gives them. Coordinates that are RAS become
+  // LPS.
   std::optional<WorldSpace> space = std::nullopt;
   std::optional<std::string> length_unit = std::nullopt;
 

@@ -140,7 +140,7 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 
 // ----
 
-// Of many surfaces once a frame: a thousand labels report thousands of steps a second.
+// Status of many surfaces, once a frame: a thousand labels report thousands of steps a second.
 function showBar(): void {
   const show = () => bar.show(surfaces.status, surfaces.sizes.get().expected);
   if (settings.get().surfaces.length < fewSurfaces) return show();

@@ -55,7 +55,7 @@ export class SampleViews {
     return this.views.mark;
   }
 
-  // Of the legends that are shown.
+  // The legends that are shown.
   get legendWords(): LegendWords[] {
     return [this.ofSamples.words, this.ofField.words].filter((words) => words !== null);
   }

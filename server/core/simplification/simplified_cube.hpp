@@ -32,7 +32,7 @@ struct SimplifiedCube {
 struct SimplifiedTileLimits {
   std::size_t triangles = 64'000;           // That are left in a tile,
   std::size_t vertices_before = 6'000'000;  // and that it had: memory and time of one thread.
-  // Of a cube with all of the surface: nothing is joined beyond it.
+  // For a cube with all of the surface: nothing is joined beyond it.
   int root_exponent = std::numeric_limits<int>::max();
 };
 

@@ -21,7 +21,7 @@ namespace multitetra {
 
 class MeshFileCache {
  public:
-  // Of at most `capacity` bytes together; one share may have a quarter of what the others leave.
+  // Holds at most `capacity` bytes; one share may have a quarter of what the others leave.
   // 0: none are kept, and as many as are wanted are being sent.
   explicit MeshFileCache(std::uint64_t capacity);
 

@@ -47,7 +47,7 @@ struct LabelSummary {
   // The volume in the surface, in volumes of a sample. Of samples at the
   // map's ends the half beyond counts.
   double surface_samples = 0;
-  // Of the samples, those in parts one sample thick (thin_parts.hpp).
+  // The samples in parts one sample thick (thin_parts.hpp).
   std::uint64_t thin_samples = 0;
   std::array<std::int32_t, 3> least = {};     // Indices of its samples, and
   std::array<std::int32_t, 3> greatest = {};  // the greatest ones.

@@ -77,7 +77,7 @@ TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
 }
 
-TEST(MeshDistanceBound, IsTheErrorAndHalfALatticeStepAlongACellsDiagonal) {
+TEST(MeshDistanceBound, AddsHalfALatticeStepAlongACellsDiagonal) {
   DatasetInfo info = testing::octahedra_info();
   info.index_to_world.columns = {Vec3{2, 0, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 6}};
   StepBegin begin = octahedron_report().steps.back().step->begin;

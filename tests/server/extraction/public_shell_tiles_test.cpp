@@ -112,7 +112,7 @@ class PublicShellTiles : public ::testing::TestWithParam<PublicVolume> {
   int compared_ = 0;
 };
 
-TEST_P(PublicShellTiles, AreTheMarchedSamplesOfTheFile) {
+TEST_P(PublicShellTiles, DecodeToTheMarchedSamplesOfTheFile) {
   const PublicVolume& chosen = GetParam();
   if (const auto why = testing::why_skipped(chosen)) GTEST_SKIP() << *why;
   const Volume volume =
@@ -123,8 +123,8 @@ TEST_P(PublicShellTiles, AreTheMarchedSamplesOfTheFile) {
     SCOPED_TRACE(is_closed ? "closed" : "open");
     const std::optional<double> outside = is_closed ? std::optional(kLayerValue) : std::nullopt;
     const std::int32_t margin = is_closed ? 1 : 0;
-    const DatasetPtr dataset = make_dataset(
-        *source_of(volume), {.name = "volume", .outside = outside, .margin = margin});
+    const DatasetPtr dataset =
+        make_dataset(*source_of(volume), {.name = "volume", .outside = outside, .margin = margin});
     for (const std::int32_t spacing : {1, 2}) {
       const auto boxes = testing::boxes_of(volume, outside, margin, spacing, 64);
       const std::vector<int> levels =

@@ -112,13 +112,13 @@ class ShellsOfAGateway : public ::testing::Test {
                      {{"alice", "samples", "*"}, {"bob", "surfaces", "* only=surfaces"}}};
 };
 
-TEST_F(ShellsOfAGateway, AreNotForClientsWhoseTokenAtTheServerIsForSurfacesOnly) {
+TEST_F(ShellsOfAGateway, HiddenFromSurfacesOnlyTokensOfTheServer) {
   Upstream upstream(testing::balls(), {.admission = {.tokens = tokens_.path()}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   expect_for_alice_alone(gateway);
 }
 
-TEST_F(ShellsOfAGateway, AreNotForClientsWhoseTokenAtTheGatewayIsForSurfacesOnly) {
+TEST_F(ShellsOfAGateway, HiddenFromSurfacesOnlyTokensOfTheGateway) {
   Upstream upstream(testing::balls());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .server = {.admission = {.tokens = tokens_.path()}}});

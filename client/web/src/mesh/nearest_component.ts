@@ -34,7 +34,7 @@ function distanceToBox(box: LatticeBox, place: Point): number {
   return Math.hypot(...[0, 1, 2].map((axis) => Math.max(box[axis] - place[axis], 0, place[axis] - box[axis + 3])));
 }
 
-// Of the origin: to the triangle's plane where it lies above the inside, else to the nearest edge.
+// The distance of the origin: to the triangle's plane where it lies above the inside, else to the nearest edge.
 function distanceToTriangle(a: Point, b: Point, c: Point): number {
   const normal = cross(minus(b, a), minus(c, a));
   const length = Math.hypot(...normal);

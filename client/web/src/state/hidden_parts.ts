@@ -18,7 +18,7 @@ export function hidesTheSame(a: HiddenParts, b: HiddenParts): boolean {
   return a.minComponent === b.minComponent && String(a.places) === String(b.places);
 }
 
-// Of a surface as the settings have it.
+// The hidden parts of a surface of the settings.
 export function hiddenPartsOf({ minComponent = 0, hiddenParts = [] }: { minComponent?: number; hiddenParts?: readonly Vec3[] }): HiddenParts {
   return { minComponent, places: hiddenParts };
 }

@@ -113,7 +113,7 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
   return go_around_once(vertices_[centre], around_, turns);
 }
 
-// Of the triangles at `corners_` that stay, and of the fan's there.
+// The turns of the triangles at `corners_` that stay, and of the fan's triangles there.
 SeenTurns Embedding::turns_around(std::uint32_t place) const {
   SeenTurns turns;
   for (const std::uint32_t corner : corners_) {

@@ -256,7 +256,7 @@ class Sweeps {
   std::vector<std::uint32_t> goals_;  // Of vertices that are gone: where they moved.
   std::vector<std::uint32_t> ring_, neighbours_;
   std::vector<Vec3> places_;
-  // Of the triangles of the ring, before it was turned by `goal_` places.
+  // Normals of the ring's triangles, before it was turned by `goal_` places.
   std::vector<Vec3> normals_;
   std::size_t goal_ = 0;
 };

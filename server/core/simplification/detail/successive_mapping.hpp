@@ -175,7 +175,7 @@ class SuccessiveMapping {
   void mark(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool find_strands_of_vertices();
   [[nodiscard]] bool find_passing_segments(std::span<const std::uint32_t> ring);
-  // Of the edge with this low half, from `low` to `high`.
+  // The edge with this low half, from `low` to `high`.
   [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t low, std::uint32_t high,
                                 std::uint32_t before, std::uint32_t after, bool had_crossings);
   [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;

@@ -12,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-// Of the triangles (centre, around[i], around[i + 1]).
+// The star of the triangles (centre, around[i], around[i + 1]).
 bool intersects_itself(const LatticePoint& centre, const std::vector<LatticePoint>& around) {
   std::vector<LatticePlane> planes;
   for (std::size_t i = 0; i < around.size(); ++i) {
