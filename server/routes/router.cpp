@@ -159,6 +159,7 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   const auto permit = Permit::of(token, context.client->admission().access(), nullptr);
   const bool has_known_token = permit && permit->has_token();
   if (!has_known_token) {
+    context.client->is_named({}, false);  // Not by the request before on this connection.
     if (const auto allowed = within_rate(); !allowed) {
       co_return error_answer(429, allowed.error(), context.request_id);
     }

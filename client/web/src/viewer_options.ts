@@ -17,7 +17,7 @@ export interface TokenPlace {
 }
 
 export interface PictureOptions {
-  enlargement?: number; // Of what is on the screen; 1 if not said.
+  enlargement?: number; // Relative to the screen; default 1.
   width?: number; // In pixels, instead; as far as the graphics card can.
   isTransparent?: boolean; // Without a background.
 }

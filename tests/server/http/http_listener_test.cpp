@@ -197,6 +197,22 @@ TEST(HttpListener, TokensOfOneAddressHaveSeparateRateLimits) {
   EXPECT_EQ(status_of("two"), 200U);
 }
 
+TEST(HttpListener, UnknownTokensDoNotCountForTheTokenBeforeThemOnAConnection) {
+  const TemporaryFolder folder;
+  const testing::TokensFile tokens(folder.path(), {{"alice", "one", "*"}});
+  RunningHttpServer server(
+      fake_catalogue("octahedron"), {},
+      {.admission = {.tokens = tokens.path(), .requests = {.per_second = 0.001, .burst = 2}}});
+  HttpClient client(server.http());
+  const auto status_of = [&](const std::string& token) {
+    return client.get("/v1/datasets", "Authorization: Bearer " + token + "\r\n").result_int();
+  };
+  EXPECT_EQ(status_of("one"), 200U);
+  EXPECT_EQ(status_of("one"), 200U);
+  EXPECT_EQ(status_of("guess"), 401U);
+  EXPECT_EQ(status_of("one"), 429U);
+}
+
 TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.allowed_origins = {"https://a.example"}});

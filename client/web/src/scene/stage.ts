@@ -34,7 +34,7 @@ export class Stage {
   readonly controls: OrbitControls;
   private readonly flat = new THREE.OrthographicCamera(); // Follows `camera`.
   private readonly lights = new Lights();
-  private readonly painter: SceneRenderer;
+  private readonly sceneRenderer: SceneRenderer;
   readonly programs: Programs;
   private look: StageLook = { isOrthographic: false, hasOcclusion: false, translucent: 0, clip: [] };
   private occlusionCost: number | null = null; // Milliseconds of the frame that had it; null: not known.
@@ -56,8 +56,8 @@ export class Stage {
     this.renderer.localClippingEnabled = true; // Materials have planes that cut the surface open.
     this.camera.up.set(0, 0, 1);
     this.flat.up.copy(this.camera.up);
-    this.painter = new SceneRenderer(this.renderer);
-    this.programs = new Programs(this.renderer, this.scene, this.camera, this.painter.targets, () => this.invalidate());
+    this.sceneRenderer = new SceneRenderer(this.renderer);
+    this.programs = new Programs(this.renderer, this.scene, this.camera, this.sceneRenderer.targets, () => this.invalidate());
     // Asked now, when nothing is being drawn: later the page would wait for all that is.
     for (const name of extensions) this.renderer.extensions.has(name);
     this.scene.add(this.lights.group);
@@ -292,7 +292,7 @@ export class Stage {
     const isMoving = this.controls.update();
     const isBusy = this.chores.map((chore) => chore()).some(Boolean);
     if (!this.programs.areReady("scene", this.scene)) return;
-    if (isBusy) this.painter.upload(this.scene, this.lens);
+    if (isBusy) this.sceneRenderer.upload(this.scene, this.lens);
     if (isMoving) this.invalidate();
     else if (isBusy) this.wake();
     if (!this.isChanged) return;
@@ -336,7 +336,7 @@ export class Stage {
     this.lights.follow(this.camera);
     const cost = this.occlusionCost ?? 0;
     const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < tooSlow : this.isQuick());
-    this.painter.draw(this.scene, this.lens, {
+    this.sceneRenderer.draw(this.scene, this.lens, {
       occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.unitsOf(90)), clip: this.look.clip } : null,
       peels: this.peels(isAtRest),
     });
