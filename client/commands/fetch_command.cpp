@@ -169,6 +169,18 @@ FetchedStep for_report(const FetchedStep& fetched) {
       .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
 }
 
+// Of the components with at least that diagonal, which are written.
+SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
+                              const DatasetInfo& info) {
+  const MeshComponents components = components_of(mesh);
+  const std::vector<SurfaceMeasures> all = measures_of(mesh, components, grid_to_world(info));
+  std::vector<SurfaceMeasures> written;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (components.diagonals[i] >= least_diagonal) written.push_back(all[i]);
+  }
+  return sum_of(written);
+}
+
 // Fetches and checks one surface.
 ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
                                        ConnectedRequest& surface, const Output& output,
@@ -186,7 +198,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
     surface.notices.add(empty_surface_text(report.open.request, info));
   }
   const LatticeMesh& mesh = final_step->step->mesh;
-  report.measures = sum_of(measures_of(mesh, components_of(mesh), grid_to_world(info)));
+  report.measures = measures_from(mesh, arguments.order.surface.query.min_component, info);
   report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
   const bool has_report = arguments.json || !arguments.report.empty();
   if (has_report && final_step->step->begin.request.simplify) {

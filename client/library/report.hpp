@@ -20,7 +20,7 @@ struct FetchReport {
   std::string mesh_file;                  // Empty when none was written.
   std::vector<FetchedStep> steps;         // Meshes may be left out of all but the last.
   std::optional<std::uint64_t> components_written = {};  // In the mesh file.
-  // For the final step, all components.
+  // For the components of the final step that are written.
   std::optional<SurfaceMeasures> measures = {};
   std::optional<double> distance_bound = {};  // mesh_distance_bound() of the final step.
   // Triangles of the final step that intersect others; nullopt: not counted.

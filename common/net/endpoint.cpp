@@ -18,10 +18,13 @@ struct Scheme {
   Transport transport;
   std::uint16_t port;  // Where none is written.
 };
-constexpr std::array<Scheme, 4> kSchemes = {{{"tcp://", Transport::kTcp, kDefaultPort},
+// Where two have one transport, the first is written.
+constexpr std::array<Scheme, 6> kSchemes = {{{"tcp://", Transport::kTcp, kDefaultPort},
                                              {"tls://", Transport::kTls, kDefaultPort},
                                              {"ws://", Transport::kWebSocket, 80},
-                                             {"wss://", Transport::kSecureWebSocket, 443}}};
+                                             {"wss://", Transport::kSecureWebSocket, 443},
+                                             {"http://", Transport::kWebSocket, 80},
+                                             {"https://", Transport::kSecureWebSocket, 443}}};
 
 const Scheme& scheme_of(Transport transport) {
   return *std::find_if(kSchemes.begin(), kSchemes.end(),

@@ -43,7 +43,8 @@ struct Endpoint {
 [[nodiscard]] Result<Endpoint> parse_endpoint(std::string_view text);
 
 // Parses an address to connect to: the same, or "tls://HOST:PORT", "ws://HOST:PORT/PATH",
-// "wss://HOST:PORT/PATH". Without a port WebSockets have those of HTTP, 80 and 443; without a path
+// "wss://HOST:PORT/PATH"; "http://" and "https://", the address of the viewer, are taken as "ws://"
+// and "wss://". Without a port WebSockets have those of HTTP, 80 and 443; without a path
 // or with one that ends in "/", where a proxy shows the server, kStreamPath follows.
 [[nodiscard]] Result<Endpoint> parse_server_url(std::string_view text);
 

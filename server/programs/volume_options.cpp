@@ -28,6 +28,19 @@ std::optional<double> outside_from(const std::string& text) {
   throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
 }
 
+void add_border_options(Command& command, std::string& outside, std::optional<int>& margin) {
+  command
+      .add_option("--outside", outside,
+                  "What lies beyond the data: void (surfaces end at the last sample) or a value "
+                  "(they close) (default: void, and 0 for labels)")
+      ->type_name("VALUE");
+  command
+      .add_option("--margin", margin,
+                  "Grid steps around the data; 1 with a value closes surfaces on all sides "
+                  "(default: 0, and 1 for labels)")
+      ->within(0, 4096);
+}
+
 namespace {
 
 // "64,64,64" or "64x64x64".

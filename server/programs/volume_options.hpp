@@ -18,6 +18,9 @@ namespace multitetra {
 // finite number.
 [[nodiscard]] std::optional<double> outside_from(const std::string& text);
 
+// --outside (an empty text where it is not given) and --margin, of commands that prepare.
+void add_border_options(Command& command, std::string& outside, std::optional<int>& margin);
+
 struct VolumeOptions {
   std::string array;
   std::optional<int> level;

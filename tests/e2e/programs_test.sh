@@ -240,6 +240,17 @@ grep -q "The file has $few of .* components, those with a diagonal of 12 samples
 [ "$(value whole.json content_digest)" = "$(value large.json content_digest)" ] || fail "another surface without dust"
 [ "$(stat -c %s large.ply)" -lt "$(stat -c %s whole.ply)" ] || fail "no triangle is left out"
 ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 1000 -o none.ply
+# Measures are those of the components in the file.
+start dusty "$server" serve dusty.mtd --tcp 127.0.0.1:0 --http off
+dusty="--server $(url_of dusty tcp) --isovalue 100 --error 0 --quiet"
+"$client" fetch $dusty -o x.ply --report whole.json
+"$client" fetch $dusty --min-component 12 -o x.ply --report large.json
+python3 - whole.json large.json <<'END' || fail "measures count components that are not written"
+import json, sys
+whole, large = (json.load(open(name)) for name in sys.argv[1:])
+assert large["components_written"] < whole["components_written"]
+assert 0 < large["area"] < whole["area"]
+END
 # A client gives up when its time is over, however much would come.
 ends 1 "Timed out before" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
 ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply

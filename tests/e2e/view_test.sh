@@ -90,6 +90,17 @@ ends_by_interrupt
 [ "$(ls cache/multitetra | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
 [ "$(wc -l <opened)" = 1 ] || fail "--no-browser opened one"
 
+# --- borders are those of `prepare`; another border, another dataset
+starts closed --no-browser --outside 0 --margin 1 volumes/bar.nrrd
+ends_by_interrupt
+found=0
+for made in cache/multitetra/bar-*/bar.mtd; do
+  "$server" info "$made" | grep -q 'outside.* 0 is the value beyond the data' && found=$((found + 1))
+done
+[ "$found" = 1 ] || fail "view --outside 0 made $found datasets with that value"
+if "$view" view --no-browser --outside nothing volumes/bar.nrrd 2>err.txt; then fail "--outside nothing is taken"; fi
+grep -q 'must be void or a finite number' err.txt || fail "--outside nothing: $(cat err.txt)"
+
 # --- the cache is bounded: what was not used for longest goes, what is shown stays
 starts bounded --no-browser --cache-bytes 1 volumes/bar.nrrd
 for _ in $(seq 200); do [ "$(ls cache/multitetra | wc -l)" = 1 ] && break; sleep 0.05; done

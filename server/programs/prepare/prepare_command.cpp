@@ -205,16 +205,7 @@ void add_prepare_command(Command& program, Run& run) {
   command->add_flag("--quiet", a->quiet, "Print errors only");
   a->series.add_to(*command);
   command->begin_group("Grid and errors");
-  command->add_option(
-      "--outside", a->outside,
-      "What lies beyond the data: void (surfaces end at the last sample) or a value "
-      "(they close) (default: void, and 0 for labels)");
-  command
-      ->add_option(
-          "--margin", a->margin,
-          "Grid steps around the data; 1 with a value closes surfaces on all sides (default: "
-          "0, and 1 for labels)")
-      ->within(0, 4096);
+  add_border_options(*command, a->outside, a->margin);
   command->begin_group("Reading the volume");
   a->volume.add_to(*command);
   a->volume.add_space_to(*command);

@@ -36,6 +36,8 @@ namespace fs = std::filesystem;
 struct ViewArguments {
   std::vector<std::string> inputs;
   VolumeOptions volume;
+  std::string outside;        // Empty: void.
+  std::optional<int> margin;  // None: 0.
   std::string labels;
   bool no_labels = false;
   std::string up = "z";
@@ -111,7 +113,11 @@ class ViewedVolumes {
     for (std::string& input : inputs) (is_prepared(input) ? places_ : volumes).push_back(input);
     has_datasets_ = !places_.empty();
     if (!volumes.empty()) {
-      for (PrepareArguments& one : preparations_of(volumes, arguments.volume)) add(std::move(one));
+      for (PrepareArguments& one : preparations_of(volumes, arguments.volume)) {
+        one.outside = arguments.outside;
+        one.margin = arguments.margin;
+        add(std::move(one));
+      }
     }
     std::optional<std::string> labels;
     if (!arguments.labels.empty()) {
@@ -239,6 +245,7 @@ int view(const ViewArguments& arguments) {
   if (inputs.empty()) inputs.push_back(demo_volume().string());
   std::optional<ViewedVolumes> made;
   try {
+    (void)outside_from(arguments.outside.empty() ? "void" : arguments.outside);
     made.emplace(arguments, inputs);
   } catch (const VolumeFileError& problem) {
     throw ExitError(kUsage, problem.what());
@@ -307,12 +314,14 @@ void add_view_command(Command& program, Run& run) {
   command->begin_group("Reading the volume");
   a->volume.add_to(*command);
   a->volume.add_space_to(*command);
+  add_border_options(*command, a->outside, a->margin);
   command->footer(
       "Examples:\n"
       "  multitetra view\n"
       "  multitetra view head.nii.gz\n"
       "  multitetra view dicom_folder/ --series 2\n"
       "  multitetra view flow_*.vti\n"
+      "  multitetra view ct.nii.gz --outside -1024 --margin 1\n"
       "  multitetra view ct.nii.gz --labels organs.seg.nrrd\n"
       "  multitetra view https://example.org/image.zarr --channel 0");
   command->callback([a, &run] { run = [a] { return view(*a); }; });

@@ -63,6 +63,8 @@ TEST(ServerUrl, SelectsTheTransport) {
       {"wss://site.org/a/b/", {"site.org", 443, Transport::kSecureWebSocket, "/a/b/v1/stream"}},
       {"ws://example.org/", {"example.org", 80, Transport::kWebSocket, "/v1/stream"}},
       {"ws://[::1]:7480/v1/stream", {"::1", 7480, Transport::kWebSocket, "/v1/stream"}},
+      {"http://127.0.0.1:7480/", {"127.0.0.1", 7480, Transport::kWebSocket, "/v1/stream"}},
+      {"https://example.org", {"example.org", 443, Transport::kSecureWebSocket, "/v1/stream"}},
       {"wss://example.org", {"example.org", 443, Transport::kSecureWebSocket, "/v1/stream"}},
       {"wss://a:1/heads/v1/stream?x=1",
        {"a", 1, Transport::kSecureWebSocket, "/heads/v1/stream?x=1"}}};
@@ -76,7 +78,7 @@ TEST(ServerUrl, SelectsTheTransport) {
 
 TEST(ServerUrl, RefusesInvalidUrls) {
   for (const std::string text :
-       {"http://example.org", "ws://", "ws:///v1/stream", "wss://:443", "ws://a:/", "ws://a:1x/",
+       {"ftp://example.org", "ws://", "ws:///v1/stream", "wss://:443", "ws://a:/", "ws://a:1x/",
         "ws://a/b c", "ws://a/\r\nHost: b", "tls://a/path", "tcp://a:1/v1/stream", "WS://a"}) {
     const auto read = parse_server_url(text);
     ASSERT_FALSE(read) << text;
