@@ -80,7 +80,8 @@ TEST(RequestNames, ErrorHasOneDefault) {
   const Names one = {shortest_text(kDefaultError)};
   EXPECT_EQ(kDefaultError, quality_error_from("fine"));
   for (const RequestField& field : request_fields()) {
-    if (field.name == "error") EXPECT_EQ(Names{std::string(field.usual)}, one);
+    if (field.name != "error") continue;
+    EXPECT_EQ(Names{std::string(field.usual)}, one);
   }
   const std::string number = "(\\d[.\\d]*)";
   EXPECT_EQ(matches(text_of_file("proto/multitetra/v1/request.proto"),
