@@ -138,10 +138,8 @@ void add_certify_command(Command& program, Run& run) {
       ->required()
       ->type_name("MESH");
   command
-      ->add_option(
-          "--volume", a->volume,
-          "Volume to compare with: a dataset (.mtd), or a file or folder of any format (`formats` "
-          "lists them)")
+      ->add_option("--volume", a->volume,
+                   "Dataset (.mtd), or volume of any format (`formats` lists them)")
       ->required()
       ->type_name("FILE");
   command->add_option("--isovalue", a->isovalue, "Value of the surface")->required();

@@ -75,7 +75,7 @@ ends 2 "--isovalue" "$server" certify smooth.ply --volume smooth.nrrd
 "$server" prepare smooth.nrrd -o closed.mtd --outside -1000 --margin 1 --quiet
 "$server" extract closed.mtd --isovalue "$isovalue" --error 0.5 -o closed.ply --quiet
 ends 3 "--volume DATASET.mtd" certify closed.ply --error 0.5
-certify closed.ply --error 0.5 --volume closed.mtd || fail "closed.ply is not certified with its dataset"
+"$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --error 0.5 --quiet || fail "closed.ply is not certified with its dataset"
 ends 2 "--margin" "$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --margin 1
 
 # --- raw files
