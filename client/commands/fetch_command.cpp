@@ -59,7 +59,8 @@ class Output {
     if (part.steps_directory.empty()) return;
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
-    write_file(part.steps_directory / name, mesh_file(surface_of(fetched).mesh, format_));
+    const OutputSurface surface = surface_of(fetched);
+    write_file(part.steps_directory / name, mesh_file(surface.mesh, format_, surface.lattice));
   }
   // A step as it is written.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
@@ -76,7 +77,7 @@ class Output {
       return write_file(arguments_.mesh, scene_glb(scene));
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      write_file(parts[i].mesh_file, mesh_file(surfaces[i].mesh, format_));
+      write_file(parts[i].mesh_file, mesh_file(surfaces[i].mesh, format_, surfaces[i].lattice));
     }
   }
   // Also of a fetch that failed, with the steps that came.

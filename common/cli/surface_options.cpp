@@ -127,6 +127,7 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
   const MeshComponents components = components_of(mesh);
   const Affine map = output_map(arguments, info);
   OutputSurface output{.mesh = {},
+                       .lattice = mesh.resolution,
                        .components = components.count_from(arguments.query.min_component),
                        .components_of = components.diagonals.size()};
   output.mesh =

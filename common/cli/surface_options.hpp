@@ -58,6 +58,7 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // A surface there, with its normals, without the components that are too small.
 struct OutputSurface {
   PositionedMesh mesh;
+  int lattice = kDefaultLatticeResolution;  // Vertices are at multiples of 2^-lattice grid steps.
   // Components in the mesh.
   std::size_t components = 0;
   // Components of the whole surface.

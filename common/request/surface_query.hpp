@@ -13,6 +13,7 @@
 #include "common/base/result.hpp"
 #include "common/image/color_map.hpp"
 #include "common/request/dataset_info.hpp"
+#include "common/request/default_error.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/scalar_request.hpp"
 
@@ -20,7 +21,7 @@ namespace multitetra {
 
 struct SurfaceQuery {
   std::vector<double> isovalues = {};  // A surface for each; none: the dataset's first suggestion.
-  IsosurfaceRequest request = {.error = 0.25, .simplify = true};  // Without its isovalue.
+  IsosurfaceRequest request = {.error = kDefaultError, .simplify = true};  // Without its isovalue.
   bool has_error = false;  // Which of the two names for the allowed error are given.
   bool has_quality = false;
   // The dataset whose values color the surfaces; empty: none.

@@ -49,8 +49,8 @@ void append(std::string& bytes, const T& value) {
 
 // ---- the formats
 
-std::string ply(const PositionedMesh& mesh) {
-  std::string file = "ply\nformat binary_little_endian 1.0\ncomment Multi-Tetra isosurface\n";
+std::string ply(const PositionedMesh& mesh, const std::string& title) {
+  std::string file = "ply\nformat binary_little_endian 1.0\ncomment " + title + "\n";
   file += "element vertex " + std::to_string(mesh.positions.size()) +
           "\nproperty float x\nproperty float y\nproperty float z\n";
   if (!mesh.normals.empty()) file += "property float nx\nproperty float ny\nproperty float nz\n";
@@ -77,8 +77,8 @@ std::string ply(const PositionedMesh& mesh) {
 
 // An 80-byte header that must not begin with "solid", the number of triangles, then 50 bytes each:
 // normal, three corners, two unused bytes.
-std::string stl(const PositionedMesh& mesh) {
-  std::string file = "Multi-Tetra isosurface, binary STL";
+std::string stl(const PositionedMesh& mesh, const std::string& title) {
+  std::string file = title;
   file.resize(80, ' ');
   file.reserve(84 + 50 * mesh.triangles.size());
   append(file, static_cast<std::uint32_t>(mesh.triangles.size()));
@@ -113,8 +113,8 @@ void append_lines(std::string& file, std::string_view name, const std::vector<Po
   }
 }
 
-std::string obj(const PositionedMesh& mesh) {
-  std::string file = "# Multi-Tetra isosurface\n";
+std::string obj(const PositionedMesh& mesh, const std::string& title) {
+  std::string file = "# " + title + "\n";
   file.reserve(file.size() + 40 * (mesh.positions.size() + mesh.normals.size()) +
                (mesh.normals.empty() ? 30 : 60) * mesh.triangles.size());
   append_lines(file, "v", mesh.positions);
@@ -148,14 +148,16 @@ std::string_view media_type(MeshFormat format) {
   return kSuffixAndMediaType[static_cast<std::size_t>(format)].second;
 }
 
-std::string mesh_file(const PositionedMesh& mesh, MeshFormat format) {
+std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, std::optional<int> lattice) {
+  std::string title(kMeshFileTitle);
+  if (lattice) title += ", lattice " + std::to_string(*lattice);
   switch (format) {
     case MeshFormat::kPly:
-      return ply(mesh);
+      return ply(mesh, title);
     case MeshFormat::kStl:
-      return stl(mesh);
+      return stl(mesh, title);
     case MeshFormat::kObj:
-      return obj(mesh);
+      return obj(mesh, title);
     case MeshFormat::kGlb:
       return scene_glb(std::array{ScenePart{.mesh = &mesh}});
     case MeshFormat::kVtp:

@@ -14,6 +14,10 @@
 
 namespace multitetra {
 
+// What the comments of PLY and OBJ files and the header of STL files begin with. Where the vertices
+// lie on a lattice, ", lattice R" follows: they are at multiples of 2^-R grid steps.
+inline constexpr std::string_view kMeshFileTitle = "Multi-Tetra isosurface";
+
 enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 
 // By suffix, letters of either case: "ply", "stl", "obj", "glb", "drc", "vtp", with or without the
@@ -27,8 +31,10 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 // mesh's normals are in all files but STL, which has those of its triangles; GLB has smooth ones of
 // the triangles around a vertex if the mesh has none, and a double-sided material. Scalars and
 // colors are in PLY, GLB (see scene_file.hpp) and VTP. DRC is quantized to 20 bits over the
-// bounding box. Throws std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
-[[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format);
+// bounding box. PLY, STL and OBJ files name the lattice of the vertices, if there is one. Throws
+// std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
+[[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format,
+                                    std::optional<int> lattice = std::nullopt);
 
 // The file appears whole or not at all, see atomic_file.hpp. Throws std::system_error naming the
 // file.

@@ -71,6 +71,21 @@ double float_rounding(const TriangleMesh& mesh) {
   return std::sqrt(3.0) * 0x1p-24 * largest;
 }
 
+std::uint64_t vertices_beyond_data(const TriangleMesh& mesh, const Volume& volume) {
+  const Affine to_index = inverse(volume.index_to_world);
+  const auto is_beyond = [&](const Vec3& vertex) {
+    const Vec3 index = to_index(vertex);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const bool is_between =
+          index[axis] >= -kTolerance && index[axis] <= volume.dims[axis] - 1 + kTolerance;
+      if (!is_between) return true;
+    }
+    return false;
+  };
+  return static_cast<std::uint64_t>(
+      std::count_if(mesh.vertices.begin(), mesh.vertices.end(), is_beyond));
+}
+
 ErrorVerdict verdict(const Certificate& certificate, double allowed) {
   if (certificate.maximum() > allowed) return ErrorVerdict::kExceeded;
   return certificate.maximum_at_most() <= allowed ? ErrorVerdict::kKept : ErrorVerdict::kNotRefuted;
@@ -132,6 +147,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   begin("topology");
   const WeldedMesh own = welded(mesh);
   certificate.degenerate_triangles = own.degenerate_triangles;
+  certificate.vertices_beyond_data = vertices_beyond_data(own.mesh, volume);
   const OpenPlaces open_places(field, certificate.grid);
   certificate.mesh =
       topology(own.mesh.vertices.size(), own.mesh.triangles, [&](std::uint32_t a, std::uint32_t b) {

@@ -54,6 +54,8 @@ struct Certificate {
   std::int64_t nonmanifold_vertices_of_reference = 0;
   // Triangles of the mesh with two corners at one place; they are left out.
   std::uint64_t degenerate_triangles = 0;
+  // Vertices of the mesh where the volume has no samples around them.
+  std::uint64_t vertices_beyond_data = 0;
   TwoSidedDistance distance;  // World units.
   // Tolerance for the lattice and for 32-bit coordinates, world units.
   double lattice_allowance = 0;

@@ -160,6 +160,15 @@ std::string topology_text(const Certificate& certificate) {
   return table(rows);
 }
 
+// What may be the cause when vertices lie where the surface of the volume cannot be.
+std::string hint(const Certificate& certificate, const CertifyOptions& options) {
+  if (certificate.is_kept() || options.outside || certificate.vertices_beyond_data == 0) return {};
+  return "\n" + human_count(certificate.vertices_beyond_data) +
+         " vertices lie beyond the samples. If the dataset was prepared with --outside, --margin "
+         "or "
+         "other coordinates, repeat these options or compare with it: --volume DATASET.mtd.\n";
+}
+
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 Json json_of(const SurfaceDistance& distance, double voxel) {
@@ -195,7 +204,8 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
          " at isovalue " + shortest_text(options.isovalue) + ".\n" +
          table({{"  error", error_line(certificate, options, lengths)},
                 {"  topology", topology_line(certificate)}}) +
-         "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate);
+         "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
+         hint(certificate, options);
 }
 
 Json json_of(const Certificate& certificate, const CertifiedFiles& files,
@@ -203,6 +213,7 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
   const double voxel = voxel_length(certificate.grid);
   Json mesh = json_of(certificate.mesh);
   mesh["degenerate_triangles"] = certificate.degenerate_triangles;
+  mesh["vertices_beyond_data"] = certificate.vertices_beyond_data;
   mesh["nonmanifold_vertices"] = certificate.nonmanifold_vertices;
   Json reference = json_of(certificate.reference);
   reference["nonmanifold_vertices"] = certificate.nonmanifold_vertices_of_reference;

@@ -6,6 +6,8 @@
 
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
+#include "common/mesh/lattice.hpp"
+#include "common/wire/mesh_files.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
 #include "server/certify/detail/vtp_reader.hpp"
 #include "server/volume/formats/stored_volume.hpp"
@@ -38,15 +40,36 @@ Number number_from(std::string_view word, const char* kind) {
   return *number;
 }
 
+// The R of ", lattice R" behind the title of our files.
+std::optional<int> lattice_in(std::string_view file) {
+  const std::string before = std::string(kMeshFileTitle) + ", lattice ";
+  constexpr std::size_t kWithin = 256;
+  const std::string_view header = file.substr(0, kWithin);
+  const std::size_t found = header.find(before);
+  if (found == std::string_view::npos) return std::nullopt;
+  const std::string_view rest = header.substr(found + before.size());
+  const auto lattice = parse_number<int>(rest.substr(0, rest.find_first_not_of("0123456789")));
+  const bool is_lattice =
+      lattice && *lattice >= kMinLatticeResolution && *lattice <= kMaxLatticeResolution;
+  return is_lattice ? lattice : std::nullopt;
+}
+
+TriangleMesh with_lattice(TriangleMesh mesh, std::string_view file) {
+  mesh.lattice = lattice_in(file);
+  return mesh;
+}
+
 TriangleMesh read(const fs::path& file) {
   const std::string suffix = lower_case(file.extension().string());
   if (suffix == ".vtp") return read_vtp(file);
   const std::string bytes = contents_of(file);
-  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return read_ply(bytes);
+  if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) {
+    return with_lattice(read_ply(bytes), bytes);
+  }
   if (bytes.starts_with("glTF")) return read_glb(bytes);
   if (bytes.starts_with("DRACO")) return read_draco(bytes);
-  if (suffix == ".stl") return read_stl(bytes);
-  if (suffix == ".obj") return read_obj(bytes);
+  if (suffix == ".stl") return with_lattice(read_stl(bytes), bytes);
+  if (suffix == ".obj") return with_lattice(read_obj(bytes), bytes);
   throw MeshFault("it is in no format known here (PLY, STL, OBJ, GLB, DRC, VTP)");
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/base/vec3.hpp"
@@ -12,6 +13,9 @@ namespace multitetra {
 struct TriangleMesh {
   std::vector<Vec3> vertices;  // Finite.
   std::vector<TriangleIndices> triangles;
+  // The vertices are at multiples of 2^-lattice grid steps, according to the file. None: it names
+  // no lattice.
+  std::optional<int> lattice = std::nullopt;
 };
 
 struct WeldedMesh {

@@ -11,6 +11,7 @@
 #include "common/cli/json_report.hpp"
 #include "server/certify/certificate_report.hpp"
 #include "server/certify/mesh_file.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/programs/commands.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
@@ -29,8 +30,8 @@ struct CertifyArguments {
   std::optional<int> lattice;
   bool any_topology = false;
   bool self_intersections = false;
-  std::string outside = "void";
-  int margin = 0;
+  std::string outside;  // Empty: not given.
+  std::optional<int> margin;
   std::string coordinates = "world";
   std::string space = "native";
   double scale = 1;
@@ -64,24 +65,46 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   return map;
 }
 
+bool is_dataset(const std::string& place) { return place.ends_with(".mtd"); }
+
+// The samples of a dataset, which has the options of `prepare` applied to them.
+Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& options) {
+  if (!arguments.outside.empty() || arguments.margin || !arguments.source.command_line().empty()) {
+    throw std::invalid_argument(
+        "--outside, --margin and the options for reading a volume are recorded in the dataset.");
+  }
+  const DatasetPtr dataset = open_dataset(arguments.volume);
+  options.outside = dataset->info.outside;
+  options.margin = dataset->info.margin;
+  Volume volume = whole_volume(*dataset);
+  volume.meaning = dataset->info.meaning;
+  return volume;
+}
+
+Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Progress& progress) {
+  if (is_dataset(arguments.volume)) return volume_of_dataset(arguments, options);
+  options.outside = outside_from(arguments.outside.empty() ? "void" : arguments.outside);
+  options.margin = arguments.margin.value_or(0);
+  VolumeFileOptions source = arguments.source.parsed();
+  source.notice = [&](const std::string& sentence) { progress.note(sentence); };
+  return read_volume(arguments.volume, source);
+}
+
 int run_certify(const CertifyArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   CertifyOptions options{.isovalue = arguments.isovalue,
                          .lattice = arguments.lattice,
                          .any_topology = arguments.any_topology,
                          .count_self_intersections = arguments.self_intersections,
-                         .outside = outside_from(arguments.outside),
-                         .margin = arguments.margin,
                          .samples = arguments.samples};
   Progress progress("certify", arguments.self_intersections ? 6 : 5,
                     arguments.quiet || arguments.json);
   options.on_stage = [&](const char* stage) { progress.begin(stage); };
   progress.begin("mesh");
   TriangleMesh mesh = read_mesh(arguments.mesh);
+  if (!options.lattice) options.lattice = mesh.lattice;
   progress.begin("volume");
-  VolumeFileOptions source = arguments.source.parsed();
-  source.notice = [&](const std::string& sentence) { progress.note(sentence); };
-  const Volume volume = read_volume(arguments.volume, source);
+  const Volume volume = volume_of(arguments, options, progress);
   const Affine map = mesh_to_world(arguments, volume);
   for (Vec3& vertex : mesh.vertices) vertex = map(vertex);
   if (arguments.error) {
@@ -116,7 +139,7 @@ void add_certify_command(Command& program, Run& run) {
       ->type_name("MESH");
   command
       ->add_option("--volume", a->volume,
-                   "Volume to compare with; a file or folder of any format (`formats` lists them)")
+                   "Dataset (.mtd), or volume of any format (`formats` lists them)")
       ->required()
       ->type_name("FILE");
   command->add_option("--isovalue", a->isovalue, "Value of the surface")->required();
@@ -129,9 +152,10 @@ void add_certify_command(Command& program, Run& run) {
       ->one_of({"voxel", "world"})
       ->capture_default_str();
   command
-      ->add_option("--lattice", a->lattice,
-                   "Allow for vertices rounded to 2^-R grid steps; `extract` and `fetch` use R = 5 "
-                   "by default")
+      ->add_option(
+          "--lattice", a->lattice,
+          "Allow for vertices rounded to 2^-R grid steps; default: the R in the mesh file, if "
+          "`extract` or `fetch` wrote it")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command->add_flag("--any-topology", a->any_topology,
@@ -145,13 +169,13 @@ void add_certify_command(Command& program, Run& run) {
   command
       ->add_option("--outside", a->outside,
                    "What lies beyond the data: void (surfaces end at the last sample) or a value "
-                   "(they close)")
-      ->capture_default_str();
+                   "(they close); default: void")
+      ->type_name("VALUE");
   command
-      ->add_option("--margin", a->margin,
-                   "Grid steps around the data; 1 with a value closes surfaces on all sides")
-      ->within(0, 4096)
-      ->capture_default_str();
+      ->add_option(
+          "--margin", a->margin,
+          "Grid steps around the data; 1 with a value closes surfaces on all sides; default: 0")
+      ->within(0, 4096);
   command
       ->add_option("--coordinates", a->coordinates,
                    "Coordinates of the mesh: world, or index for samples")
@@ -179,8 +203,7 @@ void add_certify_command(Command& program, Run& run) {
   a->source.add_to(*command);
   command->footer(
       "Examples:\n"
-      "  multitetra-server certify head.ply --volume head.nrrd --isovalue 500.5 --error 0.5 "
-      "--lattice 5\n"
+      "  multitetra-server certify head.ply --volume head.nrrd --isovalue 500.5 --error 0.5\n"
       "  multitetra-server certify liver.stl --volume ct/ --isovalue 120 --error 1 --unit world\n"
       "  multitetra-server certify bone.glb --volume ct.nii.gz --isovalue 300 "
       "--self-intersections --json\n"

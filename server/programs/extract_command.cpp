@@ -65,6 +65,7 @@ struct ExtractArguments {
                           .read = read_volume_of_thresholds}};
   std::string errors = "spectrum";
   std::optional<int> level;
+  std::string report;
   std::string model_file;
   std::string model_scope = "all";
   int threads = 0;
@@ -148,6 +149,11 @@ void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& req
   }
 }
 
+void put_report(const ExtractArguments& arguments, const Json& report) {
+  if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
+  if (arguments.json) std::cout << text_of(report);
+}
+
 // The model of the reference extractor, on request.
 struct ReferenceModel {
   std::unique_ptr<const ReferenceExtractor> extractor;
@@ -221,7 +227,9 @@ int extract(const ExtractArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
   require_outputs(
-      {{"--output", arguments.output}, {"--model", arguments.model_file}},
+      {{"--output", arguments.output},
+       {"--report", arguments.report},
+       {"--model", arguments.model_file}},
       {{"file", arguments.file}, {"--threshold-grid", arguments.surface.threshold_grid}});
   const bool has_model_file = !arguments.model_file.empty();
   Progress progress("extract", has_model_file ? 5 : 4, arguments.quiet || arguments.json);
@@ -275,7 +283,7 @@ int extract(const ExtractArguments& arguments) {
     notices.add(empty_surface_text(request, info));
     if (!arguments.surface.allow_empty) {
       progress.finish();
-      if (arguments.json) std::cout << text_of(report_now());
+      put_report(arguments, report_now());
       throw ExitError(kEmptySurface, not_written_text(arguments.output));
     }
   }
@@ -284,10 +292,11 @@ int extract(const ExtractArguments& arguments) {
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();
+    put_report(arguments, report_now());
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("file");
-  write_file(arguments.output, mesh_file(output.mesh, format));
+  write_file(arguments.output, mesh_file(output.mesh, format, output.lattice));
   std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
@@ -295,13 +304,12 @@ int extract(const ExtractArguments& arguments) {
         write_model(arguments, reference, request.isovalue, output_map(arguments.surface, info));
   }
   progress.finish();
-  if (arguments.json) {
-    Json report = report_now();
-    report["mesh_file"] = arguments.output;
-    report["components_written"] = output.components;
-    if (model) report["model"] = json_of(arguments, *model);
-    std::cout << text_of(report);
-  } else if (!arguments.quiet) {
+  Json report = report_now();
+  report["mesh_file"] = arguments.output;
+  report["components_written"] = output.components;
+  if (model) report["model"] = json_of(arguments, *model);
+  put_report(arguments, report);
+  if (!arguments.json && !arguments.quiet) {
     print_facts(arguments, request, surface, topology, self_intersecting, model);
   }
   if (topology.is_sound()) return 0;
@@ -329,6 +337,8 @@ void add_extract_command(Command& program, Run& run) {
                       {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   add_output_options(*command, a->surface);
   add_threads_option(*command, a->threads);
+  command->add_option("--report", a->report, "Write the JSON report to this file")
+      ->type_name("FILE");
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Print errors only");
   command->begin_group("Models");

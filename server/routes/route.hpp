@@ -7,6 +7,7 @@
 
 #include "common/base/result.hpp"
 #include "common/mesh/content_digest.hpp"
+#include "common/request/default_error.hpp"
 #include "server/http/target.hpp"
 
 namespace multitetra {
@@ -47,7 +48,7 @@ struct NeuroglancerFile {
   std::string dataset;
   bool is_image = false;
   // The error of the finest level, in voxels.
-  double error = 0.25;
+  double error = kDefaultError;
   std::string path;
   std::string token;
 };

@@ -20,13 +20,14 @@
 #include "common/base/result.hpp"
 #include "common/mesh/octree_cube.hpp"
 #include "common/request/dataset_info.hpp"
+#include "common/request/default_error.hpp"
 #include "common/request/isosurface_request.hpp"
 
 namespace multitetra {
 
 struct TreeSettings {
   double isovalue = 0;
-  double error = 0.25;  // The error of the leaves in voxels; finite, >= 0.
+  double error = kDefaultError;  // The error of the leaves in voxels; finite, >= 0.
 
   friend bool operator==(const TreeSettings&, const TreeSettings&) = default;
 };

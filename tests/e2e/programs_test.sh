@@ -29,7 +29,8 @@ done
 
 "$server" generate torus --size 33 -o torus.nrrd --quiet
 "$server" prepare torus.nrrd -o torus.mtd --quiet
-"$server" extract torus.mtd --isovalue 0 -o torus.ply --json --quiet >torus.json
+"$server" extract torus.mtd --isovalue 0 -o torus.ply --report report.json --json --quiet >torus.json
+cmp -s torus.json report.json || fail "--report is not what --json prints: $(cat report.json)"
 [ "$(value torus.json euler_characteristic)" = 0 ] || fail "the torus is none"
 
 # --- all formats, coordinates, levels, the model
@@ -55,7 +56,8 @@ for format in ply stl obj glb vtp; do
   "$server" extract smooth.mtd --isovalue "$isovalue" --error 0.5 -o "smooth.$format" --quiet
   certify "smooth.$format" --error 0.5 --lattice 5 || fail "smooth.$format is not certified"
 done
-certify smooth.ply --error 0.5 --lattice 5 --self-intersections --json >certificate.json
+certify smooth.ply --error 0.5 --self-intersections --json >certificate.json
+[[ $(value certificate.json lattice_allowance_world) =~ [1-9] ]] || fail "the lattice is not read from smooth.ply: $(cat certificate.json)"
 [ "$(value certificate.json kept)" = true ] || fail "no certificate as JSON: $(cat certificate.json)"
 [ "$(value certificate.json open_edges)" = 0 ] || fail "open edges: $(cat certificate.json)"
 grep -q '"flat_triangles"' certificate.json || fail "self-intersections are not counted: $(cat certificate.json)"
@@ -70,6 +72,11 @@ ends 1 "nowhere.nrrd" "$server" certify smooth.ply --volume nowhere.nrrd --isova
 ends 3 "NOT KEPT" certify smooth.ply --space ras --error 0.5
 ends 2 "--space" certify smooth.ply --coordinates index --space ras
 ends 2 "--isovalue" "$server" certify smooth.ply --volume smooth.nrrd
+"$server" prepare smooth.nrrd -o closed.mtd --outside -1000 --margin 1 --quiet
+"$server" extract closed.mtd --isovalue "$isovalue" --error 0.5 -o closed.ply --quiet
+ends 3 "--volume DATASET.mtd" certify closed.ply --error 0.5
+"$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --error 0.5 --quiet || fail "closed.ply is not certified with its dataset"
+ends 2 "--margin" "$server" certify closed.ply --volume closed.mtd --isovalue "$isovalue" --margin 1
 
 # --- raw files
 head -c 4096 /dev/zero >zeros.raw

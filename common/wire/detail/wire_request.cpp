@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "common/request/default_error.hpp"
 #include "common/wire/detail/wire_vectors.hpp"
 
 namespace multitetra::wire {
@@ -198,7 +199,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
 IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& checks) {
   IsosurfaceRequest request;
   request.isovalue = wire.isovalue();
-  if (wire.has_threshold()) request.error = wire.threshold().error();
+  request.error = wire.has_threshold() ? wire.threshold().error() : kDefaultError;
   request.unit =
       checks.enumerator<LengthUnit>("IsosurfaceRequest.threshold.unit", wire.threshold().unit(),
                                     LengthUnit::kWorld, LengthUnit::kVoxel);

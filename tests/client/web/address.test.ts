@@ -1,10 +1,17 @@
 import { edited, fromAddress, misread, toAddress } from "../../../client/web/src/state/url_state";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
+import { readFileSync } from "node:fs";
 
 describe("Address", () => {
   test("SaysNothingOfDefaults", () => {
     expect(toAddress(defaults)).toBe("");
     expect(fromAddress("")).toEqual({});
+  });
+
+  test("PageOfEmbeddingNamesEverySetting", () => {
+    const page = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
+    const missing = Object.keys(defaults).filter((name) => !new RegExp(`\`${name}\`|\\b${name}: `).test(page));
+    expect(missing).toEqual([]);
   });
 
   test("CarriesEverySetting", () => {

@@ -32,6 +32,7 @@ await test("DescribesSeveralSurfaces", tellsWhatIsSeen);
 await test("TakesBackAndComesBack", takesBack);
 await test("ColorsASurfaceByAnotherField", colorsByAField);
 await test("SpeaksWithThePageAroundIt", speaksAround);
+await test("LeavesALowFrameToThePicture", leavesALowFrameToThePicture);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
 await test("RefinesWhatIsNearUntilAPixelAndNothingFarAway", refinesWhatIsNear);
@@ -719,6 +720,27 @@ async function colorsByAField(page) {
   const colored = (await surfacePixels(page)).share;
   assert(colored > plain + 0.002, `${colored} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
+}
+
+async function leavesALowFrameToThePicture(page) {
+  const around = `${server.page}around.html`;
+  await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:
+    '<title>around</title><iframe src="/?embed#dataset=gyroid&error=2" width="500" height="200"></iframe>' }));
+  await page.goto(around);
+  const inside = page.frames().find((frame) => frame.url().includes("?embed"));
+  await inside.waitForFunction(() => /final|Certified/i.test(document.body.textContent) && document.querySelector(".stage canvas"));
+  const covered = () => inside.evaluate(() => {
+    const over = [...document.querySelectorAll(".stage button, .stage .stage-hint, .stage .orientation, .stage .scale-bar")];
+    const sizes = over.map((element) => element.getBoundingClientRect());
+    return sizes.reduce((sum, { width, height }) => sum + width * height, 0) / (innerWidth * innerHeight);
+  });
+  const low = await covered();
+  await page.locator("iframe").screenshot({ path: path.join(scratch, "low_frame.png") });
+  assert(low < 0.06, `${low} of a low frame is covered`);
+  assert(await inside.locator('[aria-label="Fullscreen"]').isVisible());
+  await page.evaluate(() => (document.querySelector("iframe").height = 500));
+  await inside.waitForFunction(() => innerHeight === 500);
+  assert(await inside.locator('[aria-label="Fit the surface"]').isVisible(), "a high frame has its tools");
 }
 
 async function speaksAround(page) {

@@ -13,7 +13,9 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "common/base/number_text.hpp"
 #include "common/cli/surface_options.hpp"
+#include "common/request/default_error.hpp"
 
 namespace multitetra {
 namespace {
@@ -72,6 +74,23 @@ TEST(RequestNames, MatchTheOptions) {
     expected.insert(kebab(name));
   }
   EXPECT_EQ(matches(help, "--([a-z-]+)"), expected);
+}
+
+TEST(RequestNames, ErrorHasOneDefault) {
+  const Names one = {shortest_text(kDefaultError)};
+  EXPECT_EQ(kDefaultError, quality_error_from("fine"));
+  for (const RequestField& field : request_fields()) {
+    if (field.name != "error") continue;
+    EXPECT_EQ(Names{std::string(field.usual)}, one);
+  }
+  const std::string number = "(\\d[.\\d]*)";
+  EXPECT_EQ(matches(text_of_file("proto/multitetra/v1/request.proto"),
+                    "ThresholdMap threshold = 2;\\s+// Absent means " + number + " voxels"),
+            one);
+  EXPECT_EQ(matches(text_of_file("client/web/src/state/settings.ts"), "\n  error: " + number), one);
+  EXPECT_EQ(matches(text_of_file("client/python/multitetra/napari_reader.py"),
+                    "get\\(\"error\", " + number + "\\)"),
+            one);
 }
 
 TEST(RequestNames, MatchProtobuf) {

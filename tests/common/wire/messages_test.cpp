@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "common/net/frame.hpp"
+#include "common/request/default_error.hpp"
 #include "tests/support/sample_messages.hpp"
 
 namespace multitetra {
@@ -139,9 +140,9 @@ TEST(Messages, AbsentFieldsHaveTheirDocumentedDefaults) {
   EXPECT_TRUE(samples::same(*hello, ClientMessage(Hello{})));
   const auto open = parse_client_message(field(3, "\x08\x01" + field(2, "fuel")));
   ASSERT_TRUE(open) << open.error().error.text;
-  const OpenStream defaults{.request_id = 1, .dataset = "fuel", .request = {}};
+  const OpenStream defaults{
+      .request_id = 1, .dataset = "fuel", .request = {.error = kDefaultError}};
   EXPECT_TRUE(samples::same(*open, ClientMessage(defaults)));
-  EXPECT_EQ(defaults.request.error, 1.0);
   EXPECT_EQ(defaults.request.lattice_resolution, 5);
 }
 

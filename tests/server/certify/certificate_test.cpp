@@ -147,6 +147,20 @@ TEST_F(CertificateErrors, DetectsTurnedOrMissingTriangles) {
   EXPECT_FALSE(certified(mesh, {}).is_kept());
 }
 
+TEST_F(CertificateErrors, HintsAtTheDatasetForVerticesBeyondTheSamples) {
+  const DatasetPtr closed = make_dataset(volume_, "closed", -10, 1);
+  const TriangleMesh mesh = extracted(closed, {.isovalue = 0.1, .error = 0.5});
+  const auto report = [&](const CertifyOptions& options) {
+    return text_of(certified(mesh, options), {.mesh = "mesh", .volume = "volume"}, options);
+  };
+  EXPECT_NE(report(half_).find("--volume DATASET.mtd"), std::string::npos) << report(half_);
+  CertifyOptions same = half_;
+  same.outside = -10;
+  same.margin = 1;
+  EXPECT_TRUE(certified(mesh, same).is_kept());
+  EXPECT_EQ(report(same).find("DATASET.mtd"), std::string::npos) << report(same);
+}
+
 // ---- what is measured
 
 Volume two_balls() {

@@ -90,6 +90,18 @@ TEST_F(MeshFile, EveryFormatRoundTrips) {
   EXPECT_EQ(draco.triangles.size(), mesh.triangles.size());
 }
 
+TEST_F(MeshFile, FilesOfOursNameTheirLattice) {
+  const PositionedMesh mesh = world_mesh();
+  for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
+                                     {"a.stl", MeshFormat::kStl},
+                                     {"a.obj", MeshFormat::kObj}}) {
+    SCOPED_TRACE(name);
+    EXPECT_EQ(read(name, mesh_file(mesh, format, 7)).lattice, 7);
+    EXPECT_EQ(read(name, mesh_file(mesh, format)).lattice, std::nullopt);
+    EXPECT_EQ(read(name, mesh_file(mesh, format, kMaxLatticeResolution + 1)).lattice, std::nullopt);
+  }
+}
+
 TEST_F(MeshFile, GltfWithDracoAppliesNodeTransforms) {
   const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
   const Vec3 step = {0.5, 2, 3};
