@@ -54,6 +54,23 @@ CLI::Option& option_named(const CLI::App& command, const CLI::ConfigItem& item,
                        "\"; --print-config prints those that there are, without dashes.");
 }
 
+// Addresses have a scheme.
+std::string absolute_path(const std::string& text) {
+  if (text.empty() || text.find("://") != std::string::npos) return text;
+  return std::filesystem::absolute(text).lexically_normal().string();
+}
+
+void make_absolute(const CLI::App& command, const std::string& name) {
+  const CLI::Option* found = command.get_option_no_throw("--" + name);
+  if (found == nullptr) found = command.get_option_no_throw(name);
+  if (found == nullptr || found->count() == 0) return;
+  auto* const option = const_cast<CLI::Option*>(found);
+  std::vector<std::string> paths = option->results();
+  std::transform(paths.begin(), paths.end(), paths.begin(), &absolute_path);
+  option->clear();
+  option->add_result(std::move(paths));
+}
+
 }  // namespace
 
 void add_option_sources(Command& command, OptionSources& sources) {
@@ -90,7 +107,8 @@ void read_config_file(const Command& command, const std::filesystem::path& file)
   }
 }
 
-std::string config_text(const Command& command) {
+std::string config_text(const Command& command, const std::vector<std::string>& path_options) {
+  for (const std::string& name : path_options) make_absolute(command.app(), name);
   std::istringstream lines(
       command.app().config_to_str(/*default_also=*/true, /*write_description=*/true));
   std::string text;

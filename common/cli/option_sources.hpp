@@ -11,6 +11,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "common/cli/command.hpp"
 
@@ -30,7 +31,10 @@ void add_option_sources(Command& command, OptionSources& sources);
 // file cannot be read, names an option that there is not, or twice, or a value is no good.
 void read_config_file(const Command& command, const std::filesystem::path& file);
 
-// All options as they are now, in the file's form, each with its description as a comment.
-[[nodiscard]] std::string config_text(const Command& command);
+// All options as they are now, in the file's form, each with its description as a comment. The
+// values of `path_options`, by their long names without dashes, are absolute, so that the file
+// means the same in every folder; addresses, as https://host/a.mtd, stay.
+[[nodiscard]] std::string config_text(const Command& command,
+                                      const std::vector<std::string>& path_options = {});
 
 }  // namespace multitetra

@@ -19,6 +19,18 @@ namespace {
 // Replies that wait until the client takes them; reading pauses beyond that.
 constexpr std::size_t kMaxWaitingReplies = 64;
 
+// The request and the dataset that a message is about; 0 without one.
+std::pair<std::uint64_t, std::string> dataset_asked_for(const ClientMessage& message) {
+  if (const auto* open = std::get_if<OpenStream>(&message))
+    return {open->request_id, open->dataset};
+  if (const auto* estimate = std::get_if<Estimate>(&message)) {
+    return {estimate->request_id, estimate->dataset};
+  }
+  if (const auto* slice = std::get_if<Slice>(&message)) return {slice->request_id, slice->dataset};
+  if (const auto* probe = std::get_if<Probe>(&message)) return {probe->request_id, probe->dataset};
+  return {};
+}
+
 }  // namespace
 
 Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
@@ -73,6 +85,7 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
                         std::size_t message_bytes) {
   constexpr std::size_t kLong = 64 * 1024;
   constexpr double kLongestQuiet = 5;
+  if (message) note_hidden_dataset(*message);
   Received received = receive_from(*client_, session_, message, message_bytes);
   if (received.retry_after > 0 && message_bytes >= kLong) {
     const std::chrono::duration<double> quiet(std::min(received.retry_after, kLongestQuiet));
@@ -81,6 +94,14 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
   request_reservation_ = std::move(received.reservation);
   perform(std::move(received.actions));
   request_reservation_ = {};
+}
+
+void Conversation::note_hidden_dataset(const ClientMessage& message) {
+  if (!session_.is_welcomed() || hidden_datasets_.size() >= kMaxWaitingReplies) return;
+  const auto [request, dataset] = dataset_asked_for(message);
+  if (request == 0 || session_.permit().rights().may_see(dataset)) return;
+  const CataloguePtr catalogue = caller_->catalogue();
+  if (catalogue && catalogue->find(dataset)) hidden_datasets_[request] = dataset;
 }
 
 void Conversation::end(const Error& error) { perform(session_.end(error)); }
@@ -155,8 +176,15 @@ std::optional<ServerMessage> Conversation::next_stream_message() {
 
 ServerMessage Conversation::note_reply(ServerMessage message) {
   if (const auto* refusal = std::get_if<ErrorReply>(&message)) {
-    client_->admission().observer().error_answered(client_->facts(), refusal->error,
-                                                   refusal->request_id);
+    Error logged = refusal->error;
+    const auto hidden = hidden_datasets_.find(refusal->request_id);
+    if (hidden != hidden_datasets_.end()) {
+      if (logged.code == ErrorCode::kUnknownDataset) {
+        logged.text = "Dataset \"" + hidden->second + "\" is not allowed for this token.";
+      }
+      hidden_datasets_.erase(hidden);
+    }
+    client_->admission().observer().error_answered(client_->facts(), logged, refusal->request_id);
   }
   return message;
 }

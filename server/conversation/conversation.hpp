@@ -82,6 +82,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   };
 
   void take(const tl::expected<ClientMessage, ParseError>& message, std::size_t message_bytes);
+  void note_hidden_dataset(const ClientMessage& message);
   asio::awaitable<void> greet(Hello hello, std::size_t message_bytes,
                               asio::awaitable<Result<CataloguePtr>> finding);
   void perform(Actions actions);
@@ -103,6 +104,8 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   CallerPtr caller_;
   Session session_;
   ConnectionContextPtr client_;
+  // By request, datasets that the client asked for and may not see: the log names them so.
+  std::map<std::uint64_t, std::string> hidden_datasets_;
   bool is_over_ = false;
   // The dataset listing for the new client is in progress.
   bool is_greeting_ = false;

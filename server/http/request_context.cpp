@@ -2,8 +2,25 @@
 
 namespace multitetra {
 
+namespace {
+
+// Whether the dataset of the request exists for others only.
+bool is_hidden(const RequestContext& context) {
+  if (!context.caller || !context.record) return false;
+  const std::string& dataset = context.record->facts().dataset;
+  const CataloguePtr catalogue = context.caller->catalogue();
+  return catalogue && catalogue->find(dataset) &&
+         !context.caller->permit().rights().may_see(dataset);
+}
+
+}  // namespace
+
 Answer RequestContext::refused(const Error& error) {
   outcome = name(error.code);
+  reason = error.text;
+  if (error.code == ErrorCode::kUnknownDataset && is_hidden(*this)) {
+    reason = "Dataset \"" + record->facts().dataset + "\" is not allowed for this token.";
+  }
   client->admission().observer().error_answered(client->facts(), error, 0);
   return error_answer(error, request_id);
 }

@@ -26,12 +26,15 @@ struct RequestContext {
   // Its log record and outcome; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
   std::string_view outcome = "complete";
+  // Why it was rejected, for the log; empty where it was not.
+  std::string reason = {};
   // For the answer's body, until it has left.
   ByteReservations::Reservation reservation = {};
   // Called before what may take long: from then on the client is watched for hanging up.
   std::function<void()> watch = {};
 
-  // The reply for an error, which is counted and logged.
+  // The reply for an error, which is counted and logged. The log names a dataset that the token
+  // does not cover; the client gets the reply for one that does not exist.
   [[nodiscard]] Answer refused(const Error& error);
   // Set when the client has disconnected: its work is cancelled.
   void leave() {

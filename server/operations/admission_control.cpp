@@ -173,16 +173,25 @@ void AdmissionControl::make_room_for(const std::string& limited_name) {
 void AdmissionControl::reload() {
   const auto attempt = [](const char* what, const auto& load) {
     try {
-      load();
-      log_line(LogLevel::kInfo, std::string(what) + " read again", {});
+      log_line(LogLevel::kInfo, std::string(what) + " read again", {{"tokens", load()}});
     } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
                std::string(failure.what()) + " The " + what + " read before stays in use.", {});
     }
   };
-  if (options_.tls) attempt("certificate", [this] { tls_ = load_tls(*options_.tls); });
-  if (options_.tokens)
-    attempt("tokens file", [this] { access_ = load_access_list(*options_.tokens); });
+  using Count = std::optional<LogValue>;
+  if (options_.tls) {
+    attempt("certificate", [this] {
+      tls_ = load_tls(*options_.tls);
+      return Count();
+    });
+  }
+  if (options_.tokens) {
+    attempt("tokens file", [this] {
+      access_ = load_access_list(*options_.tokens);
+      return Count(static_cast<std::uint64_t>(access_->size()));
+    });
+  }
 }
 
 void AdmissionControl::drain(std::function<void()> when_idle) {

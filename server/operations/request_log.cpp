@@ -90,7 +90,10 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 }
 
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
-  log_line_about(client.peer, LogLevel::kWarning, "refused",
+  // A request over a limit gets an answer, whose line has the reason.
+  const std::string_view text = limit;
+  const bool is_of_request = text != "connections" && text != "idle_seconds";
+  log_line_about(client.peer, is_of_request ? LogLevel::kDebug : LogLevel::kWarning, "refused",
                  {{"connection", client.connection},
                   {"transport", client.protocol},
                   {"peer", client.peer},
@@ -98,12 +101,16 @@ void RequestLog::refused(const ClientFacts& client, const char* limit) {
 }
 
 void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& facts) {
+  // A rejection over HTTP is logged by http_answered, once.
+  const bool is_rejection = !facts.id.empty() && facts.outcome != "complete" &&
+                            facts.outcome != "cancelled" && facts.outcome != "left";
+  const LogLevel level = is_rejection ? LogLevel::kDebug : level_of(facts.kind);
   const auto write = [&](std::initializer_list<LogField> fields) {
     // What was answered in full took its time; what was not may be a flood.
     if (facts.outcome == "complete") {
-      log_line(level_of(facts.kind), facts.kind, fields);
+      log_line(level, facts.kind, fields);
     } else {
-      log_line_about(client.peer, level_of(facts.kind), facts.kind, fields);
+      log_line_about(client.peer, level, facts.kind, fields);
     }
   };
   write({{"connection", client.connection},
@@ -125,6 +132,7 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
 
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,
                                 std::uint64_t request) {
+  if (std::string_view(client.protocol) == "http") return;  // http_answered has the reason.
   log_line_about(client.peer, LogLevel::kInfo, error.text,
                  {{"connection", client.connection},
                   {"request", unless_zero(request)},
@@ -146,7 +154,8 @@ void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts
                   {"target", unless_empty(target)},
                   {"status", static_cast<std::uint64_t>(facts.status)},
                   {"bytes", unless_zero(facts.bytes)},
-                  {"seconds", facts.seconds}});
+                  {"seconds", facts.seconds},
+                  {"reason", unless_empty(facts.reason)}});
 }
 
 }  // namespace multitetra

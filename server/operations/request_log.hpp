@@ -8,7 +8,7 @@ namespace multitetra {
 
 // Connections, streams, estimates and meshes are logged at level info, and so are refused HTTP
 // requests; the many small ones that succeed (lists, tiles, files) at debug. An HTTP request has
-// the name that its response has (X-Request-Id).
+// the name that its response has (X-Request-Id), and a rejected one a single line, with its reason.
 class RequestLog : public ServiceObserver {
  public:
   void connected(const ClientFacts& client) override;

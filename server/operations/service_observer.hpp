@@ -63,6 +63,8 @@ struct HttpFacts {
   // The size of the body.
   std::uint64_t bytes = 0;
   double seconds = 0;  // Until its last byte was on its way.
+  // Of an error, for the log alone: it may say more than the client is answered. Empty without.
+  std::string_view reason = {};
 };
 
 class ServiceObserver {

@@ -16,8 +16,23 @@ namespace multitetra {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// /etc/multitetra belongs to root and the group of the service.
+void share_with_group_of_folder(int descriptor, const fs::path& path) {
+  struct stat folder {};
+  const fs::path name = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (::geteuid() != 0 || ::stat(name.c_str(), &folder) != 0 || folder.st_gid == 0) return;
+  if (::fchown(descriptor, static_cast<uid_t>(-1), folder.st_gid) == 0) {
+    (void)!::fchmod(descriptor, S_IRUSR | S_IWUSR | S_IRGRP);
+  }
+}
+
+}  // namespace
+
 TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
     : path_(fs::exists(path) ? fs::canonical(path) : path) {
+  const bool is_new = if_absent == IfAbsent::kMakeIt && !fs::exists(path_);
   const int flags =
       O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kMakeIt ? O_CREAT : 0);
   // The previous owner of the lock may have replaced the file.
@@ -27,6 +42,7 @@ TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
     if (descriptor_ < 0) fail("Cannot open");
     if (::flock(descriptor_, LOCK_EX) != 0) fail("Cannot lock");
   } while (!is_current());
+  if (is_new) share_with_group_of_folder(descriptor_, path_);
 }
 
 TokenFile::~TokenFile() {

@@ -15,7 +15,8 @@ class TokenFile {
  public:
   enum class IfAbsent { kMakeIt, kFail };
 
-  // A new file is empty and readable by its owner only.
+  // A new file is empty and readable by its owner only; of root, in a folder of another group than
+  // root's, by that group too: a service that reads its secrets from there is in it.
   explicit TokenFile(const std::filesystem::path& path, IfAbsent if_absent = IfAbsent::kFail);
   ~TokenFile();
   TokenFile(const TokenFile&) = delete;

@@ -187,7 +187,8 @@ void add_token_command(Command& program, Run& run) {
       ->add_option(
           "--file,--append", a->file,
           "Token file. A new token's line is added to it, and the token alone is printed; a "
-          "missing file is created, readable by its owner only")
+          "missing file is created, readable by its owner and, when root makes it, by the group of "
+          "its folder")
       ->type_name("FILE");
   command
       ->add_option("--expires", a->expires,

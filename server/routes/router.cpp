@@ -161,6 +161,7 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   if (!has_known_token) {
     context.client->is_named({}, false);  // Not by the request before on this connection.
     if (const auto allowed = within_rate(); !allowed) {
+      context.reason = allowed.error().text;
       co_return error_answer(429, allowed.error(), context.request_id);
     }
   }
@@ -169,6 +170,7 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   if (!known) co_return context.refused(known.error());
   if (has_known_token) {
     if (const auto allowed = within_rate(); !allowed) {
+      context.reason = allowed.error().text;
       co_return error_answer(429, allowed.error(), context.request_id);
     }
   }

@@ -1,5 +1,6 @@
 #include "server/transport/server.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <csignal>
 #include <utility>
@@ -26,6 +27,23 @@ AdmissionOptions observed(const ServerOptions& options) {
                                  admission.observer, options.metrics})
                            : ServiceObserverPtr(options.metrics);
   return admission;
+}
+
+// Of patterns in the tokens file that match no dataset: most are typing errors.
+void warn_of_idle_patterns(const AccessList& list, const DatasetCatalogue& catalogue) {
+  const std::vector<DatasetInfo> infos = catalogue.infos();
+  const auto warn = [&](const AccessRights& rights) {
+    for (const std::string& pattern : rights.datasets()) {
+      const bool is_used = std::any_of(infos.begin(), infos.end(), [&](const DatasetInfo& info) {
+        return matches(pattern, info.name);
+      });
+      if (is_used || pattern == "*") continue;
+      log_line(LogLevel::kWarning, "a pattern of the tokens file matches no dataset",
+               {{"name", rights.name()}, {"datasets", pattern}});
+    }
+  };
+  for (const AccessList::Entry& entry : list.entries()) warn(entry.rights);
+  for (const AccessRights& rights : list.anonymous()) warn(rights);
 }
 
 }  // namespace
@@ -90,7 +108,12 @@ class Server::Running {
       auto* datasets = dynamic_cast<LocalService*>(service_.get());
       assert(datasets);
       datasets->offer(catalogue);
+      warn_about(*catalogue);
     });
+  }
+  // Logs what the tokens file says about datasets that are not there.
+  void warn_about(const DatasetCatalogue& catalogue) const {
+    if (admission_.access()) warn_of_idle_patterns(*admission_.access(), catalogue);
   }
 
  private:
@@ -187,10 +210,11 @@ Server::Server(const MakeService& make_service, ServerOptions options,
 Server::Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeListener>& more)
     : Server(
           [&](asio::any_io_executor executor) {
-            return std::make_unique<LocalService>(std::move(executor), std::move(catalogue),
-                                                  options.service);
+            return std::make_unique<LocalService>(std::move(executor), catalogue, options.service);
           },
-          options, more) {}
+          options, more) {
+  running_->warn_about(*catalogue);
+}
 Server::~Server() = default;
 
 Endpoint Server::endpoint(std::size_t listener) const {

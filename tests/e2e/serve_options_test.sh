@@ -27,6 +27,11 @@ grep -q 'b.example' config || fail "a list in the file is not taken: $(cat confi
 "$server" serve --config config --print-config >again
 cmp config again || fail "--print-config does not read what it prints"
 
+grep -qx "datasets=\"$PWD/v.mtd\"" config || grep -qxF "datasets=[\"$PWD/v.mtd\"]" config || fail "a relative path: $(grep datasets config)"
+"$server" serve s3://b/v.mtd --tokens sub/../tokens --print-config >paths
+grep -q 's3://b/v.mtd' paths || fail "an address is no path: $(grep datasets paths)"
+grep -qx "tokens=\"$PWD/tokens\"" paths || fail "a relative path: $(grep tokens paths)"
+
 # What is wrong ends with one clear line and its own exit code.
 echo 'max-conections = 1' >typo.toml
 ends 2 'no option "max-conections"' "$server" serve v.mtd --config typo.toml

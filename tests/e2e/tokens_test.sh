@@ -13,6 +13,14 @@ source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 alice=$("$server" token alice --file tokens)
 [ "$(stat -c %a tokens)" = 600 ] || fail "others can read a new file of tokens"
 chmod 640 tokens
+mkdir etc
+if [ "$(id -u)" = 0 ]; then
+  # As root for a service, whose group the folder has.
+  chgrp nogroup etc
+  "$server" token alice --file etc/tokens >/dev/null
+  "$server" token bob --file etc/tokens >/dev/null
+  [ "$(stat -c '%a %U %G' etc/tokens)" = "640 root nogroup" ] || fail "the service cannot read: $(ls -l etc/tokens)"
+fi
 bob=$("$server" token bob --datasets 'sp*' --append tokens)
 [ "$(stat -c %a tokens)" = 640 ] || fail "the file's mode has changed"
 ends 2 '"alice" has a token in tokens already' "$server" token alice --file tokens
@@ -51,6 +59,33 @@ ends 2 "30d" "$server" token carol --expires soon --file tokens
 for i in $(seq 20); do "$server" token "user$i" --file tokens >/dev/null & made+=("$!"); done
 wait "${made[@]}"
 [ "$(grep -c '^user' tokens)" = 20 ] || fail "of twenty tokens made at once $(grep -c '^user' tokens) are there"
+
+# What is wrong is one line of the log, with the token's name and the reason; the client is told no more than for a typing error.
+"$server" generate torus --size 9 -o torus.nrrd --quiet
+"$server" prepare torus.nrrd -o torus.mtd --name torus --quiet
+seer=$("$server" token seer --datasets torus --file watched)
+"$server" token typo --datasets 'nosuch*' --file watched >/dev/null
+watching=$pid
+start watched "$server" serve sphere.mtd torus.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens watched \
+  --max-requests-per-second 1
+watched=$(url_of watched http)
+status_of() { curl -s -o answer -w '%{http_code}' -H "Authorization: Bearer $1" "$watched$2"; }
+lines() { grep -c -- "$1" watched.log || true; }
+grep 'matches no dataset' watched.log | grep -q 'name=typo datasets=nosuch\*' || fail "no warning of a pattern: $(cat watched.log)"
+[ "$(lines 'matches no dataset')" = 1 ] || fail "a warning of a pattern that has datasets: $(cat watched.log)"
+[ "$(status_of "$seer" /v1/datasets/sphere)" = 404 ] || fail "a dataset of others is seen"
+! grep -q 'not allowed' answer || fail "the answer says that there is such a dataset: $(cat answer)"
+for _ in $(seq 40); do [ "$(status_of "$seer" /v1/datasets)" != 429 ] || break; done
+[ "$(status_of "$seer" /v1/datasets/nowhere)" = 429 ] || fail "the rate has no limit: $(cat answer)"
+kill -HUP "$pid"
+sleep 1
+[ "$(lines 'Dataset .*sphere.* is not allowed for this token')" = 1 ] || fail "a dataset of others: $(cat watched.log)"
+[ "$(lines '/v1/datasets/sphere')" = 1 ] || fail "one rejection has several lines: $(cat watched.log)"
+[ "$(lines '/v1/datasets/nowhere\|refused')" = 1 ] || fail "one rejection by rate has several lines: $(cat watched.log)"
+grep '/v1/datasets/nowhere' watched.log | grep 'name=seer' | grep -q 'reason=' || fail "429 without name or reason: $(cat watched.log)"
+grep 'tokens file read again' watched.log | grep -q 'tokens=2' || fail "no count of tokens: $(cat watched.log)"
+ends_well watched "$pid"
+pid=$watching
 
 # A token ends by itself, without SIGHUP.
 soon=$(date -u -d '+12 seconds' +%Y-%m-%dT%H:%M:%SZ)  # Time enough for a machine that has other work.

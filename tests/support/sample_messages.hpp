@@ -158,7 +158,7 @@ inline std::optional<SeriesMember> series_member(Random& random) {
 inline LabelExtent label_extent(const std::array<std::int32_t, 3>& dims, Random& random) {
   LabelExtent extent{.samples = 1 + up_to(static_cast<std::uint64_t>(dims[0]) - 1, random)};
   if (random() % 2 == 0) return extent;
-  LabelExtent::Place& place = extent.place.emplace();
+  LabelExtent::Place& place = extent.place.emplace(LabelExtent::Place{});
   for (std::size_t axis = 0; axis < 3; ++axis) {
     place.least[axis] = int_in(0, dims[axis] - 1, random);
     place.greatest[axis] = int_in(place.least[axis], dims[axis] - 1, random);

@@ -85,7 +85,7 @@ std::optional<LabelExtent> read_extent(const v1::Label& wire, const DatasetInfo&
   checks.exactly("DatasetInfo.member.label.box", wire.box_size(), 6);
   checks.exactly("DatasetInfo.member.label.centroid", wire.centroid_size(), 3);
   if (checks.first()) return std::nullopt;
-  LabelExtent::Place& place = extent.place.emplace();
+  LabelExtent::Place& place = extent.place.emplace(LabelExtent::Place{});
   for (int axis = 0; axis < 3; ++axis) {
     const auto at = static_cast<std::size_t>(axis);
     const std::uint32_t least = wire.box(axis);

@@ -106,6 +106,7 @@ asio::awaitable<void> HttpConnection::run() {
     if (const auto admitted = check_admission(*request); !admitted) {
       client_->admission().observer().error_answered(client_->facts(), admitted.error(), 0);
       context->kind = "refused";
+      context->reason = admitted.error().text;
       const Answer answer = error_answer(503, admitted.error(), context->request_id);
       co_await write(answer, with_body, /*keep_alive=*/false);
       send(&*request, *context, answer, with_body);
@@ -143,7 +144,8 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
                          .target = target,
                          .status = answer.status,
                          .bytes = with_body ? answer.body.length : 0,
-                         .seconds = taken.count()});
+                         .seconds = taken.count(),
+                         .reason = context.reason});
 }
 
 Result<void> HttpConnection::check_admission(const HttpRequest& request) {
@@ -170,6 +172,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       is_answering_ = true;
       RequestContext context;
       context.request_id = new_request_id();
+      context.reason = broken.text;
       // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
                                          context.request_id);

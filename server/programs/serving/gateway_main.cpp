@@ -54,7 +54,8 @@ int run(int argc, char** argv) {
   program.callback([&] { complete(program, sources, options); });
   if (const auto code = parse_command_line(program, argc, argv)) return *code;
   if (!sources.print_config) return serve(options);
-  std::cout << config_text(program);
+  std::cout << config_text(
+      program, {"upstream-ca", "upstream-token-file", "tls-cert", "tls-key", "tokens", "viewer"});
   return kOk;
 }
 

@@ -41,7 +41,8 @@ void add_serve_command(Command& program, Run& run) {
     if (!a->sources.config_file.empty()) read_config_file(*command, a->sources.config_file);
     if (a->sources.print_config) {
       run = [command] {
-        std::cout << config_text(*command);
+        std::cout << config_text(
+            *command, {"datasets", "tls-cert", "tls-key", "tokens", "viewer", "cache-dir"});
         return kOk;
       };
       return;

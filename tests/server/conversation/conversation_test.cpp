@@ -126,5 +126,44 @@ TEST_F(ConversationTest, PausesReadingFromClientsAboveTheRate) {
   EXPECT_TRUE(has_room());
 }
 
+class LoggedErrors : public ServiceObserver {
+ public:
+  void error_answered(const ClientFacts&, const Error& error, std::uint64_t) override {
+    texts.push_back(error.text);
+  }
+  std::vector<std::string> texts;
+};
+
+TEST(ConversationLog, NamesDatasetsThatTheTokenDoesNotCover) {
+  const auto logged = std::make_shared<LoggedErrors>();
+  AdmissionControl admission{{.observer = logged}};
+  asio::io_context io{1};
+  const CataloguePtr catalogue = catalogue_of(std::make_shared<FakeSteps>("fake"));
+  LocalService service{io.get_executor(), catalogue, {.workers = 1}};
+  const auto list = std::make_shared<AccessList>();
+  list->add_anonymous(AccessRights("guests", {"public-*"}));
+  const ConnectionContextPtr client = admission.admit("tcp", "127.0.0.1", "test").client;
+  const auto conversation = std::make_shared<Conversation>(io.get_executor(), service.open(client),
+                                                           Session(catalogue, {}, list), client);
+  const auto answer_to = [&](const ClientMessage& message) {
+    conversation->receive(serialize(message));
+    auto reply = asio::co_spawn(
+        io, [&] { return conversation->next_message(); }, asio::use_future);
+    io.restart();
+    io.run();
+    return reply.get().value();
+  };
+  EXPECT_TRUE(std::holds_alternative<Welcome>(answer_to(Hello{})));
+  const auto hidden = answer_to(OpenStream{.request_id = 1, .dataset = "fake"});
+  const auto missing = answer_to(OpenStream{.request_id = 2, .dataset = "fakes"});
+  EXPECT_TRUE(std::get<ErrorReply>(hidden).error.text.starts_with("No dataset is named \"fake\";"));
+  EXPECT_TRUE(std::get<ErrorReply>(missing).error.text.starts_with("No dataset is named"));
+  ASSERT_EQ(logged->texts.size(), 2u);
+  EXPECT_EQ(logged->texts[0], "Dataset \"fake\" is not allowed for this token.");
+  EXPECT_TRUE(logged->texts[1].starts_with("No dataset is named"));
+  conversation->leave();
+  service.workers().join();
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -113,18 +113,32 @@ TEST(RequestLog, TokensInATargetStayOutOfIt) {
   EXPECT_EQ(target("/?"), "/?");
 }
 
+TEST(RequestLog, ARejectionOverHttpIsOneLineWithItsReason) {
+  const ClientFacts alice{.protocol = "http", .connection = 7, .name = "alice"};
+  const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
+    log.refused(alice, "requests_per_second");
+    log.error_answered(alice, {ErrorCode::kUnknownDataset, "There is none."}, 0);
+    log.request_ended(alice, {.kind = "isosurface", .id = "1", .outcome = "unknown_dataset"});
+    log.http_answered(alice, {.id = "1", .kind = "isosurface", .status = 404, .reason = "None."});
+  });
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].at("name"), "alice");
+  EXPECT_EQ(lines[0].at("status"), 404);
+  EXPECT_EQ(lines[0].at("reason"), "None.");
+}
+
 // One client's flood takes neither the disk nor the lines about others.
 TEST(RequestLog, SamplesFloodsAndCountsLeftOutLines) {
   const ClientFacts flooding{.peer = "192.0.2.66:1"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
     for (int i = 0; i < 10'000; ++i) {
       log.http_answered(flooding, {.kind = "datasets", .target = "/", .status = 429});
-      log.refused(flooding, "requests_per_second");
+      log.refused(flooding, "connections");
       log.error_answered(flooding, {ErrorCode::kLimitExceeded, "Too many."}, 1);
     }
     log.refused(kAlice, "connections");
     std::this_thread::sleep_for(std::chrono::milliseconds(150));
-    log.refused(flooding, "requests_per_second");
+    log.refused(flooding, "connections");
   });
   EXPECT_LE(lines.size(), 200U);
   EXPECT_EQ(lines.at(lines.size() - 2).at("limit"), "connections");

@@ -11,6 +11,7 @@ import json
 import os
 import struct
 import zipfile
+import zlib
 
 import numpy
 
@@ -426,6 +427,25 @@ def hdf5():
         short = file.create_dataset("v", SHAPE, "<i2", chunks=SHAPE, compression="lzf")
         short.id.write_direct_chunk((0, 0, 0), b"\x1f" + bytes(32))  # 32 bytes of a whole chunk.
     refuse("hdf5-lzf-short", folder / "short.h5", "cannot be read")
+    # A layer of chunks of which the second one holds less than its shape needs, with every way to pack it; and whole ones.
+    short = volume.tobytes()[:60]
+    layouts = {"deflate": {"compression": "gzip"}, "shuffle": {"compression": "gzip", "shuffle": True},
+               "checksum": {"compression": "gzip", "fletcher32": True}, "none": {}}
+    for name, filters in layouts.items():
+        for libver in "earliest", "latest":
+            path = folder / f"chunks-{name}-{libver}.h5"
+            with h5py.File(path, "w", libver=libver) as file:
+                file.create_dataset("v", data=volume, chunks=(2, 4, 9), **filters)
+            read(f"hdf5-chunks-{name}-{libver}", path, volume)
+    for name, filters, data, skipped in (
+            ("deflate", layouts["deflate"], zlib.compress(short), 0), ("shuffle", layouts["shuffle"], zlib.compress(short), 0),
+            ("more", layouts["deflate"], zlib.compress(bytes(2 * 2 * 4 * 9 + 2)), 0), ("none", {}, short, 0),
+            ("skipped-filter", layouts["deflate"], short, 1)):
+        path = folder / f"short-{name}.h5"
+        with h5py.File(path, "w") as file:
+            dataset = file.create_dataset("v", data=volume, chunks=(2, 4, 9), **filters)
+            dataset.id.write_direct_chunk((4, 4, 0), data, skipped)
+        refuse(f"hdf5-short-{name}", path, "bytes that its shape needs")
     with h5py.File(folder / "block.h5", "w", userblock_size=512) as file:
         file["v"] = volume.astype("f2")
     read("hdf5-user-block", folder / "block.h5", volume)

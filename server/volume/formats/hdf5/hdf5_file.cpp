@@ -13,6 +13,7 @@
 
 #include "server/volume/formats/detail/axis_coordinates.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
+#include "server/volume/formats/hdf5/detail/hdf5_chunks.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_lzf.hpp"
 #include "server/volume/formats/hdf5/detail/hdf5_object.hpp"
 #include "server/volume/formats/hdf5/detail/imaris_volume.hpp"
@@ -219,7 +220,8 @@ class Hdf5Slices : public StoredSlices {
         dataset_(std::move(dataset)),
         at_(std::move(at)),
         dims_(std::move(dims)),
-        type_(type) {}
+        type_(type),
+        chunk_sizes_(path_, dataset_.get()) {}
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
     const std::size_t rank = dims_.size();
@@ -231,6 +233,7 @@ class Hdf5Slices : public StoredSlices {
       start[rank - 3] = first;
       extent[rank - 3] = count;
     }
+    chunk_sizes_.require_whole(dataset_.get(), start, extent);
     const Hdf5Id space(H5Dget_space(dataset_.get()), &H5Sclose);
     const Hdf5Id memory(H5Screate_simple(static_cast<int>(rank), extent.data(), nullptr),
                         &H5Sclose);
@@ -249,6 +252,7 @@ class Hdf5Slices : public StoredSlices {
   std::vector<hsize_t> at_;
   std::vector<hsize_t> dims_;
   StoredType type_;
+  Hdf5ChunkSizes chunk_sizes_;
 };
 
 }  // namespace
