@@ -40,6 +40,18 @@ describe("ExpectedSizes", () => {
     expect(within.request.isovalue).toBe(0.1);
   });
 
+  test("KnowSmallLabelsByTheirSamples", () => {
+    const sizes = new ExpectedSizes();
+    const label = (samples: bigint) => ({ ...info, member: { label: { samples } } }) as unknown as typeof info;
+    sizes.among = 1000; // 10 000 triangles are for each.
+    expect(sizes.isSmall(label(3_600n))).toBe(true);
+    expect(sizes.isSmall(label(36_000n))).toBe(false);
+    sizes.among = 2;
+    expect(sizes.isSmall(label(36_000n))).toBe(true);
+    expect(sizes.isSmall(label(0n)), "not counted").toBe(false);
+    expect(sizes.isSmall(info), "no label").toBe(false);
+  });
+
   test("ShareWhatAViewCanHave", () => {
     const sizes = new ExpectedSizes();
     sizes.among = 20;
