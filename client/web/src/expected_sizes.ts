@@ -47,7 +47,7 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   }
 
   learn({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
-    const expected = { triangles, bytes, errorVoxels: errorWorld / voxelLength(order.info) };
+    const expected = { triangles, budget: Number(order.request.maxTriangles), bytes, errorVoxels: errorWorld / voxelLength(order.info) };
     this.set({ expected });
     return expected;
   }

@@ -1,9 +1,12 @@
+import { readFileSync } from "node:fs";
+
 import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
+import { inTriangleRange, leastOfEstimate, mostOfEstimate } from "../../../client/web/src/shared/quantities";
 import { dataset, request } from "./golden_stream";
 
 const info = dataset();
 const order = (isovalue: number, normals = 8) => ({ info, request: { ...request(), isovalue, normals } });
-const size = (triangles: number) => ({ triangles, bytes: 2 * triangles, errorVoxels: 1 });
+const size = (triangles: number) => ({ triangles, budget: 0, bytes: 2 * triangles, errorVoxels: 1 });
 
 describe("ExpectedSizes", () => {
   test("RequestedOncePerRequest", () => {
@@ -58,5 +61,22 @@ describe("ExpectedSizes", () => {
     expect(sizes.isAllowed(size(500_000))).toBe(true);
     expect(sizes.isAllowed(size(500_001))).toBe(false);
     expect(sizes.affordable(order(0.1)).request.maxTriangles).toBe(200_000n);
+  });
+});
+
+describe("TriangleRange", () => {
+  test("IsRoundedOutwardAndEndsAtTheBudget", () => {
+    const plain = (text: string) => text.replaceAll("\u202f", " ");
+    expect(plain(inTriangleRange(15_200))).toBe("11 000 to 23 000 triangles");
+    expect(plain(inTriangleRange(15_200, 12_000))).toBe("11 000 to 12 000 triangles");
+    expect(plain(inTriangleRange(15_200, 1_000))).toBe("1 000 triangles");
+    expect(plain(inTriangleRange(1_000_000))).toBe("750 000 to 1.5 million triangles");
+    expect(inTriangleRange(0)).toBe("0 triangles");
+  });
+
+  test("HasTheFactorsOfTheCommandLine", () => {
+    const header = readFileSync(new URL("../../../common/request/estimate_range.hpp", import.meta.url), "utf8");
+    expect(header).toContain(`kLeastOfEstimate = ${leastOfEstimate};`);
+    expect(header).toContain(`kMostOfEstimate = ${mostOfEstimate};`);
   });
 });
