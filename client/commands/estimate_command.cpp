@@ -7,13 +7,16 @@
 #include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
+#include "common/request/estimate_range.hpp"
 
 namespace multitetra {
 namespace {
 
 void print(const EstimateReply& reply, const IsosurfaceRequest& request, const DatasetInfo& info) {
-  std::cout << "isovalue " << shortest_text(request.isovalue) << ": about "
-            << human_count_of(reply.triangles, "triangle") << ", " << human_bytes(reply.bytes)
+  const TriangleRange range = expected_triangles(reply.triangles, request.max_triangles);
+  std::cout << "isovalue " << shortest_text(request.isovalue) << ": "
+            << (range.least < range.most ? human_count(range.least) + " to " : "")
+            << human_count_of(range.most, "triangle") << ", about " << human_bytes(reply.bytes)
             << ", at an error of at most " << human_error(reply.threshold_world, request.unit, info)
             << (request.max_triangles + request.max_bytes > 0
                     ? ", which is what fits into the budget"
@@ -30,9 +33,8 @@ void add_estimate(Command& app, EstimateArguments& a) {
                     {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   command->add_flag("--json", a.json, "Print JSON");
   command->footer(
-      std::string("Sizes are mostly within a third of the real ones; those of large smooth "
-                  "surfaces within a\n"
-                  "factor of three. Budgets hold for the surface itself.\n"
+      std::string("Surfaces mostly have so many triangles; large smooth ones may have a third of "
+                  "them.\nBudgets hold for the surface itself.\n"
                   "Examples:\n"
                   "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
                   "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
@@ -48,11 +50,15 @@ int estimate(const EstimateArguments& arguments) {
   const auto reply = surface->client.estimate(surface->info.name, surface->requests.front());
   if (!reply) return print_error(reply.error());
   if (arguments.json) {
+    const TriangleRange range =
+        expected_triangles(reply->triangles, surface->requests.front().max_triangles);
     const Json report = {{"server", to_string(surface->server)},
                          {"dataset", surface->info.name},
                          {"parameters", json_of(surface->requests.front())},
                          {"notices", surface->notices.texts()},
                          {"triangles", reply->triangles},
+                         {"triangles_least", range.least},
+                         {"triangles_most", range.most},
                          {"bytes", reply->bytes},
                          {"threshold_world", reply->threshold_world}};
     std::cout << text_of(report);

@@ -80,6 +80,8 @@ std::optional<double> mesh_distance_bound(const StepBegin& begin, const DatasetI
   return *distance + std::ldexp(longest, -begin.request.lattice_resolution - 1);
 }
 
+bool is_full_resolution(const StepBegin& begin) { return distance_bound(begin) == 0.0; }
+
 Assembler::Assembler(DatasetInfo info, OpenStream open, HeldTiles held, AssemblerLimits limits)
     : info_(std::move(info)),
       held_(named_in(std::move(held), open.cached_tile_digests)),

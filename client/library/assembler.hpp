@@ -51,6 +51,9 @@ struct CommittedStep {
 // an edge of a tetrahedron, of which a cell's longest diagonal is the longest.
 [[nodiscard]] std::optional<double> mesh_distance_bound(const StepBegin& begin,
                                                         const DatasetInfo& info);
+// Whether the step's mesh is the full-resolution surface, with vertices on the lattice: only then
+// is its area that surface's, as no distance bounds an area.
+[[nodiscard]] bool is_full_resolution(const StepBegin& begin);
 using CommittedStepPtr = std::shared_ptr<const CommittedStep>;
 
 // The server refused or ended the stream with an error, which is not a failed check.

@@ -69,6 +69,18 @@ Json volume_bound(const FetchReport& report) {
                                : Json(nullptr);
 }
 
+// Why the surface encloses no volume; null where it has one, or there is no final step.
+Json volume_reason(const FetchReport& report) {
+  if (!report.measures || report.measures->volume) return nullptr;
+  return "the surface is open at the border of the data; prepare --outside VALUE closes it";
+}
+
+// null: there is no final step.
+Json area_is_exact(const FetchReport& report) {
+  if (!report.measures || report.steps.empty()) return nullptr;
+  return is_full_resolution(report.steps.back().step->begin);
+}
+
 Json json_of(const FetchReport& report) {
   Json steps = Json::array();
   for (const FetchedStep& step : report.steps) steps.push_back(step_json(step));
@@ -83,8 +95,10 @@ Json json_of(const FetchReport& report) {
       {"components_written",
        report.components_written ? Json(*report.components_written) : Json(nullptr)},
       {"area", report.measures ? Json(report.measures->area) : Json(nullptr)},
+      {"area_is_exact", area_is_exact(report)},
       {"volume",
        report.measures && report.measures->volume ? Json(*report.measures->volume) : Json(nullptr)},
+      {"volume_reason", volume_reason(report)},
       {"volume_bound", volume_bound(report)},
       {"self_intersecting_triangles", report.self_intersecting_triangles
                                           ? Json(*report.self_intersecting_triangles)

@@ -85,7 +85,7 @@ py::object rows_of(const Rows& rows) {
 
 // In double precision, so that no vertex moves. Faces are turned over where the map mirrors.
 py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
-                   std::optional<double> error_bound) {
+                   std::optional<double> error_bound, bool is_full_resolution) {
   std::vector<Vec3> vertices;
   vertices.reserve(mesh.vertices.size());
   const double step = std::ldexp(1.0, -mesh.resolution);
@@ -105,7 +105,7 @@ py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
   }
   return py::module_::import("multitetra.mesh")
       .attr("Mesh")(rows_of<double>(vertices), rows_of<std::uint32_t>(faces), normals, scalars,
-                    error_bound);
+                    error_bound, is_full_resolution);
 }
 
 template <typename T>
@@ -348,9 +348,10 @@ class Connection {
     const LatticeMesh& mesh = step->step->mesh;
     std::string empty_text;
     if (mesh.triangles.empty()) empty_text = empty_surface_text(open_request_, open_info_);
-    return Step{step->step, std::move(empty_text),
-                mesh_of(mesh, grid_to_world(open_info_),
-                        mesh_distance_bound(step->step->begin, open_info_))};
+    return Step{
+        step->step, std::move(empty_text),
+        mesh_of(mesh, grid_to_world(open_info_), mesh_distance_bound(step->step->begin, open_info_),
+                is_full_resolution(step->step->begin))};
   }
 
   // Stops the stream if it is the one that runs.

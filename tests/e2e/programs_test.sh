@@ -172,6 +172,7 @@ for budget in "--max-triangles 3000" "--max-bytes 9000"; do
     fail "with $budget the fetched mesh is not the extracted one"
 done
 [ "$("$client" estimate --server "$url" --dataset gyroid --error 0.7 --json | grep -c '"triangles"')" = 1 ] || fail "no estimate"
+[ "$("$client" estimate --server "$url" --dataset gyroid --error 0.7 --json | grep -cE '"triangles_(least|most)"')" = 2 ] || fail "no range of triangles"
 "$client" fetch --server "$url" --dataset gyroid --error 3 -o coarse.ply --quiet
 [ "$(stat -c %s coarse.ply)" -lt "$(stat -c %s fetched.ply)" ] || fail "a finer region gives no larger mesh"
 ends 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply

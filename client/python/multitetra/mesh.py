@@ -26,6 +26,7 @@ class Mesh:
     normals: Optional[np.ndarray] = None
     scalars: Optional[np.ndarray] = None  # (n,) float32, of the dataset of color_by; NaN where it has no value.
     error_bound: Optional[float] = None  # Of the distance to the full-resolution surface, with the lattice of vertices; None: it has none.
+    area_is_exact: bool = False  # Whether it is the full-resolution surface, as at error 0: then `area` is that surface's.
 
     def __repr__(self):
         within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"
@@ -48,7 +49,7 @@ class Mesh:
 
     @property
     def area(self):
-        """In square units of the world, of this mesh. A distance bounds no area: that of the volume's surface may differ."""
+        """In square units of the world, of this mesh: where `area_is_exact` is false, that of the full-resolution surface differs, and no distance bounds by how much."""
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
@@ -59,7 +60,7 @@ class Mesh:
         ValueError where the surface has a border, as where it ends with the data: it encloses nothing then.
         """
         if _edges(self)[1]:
-            raise ValueError("The surface ends somewhere (where the data does), so it encloses no volume.")
+            raise ValueError("The surface is open at the border of the data, so it encloses no volume; prepare --outside VALUE closes it.")
         if len(self.faces) == 0:
             return 0.0
         # Near the origin the products lose least.
@@ -93,7 +94,7 @@ class Mesh:
     def _part(self, is_in):
         kept, faces = np.unique(self.faces[is_in], return_inverse=True)
         values = [None if one is None else one[kept] for one in (self.normals, self.scalars)]
-        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound)
+        return Mesh(self.vertices[kept], faces.reshape(-1, 3).astype(np.uint32), *values, self.error_bound, self.area_is_exact)
 
     def save(self, path):
         """Writes a .ply, .stl, .obj, .glb, .drc or .vtp file, in world coordinates (rounded to 32 bits)."""

@@ -10,6 +10,9 @@ import { isSameRequest } from "./stream/request";
 const costly = 5_000_000;
 // So many triangles fit every machine.
 const modest = 2_000_000;
+// Triangles of a ball's full-resolution surface, for each sample^(2/3) that it has. Other shapes have more, coarser surfaces
+// far fewer.
+const trianglesOfBall = 30;
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   private last: { info: DatasetInfo; request: StreamRequest["request"] } | null = null; // The last request.
@@ -31,13 +34,20 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return true;
   }
 
+  // Whether its number of samples says that the label needs no confirmation. Estimates of small labels take the server as
+  // long as their surfaces.
+  isSmall({ member }: DatasetInfo): boolean {
+    const samples = Number(member?.label?.samples ?? 0);
+    return samples > 0 && trianglesOfBall * samples ** (2 / 3) <= costly * this.share;
+  }
+
   // The connection is lost, and with it the pending requests.
   forget(): void {
     this.last = null;
   }
 
   learn({ order, triangles, bytes, errorWorld }: Effect & { kind: "size" }): SurfaceSize {
-    const expected = { triangles, bytes, errorVoxels: errorWorld / voxelLength(order.info) };
+    const expected = { triangles, budget: Number(order.request.maxTriangles), bytes, errorVoxels: errorWorld / voxelLength(order.info) };
     this.set({ expected });
     return expected;
   }

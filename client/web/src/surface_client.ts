@@ -223,6 +223,7 @@ export class SurfaceClient implements PoolClient {
   // ----
 
   private askSize(order: StreamRequest, isDragging: boolean): void {
+    if (!this.isLead && this.sizes.isSmall(order.info)) return; // The size of the lead is shown.
     if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
     this.perform(this.conversation.askSize(order));
   }

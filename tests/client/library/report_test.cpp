@@ -71,6 +71,32 @@ TEST(Report, BoundsAVolumeByAreaTimesDistance) {
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
 }
 
+TEST(Report, SaysWhyThereIsNoVolume) {
+  FetchReport report = octahedron_report();
+  EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
+  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
+  report.measures->volume = std::nullopt;
+  const std::string reason = json::parse(json_report(report)).at("volume_reason");
+  EXPECT_NE(reason.find("--outside VALUE closes it"), std::string::npos) << reason;
+}
+
+TEST(Report, CallsTheAreaOfTheFullResolutionSurfaceAloneExact) {
+  FetchReport report = octahedron_report();
+  EXPECT_TRUE(json::parse(json_report(report)).at("area_is_exact").is_null());
+  report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
+  const auto is_exact_at = [&](double error, double topology_tolerance) {
+    auto step = std::make_shared<CommittedStep>(*report.steps.back().step);
+    step->begin.error_bound_world = error;
+    step->begin.request.topology_tolerance = topology_tolerance;
+    report.steps.back().step = step;
+    return json::parse(json_report(report)).at("area_is_exact").get<bool>();
+  };
+  EXPECT_TRUE(is_exact_at(0, 0));
+  EXPECT_FALSE(is_exact_at(0.25, 0));
+  EXPECT_FALSE(is_exact_at(0, 2));
+}
+
 TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
   FetchReport report = octahedron_report();
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};

@@ -247,6 +247,13 @@ class Package(unittest.TestCase):
             self.assertEqual(last.components()[0].error_bound, last.error_bound)
             self.assertRegex(repr(last), r"^<Mesh: \d+ vertices, \d+ triangles, within ")
 
+    def test_an_area_is_exact_at_full_resolution_alone(self):
+        with multitetra.connect(self.urls[0]) as server:
+            self.assertFalse(server.isosurface("gyroid", 0.1, error=0.5).area_is_exact)
+            full = server.isosurface("gyroid", 0.1, error=0)
+        self.assertTrue(full.area_is_exact)
+        self.assertTrue(full.components()[0].area_is_exact)
+
     def test_napari_takes_a_viewers_address_as_layers(self):
         page = self.urls[1].replace("ws://", "http://")
         self.assertIsNone(napari_get_reader("head.tif"))

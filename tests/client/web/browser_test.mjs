@@ -160,8 +160,8 @@ async function tellsSizes(page) {
   const shown = await complete(page);
   await page.waitForFunction(() => /about/.test(document.querySelector(".expected").textContent));
   const words = await page.textContent(".expected");
-  const expected = Number(words.match(/about ([\d\u202f]+) triangles/)[1].replace(/\D/g, ""));
-  assert(Math.abs(expected - shown.triangles) < 0.5 * shown.triangles, `${words}; there are ${shown.triangles}`);
+  const [least, most] = words.match(/([\d\u202f]+) to ([\d\u202f]+) triangles/).slice(1).map((text) => Number(text.replace(/\D/g, "")));
+  assert(least < shown.triangles && shown.triangles < most, `${words}; there are ${shown.triangles}`);
   const slider = page.locator('input[aria-label="Allowed error"]');
   await slider.fill("0");
   await page.waitForFunction((before) => {

@@ -1,9 +1,12 @@
+import { readFileSync } from "node:fs";
+
 import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
+import { inTriangleRange, leastOfEstimate, mostOfEstimate } from "../../../client/web/src/shared/quantities";
 import { dataset, request } from "./golden_stream";
 
 const info = dataset();
 const order = (isovalue: number, normals = 8) => ({ info, request: { ...request(), isovalue, normals } });
-const size = (triangles: number) => ({ triangles, bytes: 2 * triangles, errorVoxels: 1 });
+const size = (triangles: number) => ({ triangles, budget: 0, bytes: 2 * triangles, errorVoxels: 1 });
 
 describe("ExpectedSizes", () => {
   test("RequestedOncePerRequest", () => {
@@ -40,11 +43,40 @@ describe("ExpectedSizes", () => {
     expect(within.request.isovalue).toBe(0.1);
   });
 
+  test("KnowSmallLabelsByTheirSamples", () => {
+    const sizes = new ExpectedSizes();
+    const label = (samples: bigint) => ({ ...info, member: { label: { samples } } }) as unknown as typeof info;
+    sizes.among = 1000; // 10 000 triangles are for each.
+    expect(sizes.isSmall(label(3_600n))).toBe(true);
+    expect(sizes.isSmall(label(36_000n))).toBe(false);
+    sizes.among = 2;
+    expect(sizes.isSmall(label(36_000n))).toBe(true);
+    expect(sizes.isSmall(label(0n)), "not counted").toBe(false);
+    expect(sizes.isSmall(info), "no label").toBe(false);
+  });
+
   test("ShareWhatAViewCanHave", () => {
     const sizes = new ExpectedSizes();
     sizes.among = 20;
     expect(sizes.isAllowed(size(500_000))).toBe(true);
     expect(sizes.isAllowed(size(500_001))).toBe(false);
     expect(sizes.affordable(order(0.1)).request.maxTriangles).toBe(200_000n);
+  });
+});
+
+describe("TriangleRange", () => {
+  test("IsRoundedOutwardAndEndsAtTheBudget", () => {
+    const plain = (text: string) => text.replaceAll("\u202f", " ");
+    expect(plain(inTriangleRange(15_200))).toBe("11 000 to 23 000 triangles");
+    expect(plain(inTriangleRange(15_200, 12_000))).toBe("11 000 to 12 000 triangles");
+    expect(plain(inTriangleRange(15_200, 1_000))).toBe("1 000 triangles");
+    expect(plain(inTriangleRange(1_000_000))).toBe("750 000 to 1.5 million triangles");
+    expect(inTriangleRange(0)).toBe("0 triangles");
+  });
+
+  test("HasTheFactorsOfTheCommandLine", () => {
+    const header = readFileSync(new URL("../../../common/request/estimate_range.hpp", import.meta.url), "utf8");
+    expect(header).toContain(`kLeastOfEstimate = ${leastOfEstimate};`);
+    expect(header).toContain(`kMostOfEstimate = ${mostOfEstimate};`);
   });
 });

@@ -106,6 +106,21 @@ describe("SurfaceClient", () => {
     expect(client.progress.get()).toMatchObject({ phase: "ready", isStreaming: true });
   });
 
+  test("AsksForNoSizeOfASmallLabelBesideTheLead", () => {
+    const sentFor = (samples: bigint) => {
+      const nothing = () => {};
+      const client = new SurfaceClient(partsOf(), { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
+      const info = { ...dataset(), member: { label: { value: 1, samples } } } as unknown as DatasetInfo;
+      client.want(info, settings, null, { moment });
+      link.sent.length = 0;
+      link.events!.opened();
+      link.events!.received(welcome);
+      return link.sent.map(({ case: kind }) => String(kind));
+    };
+    expect(sentFor(1000n)).toEqual(["hello", "openStream"]);
+    expect(sentFor(1_000_000_000n)).toEqual(["hello", "openStream", "estimate"]);
+  });
+
   test("RepeatsItsStreamAlsoWhenTheUserConnectsAnew", () => {
     const client = streaming();
     client.connect();

@@ -5,7 +5,7 @@
 // connect that fails. When the matter is settled the keyboard goes to the picture.
 import type { Progress } from "../state/progress";
 import { h } from "../shared/elements";
-import { inBytes, inTriangles } from "../shared/quantities";
+import { inBytes, inTriangleRange } from "../shared/quantities";
 import { TokenForm } from "./token_form";
 
 export interface NoticeActions {
@@ -71,9 +71,9 @@ export class Notices {
     } else if (progress?.postponed) {
       this.drawPostponed(progress.postponed);
     } else if (progress?.heldBack) {
-      const { triangles, bytes } = progress.heldBack;
+      const { triangles, budget, bytes } = progress.heldBack;
       this.words.textContent =
-        `All of it has about ${inTriangles(triangles)} (${inBytes(bytes)}); this is the best with ` +
+        `All of it has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the best with ` +
         "fewer. ";
       this.hold("size", () => [this.words, button("Show all of it", this.acts.insist)]);
     } else {

@@ -7,7 +7,7 @@ import type { Store } from "../state/store";
 import { type AccuracyPart, accuracyPart } from "./accuracy_section";
 import { bookmarksPart, type BookmarksEvents } from "./bookmarks_section";
 import { h } from "../shared/elements";
-import { inBytes, inTriangles } from "../shared/quantities";
+import { inBytes, inTriangleRange } from "../shared/quantities";
 import type { HistogramView } from "./histogram";
 import { type SeriesPart, seriesPart } from "./series_section";
 import { type FieldPart, fieldPart } from "./field_section";
@@ -100,7 +100,7 @@ export class Panel {
 
   showExpected(size: SurfaceSize | null): void {
     this.expected.textContent = size
-      ? `about ${inTriangles(size.triangles)}, ${inBytes(size.bytes)}`
+      ? `${inTriangleRange(size.triangles, size.budget)}, about ${inBytes(size.bytes)}`
       : "\u00a0"; // The line stays.
   }
 

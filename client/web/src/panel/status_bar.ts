@@ -3,7 +3,7 @@
 import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
 import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf, withinWords } from "./certificate";
 import { h } from "../shared/elements";
-import { grouped, inBytes, inSeconds, inTriangles } from "../shared/quantities";
+import { grouped, inBytes, inSeconds, inTriangleRange } from "../shared/quantities";
 
 // A value with its name below; it stays in the page while its words change.
 class Fact {
@@ -154,7 +154,7 @@ export class StatusBar {
     const isPreview = shown && expected && isLead && drawn.length === 1 && (isStreaming || !shown.isFinal);
     const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : "triangles";
     // A preview may have more: the same surface before it is simplified.
-    const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} about ${inTriangles(expected.triangles)}`;
+    const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`;
     this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : label);
   }
 

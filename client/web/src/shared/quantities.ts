@@ -11,6 +11,26 @@ export function inTriangles(count: number): string {
   return `${grouped(Number(count.toPrecision(2)))} triangles`;
 }
 
+// Of an estimate, as in common/request/estimate_range.hpp.
+export const leastOfEstimate = 0.75;
+export const mostOfEstimate = 1.5;
+
+// 15000 -> "11 000 to 23 000 triangles". `budget`: the most triangles that were allowed; 0: any number.
+export function inTriangleRange(estimate: number, budget = 0): string {
+  const most = mostOfEstimate * estimate;
+  const isLimited = budget > 0 && budget < most;
+  const to = isLimited ? budget : inTwoDigits(most, Math.ceil);
+  const from = Math.min(to, inTwoDigits(leastOfEstimate * estimate, Math.floor));
+  if (from === to) return inTriangles(to);
+  if (from >= 999_500) return `${inDigits(from / 1e6, 2)} to ${inTriangles(to)}`;
+  return `${grouped(from)} to ${inTriangles(to)}`;
+}
+
+function inTwoDigits(count: number, rounded: (value: number) => number): number {
+  const unit = 10 ** Math.max(0, Math.floor(Math.log10(Math.max(1, count))) - 1);
+  return rounded(count / unit) * unit;
+}
+
 export function inBytes(bytes: number): string {
   if (bytes < 1000) return `${Math.round(bytes)} B`;
   const units = ["KiB", "MiB", "GiB"];

@@ -35,7 +35,8 @@ export interface ShownComponents {
 
 // As the server estimates it before it makes the surface.
 export interface SurfaceSize {
-  triangles: number;
+  triangles: number; // Estimated.
+  budget: number; // The most triangles that were allowed; 0: any number.
   bytes: number;
   errorVoxels: number;
 }
