@@ -170,7 +170,7 @@ FetchedStep for_report(const FetchedStep& fetched) {
       .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
 }
 
-// Of the components with at least that diagonal, which are written.
+// Measures of the components that are written: those with at least that diagonal.
 SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
                               const DatasetInfo& info) {
   const MeshComponents components = components_of(mesh);

@@ -72,7 +72,8 @@ Json volume_bound(const FetchReport& report) {
 // Why the surface encloses no volume; null where it has one, or there is no final step.
 Json volume_reason(const FetchReport& report) {
   if (!report.measures || report.measures->volume) return nullptr;
-  return "the surface is open at the border of the data; prepare --outside VALUE closes it";
+  return "the surface is open at the border of the data; `prepare` with --outside VALUE --margin 1 "
+         "closes it";
 }
 
 // null: there is no final step.

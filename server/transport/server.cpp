@@ -29,7 +29,7 @@ AdmissionOptions observed(const ServerOptions& options) {
   return admission;
 }
 
-// Of patterns in the tokens file that match no dataset: most are typing errors.
+// Logs the patterns of the tokens file that match no dataset: most are typing errors.
 void warn_of_idle_patterns(const AccessList& list, const DatasetCatalogue& catalogue) {
   const std::vector<DatasetInfo> infos = catalogue.infos();
   const auto warn = [&](const AccessRights& rights) {

@@ -123,11 +123,45 @@ for i in 1 2 3; do volume "flow/flow_$i.nrrd" "10 * x + y + $i"; done
 starts series --no-browser flow
 lists "flow.t0000 flow.t0001 flow.t0002"
 ends_by_interrupt
+mkdir jet
+python3 - <<'END'
+for time in range(2):
+    arrays = "".join(f'<DataArray type="UInt8" Name="{name}" format="ascii">{" ".join(str((i * step + time) % 200) for i in range(216))}'
+                     "</DataArray>" for name, step in (("pressure", 3), ("heat", 7)))
+    open(f"jet/jet_{time}.vti", "w").write(
+        '<VTKFile type="ImageData"><ImageData WholeExtent="0 5 0 5 0 5" Origin="0 0 0" Spacing="1 1 1">'
+        f'<Piece Extent="0 5 0 5 0 5"><PointData>{arrays}</PointData></Piece></ImageData></VTKFile>')
+END
+starts fields --no-browser jet
+[ "$shown" = jet.pressure.t0000 ] || fail "another field than the first is shown: $shown"
+lists "jet.heat.t0000 jet.heat.t0001 jet.pressure.t0000 jet.pressure.t0001"
+ends_by_interrupt
 mkdir two
 volume two/a.nrrd '20 * x + y'
 volume two/b.nrrd '255 - 20 * x - y'
 starts folder --no-browser two
 lists "a b"
+ends_by_interrupt
+
+# --- label images of an OME-Zarr are labels of the volume
+python3 - <<'END'
+import json, pathlib
+def image(folder, dtype, samples):
+    (folder / "0").mkdir(parents=True)
+    axes = [{"name": axis, "type": "space", "unit": "micrometer"} for axis in "zyx"]
+    scale = {"type": "scale", "scale": [1, 1, 1]}
+    (folder / ".zgroup").write_text('{"zarr_format": 2}')
+    (folder / ".zattrs").write_text(json.dumps({"multiscales": [
+        {"version": "0.4", "axes": axes, "datasets": [{"path": "0", "coordinateTransformations": [scale]}]}]}))
+    (folder / "0/.zarray").write_text(json.dumps({"zarr_format": 2, "shape": [6, 6, 6], "chunks": [6, 6, 6], "dtype": dtype,
+        "order": "C", "compressor": None, "filters": None, "fill_value": 0}))
+    (folder / "0/0.0.0").write_bytes(samples)
+image(pathlib.Path("slide.zarr"), "|u1", bytes(i % 200 for i in range(216)))
+image(pathlib.Path("slide.zarr/labels/cells"), "|u1", bytes(1 + i % 2 for i in range(216)))
+END
+starts zarr --no-browser slide.zarr
+[ "$shown" = slide ] || fail "the labels are shown instead of the image: $shown"
+lists "cells.label1 cells.label2 slide"
 ends_by_interrupt
 
 # --- a label map beside a volume is offered as labels, and so is one that is shown itself

@@ -60,7 +60,7 @@ class Mesh:
         ValueError where the surface has a border, as where it ends with the data: it encloses nothing then.
         """
         if _edges(self)[1]:
-            raise ValueError("The surface is open at the border of the data, so it encloses no volume; prepare --outside VALUE closes it.")
+            raise ValueError("The surface is open at the border of the data, so it encloses no volume; `prepare` with --outside VALUE --margin 1 closes it.")
         if len(self.faces) == 0:
             return 0.0
         # Near the origin the products lose least.

@@ -37,6 +37,7 @@ export interface ShownTiles {
   shown: ShownSurface;
   drawn: Drawn;
   color: string;
+  opacity: number; // 0 to 1.
 }
 
 export interface SurfaceSetEvents {
@@ -163,7 +164,7 @@ export class SurfaceSet {
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
       const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
-      return shown && isDrawn ? [{ at, shown, drawn, color: list[at].color }] : [];
+      return shown && isDrawn ? [{ at, shown, drawn, color: list[at].color, opacity: list[at].opacity }] : [];
     });
   }
 

@@ -45,7 +45,8 @@ bool open_in_browser(const std::string& address) {
     posix_spawn_file_actions_addopen(&actions, descriptor, "/dev/null", O_RDWR, 0);
   }
   pid_t id = 0;
-  const int error = ::posix_spawnp(&id, program.c_str(), &actions, &attributes, words.data(), environ);
+  const int error =
+      ::posix_spawnp(&id, program.c_str(), &actions, &attributes, words.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   return error == 0;

@@ -119,15 +119,15 @@ class ViewedVolumes {
         add(std::move(one));
       }
     }
-    std::optional<std::string> labels;
+    std::vector<std::string> label_maps;
     if (!arguments.labels.empty()) {
-      labels = arguments.labels;
+      label_maps = {arguments.labels};
     } else if (!arguments.no_labels && volumes.size() == 1 && !is_address(volumes.front())) {
-      labels = labels_beside(volumes.front());
+      label_maps = label_maps_of(volumes.front());
     }
-    if (labels) {
-      print_line("The labels of '" + *labels + "' appear in the list when they are ready.");
-      add(preparation_of_labels(*labels));
+    for (const std::string& map : label_maps) {
+      print_line("The labels of '" + map + "' appear in the list when they are ready.");
+      add(preparation_of_labels(map));
     }
   }
 
@@ -288,9 +288,9 @@ void add_view_command(Command& program, Run& run) {
       ->type_name("SOURCE");
   command
       ->add_option("--labels", a->labels,
-                   "A label map on the same grid, shown with the volume; default: one beside "
-                   "it that is named like it, as ct_seg.nii.gz")
-      ->type_name("FILE");
+                   "A label map on the same grid, shown with the volume; default: those of an "
+                   "OME-Zarr, or one beside the volume that is named like it, as ct_seg.nii.gz")
+      ->type_name("FILE|FOLDER");
   command->add_flag("--no-labels", a->no_labels, "Do not show label maps as labels");
   command->add_option("--up", a->up, "World axis that is above at first, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})

@@ -87,6 +87,48 @@ bool is_volume(const fs::path& file) {
   }
 }
 
+// Those of an OME-Zarr: the groups in its folder "labels".
+std::vector<std::string> label_images_in(const fs::path& folder) {
+  std::vector<std::string> images;
+  std::error_code error;
+  for (fs::directory_iterator at(folder / "labels", error), end; !error && at != end;
+       at.increment(error)) {
+    std::error_code ignored;
+    const bool is_group = fs::is_regular_file(at->path() / ".zgroup", ignored) ||
+                          fs::is_regular_file(at->path() / "zarr.json", ignored);
+    if (is_group) images.push_back(at->path().string());
+  }
+  std::sort(images.begin(), images.end());
+  return images;
+}
+
+std::optional<std::string> label_map_beside(const fs::path& volume) {
+  std::error_code error;
+  const fs::path folder = volume.has_parent_path() ? volume.parent_path() : ".";
+  const std::string own = lower_case(default_dataset_name(volume));
+  std::optional<std::string> named_alike;
+  std::optional<std::string> plain;
+  std::size_t others = 0;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code ignored;
+    if (!at->is_regular_file(ignored) || fs::equivalent(at->path(), volume, ignored)) continue;
+    const std::string name = lower_case(default_dataset_name(at->path()));
+    const bool has_own = name.size() > own.size() + 1 && name.starts_with(own) &&
+                         std::string_view("_-. ").find(name[own.size()]) != std::string::npos;
+    const bool is_alike = has_own && is_label_word(std::string_view(name).substr(own.size() + 1));
+    if (!is_volume(at->path())) continue;
+    if (is_alike) {
+      named_alike = at->path().string();
+    } else if (is_label_word(name)) {
+      plain = at->path().string();
+    } else {
+      ++others;
+    }
+  }
+  if (named_alike) return named_alike;
+  return others == 0 ? plain : std::nullopt;
+}
+
 // ---- keys
 
 // Larger files hold their samples themselves; a smaller one may be a header that names others.
@@ -123,9 +165,15 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
   options.choice.first = true;
   PrepareArguments usual;
   usual.volume = volume;
+  const bool chooses_field = !volume.array.empty() || volume.channel.has_value();
+  const auto fields_of = [&](const VolumeContents& members) {
+    return members.fields.size() > 1 && !chooses_field ? std::vector<std::string>{"all"}
+                                                       : std::vector<std::string>();
+  };
   if (are_times(volumes, options)) {
     usual.inputs = volumes;
     usual.series.time_series = series_name(volumes.front());
+    usual.series.fields = fields_of(open_volume(volumes.front(), options)->members());
     return {usual};
   }
   std::vector<PrepareArguments> preparations;
@@ -133,9 +181,8 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
     PrepareArguments one = usual;
     one.inputs = {input};
     const VolumeContents members = open_volume(input, options)->members();
+    one.series.fields = fields_of(members);
     one.series.all_times = members.times.count > 1 && !volume.time;
-    const bool chooses_field = !volume.array.empty() || volume.channel.has_value();
-    if (members.fields.size() > 1 && !chooses_field) one.series.fields = {"all"};
     if (!members.labels.empty() && volume.component.empty()) one.series.labels = {"all"};
     preparations.push_back(std::move(one));
   }
@@ -149,32 +196,12 @@ PrepareArguments preparation_of_labels(const std::string& input) {
   return arguments;
 }
 
-std::optional<std::string> labels_beside(const fs::path& volume) {
+std::vector<std::string> label_maps_of(const fs::path& volume) {
   std::error_code error;
-  if (!fs::is_regular_file(volume, error)) return std::nullopt;
-  const fs::path folder = volume.has_parent_path() ? volume.parent_path() : ".";
-  const std::string own = lower_case(default_dataset_name(volume));
-  std::optional<std::string> named_alike;
-  std::optional<std::string> plain;
-  std::size_t others = 0;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    std::error_code ignored;
-    if (!at->is_regular_file(ignored) || fs::equivalent(at->path(), volume, ignored)) continue;
-    const std::string name = lower_case(default_dataset_name(at->path()));
-    const bool has_own = name.size() > own.size() + 1 && name.starts_with(own) &&
-                         std::string_view("_-. ").find(name[own.size()]) != std::string::npos;
-    const bool is_alike = has_own && is_label_word(std::string_view(name).substr(own.size() + 1));
-    if (!is_volume(at->path())) continue;
-    if (is_alike) {
-      named_alike = at->path().string();
-    } else if (is_label_word(name)) {
-      plain = at->path().string();
-    } else {
-      ++others;
-    }
-  }
-  if (named_alike) return named_alike;
-  return others == 0 ? plain : std::nullopt;
+  if (fs::is_directory(volume, error)) return label_images_in(volume);
+  if (!fs::is_regular_file(volume, error)) return {};
+  const auto beside = label_map_beside(volume);
+  return beside ? std::vector{*beside} : std::vector<std::string>();
 }
 
 std::string cache_key(const PrepareArguments& arguments) {

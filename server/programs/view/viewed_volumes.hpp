@@ -27,19 +27,19 @@ inline constexpr std::string_view kDemoLook =
 [[nodiscard]] bool is_prepared(const std::string& input);
 
 // How the inputs are prepared, each result into a folder of its own; `output` is not set yet. Files
-// numbered alike on the same grid are one time series; a file with several times, fields or named
-// labels becomes a series of them unless `volume` chooses one. Opens volumes, but reads headers
-// only. Throws VolumeFileError, ExitError.
+// numbered alike on the same grid are one time series, of all their fields; a file with several
+// times, fields or named labels becomes a series of them unless `volume` chooses one. Opens
+// volumes, but reads headers only. Throws VolumeFileError, ExitError.
 [[nodiscard]] std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
                                                             const VolumeOptions& volume);
 
 // Every label of a label map as a surface of its own.
 [[nodiscard]] PrepareArguments preparation_of_labels(const std::string& input);
 
-// A label map beside a volume, known by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or
-// "ct.seg.nrrd" beside "ct.nii.gz", or "labels.nii.gz" where only one other volume is in the
-// folder.
-[[nodiscard]] std::optional<std::string> labels_beside(const std::filesystem::path& volume);
+// The label maps that belong to a volume: the label images in the folder of an OME-Zarr, or a file
+// beside the volume that is known by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or "ct.seg.nrrd"
+// beside "ct.nii.gz", or "labels.nii.gz" where only one other volume is in the folder.
+[[nodiscard]] std::vector<std::string> label_maps_of(const std::filesystem::path& volume);
 
 // The name of a cache entry for what a preparation reads and the options it reads it with. Reads
 // all bytes of its inputs. An address, and a file small enough to be a header of samples elsewhere,

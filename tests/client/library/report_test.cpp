@@ -78,7 +78,7 @@ TEST(Report, SaysWhyThereIsNoVolume) {
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
   report.measures->volume = std::nullopt;
   const std::string reason = json::parse(json_report(report)).at("volume_reason");
-  EXPECT_NE(reason.find("--outside VALUE closes it"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("--outside VALUE --margin 1 closes it"), std::string::npos) << reason;
 }
 
 TEST(Report, CallsTheAreaOfTheFullResolutionSurfaceAloneExact) {

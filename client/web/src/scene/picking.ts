@@ -1,5 +1,5 @@
-// Clicks on the surfaces, and on a slice: the nearest place that a click meets and that is not cut away. A
-// click beside them means nothing.
+// Clicks on the surfaces, and on a slice: of the places that a click meets and that are not cut away, the one
+// that is seen best. A click beside them means nothing.
 import type * as THREE from "three";
 
 import type { HalfSpace } from "../mesh/ray";
@@ -55,7 +55,7 @@ export class Picking {
     if (found) this.picked(found);
   }
 
-  // The nearest place there; null: nothing is.
+  // What is seen best there; null: nothing is.
   async find(x: number, y: number): Promise<Picked | null> {
     const { tiles, clip, info, slice } = this.shown();
     const ray = this.stage.rayAt(x, y);
@@ -65,7 +65,7 @@ export class Picking {
     if (onSlice) hits.push({ world: onSlice, index: applied(inverse(info.indexToWorld), onSlice), info, surface: null });
     const distance = ({ world }: Picked) => Math.hypot(...world.map((v, i) => v - ray.origin.toArray()[i]));
     hits.sort((a, b) => distance(a) - distance(b));
-    return hits[0] ?? null;
+    return seenBest(hits.map((place) => ({ place, opacity: place.surface?.tiles.opacity ?? 1 })));
   }
 
   private async hitOf(tiles: ShownTiles, ray: THREE.Ray, clip: THREE.Plane | null): Promise<Picked | null> {
@@ -81,6 +81,22 @@ export class Picking {
       world: applied(toWorld, hit.point), index: applied(latticeToIndex(info, resolution), hit.point), info, surface: { tiles, hit },
     };
   }
+}
+
+// Of places from the nearest to the farthest, the one with the largest share of the pixel's color, so that a
+// click goes through what is hardly seen; null: there is none.
+export function seenBest<Place>(hits: { place: Place; opacity: number }[]): Place | null {
+  let best: Place | null = null;
+  let largest = 0;
+  let light = 1; // What passes the places before.
+  for (const { place, opacity } of hits) {
+    if (light * opacity > largest) {
+      best = place;
+      largest = light * opacity;
+    }
+    light *= 1 - opacity;
+  }
+  return best;
 }
 
 // The half-space of the world that a plane keeps, in the coordinates that `toWorld` starts from.
