@@ -85,8 +85,8 @@ PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>
 }
 
 std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector<double>& isovalues,
-                    MeshFormat format) {
-  if (meshes.size() == 1) return mesh_file(meshes.front(), format);
+                    MeshFormat format, int lattice) {
+  if (meshes.size() == 1) return mesh_file(meshes.front(), format, lattice);
   assert(format == MeshFormat::kGlb);
   std::vector<ScenePart> parts;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
@@ -104,6 +104,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   Totals all;
   std::vector<PositionedMesh> meshes;
   std::vector<double> isovalues;
+  int lattice = kDefaultLatticeResolution;
   for (Surface& surface : surfaces) {
     if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     const auto found = checked(surface, info);
@@ -118,10 +119,11 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     }
     meshes.push_back(painted(surface.mesh, surface.scalars, info, form));
     isovalues.push_back(surface.request.isovalue);
+    lattice = surface.mesh.resolution;
     surface.mesh = {};
   }
   add_facts(header, all);
-  const std::string bytes = file_of(meshes, isovalues, form.format);
+  const std::string bytes = file_of(meshes, isovalues, form.format, lattice);
   meshes.clear();
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());

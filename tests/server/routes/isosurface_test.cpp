@@ -67,6 +67,11 @@ TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
   }
 }
 
+TEST_F(IsosurfaceTest, FilesNameTheLattice) {
+  EXPECT_NE(client_.get(std::string(kPath)).body().find("isosurface, lattice 5\n"),
+            std::string::npos);
+}
+
 TEST_F(IsosurfaceTest, WarnsAboutUnlikelyRequests) {
   const std::string path = "/v1/datasets/octahedron/isosurface?format=ply";
   EXPECT_EQ(client_.get(path + "&isovalue=0.5").count("Multitetra-Notice"), 0U);
