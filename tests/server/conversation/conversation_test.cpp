@@ -2,6 +2,7 @@
 #include "server/conversation/conversation.hpp"
 #include "server/operations/log.hpp"
 
+#include <fstream>
 #include <future>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 
 #include "server/service/local_service.hpp"
 #include "tests/support/fake_steps.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
 namespace {
@@ -136,15 +138,15 @@ class LoggedErrors : public ServiceObserver {
 
 TEST(ConversationLog, NamesDatasetsThatTheTokenDoesNotCover) {
   const auto logged = std::make_shared<LoggedErrors>();
-  AdmissionControl admission{{.observer = logged}};
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "tokens") << "guests none public-*\n";
+  AdmissionControl admission{{.tokens = folder.path() / "tokens", .observer = logged}};
   asio::io_context io{1};
   const CataloguePtr catalogue = catalogue_of(std::make_shared<FakeSteps>("fake"));
   LocalService service{io.get_executor(), catalogue, {.workers = 1}};
-  const auto list = std::make_shared<AccessList>();
-  list->add_anonymous(AccessRights("guests", {"public-*"}));
   const ConnectionContextPtr client = admission.admit("tcp", "127.0.0.1", "test").client;
-  const auto conversation = std::make_shared<Conversation>(io.get_executor(), service.open(client),
-                                                           Session(catalogue, {}, list), client);
+  const auto conversation = std::make_shared<Conversation>(
+      io.get_executor(), service.open(client), Session(catalogue, {}, admission.access()), client);
   const auto answer_to = [&](const ClientMessage& message) {
     conversation->receive(serialize(message));
     auto reply = asio::co_spawn(
