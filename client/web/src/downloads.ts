@@ -1,6 +1,7 @@
 // A picture, a film, a file or a link of what is shown.
 import { h } from "./shared/elements";
 import { type Animation, film, pictures, turntable } from "./scene/animation";
+import { savedWords } from "./panel/downloads_section";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
@@ -68,15 +69,24 @@ export class Downloads {
   }
 
   async download(format: MeshFormat): Promise<void> {
-    const [first] = this.viewer.surfaces.shownTiles(this.viewer.get());
+    const { surfaces } = this.viewer;
+    const [first, ...others] = surfaces.shownTiles(this.viewer.get());
     if (!first) {
       this.viewer.notices.announce("There is no surface to save.", true);
       return;
     }
     const toWorld = [...latticeToWorld(first.shown.info, first.shown.resolution)];
+    const { components } = surfaces.progressOf(first.at);
     try {
       const bytes = await this.viewer.pool.file(first.drawn, format, toWorld);
       this.save(new Blob([bytes as Uint8Array<ArrayBuffer>]), format);
+      const { facts } = first.shown;
+      this.viewer.notices.announce(savedWords({
+        triangles: components?.triangles ?? facts.triangles,
+        isOfSamples: facts.shell !== null,
+        isOneOfSeveral: others.length > 0,
+        expected: first.at === 0 ? surfaces.sizes.get().expected : null,
+      }), true);
     } catch {
       this.viewer.notices.announce("The surface has changed meanwhile; try again.", true);
     }

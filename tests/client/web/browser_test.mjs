@@ -218,6 +218,8 @@ async function givesFiles(page) {
   await open(page, "#dataset=gyroid&error=1&occlusion=false");
   const { triangles } = await complete(page);
   assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
+  await notice(page, /^Saved [\d\u202f]+ triangles/);
+  assert.equal(Number((await page.textContent(".notice")).match(/^Saved ([\d\u202f]+) /)[1].replace(/\D/g, "")), triangles);
   assert.equal((await downloaded(page, "GLB")).toString("latin1", 0, 4), "glTF");
   assert.match((await downloaded(page, "PLY")).toString("latin1", 0, 400), new RegExp(`element face ${triangles}`));
   const small = await downloaded(page, "Picture");

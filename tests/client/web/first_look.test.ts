@@ -1,3 +1,4 @@
+import { savedWords } from "../../../client/web/src/panel/downloads_section";
 import { columns } from "../../../client/web/src/panel/histogram";
 import { labelTable } from "../../../client/web/src/panel/label_table";
 import { timeLeft } from "../../../client/web/src/panel/status_bar";
@@ -83,5 +84,22 @@ describe("ExportedPictures", () => {
     expect(rightX).toBeLessThan(upX);
     expect(upY).toBeLessThan(rightY);
     expect([rightX > 0, rightY < 300]).toEqual([true, true]); // In the corner on the left, below, at the screen's size.
+  });
+});
+
+describe("SavedWords", () => {
+  const expected = { triangles: 59_000, budget: 0, bytes: 0, errorVoxels: 0.5 };
+  const words = (change: Partial<Parameters<typeof savedWords>[0]>) =>
+    savedWords({ triangles: 548_123, isOfSamples: false, isOneOfSeveral: false, expected, ...change }).replaceAll("\u202f", " ");
+
+  test("CountWhatAFileHas", () => {
+    expect(words({})).toBe("Saved 548 123 triangles.");
+    expect(words({ isOneOfSeveral: true })).toBe("Saved 548 123 triangles, those of the first surface.");
+  });
+
+  test("SayWhereASimplifiedSurfaceWouldBeSmaller", () => {
+    expect(words({ isOfSamples: true })).toMatch(/from samples and not simplified; "multitetra-client fetch" writes 44 000 to 89 000 triangles/);
+    expect(words({ isOfSamples: true, expected: null })).toMatch(/from samples and not simplified\.$/);
+    expect(words({ isOfSamples: true, triangles: 900 })).toMatch(/not simplified\.$/);
   });
 });

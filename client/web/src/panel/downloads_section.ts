@@ -1,6 +1,8 @@
 // What one exports: a link, a picture, a file.
 import type { MeshFormat } from "../workers/worker_messages";
 import { h } from "../shared/elements";
+import { grouped, inTriangleRange } from "../shared/quantities";
+import type { SurfaceSize } from "../state/progress";
 import { choice, toggle } from "./inputs";
 import { numberInput } from "./number_input";
 
@@ -53,15 +55,31 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     button("Embed", "HTML that shows this view in another page; what it may ask of it is in the documentation.",
       events.copyEmbedding),
     button("Picture", "What you see, as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
-    button("GLB", "The shown surface for Blender, web and office programs.", () => events.download("glb")),
-    button("PLY", "The shown surface for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
-    button("STL", "The shown surface for 3D printing.", () => events.download("stl")),
+    button("GLB", "The triangles that are shown, for Blender, web and office programs.", () => events.download("glb")),
+    button("PLY", "The triangles that are shown, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
+    button("STL", "The triangles that are shown, for 3D printing.", () => events.download("stl")),
     button("Turn: video", "The surface turned once around, as a film (WebM).", () => events.turntable("video")),
     button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
     ...ofTimes);
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));
   showTimes(false);
   return { elements: [actions, size.element, widthRow, transparent.element], showTimes };
+}
+
+export interface SavedSurface {
+  triangles: number;
+  isOfSamples: boolean; // Triangles were made here from samples, and not simplified.
+  isOneOfSeveral: boolean;
+  expected: SurfaceSize | null; // The surface as the settings request it; null: not known.
+}
+
+// Which triangles a mesh file has.
+export function savedWords({ triangles, isOfSamples, isOneOfSeveral, expected }: SavedSurface): string {
+  const saved = `Saved ${grouped(triangles)} triangles${isOneOfSeveral ? ", those of the first surface" : ""}`;
+  if (!isOfSamples) return `${saved}.`;
+  const isLarger = expected !== null && expected.triangles < triangles;
+  const simplified = isLarger ? `; "multitetra-client fetch" writes ${inTriangleRange(expected.triangles, expected.budget)} for the same error` : "";
+  return `${saved}, as shown: made here from samples and not simplified${simplified}.`;
 }
 
 export interface DownloadsPart {
