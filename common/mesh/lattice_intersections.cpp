@@ -1,7 +1,6 @@
 #include "common/mesh/lattice_intersections.hpp"
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -12,9 +11,8 @@ namespace multitetra {
 
 namespace {
 
-template <typename AreApart, typename Visit>
-void visit_intersections(std::span<const LatticeTriangle> triangles, const AreApart& are_apart,
-                         const Visit& visit) {
+template <typename Visit>
+void visit_intersections(std::span<const LatticeTriangle> triangles, const Visit& visit) {
   std::vector<LatticePlane> planes;
   std::vector<TriangleBox> boxes;
   planes.reserve(triangles.size());
@@ -26,22 +24,12 @@ void visit_intersections(std::span<const LatticeTriangle> triangles, const AreAp
   const TriangleTree tree(boxes);
   for (std::uint32_t part = 0; part < tree.part_count(); ++part) {
     tree.visit_pairs(part, [&](std::uint32_t one, std::uint32_t other) {
-      if (!are_apart(one, other) && intersect(planes[one], planes[other])) visit(one, other);
+      if (intersect(planes[one], planes[other])) visit(one, other);
     });
   }
 }
 
 }  // namespace
-
-std::vector<std::uint8_t> triangles_in_pairs(
-    std::span<const LatticeTriangle> triangles,
-    const std::function<bool(std::uint32_t, std::uint32_t)>& are_apart) {
-  std::vector<std::uint8_t> is_in_pair(triangles.size(), 0);
-  visit_intersections(triangles, are_apart, [&](std::uint32_t one, std::uint32_t other) {
-    is_in_pair[one] = is_in_pair[other] = 1;
-  });
-  return is_in_pair;
-}
 
 LatticeIntersections lattice_intersections(const LatticeMesh& mesh) {
   std::vector<LatticeTriangle> triangles;
@@ -51,8 +39,7 @@ LatticeIntersections lattice_intersections(const LatticeMesh& mesh) {
   }
   std::vector<std::uint8_t> is_in_pair(triangles.size(), 0);
   LatticeIntersections found;
-  const auto any_may_meet = [](std::uint32_t, std::uint32_t) { return false; };
-  visit_intersections(triangles, any_may_meet, [&](std::uint32_t one, std::uint32_t other) {
+  visit_intersections(triangles, [&](std::uint32_t one, std::uint32_t other) {
     ++found.pairs;
     is_in_pair[one] = is_in_pair[other] = 1;
   });

@@ -5,11 +5,9 @@
 #include <cstdint>
 #include <limits>
 
-#include "common/mesh/lattice_intersections.hpp"
-#include "common/mesh/lattice_plane.hpp"
+#include "server/core/simplification/detail/changed_triangles.hpp"
 #include "server/core/simplification/detail/collapse_checks.hpp"
 #include "server/core/simplification/detail/collapsing_mesh.hpp"
-#include "server/core/simplification/detail/star_projection.hpp"
 #include "server/core/simplification/detail/vertex_errors.hpp"
 
 namespace multitetra {
@@ -77,42 +75,17 @@ class Sweeps {
     }
   }
 
-  // Adds to `stays` what has become a corner of a triangle of the result that intersects another
-  // one, or obstacles. Whether there was such a triangle.
-  [[nodiscard]] bool mark_intersections(const LatticeMesh& before, Obstacles obstacles,
-                                        std::vector<std::uint8_t>& stays) const {
-    std::vector<TriangleIndices> left;
-    std::vector<LatticeTriangle> triangles;
-    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
-      if (mesh_.is_removed(t)) continue;
-      const auto& [p, q, r] = left.emplace_back(mesh_.triangle(t));
-      triangles.push_back({before.vertices[p], before.vertices[q], before.vertices[r]});
-    }
-    triangles.insert(triangles.end(), obstacles.begin(), obstacles.end());
-    const std::vector<std::uint8_t> is_clear = clear_stars(before);
-    const auto are_apart = [&](std::uint32_t one, std::uint32_t other) {
-      if (one >= left.size() || other >= left.size()) return false;
-      for (const std::uint32_t v : left[one]) {
-        if (is_clear[v] != 0 && std::ranges::count(left[other], v) > 0) return true;
-      }
-      return false;
-    };
-    const std::vector<std::uint8_t> is_in_pair = triangles_in_pairs(triangles, are_apart);
-    std::vector<std::uint8_t> is_corner(positions_.size(), 0);
-    bool is_any = false;
-    for (std::size_t t = 0; t < left.size(); ++t) {
-      if (is_in_pair[t] == 0) continue;
-      is_any = true;
-      for (const std::uint32_t v : left[t]) is_corner[v] = 1;
-    }
-    for (std::uint32_t v = 0; is_any && v < positions_.size(); ++v) {
+  // Adds to `stays` the vertices that have become one of these.
+  void mark_origins(std::span<const std::uint8_t> is_marked,
+                    std::vector<std::uint8_t>& stays) const {
+    for (std::uint32_t v = 0; v < positions_.size(); ++v) {
       std::uint32_t goal = v;
       while (goals_[goal] != CollapsingMesh::kNone) goal = goals_[goal];
-      if (is_corner[goal] != 0) stays[v] = 1;
+      if (is_marked[goal] != 0) stays[v] = 1;
     }
-    return is_any;
   }
 
+  [[nodiscard]] const CollapsingMesh& mesh() const { return mesh_; }
   [[nodiscard]] FirstStage result(const LatticeMesh& before) const {
     FirstStage result{.mesh = {.resolution = before.resolution, .vertices = {}, .triangles = {}},
                       .errors = {}};
@@ -143,34 +116,6 @@ class Sweeps {
     const auto rounded = static_cast<float>(error);
     return rounded < error ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
                            : rounded;
-  }
-
-  // For each vertex whether no two of the triangles around it can intersect.
-  [[nodiscard]] std::vector<std::uint8_t> clear_stars(const LatticeMesh& before) const {
-    std::vector<SeenTurns> turns(mesh_.triangle_count());
-    std::vector<std::uint8_t> is_there(positions_.size(), 0);
-    for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
-      if (mesh_.is_removed(t)) continue;
-      const auto& [p, q, r] = mesh_.triangle(t);
-      turns[t] = SeenTurns(
-          LatticePlane({before.vertices[p], before.vertices[q], before.vertices[r]}).normal());
-      is_there[p] = is_there[q] = is_there[r] = 1;
-    }
-    std::vector<std::uint8_t> is_clear(positions_.size(), 0);
-    std::vector<std::uint32_t> ring;
-    std::vector<LatticePoint> around;
-    for (std::uint32_t v = 0; v < is_clear.size(); ++v) {
-      if (is_there[v] == 0 || mesh_.kind(v) != CollapsingMesh::VertexKind::kInner) continue;
-      mesh_.ring(v, ring);
-      around.clear();
-      SeenTurns all;
-      for (const std::uint32_t corner : ring) {
-        all.meet(turns[CollapsingMesh::triangle_of(corner)]);
-        around.push_back(before.vertices[mesh_.vertex(CollapsingMesh::next(corner))]);
-      }
-      is_clear[v] = all.any() && go_around_once(before.vertices[v], around, all) ? 1 : 0;
-    }
-    return is_clear;
   }
 
   [[nodiscard]] double own_limit(double limit) const {
@@ -267,10 +212,18 @@ FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
                        const PieceLimit& limit, std::optional<Obstacles> embedded,
                        const std::function<void()>& checkpoint) {
   std::vector<std::uint8_t> stays(positions.size(), 0);
-  for (int round = 0; round < (embedded ? kUncheckedRounds : 1); ++round) {
+  if (!embedded) {
     Sweeps sweeps(mesh, positions, limit, std::nullopt);
     sweeps.run(stays, checkpoint);
-    if (!embedded || !sweeps.mark_intersections(mesh, *embedded, stays)) return sweeps.result(mesh);
+    return sweeps.result(mesh);
+  }
+  ChangedTriangles changed(mesh, *embedded);
+  for (int round = 0; round < kUncheckedRounds; ++round) {
+    Sweeps sweeps(mesh, positions, limit, std::nullopt);
+    sweeps.run(stays, checkpoint);
+    const std::vector<std::uint8_t> corners = changed.intersecting_corners(sweeps.mesh());
+    if (corners.empty()) return sweeps.result(mesh);
+    sweeps.mark_origins(corners, stays);
   }
   std::fill(stays.begin(), stays.end(), std::uint8_t{0});
   Sweeps sweeps(mesh, positions, limit, embedded);
