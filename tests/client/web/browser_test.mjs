@@ -525,7 +525,7 @@ async function showsASlice(page) {
   const [here, there] = [await value(0.5), await value(0.56)];
   assert.equal(here.y, 16, "the place lies on the plane");
   assert.notEqual(here.value, there.value);
-  await page.focus(".legend:not([hidden])");
+  await page.focus(".legend:not([hidden]) .legend-slider");
   await page.keyboard.press("ArrowUp");
   await page.waitForFunction(() => !/window_width=1(&|$)/.test(location.hash));
 }
@@ -719,6 +719,27 @@ async function colorsByAField(page) {
   const colored = (await surfacePixels(page)).share;
   assert(colored > plain + 0.002, `${colored} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
+  // Other ends of the colors are seen at once: all values lie above them, and are red.
+  await page.waitForTimeout(1000);
+  const type = async (which, value) => {
+    await page.fill(`[aria-label="Value of the ${which} color of the surface's colors"]`, value);
+    await page.keyboard.press("Enter");
+  };
+  await type("first", "-101");
+  await type("last", "-100");
+  await page.waitForFunction(() => /field_level=-100.5/.test(location.hash) && /field_window=1(&|$)/.test(location.hash));
+  await page.waitForTimeout(500);
+  const red = (await surfacePixels(page)).share;
+  assert(red > colored + 0.002, `${red} is red, ${colored} was`);
+  await type("last", "-102"); // Below the first one.
+  assert.equal(await page.inputValue('[aria-label="Value of the last color of the surface\'s colors"]'), "-100");
+  // So is a color map, and the color of places without a value.
+  await page.click('[role="radiogroup"][aria-label="Colors"] button:has-text("gray")');
+  await page.waitForTimeout(500);
+  assert((await surfacePixels(page)).share < 0.002, "nothing is red in gray");
+  await page.fill('[aria-label="Color where there is no value"]', "#c02010");
+  await page.waitForTimeout(500);
+  assert((await surfacePixels(page)).share > 0.002, "places without a value are red");
 }
 
 async function speaksAround(page) {

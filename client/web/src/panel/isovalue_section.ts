@@ -7,7 +7,7 @@ import type { Settings } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
+import { roundedWithin } from "../shared/quantities";
 import { tissueAtValue } from "../shared/sample_window";
 import { componentFilter } from "./component_filter";
 import { HistogramView } from "./histogram";
@@ -47,7 +47,7 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {
     const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
-      `${inDigits(value)} ${tissueAtValue(value, of)}`.trim());
+      `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim());
     button.dataset.value = String(value);
     button.addEventListener("click", () => change({ isovalue: value }));
     return button;

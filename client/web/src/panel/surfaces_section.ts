@@ -12,6 +12,7 @@ import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
+import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
 import { componentWords, componentFilter, hidesAny } from "./component_filter";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
@@ -72,10 +73,20 @@ export function surfacesPart(change: Change, keepLargest: (surface: number) => v
   };
 }
 
-// The suggested value that is farthest from those that have a surface; else one between the last and the largest.
-export function nextIsovalue(used: readonly number[], { suggestedIsovalues, max }: Pick<DatasetInfo, "suggestedIsovalues" | "max">): number {
+// The suggested value that is farthest from those that have a surface, of a body rather skin or bone, unless that is shown, and
+// rather any tissue than air; else one between the last and the largest.
+export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pick<DatasetInfo, "suggestedIsovalues">): number {
+  const { suggestedIsovalues, max } = info;
   const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
-  const fresh = suggestedIsovalues.filter((value) => !used.includes(value));
+  const shownTissues = used.map((value) => tissueAtValue(value, info));
+  const rank = (value: number) => {
+    const tissue = tissueAtValue(value, info);
+    if (tissue === "" || shownTissues.includes(tissue)) return 0;
+    return mainTissues.includes(tissue) ? 2 : 1;
+  };
+  const unused = suggestedIsovalues.filter((value) => !used.includes(value));
+  const best = Math.max(...unused.map(rank));
+  const fresh = unused.filter((value) => rank(value) === best);
   if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
   return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
 }
