@@ -276,9 +276,9 @@ export class SurfaceSteps {
 
 type Lattice = Pick<ShownSurface, "info" | "resolution">;
 
-function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places }: HiddenParts): Drawn {
+function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places, largestOnly }: HiddenParts): Drawn {
   const toLattice = inverse(latticeToWorld(info, resolution));
-  return { ids, leastDiagonal: minComponent * 2 ** resolution, hidden: places.map((place) => applied(toLattice, place)) };
+  return { ids, leastDiagonal: minComponent * 2 ** resolution, hidden: places.map((place) => applied(toLattice, place)), largestOnly };
 }
 
 function componentsOf({ hidden: { minComponent }, selection }: Chosen): ShownComponents | null {

@@ -38,7 +38,7 @@ import { Store } from "./state/store";
 import { labelBox, type Vec3, worldBox } from "./stream/dataset";
 import { DatasetQueries } from "./stream/dataset_queries";
 import { suggestedIsovalue, type View } from "./stream/request";
-import { largestPart, type PartsChange, withoutPart } from "./surface_parts";
+import { type PartsChange, withoutPart } from "./surface_parts";
 import { SurfaceSet } from "./surface_set";
 import { type Played, timeBeside, TimePlayer } from "./time_player";
 import { placeOf, type PictureOptions, type TokenPlace, type ViewerEvents, type ViewerOptions } from "./viewer_options";
@@ -154,7 +154,7 @@ export class Viewer {
   choose(entry: Entry): void {
     if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], largestOnly: false, eye: null, target: null,
       up: defaults.up, clip: "off", places: [], cross: null,
     });
     this.use(entry.info);
@@ -212,11 +212,6 @@ export class Viewer {
     this.set({ up });
     this.stage.defaultView();
     this.fit();
-  }
-
-  // Hides all components of a surface but the one with the largest box.
-  async keepLargest(surface: number): Promise<void> {
-    this.changeParts(await largestPart(this.surfaces, this.pool, this.get(), surface));
   }
 
   private changeParts(parts: PartsChange): void {
@@ -387,6 +382,8 @@ export class Viewer {
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
     this.samples.updateSlices();
+    const tiles = this.surfaces.shownTiles(this.get()).find((one) => one.at === at);
+    if (tiles) this.measuring.replaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.learn(this.surfaces.progress.get().complete) && this.get().followView) this.ask();
     this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }

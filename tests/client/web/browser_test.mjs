@@ -394,6 +394,18 @@ async function measuresAPart(page) {
   const share = parts === 1 ? 0.94 : 0.5;
   assert(area > share * whole.area && area < 1.06 * whole.area, `${area} of ${whole.area}`);
   if (parts === 1) assert(Math.abs(volume - whole.volume) < bound, `${volume} ± ${bound}, ${whole.volume}`);
+  assert.match(await page.textContent(".part"), /Exact narrows the bound/);
+  // At another quality it is measured anew.
+  await page.click('[aria-label="Qualities"] button:text-is("Exact")');
+  await page.waitForFunction(() => /full resolution/.test(document.querySelector(".part")?.textContent ?? ""), null, { timeout: patience });
+  const exact = massOf(await downloaded(page, "STL"));
+  const [, exactArea] = (await page.textContent(".part")).match(/Area ([\d.]+)/).map(Number);
+  assert(exactArea > share * exact.area && exactArea < 1.01 * exact.area, `${exactArea} of ${exact.area}`);
+  assert.doesNotMatch(await page.textContent(".part"), /narrows/);
+  // Of another surface it is not known.
+  await page.fill('[aria-label="Isovalue"]', "700.5");
+  await page.press('[aria-label="Isovalue"]', "Enter");
+  await page.waitForFunction(() => !document.querySelector(".picked :is(.part, .measure-part)"), null, { timeout: patience });
 }
 
 async function hidesDust(page) {
@@ -453,6 +465,14 @@ async function hidesDust(page) {
   await page.waitForFunction(() => /min_component=12/.test(location.hash));
   await hide("", "^✓ Watertight, full resolution$");
   assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
+  // The largest one stays alone at another quality.
+  await page.click('[aria-label="Keep the largest part of the surface"]');
+  await page.waitForFunction(() => /largest_only=true/.test(location.hash));
+  await page.click('[aria-label="Qualities"] button:text-is("Draft")');
+  await complete(page, ({ digest }) => digest !== whole.digest);
+  await page.waitForFunction(() => /(^|, )1 of \d+ components shown$/.test(document.querySelector(".seal").textContent), null, { timeout: patience });
+  await page.click('[aria-label="Keep the largest part of the surface"]');
+  await page.waitForFunction(() => !/components shown/.test(document.querySelector(".seal").textContent), null, { timeout: patience });
 }
 
 // Vertices and faces of a PLY file, as its header has them.

@@ -20,8 +20,7 @@ export interface IsovaluePart extends PanelSection {
   showDatasets: (list: readonly DatasetInfo[]) => void;
 }
 
-// `keepLargest`: hides all but the largest component of a surface.
-export function isovaluePart(change: Change, keepLargest: (surface: number) => void): IsovaluePart {
+export function isovaluePart(change: Change): IsovaluePart {
   const hasDragged = forever.get("hasDragged") !== null; // Once is enough.
   const hint = h("p", { class: "hint", hidden: hasDragged },
     "Drag the line: the surface runs where the data has this value.");
@@ -42,7 +41,8 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
     turned: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {
-    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }), keepLargest: () => keepLargest(0),
+    hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),
+    keepLargest: (largestOnly) => change({ largestOnly }),
   });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {

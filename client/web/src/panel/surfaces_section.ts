@@ -23,7 +23,7 @@ export interface SurfacesPart extends PanelSection {
   showProgress: (surface: number, progress: Progress) => void;
 }
 
-export function surfacesPart(change: Change, keepLargest: (surface: number) => void): SurfacesPart {
+export function surfacesPart(change: Change): SurfacesPart {
   let settings: Settings;
   let info: DatasetInfo | null = null;
   let datasets: readonly DatasetInfo[] = [];
@@ -42,7 +42,7 @@ export function surfacesPart(change: Change, keepLargest: (surface: number) => v
     const row = surfaceRow(at, (changes, isDragging) => change(withSurface(settings, at, changes), isDragging), () => {
       change(withoutSurface(settings, at));
       add.focus(); // What had the keyboard is gone.
-    }, () => keepLargest(at));
+    });
     list.append(row.element);
     rows.set(at, row);
     return row;
@@ -100,7 +100,6 @@ function surfaceRow(
   at: number,
   change: (changes: Partial<SurfaceSettings>, isDragging?: boolean) => void,
   remove: () => void,
-  keepLargest: () => void,
 ): Row {
   const name = `surface ${at + 1}`;
   const color = h("input", { type: "color", "aria-label": `Color of ${name}` });
@@ -122,7 +121,8 @@ function surfaceRow(
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
   material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
   const filter = componentFilter(name, {
-    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }), keepLargest,
+    hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),
+    keepLargest: (largestOnly) => change({ largestOnly }),
   });
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });
