@@ -214,6 +214,11 @@ async function cutsOpen(page) {
 }
 
 async function givesFiles(page) {
+  // Asked for before there is anything, a picture waits for the surface.
+  await open(page, "#dataset=head&error=0.25&axes=false&eye=32,-120,32&target=32,32,32");
+  const early = await downloaded(page, "Picture");
+  const [red, green, blue] = await pixelOf(page, early, 0.5, 0.5);
+  assert(red > 80 && red > blue + 15, `${red}, ${green}, ${blue} is the color of a surface`);
   await open(page, "#dataset=gyroid&error=1&occlusion=false");
   const { triangles } = await complete(page);
   assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
@@ -235,14 +240,19 @@ async function givesFiles(page) {
 
 // The first pixel of a PNG: red, green, blue and alpha.
 function cornerOf(page, png) {
-  return page.evaluate(async (data) => {
+  return pixelOf(page, png, 0, 0);
+}
+
+// The pixel at a share of the width and the height.
+function pixelOf(page, png, across, down) {
+  return page.evaluate(async ({ data, across, down }) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
     await image.decode();
     const context = new OffscreenCanvas(1, 1).getContext("2d");
-    context.drawImage(image, 0, 0);
+    context.drawImage(image, -Math.floor(across * image.width), -Math.floor(down * image.height));
     return [...context.getImageData(0, 0, 1, 1).data];
-  }, png.toString("base64"));
+  }, { data: png.toString("base64"), across, down });
 }
 
 async function downloaded(page, word) {
@@ -739,6 +749,12 @@ async function colorsByAField(page) {
   const colored = (await surfacePixels(page)).share;
   assert(colored > plain + 0.002, `${colored} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
+  // What is said of their deviation is that of the surface that is shown, and less at full resolution.
+  const deviation = async () => Number((await page.textContent(".panel")).match(/at most about ([\d.e+-]+) beside/)[1]);
+  const coarse = { deviation: await deviation(), ...await complete(page) };
+  await page.click('[aria-label="Qualities"] button:text-is("Exact")');
+  await complete(page, ({ digest }) => digest !== coarse.digest);
+  assert((await deviation()) < 0.7 * coarse.deviation, `${await deviation()} is less than ${coarse.deviation}`);
   // Other ends of the colors are seen at once: all values lie above them, and are red.
   await page.waitForTimeout(1000);
   const type = async (which, value) => {
