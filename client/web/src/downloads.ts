@@ -34,7 +34,13 @@ export class Downloads {
   }
 
   async screenshot(options: PictureOptions): Promise<void> {
-    this.save(await this.viewer.picture(options), "png");
+    const { notices, surfaces } = this.viewer;
+    const isWaiting = !surfaces.lead || !surfaces.isSettled;
+    if (isWaiting) notices.announce("The picture is taken when the surface is complete.");
+    const picture = await this.viewer.picture(options);
+    if (isWaiting) notices.clear();
+    this.save(picture, "png");
+    if (!surfaces.lead) notices.announce("The picture has no surface: none has come.", true);
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {
@@ -50,7 +56,9 @@ export class Downloads {
       viewer.set({ t: times.all[at] ?? times.now, playing: false });
       await viewer.settled();
     };
+    const { t, isovalue, playing } = viewer.get();
     await this.animate({ name: "time", frames: times.all.length, framesASecond: viewer.get().speed, show }, form);
+    viewer.set({ t: t ?? times.now, isovalue, playing }); // Also where recording failed.
   }
 
   private async animate(animation: Animation, form: "video" | "pictures"): Promise<void> {

@@ -57,7 +57,6 @@ const panel = new Panel(settings, change, {
   roll: (radians) => viewer.roll(radians),
   saveLabels: () => void downloads.labels(),
   zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
-  keepLargest: (surface) => void viewer.keepLargest(surface),
   screenshot: (options) => void downloads.screenshot(options),
   download: (format) => void downloads.download(format),
   copyLink: () => void downloads.copyLink(address.addressed()),

@@ -1,7 +1,25 @@
 // What is shown as a picture file: on the page's background or on none, with scale bar, axes, legends and what is measured.
 import { annotate, type Annotations } from "./scene/annotations";
 import type { Stage } from "./scene/stage";
+import type { DatasetInfo } from "./protocol/messages";
+import { timeOf, timeText } from "./state/series";
+import type { Settings } from "./state/settings";
+import { surfacesOf } from "./state/surfaces";
+import { suggestedIsovalue } from "./stream/request";
 import type { PictureOptions } from "./viewer_options";
+
+// "jet, temperature, isovalue 300.5 K, 0.25 s": what a picture shows, on one line.
+export function captionOf(settings: Settings, info: DatasetInfo): string {
+  const { member } = info;
+  const time = timeOf(info);
+  const visible = surfacesOf(settings).filter((surface) => surface.visible && !surface.dataset);
+  const values = visible.map(({ isovalue }) => isovalue ?? suggestedIsovalue(info)).join(", ");
+  return [
+    member?.series || info.name, member?.field ?? "",
+    values && !member?.label ? `isovalue ${values}${info.valueUnit ? ` ${info.valueUnit}` : ""}` : "",
+    time === null || !member ? "" : timeText(time, member.timeUnit),
+  ].filter((word) => word !== "").join(", ");
+}
 
 // `element`: whose colors the picture has. PNG.
 export function pictureOf(

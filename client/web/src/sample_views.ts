@@ -99,9 +99,7 @@ export class SampleViews {
     const by = this.rangeOf(field);
     this.ofField.show(now, by, field?.member?.field || now.colorBy);
     if (!by) return;
-    const { field: colors } = this.sources.surfaces;
-    colors.setRange(by.min, by.max);
     const scale = scaleOf(now.fieldLevel, now.fieldWindow, now.fieldLog, by);
-    colors.setLook({ map: now.colors, ...scale }, now.noValueColor);
+    this.sources.surfaces.field.setLook({ map: now.colors, ...scale }, by, now.noValueColor);
   }
 }

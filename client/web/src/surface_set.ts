@@ -52,7 +52,7 @@ export class SurfaceSet {
   readonly progress = new Store<Progress>(noProgress); // For the first surface,
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
-  readonly field = new FieldColors();
+  readonly field = new FieldColors(() => this.stage.invalidate());
   private members: Member[] = [];
   private lastNumber = 0;
   private isConnected = false;

@@ -61,6 +61,7 @@ export class SurfaceSteps {
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
+  private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // Of each tile, by its id.
   private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
@@ -82,8 +83,8 @@ export class SurfaceSteps {
     this.started = performance.now();
     this.events.withdraw();
     this.parts.surface.release(this);
-    const { phase, shown, components, heldBack } = this.progress.get();
-    this.progress.set({ ...noProgress, phase, shown, components, heldBack, isStreaming: true });
+    const { phase, shown, components, heldBack, scalars } = this.progress.get();
+    this.progress.set({ ...noProgress, phase, shown, components, heldBack, scalars, isStreaming: true });
   }
 
   // Results that are still under way are discarded.
@@ -176,11 +177,9 @@ export class SurfaceSteps {
 
   // A step is shown when the values of its tiles are there, too.
   color({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
-    const { scalars } = this.progress.get();
-    const largest = Math.max(deviation, scalars?.deviation ?? 0);
-    this.progress.set({ scalars: { low: range.low, high: range.high, deviation: largest } });
     const { pool, surface } = this.parts;
     const id = memoryOf(this.parts.number, order) + key;
+    this.scalars.set(id, { low: range.low, high: range.high, deviation });
     const done = pool.scalars(id, codes, range.bits).then((attribute) => surface.setScalars(id, attribute), () => {});
     this.coloring.push(done);
   }
@@ -246,11 +245,19 @@ export class SurfaceSteps {
     this.progress.set({
       shown: shown.facts,
       components: componentsOf(chosen),
+      scalars: this.scalarsOf(ids),
       firstSurface: firstSurface ?? elapsed,
       complete: shown.facts.isFinal ? elapsed : null,
     });
     this.events.shown(shown, !before || !isOfOneSeries(before.info, shown.info));
     void this.chooseAnew(); // It may have waited, and others been wanted meanwhile.
+  }
+
+  // Of the tiles that are shown; those of tiles that are gone are forgotten.
+  private scalarsOf(ids: readonly string[]): Progress["scalars"] {
+    for (const id of this.scalars.keys()) if (!this.parts.surface.hasAll([id])) this.scalars.delete(id);
+    const all = ids.map((id) => this.scalars.get(id)).filter((one) => one !== undefined);
+    return all.length === 0 ? null : { ...all[0], deviation: all.reduce((most, { deviation }) => Math.max(most, deviation), 0) };
   }
 
   private async choose(ids: readonly string[], lattice: Lattice): Promise<Chosen> {
@@ -276,9 +283,9 @@ export class SurfaceSteps {
 
 type Lattice = Pick<ShownSurface, "info" | "resolution">;
 
-function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places }: HiddenParts): Drawn {
+function drawnOf(ids: readonly string[], { info, resolution }: Lattice, { minComponent, places, largestOnly }: HiddenParts): Drawn {
   const toLattice = inverse(latticeToWorld(info, resolution));
-  return { ids, leastDiagonal: minComponent * 2 ** resolution, hidden: places.map((place) => applied(toLattice, place)) };
+  return { ids, leastDiagonal: minComponent * 2 ** resolution, hidden: places.map((place) => applied(toLattice, place)), largestOnly };
 }
 
 function componentsOf({ hidden: { minComponent }, selection }: Chosen): ShownComponents | null {

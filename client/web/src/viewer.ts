@@ -12,7 +12,7 @@ import * as THREE from "three";
 
 import { clipPlane, isNewCut, isSeenFromAbove } from "./cut_plane";
 import { DetailByPixels } from "./detail_by_pixels";
-import { pictureOf } from "./picture";
+import { captionOf, pictureOf } from "./picture";
 import { SampleViews } from "./sample_views";
 import { serverAddress } from "./server_address";
 import { nothingWords } from "./panel/empty_surface";
@@ -38,7 +38,7 @@ import { Store } from "./state/store";
 import { labelBox, type Vec3, worldBox } from "./stream/dataset";
 import { DatasetQueries } from "./stream/dataset_queries";
 import { suggestedIsovalue, type View } from "./stream/request";
-import { largestPart, type PartsChange, withoutPart } from "./surface_parts";
+import { type PartsChange, withoutPart } from "./surface_parts";
 import { SurfaceSet } from "./surface_set";
 import { type Played, timeBeside, TimePlayer } from "./time_player";
 import { placeOf, type PictureOptions, type TokenPlace, type ViewerEvents, type ViewerOptions } from "./viewer_options";
@@ -154,7 +154,7 @@ export class Viewer {
   choose(entry: Entry): void {
     if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
-      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], eye: null, target: null,
+      ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], largestOnly: false, eye: null, target: null,
       up: defaults.up, clip: "off", places: [], cross: null,
     });
     this.use(entry.info);
@@ -174,7 +174,8 @@ export class Viewer {
 
   // Resolves when all that is to be seen of the time that was set is on the screen, or will not be.
   async settled(): Promise<void> {
-    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().failure !== null;
+    const isUnknown = () => this.surfaces.datasets.get().list !== null && !this.info;
+    const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().failure !== null || isUnknown();
     while (!this.surfaces.isSettled || !isThere()) {
       await new Promise((resolve) => setTimeout(resolve, 20));
     }
@@ -214,11 +215,6 @@ export class Viewer {
     this.fit();
   }
 
-  // Hides all components of a surface but the one with the largest box.
-  async keepLargest(surface: number): Promise<void> {
-    this.changeParts(await largestPart(this.surfaces, this.pool, this.get(), surface));
-  }
-
   private changeParts(parts: PartsChange): void {
     if ("refusal" in parts) this.notices.announce(parts.refusal, true);
     else this.set(parts.change);
@@ -229,10 +225,13 @@ export class Viewer {
     this.set({ up: this.stage.rolledUp(radians) });
   }
 
-  // What is shown, as PNG, on the page's background or on none, with scale bar, axes, legends and what is measured.
-  picture(options: PictureOptions = {}): Promise<Blob> {
-    const { surroundings: { scale }, orientation: { arms: axes }, samples: { legendWords: legends }, measuring: { measurement } } = this;
-    return pictureOf(this.stage, this.element, { scale, axes, legends, ...measurement }, options);
+  // What is shown, as PNG, when it is complete: on the page's background or on none, with what is written over it and beside it.
+  async picture(options: PictureOptions = {}): Promise<Blob> {
+    if (this.surfaces.progress.get().phase !== "lost") await this.settled();
+    const { surroundings: { scale, writtenNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
+    const { points, words } = this.measuring.measurement;
+    const caption = this.info && this.get().axes ? [captionOf(this.get(), this.info)] : [];
+    return pictureOf(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...caption, ...words] }, options);
   }
 
   // Nothing is drawn or asked any more; the element is empty.
@@ -387,6 +386,7 @@ export class Viewer {
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
     this.samples.updateSlices();
+    for (const tiles of this.surfaces.shownTiles(this.get())) if (tiles.at === at) this.measuring.replaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.learn(this.surfaces.progress.get().complete) && this.get().followView) this.ask();
     this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }

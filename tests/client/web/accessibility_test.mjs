@@ -43,6 +43,9 @@ await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
     return isAnAxis || width === 0 || (width >= 43.5 && height >= 43.5) ? [] : [`${hit.outerHTML.slice(0, 120)}: ${width} x ${height}`];
   }));
   assert.deepEqual(small, []);
+  const cutOff = await page.evaluate(() => [...document.querySelectorAll(".tools button, .seal")]
+    .filter((one) => one.getBoundingClientRect().right > innerWidth || one.scrollWidth > one.clientWidth).map(({ textContent }) => textContent));
+  assert.deepEqual(cutOff, [], "nothing is cut off");
   const canvas = await page.locator(".stage canvas").boundingBox();
   await page.touchscreen.tap(canvas.x + 0.5 * canvas.width, canvas.y + 0.42 * canvas.height);
   await page.waitForSelector(".picked:not([hidden])", { timeout: patience });

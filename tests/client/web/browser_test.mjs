@@ -215,6 +215,11 @@ async function cutsOpen(page) {
 }
 
 async function givesFiles(page) {
+  // Asked for before there is anything, a picture waits for the surface.
+  await open(page, "#dataset=head&error=0.25&axes=false&eye=32,-120,32&target=32,32,32");
+  const early = await downloaded(page, "Picture");
+  const [red, green, blue] = await pixelOf(page, early, 0.5, 0.5);
+  assert(red > 80 && red > blue + 15, `${red}, ${green}, ${blue} is the color of a surface`);
   await open(page, "#dataset=gyroid&error=1&occlusion=false");
   const { triangles } = await complete(page);
   assert.equal((await downloaded(page, "STL")).readUInt32LE(80), triangles);
@@ -238,14 +243,19 @@ async function givesFiles(page) {
 
 // The first pixel of a PNG: red, green, blue and alpha.
 function cornerOf(page, png) {
-  return page.evaluate(async (data) => {
+  return pixelOf(page, png, 0, 0);
+}
+
+// The pixel at a share of the width and the height.
+function pixelOf(page, png, across, down) {
+  return page.evaluate(async ({ data, across, down }) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
     await image.decode();
     const context = new OffscreenCanvas(1, 1).getContext("2d");
-    context.drawImage(image, 0, 0);
+    context.drawImage(image, -Math.floor(across * image.width), -Math.floor(down * image.height));
     return [...context.getImageData(0, 0, 1, 1).data];
-  }, png.toString("base64"));
+  }, { data: png.toString("base64"), across, down });
 }
 
 async function downloaded(page, word) {
@@ -397,6 +407,18 @@ async function measuresAPart(page) {
   const share = parts === 1 ? 0.94 : 0.5;
   assert(area > share * whole.area && area < 1.06 * whole.area, `${area} of ${whole.area}`);
   if (parts === 1) assert(Math.abs(volume - whole.volume) < bound, `${volume} ± ${bound}, ${whole.volume}`);
+  assert.match(await page.textContent(".part"), /Exact narrows the bound/);
+  // At another quality it is measured anew.
+  await page.click('[aria-label="Qualities"] button:text-is("Exact")');
+  await page.waitForFunction(() => /full resolution/.test(document.querySelector(".part")?.textContent ?? ""), null, { timeout: patience });
+  const exact = massOf(await downloaded(page, "STL"));
+  const [, exactArea] = (await page.textContent(".part")).match(/Area ([\d.]+)/).map(Number);
+  assert(exactArea > share * exact.area && exactArea < 1.01 * exact.area, `${exactArea} of ${exact.area}`);
+  assert.doesNotMatch(await page.textContent(".part"), /narrows/);
+  // Of another surface it is not known.
+  await page.fill('[aria-label="Isovalue"]', "700.5");
+  await page.press('[aria-label="Isovalue"]', "Enter");
+  await page.waitForFunction(() => !document.querySelector(".picked :is(.part, .measure-part)"), null, { timeout: patience });
 }
 
 async function hidesDust(page) {
@@ -456,6 +478,14 @@ async function hidesDust(page) {
   await page.waitForFunction(() => /min_component=12/.test(location.hash));
   await hide("", "^✓ Watertight, full resolution$");
   assert.deepEqual([before > 0, sent], [true, before], "the server is asked nothing");
+  // The largest one stays alone at another quality.
+  await page.click('[aria-label="Keep the largest part of the surface"]');
+  await page.waitForFunction(() => /largest_only=true/.test(location.hash));
+  await page.click('[aria-label="Qualities"] button:text-is("Draft")');
+  await complete(page, ({ digest }) => digest !== whole.digest);
+  await page.waitForFunction(() => /(^|, )1 of \d+ components shown$/.test(document.querySelector(".seal").textContent), null, { timeout: patience });
+  await page.click('[aria-label="Keep the largest part of the surface"]');
+  await page.waitForFunction(() => !/components shown/.test(document.querySelector(".seal").textContent), null, { timeout: patience });
 }
 
 // Vertices and faces of a PLY file, as its header has them.
@@ -528,7 +558,7 @@ async function showsASlice(page) {
   const [here, there] = [await value(0.5), await value(0.56)];
   assert.equal(here.y, 16, "the place lies on the plane");
   assert.notEqual(here.value, there.value);
-  await page.focus(".legend:not([hidden])");
+  await page.focus(".legend:not([hidden]) .legend-slider");
   await page.keyboard.press("ArrowUp");
   await page.waitForFunction(() => !/window_width=1(&|$)/.test(location.hash));
 }
@@ -722,6 +752,33 @@ async function colorsByAField(page) {
   const colored = (await surfacePixels(page)).share;
   assert(colored > plain + 0.002, `${colored} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
+  // What is said of their deviation is that of the surface that is shown, and less at full resolution.
+  const deviation = async () => Number((await page.textContent(".panel")).match(/at most about ([\d.e+-]+) beside/)[1]);
+  const coarse = { deviation: await deviation(), ...await complete(page) };
+  await page.click('[aria-label="Qualities"] button:text-is("Exact")');
+  await complete(page, ({ digest }) => digest !== coarse.digest);
+  assert((await deviation()) < 0.7 * coarse.deviation, `${await deviation()} is less than ${coarse.deviation}`);
+  // Other ends of the colors are seen at once: all values lie above them, and are red.
+  await page.waitForTimeout(1000);
+  const type = async (which, value) => {
+    await page.fill(`[aria-label="Value of the ${which} color of the surface's colors"]`, value);
+    await page.keyboard.press("Enter");
+  };
+  await type("first", "-101");
+  await type("last", "-100");
+  await page.waitForFunction(() => /field_level=-100.5/.test(location.hash) && /field_window=1(&|$)/.test(location.hash));
+  await page.waitForTimeout(500);
+  const red = (await surfacePixels(page)).share;
+  assert(red > colored + 0.002, `${red} is red, ${colored} was`);
+  await type("last", "-102"); // Below the first one.
+  assert.equal(await page.inputValue('[aria-label="Value of the last color of the surface\'s colors"]'), "-100");
+  // So is a color map, and the color of places without a value.
+  await page.click('[role="radiogroup"][aria-label="Colors"] button:has-text("gray")');
+  await page.waitForTimeout(500);
+  assert((await surfacePixels(page)).share < 0.002, "nothing is red in gray");
+  await page.fill('[aria-label="Color where there is no value"]', "#c02010");
+  await page.waitForTimeout(500);
+  assert((await surfacePixels(page)).share > 0.002, "places without a value are red");
 }
 
 async function leavesALowFrameToThePicture(page) {

@@ -1,3 +1,6 @@
+import { captionOf } from "../../../client/web/src/picture";
+import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
+import { defaults } from "../../../client/web/src/state/settings";
 import { savedWords } from "../../../client/web/src/panel/downloads_section";
 import { columns } from "../../../client/web/src/panel/histogram";
 import { labelTable } from "../../../client/web/src/panel/label_table";
@@ -69,6 +72,13 @@ describe("LabelTable", () => {
 });
 
 describe("ExportedPictures", () => {
+  test("SayWhatIsShown", () => {
+    const info = { name: "jet.p.t1", valueUnit: "K", suggestedIsovalues: [4], member: { series: "jet", field: "temperature", time: 0.25, timeUnit: "s" } } as unknown as DatasetInfo;
+    expect(captionOf({ ...defaults, isovalue: 300.5 }, info)).toBe("jet, temperature, isovalue 300.5 K, 0.25 s");
+    expect(captionOf({ ...defaults, visible: false }, info)).toBe("jet, temperature, 0.25 s");
+    expect(captionOf({ ...defaults, isovalue: 7 }, { ...info, name: "head", valueUnit: "", member: undefined })).toBe("head, isovalue 7");
+  });
+
   test("NameTheAxesWithWhatIsInFrontLast", () => {
     const written: [string, number, number][] = [];
     const context = new Proxy({ canvas: { width: 800, height: 600 } } as Record<string, unknown>, {
@@ -78,7 +88,7 @@ describe("ExportedPictures", () => {
       },
     }) as unknown as CanvasRenderingContext2D;
     const axes = [{ letter: "R", axis: 0, x: -1, y: 0, isBehind: true }, { letter: "S", axis: 2, x: 0, y: -1, isBehind: false }];
-    annotate(context, { scale: null, axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
+    annotate(context, { scale: null, numbers: [], axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
     expect(written.map(([letter]) => letter)).toEqual(["R", "S"]);
     const [[, rightX, rightY], [, upX, upY]] = written;
     expect(rightX).toBeLessThan(upX);

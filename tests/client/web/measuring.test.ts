@@ -2,7 +2,7 @@ import { cutLine } from "../../../client/web/src/mesh/cut";
 import { massProperties } from "../../../client/web/src/mesh/mass_properties";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
-import { withBound } from "../../../client/web/src/shared/quantities";
+import { roundedWithin, withBound } from "../../../client/web/src/shared/quantities";
 import { ticks } from "../../../client/web/src/scene/ticks";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 
@@ -121,5 +121,17 @@ describe("Axes", () => {
     expect(letters(WorldSpace.RAS)).toBe("R L A P S I");
     expect(letters(WorldSpace.UNSPECIFIED)).toBe("x −x y −y z −z");
     expect(axisNames({ space: WorldSpace.RAS })[3].direction).toEqual([0, -1, 0]);
+  });
+});
+
+describe("RoundedWithin", () => {
+  test("TellsTheEndsOfANarrowRangeApart", () => {
+    expect([101111.6, 101300.4, 101547.4].map((value) => roundedWithin(value, 435.8))).toEqual([101112, 101300, 101547]);
+    expect(roundedWithin(-20.123456, 0.05)).toBe(-20.1235);
+  });
+
+  test("KeepsFourDigitsOfWideRanges", () => {
+    expect([-784.57, 3071, 0, 12345678].map((value) => roundedWithin(value, 1e9))).toEqual([-784.6, 3071, 0, 12350000]);
+    expect(roundedWithin(1.23456, 0)).toBe(1.235);
   });
 });

@@ -71,10 +71,18 @@ describe("ComputedTomography", () => {
 
 describe("AnotherSurface", () => {
   test("FarthestSuggestionFromTheShown", () => {
-    const info = { suggestedIsovalues: [100, 120, 400, 90], max: 500 };
+    const info = { ...dataset([]), suggestedIsovalues: [100, 120, 400, 90], max: 500 };
     expect(nextIsovalue([100], info)).toBe(400);
     expect(nextIsovalue([100, 400], info)).toBe(120);
     expect(nextIsovalue([90, 100, 120, 400], info)).toBe(450);
+  });
+
+  test("IsSkinOrBoneRatherThanAir", () => {
+    const info = { ...dataset([]), min: -1024, max: 3071, suggestedIsovalues: [300.5, -784.5, -250.5, 20.5, 2500.5] };
+    expect(nextIsovalue([300.5], info)).toBe(-250.5);
+    expect(nextIsovalue([-250.5], info)).toBe(300.5);
+    expect(nextIsovalue([300.5, -250.5], info)).toBe(2500.5);
+    expect(nextIsovalue([300.5, -250.5, 2500.5, 20.5], info)).toBe(-784.5);
   });
 
   test("LeavesTheOuterOneTranslucent", () => {

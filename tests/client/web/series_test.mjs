@@ -26,6 +26,7 @@ await test("SavesATableOfTheLabelsThatAreShown", savesTable);
 await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
 await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
 await test("SavesATimeAsAPictureEach", savesTimes);
+await test("LeavesTheSurfaceFreeOfTheTimesOnATelephone", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
 await finish();
 
 // ----
@@ -160,7 +161,7 @@ async function showsOneTime(page) {
 }
 
 async function savesTimes(page) {
-  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false", series);
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&t=1", series);
   await complete(page);
   await page.click('summary:has-text("Export")');
   const [download] = await Promise.all([
@@ -170,6 +171,17 @@ async function savesTimes(page) {
   const bytes = readFileSync(await download.path());
   const names = bytes.toString("latin1").match(/time_\d{4}\.png/g);
   assert.deepEqual([...new Set(names)], ["time_0000.png", "time_0001.png", "time_0002.png", "time_0003.png"]);
+  await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s" && /[&#]t=1(&|$)/.test(location.hash), null, { timeout: patience });
+}
+
+async function leavesRoom(page) {
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false", series);
+  await complete(page);
+  const [stage, times, ...corners] = await page.evaluate(() =>
+    [".stage", ".times", ".scale-bar", ...[1, 2, 3, 4, 5, 6].map((n) => `.orientation .end:nth-of-type(${n})`)]
+      .flatMap((one) => [...document.querySelectorAll(one)].map((found) => found.getBoundingClientRect().toJSON())));
+  assert(times.bottom <= stage.bottom && times.top > stage.bottom - 0.25 * stage.height, "the times lie at the lower edge");
+  for (const corner of corners) assert(corner.bottom <= times.top, "nothing lies below the times");
 }
 
 // Until nothing comes any more, of no surface.

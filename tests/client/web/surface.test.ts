@@ -88,10 +88,10 @@ describe("Surface", () => {
     expect([partOf(0).drawn, partOf(1).drawn]).toEqual([Infinity, Infinity]);
     expect(surface.worldBox().max.x).toBe(31);
     const parted = [{ id: "a", triangles: Uint16Array.of(3, 4, 5, 0, 1, 2), shown: 1 }];
-    surface.show(["a", "b"], { components: 3, shown: 2, triangles: 3, largest: [0, 0, 0, 1, 2, 3], diagonals: [0, 0], parted });
+    surface.show(["a", "b"], { components: 3, shown: 2, triangles: 3, largest: [0, 0, 0, 1, 2, 3], parted });
     expect([partOf(0), partOf(1).drawn]).toEqual([{ triangles: [3, 4, 5, 0, 1, 2], drawn: 3 }, Infinity]);
     expect(surface.worldBox().max.toArray()).toEqual([3, 5, 7]);
-    surface.show(["a", "b"], { components: 3, shown: 0, triangles: 0, largest: null, diagonals: [0, 0], parted: [{ ...parted[0], shown: 0 }] });
+    surface.show(["a", "b"], { components: 3, shown: 0, triangles: 0, largest: null, parted: [{ ...parted[0], shown: 0 }] });
     expect([partOf(0).drawn, surface.worldBox().isEmpty()]).toEqual([0, true]);
     surface.show(["a", "b"]);
     expect([partOf(0).drawn, surface.worldBox().max.x]).toEqual([Infinity, 31]);

@@ -87,7 +87,7 @@ const selections = {
 };
 
 function selectionOf(shown: number): Selection {
-  return { components: 5, shown, triangles: 10 * shown, largest: null, diagonals: [0, 0], parted: [] };
+  return { components: 5, shown, triangles: 10 * shown, largest: null, parted: [] };
 }
 
 describe("SurfaceClient", () => {

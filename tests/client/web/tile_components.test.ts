@@ -1,7 +1,7 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
 import { joined } from "../../../client/web/src/mesh/boundary_matcher";
-import { justAbove } from "../../../client/web/src/state/surfaces";
+import { nearestTriangle } from "../../../client/web/src/mesh/nearest_component";
 import { drawnComponents, withDrawnComponents } from "../../../client/web/src/mesh/tile_components";
 import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
@@ -43,13 +43,11 @@ function cutAt(x: number) {
 describe("TileComponents", () => {
   test("DoNotDependOnTheTiling", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(20), cutAt(100), faces.map((face) => tileOf(meshOf([face])))]) {
-      expect(drawnComponents(tiles, 0)).toMatchObject({ components: 3, shown: 3, triangles: 24, tiles: tiles.map(() => null) });
-      expect(drawnComponents(tiles, 5)).toMatchObject({ components: 3, shown: 2, triangles: 16 });
-      const large = drawnComponents(tiles, 10);
+      expect(drawnComponents(tiles, { leastDiagonal: 0 })).toMatchObject({ components: 3, shown: 3, triangles: 24, tiles: tiles.map(() => null) });
+      expect(drawnComponents(tiles, { leastDiagonal: 5 })).toMatchObject({ components: 3, shown: 2, triangles: 16 });
+      const large = drawnComponents(tiles, { leastDiagonal: 10 });
       expect(large).toMatchObject({ components: 3, shown: 1, triangles: 8, largest: [80, 80, 80, 120, 120, 120] });
-      expect(large.diagonals.map((one) => one / Math.sqrt(3))).toEqual([expect.closeTo(40, 9), expect.closeTo(4, 9)]);
-      expect(drawnComponents(tiles, justAbove(large.diagonals, 1)!)).toMatchObject({ shown: 1, triangles: 8 });
-      expect(drawnComponents(tiles, 100)).toMatchObject({ components: 3, shown: 0, triangles: 0, largest: null });
+      expect(drawnComponents(tiles, { leastDiagonal: 100 })).toMatchObject({ components: 3, shown: 0, triangles: 0, largest: null });
     }
   });
 
@@ -57,10 +55,10 @@ describe("TileComponents", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
       // In the middle of a face of the large one, far from its vertices, which those of the small ones are nearer to.
       const onPlanet = [100 - 20 / 3, 100 - 20 / 3, 100 - 20 / 3];
-      expect(drawnComponents(tiles, 0, [onPlanet])).toMatchObject({ components: 3, shown: 2, triangles: 16, largest: [18, 8, 8, 22, 12, 12] });
-      expect(drawnComponents(tiles, 0, [onPlanet, [10, 10, 12]])).toMatchObject({ shown: 1, triangles: 8 });
-      expect(drawnComponents(tiles, 10, [onPlanet])).toMatchObject({ shown: 0, triangles: 0, largest: null });
-      const [left] = withDrawnComponents(tiles, 0, [onPlanet]);
+      expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet] })).toMatchObject({ components: 3, shown: 2, triangles: 16, largest: [18, 8, 8, 22, 12, 12] });
+      expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet, [10, 10, 12]] })).toMatchObject({ shown: 1, triangles: 8 });
+      expect(drawnComponents(tiles, { leastDiagonal: 10, hidden: [onPlanet] })).toMatchObject({ shown: 0, triangles: 0, largest: null });
+      const [left] = withDrawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet] });
       expect(left.triangles.length % 3).toBe(0);
     }
   });
@@ -69,22 +67,41 @@ describe("TileComponents", () => {
     // A speck that is nearer to the place than all vertices of the large triangle below it.
     const large = tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]]));
     const speck = tileOf(meshOf([[[30, 30, 6], [31, 30, 6], [30, 31, 6]]]));
-    expect(drawnComponents([large, speck], 0, [[30, 30, 2]]).tiles.map((part) => part?.shown ?? null)).toEqual([0, null]);
-    expect(drawnComponents([large, speck], 0, [[30, 30, 5]]).tiles.map((part) => part?.shown ?? null)).toEqual([null, 0]);
+    expect(drawnComponents([large, speck], { leastDiagonal: 0, hidden: [[30, 30, 2]] }).tiles.map((part) => part?.shown ?? null)).toEqual([0, null]);
+    expect(drawnComponents([large, speck], { leastDiagonal: 0, hidden: [[30, 30, 5]] }).tiles.map((part) => part?.shown ?? null)).toEqual([null, 0]);
   });
 
-  test("HaveASizeBetweenTheTwoLargestUnlessTheseAreAlike", () => {
-    const least = justAbove([400, 123.456789], 32)!;
-    expect(least).toBeGreaterThan(123.456789 / 32);
-    expect(Number(least.toPrecision(6))).toBe(least);
-    expect(justAbove([400, 0], 32)).toBe(0);
-    expect(justAbove([400, 400], 32)).toBeNull();
+  test("LeaveTheLargestAloneWhateverItsSize", () => {
+    for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
+      const alone = drawnComponents(tiles, { leastDiagonal: 0, largestOnly: true });
+      expect(alone).toMatchObject({ components: 3, shown: 1, triangles: 8, largest: [80, 80, 80, 120, 120, 120] });
+      const next = drawnComponents(tiles, { leastDiagonal: 0, hidden: [[100, 100, 80]], largestOnly: true });
+      expect(next).toMatchObject({ components: 3, shown: 1, largest: [18, 8, 8, 22, 12, 12] });
+      expect(drawnComponents(tiles, { leastDiagonal: 100, largestOnly: true })).toMatchObject({ shown: 0, largest: null });
+    }
+  });
+
+  test("LeaveOneOfTwoOfTheSameSize", () => {
+    const twins = [octahedron([10, 10, 10], 5), octahedron([50, 10, 10], 5)];
+    const alike = { leastDiagonal: 0, largestOnly: true };
+    expect(drawnComponents(twins.map((one) => tileOf(meshOf(one))), alike)).toMatchObject({ components: 2, shown: 1, triangles: 8 });
+    // That with more triangles, where one has fewer.
+    const [one, other] = [tileOf(meshOf(twins[0].slice(0, 7))), tileOf(meshOf(twins[1]))];
+    expect(drawnComponents([one, other], alike)).toMatchObject({ shown: 1, triangles: 8, largest: [45, 5, 5, 55, 15, 15] });
+  });
+
+  test("HaveANearestTriangle", () => {
+    const large = { id: "large", ...tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]])) };
+    const specks = { id: "specks", ...tileOf(meshOf([[[80, 80, 6], [81, 80, 6], [80, 81, 6]], [[30, 30, 6], [31, 30, 6], [30, 31, 6]]])) };
+    expect(nearestTriangle([large, specks], [30, 30, 2])).toEqual({ id: "large", triangle: 0 });
+    expect(nearestTriangle([large, specks], [30, 30, 5])).toEqual({ id: "specks", triangle: 1 });
+    expect(nearestTriangle([], [0, 0, 0])).toBeNull();
   });
 
   test("KeepsComponentsOfExactlyTheMinimumDiagonal", () => {
     const box = tileOf(meshOf([[[0, 0, 0], [2, 3, 0], [2, 0, 6]]])); // The diagonal of 2, 3 and 6 is 7.
-    expect(drawnComponents([box], 7).shown).toBe(1);
-    expect(drawnComponents([box], 7 * (1 + Number.EPSILON)).shown).toBe(0);
+    expect(drawnComponents([box], { leastDiagonal: 7 }).shown).toBe(1);
+    expect(drawnComponents([box], { leastDiagonal: 7 * (1 + Number.EPSILON) }).shown).toBe(0);
   });
 
   test("LeaveEachTileItsTrianglesInAnotherOrder", () => {
@@ -93,14 +110,14 @@ describe("TileComponents", () => {
       const all = [...triangles];
       return Array.from({ length: all.length / 3 }, (_, t) => all.slice(3 * t, 3 * t + 3).join()).sort();
     };
-    const { tiles: parted } = drawnComponents(tiles, 10);
+    const { tiles: parted } = drawnComponents(tiles, { leastDiagonal: 10 });
     expect(parted[0]!.shown).toBe(4);
     expect(corners(parted[0]!.triangles)).toEqual(corners(tiles[0].triangles));
     expect(parted[1]).toBeNull();
   });
 
   test("SmallComponentsAreInNoFileAndNoCut", () => {
-    const tiles = withDrawnComponents(cutAt(100), 10);
+    const tiles = withDrawnComponents(cutAt(100), { leastDiagonal: 10 });
     const across = { normal: [0, 0, 1], constant: -10 }; // Through the dust, and below the planet.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
@@ -117,8 +134,8 @@ describe("TileComponents", () => {
     const tiles = meshes.map((mesh) => ({ ...tileOf(mesh), triangles: mesh.triangles }));
     const border = { low: [0, 0, 0] as Corner, high: [1, 1, 1] as Corner, inset: 0, anywhere: true };
     expect(joined(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
-    expect(drawnComponents(tiles, 0)).toMatchObject({ components: found.components, triangles: found.triangles });
-    const { largest } = drawnComponents(tiles, 32);
+    expect(drawnComponents(tiles, { leastDiagonal: 0 })).toMatchObject({ components: found.components, triangles: found.triangles });
+    const { largest } = drawnComponents(tiles, { leastDiagonal: 32 });
     expect(largest).not.toBeNull();
     expect(Math.max(...largest!) - Math.min(...largest!)).toBeLessThanOrEqual(32 * 32);
   });

@@ -30,6 +30,33 @@ export function nearestComponent(
   return nearest;
 }
 
+// The triangle nearest to a place; null: there is none.
+export function nearestTriangle(tiles: readonly (Tile & { id: string })[], place: Point): { id: string; triangle: number } | null {
+  let nearest: { id: string; triangle: number } | null = null;
+  let least = Infinity;
+  for (const { id, positions: p, triangles } of tiles) {
+    const corner = (vertex: number): Point => [p[3 * vertex] - place[0], p[3 * vertex + 1] - place[1], p[3 * vertex + 2] - place[2]];
+    for (let t = 0; t < triangles.length; t += 3) {
+      const corners = [triangles[t], triangles[t + 1], triangles[t + 2]];
+      if (isBeyond(p, corners, place, least)) continue;
+      const distance = distanceToTriangle(corner(corners[0]), corner(corners[1]), corner(corners[2]));
+      if (distance >= least) continue;
+      least = distance;
+      nearest = { id, triangle: t / 3 };
+    }
+  }
+  return nearest;
+}
+
+// Whether the triangle lies on one side of the place, farther away along an axis: most triangles do.
+function isBeyond(p: Float32Array, [a, b, c]: readonly number[], place: Point, distance: number): boolean {
+  for (let axis = 0; axis < 3; ++axis) {
+    const [x, y, z] = [p[3 * a + axis] - place[axis], p[3 * b + axis] - place[axis], p[3 * c + axis] - place[axis]];
+    if ((x >= distance && y >= distance && z >= distance) || (x <= -distance && y <= -distance && z <= -distance)) return true;
+  }
+  return false;
+}
+
 function distanceToBox(box: LatticeBox, place: Point): number {
   return Math.hypot(...[0, 1, 2].map((axis) => Math.max(box[axis] - place[axis], 0, place[axis] - box[axis + 3])));
 }

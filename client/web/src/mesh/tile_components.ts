@@ -22,41 +22,55 @@ export interface DrawnComponents {
   shown: number; // Components that are drawn.
   triangles: number; // Triangles that are shown.
   largest: LatticeBox | null; // Around the drawn one with the longest diagonal; null: none is drawn.
-  diagonals: [number, number]; // The two longest of the whole surface, the longest first; 0 where there is none.
   // For each tile its triangles in an order in which those of shown components are the first ones, and how many
   // these are; null: all of them are shown.
   tiles: ({ triangles: Triangles; shown: number } | null)[];
 }
 
-// Components whose bounding boxes have a diagonal of at least `leastDiagonal` lattice steps, but for those that are the
-// nearest ones to the `hidden` places.
-export function drawnComponents(
-  tiles: readonly Tile[], leastDiagonal: number, hidden: readonly (readonly number[])[] = [],
-): DrawnComponents {
+// Which components are drawn: those whose bounding boxes have a diagonal of at least `leastDiagonal` lattice steps, but for those
+// that are the nearest ones to the `hidden` places; of them only the largest, if `largestOnly`.
+export interface DrawnChoice {
+  leastDiagonal: number;
+  hidden?: readonly (readonly number[])[];
+  largestOnly?: boolean;
+}
+
+export function drawnComponents(tiles: readonly Tile[], { leastDiagonal, hidden = [], largestOnly = false }: DrawnChoice): DrawnComponents {
   const { ofTile, boxes } = joinedComponents(tiles);
   const diagonals = boxes.map(diagonalOf);
-  const isShown = diagonals.map((diagonal) => diagonal >= leastDiagonal);
+  let isShown = diagonals.map((diagonal) => diagonal >= leastDiagonal);
   for (const place of hidden) {
     const component = nearestComponent(tiles, (tile, vertex) => ofTile[tile][componentsOf(tiles[tile]).ofVertex[vertex]], boxes, place);
     if (component !== null) isShown[component] = false;
   }
-  const longest = diagonals.reduce((best, diagonal, i) => (isShown[i] && (best < 0 || diagonal > diagonals[best]) ? i : best), -1);
+  const largest = largestOf(tiles, ofTile, diagonals, isShown);
+  if (largestOnly) isShown = isShown.map((_, component) => component === largest);
   const parted = tiles.map((tile, i) => partedTriangles(tile, (component) => isShown[ofTile[i][component]]));
   return {
     components: boxes.length,
     shown: isShown.filter(Boolean).length,
     triangles: tiles.reduce((n, { triangles }, i) => n + (parted[i]?.shown ?? triangles.length / 3), 0),
-    largest: boxes[longest] ?? null,
-    diagonals: twoLargest(diagonals),
+    largest: boxes[largest] ?? null,
     tiles: parted,
   };
 }
 
+// Of the shown components the one with the longest diagonal; of equally long ones that with the most triangles. -1: none is shown.
+function largestOf(tiles: readonly Tile[], ofTile: readonly Uint32Array[], diagonals: readonly number[], isShown: readonly boolean[]): number {
+  const longest = diagonals.reduce((most, diagonal, i) => (isShown[i] ? Math.max(most, diagonal) : most), -1);
+  const candidates = [...diagonals.keys()].filter((i) => isShown[i] && diagonals[i] === longest);
+  if (candidates.length <= 1) return candidates[0] ?? -1;
+  const counts = new Uint32Array(diagonals.length);
+  tiles.forEach((tile, i) => {
+    const { ofVertex } = componentsOf(tile);
+    for (let t = 0; t < tile.triangles.length; t += 3) ++counts[ofTile[i][ofVertex[tile.triangles[t]]]];
+  });
+  return candidates.reduce((best, i) => (counts[i] > counts[best] ? i : best));
+}
+
 // The tiles with nothing but the triangles of such components.
-export function withDrawnComponents<T extends Tile>(
-  tiles: readonly T[], leastDiagonal: number, hidden: readonly (readonly number[])[] = [],
-): T[] {
-  const { tiles: parted } = drawnComponents(tiles, leastDiagonal, hidden);
+export function withDrawnComponents<T extends Tile>(tiles: readonly T[], choice: DrawnChoice): T[] {
+  const { tiles: parted } = drawnComponents(tiles, choice);
   return tiles.map((tile, i) => {
     const part = parted[i];
     return part ? { ...tile, triangles: part.triangles.subarray(0, 3 * part.shown) } : tile;
@@ -145,15 +159,6 @@ function partedTriangles(tile: Tile, isShown: (component: number) => boolean): D
     for (let corner = 0; corner < 3; ++corner) parted[to + corner] = triangles[t + corner];
   }
   return { triangles: parted, shown: first / 3 };
-}
-
-function twoLargest(values: readonly number[]): [number, number] {
-  let [first, second] = [0, 0];
-  for (const value of values) {
-    if (value > first) [first, second] = [value, first];
-    else if (value > second) second = value;
-  }
-  return [first, second];
 }
 
 function emptyBox(): LatticeBox {

@@ -10,7 +10,7 @@ import { numberInput } from "./number_input";
 export interface ComponentFilterActs {
   hide: (minComponent: number) => void; // In samples; 0: nothing.
   showHidden: () => void; // Shows the parts again that were hidden one by one.
-  keepLargest?: () => void; // Hides all but one.
+  keepLargest?: (isOn: boolean) => void; // Hides all but one, or shows all again.
 }
 
 // `of`: whose components, in words.
@@ -26,25 +26,23 @@ export function componentFilter(of: string, { hide, showHidden, keepLargest }: C
   const element = h("div", { class: "component-filter" }, label);
   const again = h("button", { type: "button", "aria-label": `Show the hidden parts of ${of}`, hidden: true });
   again.addEventListener("click", showHidden);
-  const chips = h("span", { class: "chips" }, ...(keepLargest ? [keepLargestButton(of, keepLargest)] : []), again);
+  const largest = h("button", {
+    type: "button", "aria-label": `Keep the largest part of ${of}`, hidden: !keepLargest,
+    "data-tip": "Hides every connected component but the largest one, also when the surface changes.",
+  }, "Keep the largest part");
+  largest.addEventListener("click", () => keepLargest?.(largest.getAttribute("aria-pressed") !== "true"));
+  const chips = h("span", { class: "chips" }, largest, again);
   element.append(chips);
   return {
     element,
-    show: ({ minComponent, places }) => {
+    show: ({ minComponent, places, largestOnly }) => {
+      largest.setAttribute("aria-pressed", String(!!largestOnly));
       input.show(minComponent === 0 ? null : minComponent);
       again.hidden = places.length === 0;
       again.textContent = `Show ${counted(places.length, "hidden part")}`;
       chips.hidden = !keepLargest && again.hidden;
     },
   };
-}
-
-function keepLargestButton(of: string, act: () => void): HTMLElement {
-  const button = h("button", {
-    type: "button", "aria-label": `Keep the largest part of ${of}`, "data-tip": "Hides every connected component but the largest one.",
-  }, "Keep the largest part");
-  button.addEventListener("click", act);
-  return button;
 }
 
 export function hidesAny(components: ShownComponents | null): components is ShownComponents {

@@ -43,7 +43,7 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     picture.width = Math.min(mostPixels, Math.max(16, Math.round(pixels)));
     width.show(picture.width);
   }, () => (picture.width = undefined));
-  width.element.setAttribute("placeholder", "as above");
+  width.element.setAttribute("placeholder", "auto");
   const widthRow = h("label", { class: "control toggle", "data-tip": "Of pictures: so many pixels across, as far as the graphics card can." },
     h("span", {}, "Width in pixels"), width.element);
   const transparent = toggle({

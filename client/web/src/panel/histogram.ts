@@ -1,7 +1,7 @@
 // How often values occur, with a line at each isovalue that one drags. Arrow keys move them as well.
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
+import { roundedWithin } from "../shared/quantities";
 
 export interface HistogramEvents {
   // The line of a surface, 0 for the first. While dragging, and once more with `isDragging` false when
@@ -63,8 +63,8 @@ export class HistogramView {
       this.marks.replaceChildren(...info.suggestedIsovalues.slice(0, 5).map((value) =>
         h("span", { style: `left: ${this.percent(value)}` })));
     }
-    this.low.textContent = inDigits(range.min);
-    this.high.textContent = inDigits(range.max);
+    this.low.textContent = valueText(range.min, range);
+    this.high.textContent = valueText(range.max, range);
     for (const handle of this.handles.splice(lines.length)) handle.remove();
     lines.forEach((line, at) => this.showLine(line, at));
   }
@@ -99,7 +99,7 @@ export class HistogramView {
       const { min, max } = this.range;
       const step = Math.max((max - min) / 200, isInteger(this.info) ? 1 : 0);
       const { surface, isovalue: before } = this.lines[at];
-      const isovalue = rounded(Math.min(max, Math.max(min, before + steps[event.key] * step)), this.info, max);
+      const isovalue = rounded(Math.min(max, Math.max(min, before + steps[event.key] * step)), this.info, this.range);
       this.events.moved(surface, isovalue, true);
       clearTimeout(this.settle);
       this.settle = window.setTimeout(() => this.events.moved(surface, isovalue, false), 250);
@@ -125,13 +125,13 @@ export class HistogramView {
     };
     const valueAt = (event: PointerEvent) => {
       const { min, max } = this.range;
-      return rounded(min + shareAt(event) * (max - min), this.info!, max);
+      return rounded(min + shareAt(event) * (max - min), this.info!, this.range);
     };
     const point = (event: PointerEvent) => {
       this.pointed.hidden = !this.info;
       if (!this.info) return;
       const share = shareAt(event);
-      this.pointed.textContent = `${inDigits(valueAt(event))}${this.info.valueUnit ? ` ${this.info.valueUnit}` : ""}`;
+      this.pointed.textContent = `${valueText(valueAt(event), this.range)}${this.info.valueUnit ? ` ${this.info.valueUnit}` : ""}`;
       this.pointed.style.insetInline = share < 0.5 ? `${100 * share}% auto` : `auto ${100 * (1 - share)}%`;
     };
     plot.addEventListener("pointerleave", () => (this.pointed.hidden = true));
@@ -188,9 +188,13 @@ function isInteger(info: DatasetInfo): boolean {
 }
 
 // Between the integers where the data has only those: there no sample lies on the surface.
-function rounded(value: number, info: DatasetInfo, max: number): number {
+function rounded(value: number, info: DatasetInfo, { min, max }: ValueRange): number {
   if (isInteger(info)) return Math.min(max, Math.floor(value) + 0.5);
-  return Number(value.toPrecision(5));
+  return roundedWithin(value, (max - min) / 10);
+}
+
+function valueText(value: number, { min, max }: ValueRange): string {
+  return String(roundedWithin(value, max - min));
 }
 
 // One height for each column of pixels, 0 to 1. One bin that holds nearly everything (air) would

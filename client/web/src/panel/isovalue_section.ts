@@ -7,7 +7,7 @@ import type { Settings } from "../state/settings";
 import { surfacesOf, withSurface } from "../state/surfaces";
 import { suggestedIsovalue } from "../stream/request";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
+import { roundedWithin } from "../shared/quantities";
 import { tissueAtValue } from "../shared/sample_window";
 import { componentFilter } from "./component_filter";
 import { HistogramView } from "./histogram";
@@ -20,8 +20,7 @@ export interface IsovaluePart extends PanelSection {
   showDatasets: (list: readonly DatasetInfo[]) => void;
 }
 
-// `keepLargest`: hides all but the largest component of a surface.
-export function isovaluePart(change: Change, keepLargest: (surface: number) => void): IsovaluePart {
+export function isovaluePart(change: Change): IsovaluePart {
   const hasDragged = forever.get("hasDragged") !== null; // Once is enough.
   const hint = h("p", { class: "hint", hidden: hasDragged },
     "Drag the line: the surface runs where the data has this value.");
@@ -42,12 +41,13 @@ export function isovaluePart(change: Change, keepLargest: (surface: number) => v
     turned: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {
-    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }), keepLargest: () => keepLargest(0),
+    hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),
+    keepLargest: (largestOnly) => change({ largestOnly }),
   });
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Suggested isovalues" });
   const chip = (value: number, of: DatasetInfo) => {
     const button = h("button", { type: "button", "data-tip": "A suggested isovalue." },
-      `${inDigits(value)} ${tissueAtValue(value, of)}`.trim());
+      `${roundedWithin(value, of.max - of.min)} ${tissueAtValue(value, of)}`.trim());
     button.dataset.value = String(value);
     button.addEventListener("click", () => change({ isovalue: value }));
     return button;

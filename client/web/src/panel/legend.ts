@@ -1,10 +1,13 @@
 // Colors and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
-// down the window, as readers of medical pictures do; arrow keys do the same, a double click resets.
+// down the window, as readers of medical pictures do; arrow keys do the same, a double click resets. The values of the first and
+// the last color can be typed.
 import { gradientOf, type LegendWords } from "../shared/color_maps";
 import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
-import { inDigits } from "../shared/quantities";
+import { inDigits, roundedWithin } from "../shared/quantities";
+import type { Control } from "./inputs";
+import { numberInput } from "./number_input";
 
 // The names of the settings that a legend shows and turns.
 export interface LegendNames {
@@ -23,19 +26,26 @@ export interface LegendValues {
   usual?: { level: number; width: number }; // The default window; all values if there is none.
 }
 
+interface Ends {
+  low: number; // The value of the first color;
+  high: number; // of the last one.
+}
+
 const keys: Record<string, [number, number]> = {
   ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1],
 };
 
 export class Legend {
-  readonly element = h("div", {
-    class: "legend", hidden: true, tabindex: "0", role: "slider",
+  readonly element = h("div", { class: "legend", hidden: true, role: "group" });
+  private readonly slider = h("div", {
+    class: "legend-slider", tabindex: "0", role: "slider",
     "data-tip": "Drag sideways for the level, up and down for the window; a double click resets them.",
   });
   private readonly name = h("span", { class: "legend-name" });
   private readonly bar = h("div", { class: "legend-bar" });
-  private readonly low = h("span");
-  private readonly high = h("span");
+  private readonly low: Control<number | null>;
+  private readonly high: Control<number | null>;
+  private readonly unit = h("span");
   private info: LegendValues | null = null;
   private settings: Settings | null = null;
 
@@ -43,8 +53,12 @@ export class Legend {
     private readonly names: LegendNames,
     private readonly turn: (changes: Partial<Settings>, isDragging: boolean) => void,
   ) {
-    this.element.setAttribute("aria-label", `Window and level of ${names.label}`);
-    this.element.append(this.name, this.bar, h("div", { class: "legend-ends" }, this.low, this.high));
+    this.element.setAttribute("aria-label", `Colors of ${names.label}`);
+    this.slider.setAttribute("aria-label", `Window and level of ${names.label}`);
+    this.low = this.endInput("first", (low, ends) => ({ ...ends, low }));
+    this.high = this.endInput("last", (high, ends) => ({ ...ends, high }));
+    this.slider.append(this.name, this.bar);
+    this.element.append(this.slider, h("div", { class: "legend-ends" }, this.low.element, this.high.element, this.unit));
     this.listen();
   }
 
@@ -54,36 +68,57 @@ export class Legend {
     this.info = info;
     this.element.hidden = !info;
     if (!info) return;
-    const { low, high, isLog } = scaleOf(settings[this.names.level], settings[this.names.width], settings[this.names.isLog], info);
+    const { low, high, isLog } = this.scale(settings, info);
+    const span = high - low;
     this.name.textContent = isLog ? `${name || "samples"}, logarithmic` : name;
     this.bar.style.background = gradientOf(settings[this.names.colors]);
-    this.low.textContent = inDigits(low, 4);
-    this.high.textContent = `${inDigits(high, 4)}${info.valueUnit ? ` ${info.valueUnit}` : ""}`;
-    this.element.setAttribute("aria-valuemin", String(info.min));
-    this.element.setAttribute("aria-valuemax", String(info.max));
-    this.element.setAttribute("aria-valuenow", String((low + high) / 2));
-    this.element.setAttribute("aria-valuetext", `level ${inDigits((low + high) / 2)}, window ${inDigits(high - low)}`);
+    this.low.show(roundedWithin(low, span));
+    this.high.show(roundedWithin(high, span));
+    this.unit.textContent = info.valueUnit;
+    this.slider.setAttribute("aria-valuemin", String(info.min));
+    this.slider.setAttribute("aria-valuemax", String(info.max));
+    this.slider.setAttribute("aria-valuenow", String((low + high) / 2));
+    this.slider.setAttribute("aria-valuetext", `level ${roundedWithin((low + high) / 2, span)}, window ${inDigits(span)}`);
   }
 
   // Null: it is not shown.
   get words(): LegendWords | null {
-    const [name, low, high] = [this.name, this.low, this.high].map(({ textContent }) => textContent ?? "");
-    return this.element.hidden || !this.settings ? null : { map: this.settings[this.names.colors], name, low, high };
+    const { settings, info } = this;
+    if (this.element.hidden || !settings || !info) return null;
+    const { low, high } = this.scale(settings, info);
+    const [first, last] = [low, high].map((value) => String(roundedWithin(value, high - low)));
+    const unit = info.valueUnit && ` ${info.valueUnit}`;
+    return { map: settings[this.names.colors], name: this.name.textContent ?? "", low: first, high: last + unit };
   }
 
-  private window(settings: Settings, info: LegendValues): { low: number; high: number } {
-    return windowOf(settings[this.names.level], settings[this.names.width], info);
+  // The value of the first or the last color, typed. Ends in the wrong order are not taken.
+  private endInput(which: string, entered: (value: number, ends: Ends) => Ends): Control<number | null> {
+    return numberInput(`Value of the ${which} color of ${this.names.label}`, (value) => {
+      const { settings, info } = this;
+      if (!settings || !info) return;
+      const { low, high } = entered(value, this.scale(settings, info));
+      if (low < high) this.turn({ [this.names.level]: (low + high) / 2, [this.names.width]: high - low }, false);
+      else this.show(settings, info, this.name.textContent ?? "");
+    }, () => this.reset());
+  }
+
+  private scale(settings: Settings, info: LegendValues): Ends & { isLog: boolean } {
+    return scaleOf(settings[this.names.level], settings[this.names.width], settings[this.names.isLog], info);
+  }
+
+  private reset(): void {
+    this.turn({ [this.names.level]: null, [this.names.width]: null }, false);
   }
 
   private listen(): void {
-    const { element } = this;
+    const { slider } = this;
     let last: { x: number; y: number } | null = null;
-    element.addEventListener("pointerdown", (event) => {
+    slider.addEventListener("pointerdown", (event) => {
       if (event.button !== 0) return;
-      element.setPointerCapture(event.pointerId);
+      slider.setPointerCapture(event.pointerId);
       last = { x: event.clientX, y: event.clientY };
     });
-    element.addEventListener("pointermove", (event) => {
+    slider.addEventListener("pointermove", (event) => {
       if (!last) return;
       this.move((event.clientX - last.x) / 250, (last.y - event.clientY) / 150, true);
       last = { x: event.clientX, y: event.clientY };
@@ -92,10 +127,10 @@ export class Legend {
       if (last) this.move(0, 0, false);
       last = null;
     };
-    element.addEventListener("pointerup", end);
-    element.addEventListener("pointercancel", end);
-    element.addEventListener("dblclick", () => this.turn({ [this.names.level]: null, [this.names.width]: null }, false));
-    element.addEventListener("keydown", (event) => {
+    slider.addEventListener("pointerup", end);
+    slider.addEventListener("pointercancel", end);
+    slider.addEventListener("dblclick", () => this.reset());
+    slider.addEventListener("keydown", (event) => {
       const step = keys[event.key];
       if (!step) return;
       event.preventDefault();
@@ -108,11 +143,12 @@ export class Legend {
   private move(sideways: number, upwards: number, isDragging: boolean): void {
     const { info, settings } = this;
     if (!info || !settings) return;
-    const { low, high } = this.window(settings, info);
+    const { low, high } = windowOf(settings[this.names.level], settings[this.names.width], info);
     const all = (info.usual?.width ?? info.max - info.min) || 1;
     const level = Math.min(info.max, Math.max(info.min, (low + high) / 2 + sideways * all));
     const windowWidth = Math.min(2 * (info.max - info.min || 1), Math.max(all / 2000, (high - low) * Math.exp(2 * upwards)));
-    const turned = { [this.names.level]: Number(level.toPrecision(6)), [this.names.width]: Number(windowWidth.toPrecision(6)) };
+    const digits = windowWidth / 1000;
+    const turned = { [this.names.level]: roundedWithin(level, digits), [this.names.width]: roundedWithin(windowWidth, digits) };
     this.turn(turned, isDragging);
   }
 }

@@ -24,7 +24,6 @@ import { type DownloadsPart, downloadsPart, type DownloadsEvents } from "./downl
 export interface PanelEvents extends DownloadsEvents, BookmarksEvents, LabelsEvents {
   reset: () => void;
   roll: (radians: number) => void;
-  keepLargest: (surface: number) => void; // All of its components but the largest are hidden.
 }
 
 export class Panel {
@@ -59,9 +58,9 @@ export class Panel {
       change({ ...defaults, dataset, theme });
       events.reset();
     });
-    const isovalue = (this.isovalue = isovaluePart(change, events.keepLargest));
+    const isovalue = (this.isovalue = isovaluePart(change));
     const accuracy = (this.accuracy = accuracyPart(change, this.expected));
-    const surfaces = (this.surfaces = surfacesPart(change, events.keepLargest));
+    const surfaces = (this.surfaces = surfacesPart(change));
     const series = (this.series = seriesPart(change));
     const labels = (this.labels = labelsPart(change, events));
     this.ofValues = [

@@ -132,7 +132,8 @@ export class StatusBar {
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
     const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "asking the server";
-    this.say(isFirst ? "First preview…" : "Refining…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is coming`);
+    // Until then the surface before is shown, and the seal is about that one.
+    this.say(!isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is coming`);
   }
 
   private timeLeft({ progress: { isStreaming, step, tilesReceived, tilesToCome } }: SurfacesStatus): string {

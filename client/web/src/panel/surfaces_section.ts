@@ -12,6 +12,7 @@ import { suggestedIsovalue } from "../stream/request";
 import { accuracyOf } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
+import { mainTissues, tissueAtValue, type WindowedDataset } from "../shared/sample_window";
 import { componentWords, componentFilter, hidesAny } from "./component_filter";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
@@ -22,7 +23,7 @@ export interface SurfacesPart extends PanelSection {
   showProgress: (surface: number, progress: Progress) => void;
 }
 
-export function surfacesPart(change: Change, keepLargest: (surface: number) => void): SurfacesPart {
+export function surfacesPart(change: Change): SurfacesPart {
   let settings: Settings;
   let info: DatasetInfo | null = null;
   let datasets: readonly DatasetInfo[] = [];
@@ -41,7 +42,7 @@ export function surfacesPart(change: Change, keepLargest: (surface: number) => v
     const row = surfaceRow(at, (changes, isDragging) => change(withSurface(settings, at, changes), isDragging), () => {
       change(withoutSurface(settings, at));
       add.focus(); // What had the keyboard is gone.
-    }, () => keepLargest(at));
+    });
     list.append(row.element);
     rows.set(at, row);
     return row;
@@ -72,10 +73,20 @@ export function surfacesPart(change: Change, keepLargest: (surface: number) => v
   };
 }
 
-// The suggested value that is farthest from those that have a surface; else one between the last and the largest.
-export function nextIsovalue(used: readonly number[], { suggestedIsovalues, max }: Pick<DatasetInfo, "suggestedIsovalues" | "max">): number {
+// The suggested value that is farthest from those that have a surface, of a body rather skin or bone, unless that is shown, and
+// rather any tissue than air; else one between the last and the largest.
+export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pick<DatasetInfo, "suggestedIsovalues">): number {
+  const { suggestedIsovalues, max } = info;
   const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));
-  const fresh = suggestedIsovalues.filter((value) => !used.includes(value));
+  const shownTissues = used.map((value) => tissueAtValue(value, info));
+  const rank = (value: number) => {
+    const tissue = tissueAtValue(value, info);
+    if (tissue === "" || shownTissues.includes(tissue)) return 0;
+    return mainTissues.includes(tissue) ? 2 : 1;
+  };
+  const unused = suggestedIsovalues.filter((value) => !used.includes(value));
+  const best = Math.max(...unused.map(rank));
+  const fresh = unused.filter((value) => rank(value) === best);
   if (fresh.length === 0) return Number(((Math.max(...used) + max) / 2).toPrecision(5));
   return fresh.reduce((best, value) => (distance(value) > distance(best) ? value : best));
 }
@@ -89,7 +100,6 @@ function surfaceRow(
   at: number,
   change: (changes: Partial<SurfaceSettings>, isDragging?: boolean) => void,
   remove: () => void,
-  keepLargest: () => void,
 ): Row {
   const name = `surface ${at + 1}`;
   const color = h("input", { type: "color", "aria-label": `Color of ${name}` });
@@ -111,7 +121,8 @@ function surfaceRow(
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
   material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
   const filter = componentFilter(name, {
-    hide: (minComponent) => change({ minComponent }), showHidden: () => change({ hiddenParts: [] }), keepLargest,
+    hide: (minComponent) => change({ minComponent, largestOnly: false }), showHidden: () => change({ hiddenParts: [] }),
+    keepLargest: (largestOnly) => change({ largestOnly }),
   });
   const state = h("span", { class: "surface-state" });
   const dataset = h("span", { class: "surface-dataset", hidden: true });

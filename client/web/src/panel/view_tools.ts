@@ -30,7 +30,7 @@ export function viewTools(acts: ViewActions): { element: HTMLElement; show: (set
     ...directions.map(([word, x, y, z]) =>
       button(word, `${word} view`, `The ${word.toLowerCase()} of what is upright in the picture.`, () => acts.lookUpright([x, y, z]))),
     slices,
-    button("Fullscreen", "Fullscreen", "The picture alone (Z).", acts.fullScreen),
+    button("Full", "Fullscreen", "The picture alone (Z).", acts.fullScreen),
     button("?", "How to use it", "Mouse, fingers and keys (?).", acts.help));
   return { element, show: ({ layout }) => slices.setAttribute("aria-pressed", String(layout === "four")) };
 }

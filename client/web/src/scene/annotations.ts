@@ -1,13 +1,21 @@
-// What exported pictures have over the scene: the scale bar, the axes, the legends with their units, and what is measured. All of
+// What exported pictures have over the scene: the scale bar, the numbers along the box, the axes, the legends with their units, and what is measured. All of
 // it is drawn at the size that it has on the screen.
 import { gradientOf, type LegendWords } from "../shared/color_maps";
 
 export interface Annotations {
   scale: { pixels: number; text: string } | null; // CSS pixels.
+  numbers: readonly WrittenNumber[]; // Along the box of the data.
   axes: readonly Arm[]; // In the order in which they are drawn.
   legends: LegendWords[];
   points: { x: number; y: number; note: string }[]; // In CSS pixels from the left and from above.
-  words: string[]; // What was measured.
+  words: string[]; // What is shown, and what was measured.
+}
+
+// Its middle, in CSS pixels from the left and from above.
+export interface WrittenNumber {
+  text: string;
+  x: number;
+  y: number;
 }
 
 // One end of an axis of the world.
@@ -25,7 +33,7 @@ const axisColors = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
 
 // `ratio`: pixels of the canvas for one of the screen; `ink` and `paper`: colors of words and what lies around them.
-export function annotate(context: CanvasRenderingContext2D, { scale, axes, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
+export function annotate(context: CanvasRenderingContext2D, { scale, numbers, axes, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
   context.save();
   context.scale(ratio, ratio);
   const [width, height] = [context.canvas.width / ratio, context.canvas.height / ratio];
@@ -39,6 +47,7 @@ export function annotate(context: CanvasRenderingContext2D, { scale, axes, legen
     context.fillStyle = ink;
     context.fillText(text, x, y);
   };
+  for (const { text, x, y } of numbers) write(text, x, y + 4.5, "center");
   if (scale) {
     const [left, right, bottom] = [width - margin - scale.pixels, width - margin, height - margin];
     context.strokeStyle = ink;

@@ -12,16 +12,25 @@ export class FieldColors {
     fieldNone: { value: new THREE.Color() }, // Where there is no value.
   };
   private map: ColorMap | null = null;
+  private look = ""; // All that the uniforms were set from.
 
-  setRange(low: number, high: number): void {
-    this.uniforms.fieldRange.value.set(low, high);
-  }
+  // `changed` is called when surfaces have other colors from now on.
+  constructor(private readonly changed: () => void) {}
 
-  setLook({ map, ...scale }: ColorScale, noValue: string): void {
+  // `range`: what the surfaces' numbers span, in values. `noValue`: the color where the field has no value.
+  setLook({ map, ...scale }: ColorScale, range: { min: number; max: number }, noValue: string): void {
+    const look = JSON.stringify([map, scale, range.min, range.max, noValue]);
+    if (look === this.look) return;
+    this.look = look;
+    this.uniforms.fieldRange.value.set(range.min, range.max);
     this.uniforms.fieldEnds.value.set(...endsOf(scale));
     this.uniforms.fieldIsLog.value = scale.isLog;
     this.uniforms.fieldNone.value.set(noValue);
-    if (map === this.map) return;
+    if (map !== this.map) this.setMap(map);
+    this.changed();
+  }
+
+  private setMap(map: ColorMap): void {
     this.uniforms.fieldColors.value?.dispose();
     const row = new THREE.DataTexture(colorRow(map, 256), 256, 1);
     row.colorSpace = THREE.SRGBColorSpace;

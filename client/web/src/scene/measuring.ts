@@ -12,7 +12,9 @@ import { boundOf } from "../shown_surface";
 import { labelName } from "../state/series";
 import { type MeasuredPlace, mostNote, mostPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
+import type { ShownTiles } from "../surface_set";
 import type { TilePool } from "../workers/tile_pool";
+import type { MeasuredPart } from "../workers/worker_messages";
 import type { Picked } from "./picking";
 import type { Stage } from "./stage";
 
@@ -26,7 +28,7 @@ export interface Measurement {
 
 interface Place extends MeasuredPlace {
   index: Vec3; // In samples.
-  surface: Picked["surface"];
+  surface: { tiles: ShownTiles; part: MeasuredPart } | null; // Null: it lies on no surface that is shown.
 }
 
 export class Measuring {
@@ -35,6 +37,8 @@ export class Measuring {
   private info: DatasetInfo | null = null;
   private places: Place[] = [];
   private readonly dots: HTMLElement[] = [];
+  private readonly partLine = h("div");
+  private isPartMeasured = false; // The part of the place that was picked last.
   private readonly drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   private readonly line = document.createElementNS("http://www.w3.org/2000/svg", "polyline");
 
@@ -54,7 +58,7 @@ export class Measuring {
     const bound = surface ? boundOf(surface.tiles.shown) : 0; // A plane lies exactly where it is.
     const before = this.places.length < mostPlaces && this.info === info ? this.places : [];
     this.info = info;
-    this.places = [...before, { world, index, bound, surface }];
+    this.places = [...before, { world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
     this.emitChange();
   }
 
@@ -62,6 +66,20 @@ export class Measuring {
     if (this.places.length === 0) return;
     this.places = [];
     this.emitChange();
+  }
+
+  // Another step of a surface is shown: what was measured of the part before is out of date, and is measured anew when the final
+  // step is there. At another isovalue the place lies on no surface.
+  replaced(tiles: ShownTiles): void {
+    const last = this.places[this.places.length - 1];
+    const before = last?.surface?.tiles;
+    if (!before || before.at !== tiles.at || before.shown === tiles.shown) return;
+    const { info, resolution, facts } = tiles.shown;
+    const isSame = info.name === before.shown.info.name && facts.isovalue === before.shown.facts.isovalue;
+    const place = applied(inverse(latticeToWorld(info, resolution)), last.world);
+    last.surface = isSame ? { tiles, part: { place } } : null;
+    this.writePart(last);
+    if (isSame && this.isPartMeasured && facts.isFinal) void this.measurePart(last.surface!);
   }
 
   // The places that the settings have; of those that were picked here more is known.
@@ -141,7 +159,13 @@ export class Measuring {
     const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
     this.element.append(this.noteInput(places.length - 1));
-    if (last.surface) this.element.append(this.partButton(last.surface), this.hideButton(last.surface, last.world));
+    this.element.append(this.partLine);
+    this.isPartMeasured = false;
+    this.writePart(last);
+  }
+
+  private writePart({ surface, world }: Place): void {
+    this.partLine.replaceChildren(...(surface ? [this.partButton(surface), this.hideButton(surface, world)] : []));
   }
 
   private lengths(): string[] {
@@ -171,19 +195,23 @@ export class Measuring {
     return line;
   }
 
-  private partButton({ tiles, hit }: NonNullable<Picked["surface"]>): HTMLElement {
+  private partButton(surface: NonNullable<Place["surface"]>): HTMLElement {
     const button = h("button", { type: "button", class: "measure-part" }, "Measure this part");
-    button.addEventListener("click", async () => {
-      const { shown, drawn } = tiles;
-      const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
-      const found = await this.pool.measure(drawn, toWorld, hit).catch(() => null);
-      const words = partWords(found, shown.info, boundOf(shown), shown.facts.isCertified && shown.facts.errorWorld === 0);
-      if (button.isConnected) button.replaceWith(h("p", { class: "part" }, ...words));
-    });
+    button.addEventListener("click", () => void this.measurePart(surface));
     return button;
   }
 
-  private hideButton({ tiles }: NonNullable<Picked["surface"]>, world: Vec3): HTMLElement {
+  private async measurePart(surface: NonNullable<Place["surface"]>): Promise<void> {
+    const { tiles: { shown, drawn }, part } = surface;
+    this.isPartMeasured = true;
+    const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
+    const found = await this.pool.measure(drawn, toWorld, part).catch(() => null);
+    const words = partWords(found, shown.info, boundOf(shown), shown.facts.isCertified && shown.facts.errorWorld === 0);
+    if (this.places[this.places.length - 1]?.surface !== surface) return; // Another place, or another step of the surface.
+    this.partLine.querySelector(".measure-part")?.replaceWith(h("p", { class: "part" }, ...words));
+  }
+
+  private hideButton({ tiles }: NonNullable<Place["surface"]>, world: Vec3): HTMLElement {
     const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
     button.addEventListener("click", () => {
       this.forget();
@@ -223,10 +251,19 @@ function partWords(
 ): (Node | string)[] {
   if (!found) return ["The surface has changed meanwhile; pick again."];
   const { area, volume, triangles } = found;
-  const enclosed = volume === null ? "not closed, encloses no volume"
-    : `volume ${volumeText(volume, info, bound === null ? null : bound * area)}`;
+  const off = bound === null ? null : bound * area;
+  const enclosed = volume === null ? "not closed, encloses no volume" : `volume ${volumeText(volume, info, off)}`;
   return [
     h("b", {}, `Area ${areaText(area, info, isFullResolution)}, ${enclosed}`),
-    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})`),
+    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})${remedy(volume, off, isFullResolution)}`),
   ];
+}
+
+// What to do for a volume, or for one with a narrower bound; empty: nothing.
+export function remedy(volume: number | null, bound: number | null, isFullResolution: boolean): string {
+  if (volume === null) {
+    return ". The border of the data cuts it open: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";
+  }
+  const isWide = bound === null || bound > 0.02 * volume;
+  return isWide && !isFullResolution ? ". The quality Exact narrows the bound." : "";
 }

@@ -6,6 +6,7 @@ import { applied, lengthText, type Vec3 } from "../stream/dataset";
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
 import { inDigits } from "../shared/quantities";
+import type { WrittenNumber } from "./annotations";
 import { disposeTree } from "./dispose_tree";
 import { layers } from "./layers";
 import type { Stage } from "./stage";
@@ -29,6 +30,7 @@ export class SceneDecorations {
   readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];
+  private written: WrittenNumber[] = [];
   private edges: Edge[][] = [[], [], []]; // Four of each axis.
   private middle = new THREE.Vector3();
   private dataset: DatasetInfo | null = null; // Before there is one, no length means anything.
@@ -72,6 +74,11 @@ export class SceneDecorations {
     return this.scaleBar.hidden || !(pixels > 0) ? null : { pixels, text: this.scaleBar.textContent ?? "" };
   }
 
+  // The numbers that are seen.
+  get writtenNumbers(): readonly WrittenNumber[] {
+    return this.numbers.hidden ? [] : this.written;
+  }
+
   private drawScale(): void {
     if (!this.dataset) return;
     const wanted = this.stage.unitsOf(110);
@@ -86,7 +93,7 @@ export class SceneDecorations {
 
   private drawNumbers(): void {
     if (this.numbers.hidden) return;
-    let used = 0;
+    this.written = [];
     const centre = this.stage.project(this.middle);
     for (const edges of centre ? this.edges : []) {
       const seen = edges.map(({ from, to }) => [this.stage.project(from), this.stage.project(to)] as const);
@@ -103,13 +110,16 @@ export class SceneDecorations {
         const share = (value - low) / (high - low);
         const x = a.x + share * (b.x - a.x) + outwards * nx;
         const y = a.y + share * (b.y - a.y) + outwards * ny;
-        this.write(used++, inDigits(value, 6), x, y);
+        this.write(inDigits(value, 6), x, y);
       }
     }
-    for (const label of this.labels.slice(used)) label.hidden = true;
+    for (const label of this.labels.slice(this.written.length)) label.hidden = true;
   }
 
-  private write(at: number, text: string, x: number, y: number): void {
+  // Where another number is not in the way.
+  private write(text: string, x: number, y: number): void {
+    if (this.written.some((other) => Math.abs(other.y - y) < 14 && Math.abs(other.x - x) < 4 * (text.length + other.text.length))) return;
+    const at = this.written.push({ text, x, y }) - 1;
     const label = (this.labels[at] ??= this.numbers.appendChild(h("span")));
     label.hidden = false;
     if (label.textContent !== text) label.textContent = text;

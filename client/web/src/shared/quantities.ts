@@ -54,6 +54,13 @@ export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
 
+// A number among others that span `span`: at least four digits, and three of the span, so that they can be told apart.
+export function roundedWithin(value: number, span: number): number {
+  const decade = (of: number) => Math.floor(Math.log10(Math.abs(of)));
+  const digits = value === 0 || !(span > 0) ? 4 : decade(value) - decade(span) + 3;
+  return Number(value.toPrecision(Math.min(15, Math.max(4, digits))));
+}
+
 // "1 voxel", "2 voxels".
 export function counted(value: number, noun: string, digits = 3): string {
   return `${inDigits(value, digits)} ${noun}${value === 1 ? "" : "s"}`;

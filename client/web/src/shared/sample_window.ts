@@ -25,6 +25,7 @@ const tissues = [
   { from: 2000, name: "enamel, metal" }, { from: 130, name: "bone" }, { from: -150, name: "soft tissue" },
   { from: -500, name: "skin" }, { from: -Infinity, name: "" },
 ];
+export const mainTissues: readonly string[] = ["skin", "bone"]; // Surfaces of these are looked at most.
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
 const backgroundShare = 0.15; // The share of all samples, and of the range from its low end, of a background's peak.
 

@@ -1,4 +1,4 @@
-// Which components of a surface are hidden: small ones, and single ones that were picked.
+// Which components of a surface are hidden: small ones, single ones that were picked, or all but the largest.
 import type { Vec3 } from "../stream/dataset";
 
 export interface HiddenParts {
@@ -6,19 +6,21 @@ export interface HiddenParts {
   // World coordinates: the component nearest to each place. It is the same one in steps of any error, as long as the
   // places of another component are farther away than the error.
   places: readonly Vec3[];
+  largestOnly?: boolean; // Of the others only the one with the largest box is shown, whatever the step; absent: false.
 }
 
 export const nothingHidden: HiddenParts = { minComponent: 0, places: [] };
 
-export function isNothingHidden({ minComponent, places }: HiddenParts): boolean {
-  return minComponent === 0 && places.length === 0;
+export function isNothingHidden({ minComponent, places, largestOnly }: HiddenParts): boolean {
+  return minComponent === 0 && places.length === 0 && !largestOnly;
 }
 
 export function hidesTheSame(a: HiddenParts, b: HiddenParts): boolean {
-  return a.minComponent === b.minComponent && String(a.places) === String(b.places);
+  return a.minComponent === b.minComponent && !!a.largestOnly === !!b.largestOnly && String(a.places) === String(b.places);
 }
 
 // The hidden parts of a surface of the settings.
-export function hiddenPartsOf({ minComponent = 0, hiddenParts = [] }: { minComponent?: number; hiddenParts?: readonly Vec3[] }): HiddenParts {
-  return { minComponent, places: hiddenParts };
+export function hiddenPartsOf(surface: { minComponent?: number; hiddenParts?: readonly Vec3[]; largestOnly?: boolean }): HiddenParts {
+  const { minComponent = 0, hiddenParts = [], largestOnly = false } = surface;
+  return { minComponent, places: hiddenParts, largestOnly };
 }

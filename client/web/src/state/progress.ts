@@ -60,7 +60,7 @@ export interface Progress {
   // The server is busy: why, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
   heldBack: SurfaceSize | null; // The size of the requested surface, of which less was sent.
-  // A second field on the surface: the range of its values, and the largest difference between the field and the
+  // A second field on the shown surface: the range of its values, and the largest difference between the field and the
   // interpolated colors.
   scalars: { low: number; high: number; deviation: number } | null;
   // One sentence for the user, and how bad it is.

@@ -47,6 +47,7 @@ export interface AdditionalSurface {
   minComponent?: number; // In samples, as for the first surface; default 0.
   hiddenParts?: readonly [number, number, number][]; // As for the first surface; default: none.
   material?: Material; // Default: neutral.
+  largestOnly?: boolean; // As for the first surface; default: no.
 }
 
 export interface Settings {
@@ -65,12 +66,13 @@ export interface Settings {
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly AdditionalSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  color: string; // Of the first surface, as are the next five.
+  color: string; // Of the first surface, as are the next six.
   material: Material;
   opacity: number;
   visible: boolean;
   minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
   hiddenParts: readonly [number, number, number][]; // World coordinates: the component nearest to each is hidden.
+  largestOnly: boolean; // Every component but the one with the largest bounding box is hidden.
   colorBy: string; // A dataset whose values color the surfaces; empty: none.
   colors: ColorMap; // These three are settings of those values.
   fieldLevel: number | null;
@@ -127,6 +129,7 @@ export const defaults: Settings = {
   visible: true,
   minComponent: 0,
   hiddenParts: [],
+  largestOnly: false,
   colorBy: "",
   colors: "viridis",
   fieldLevel: null,

@@ -18,16 +18,16 @@ const outerOpacity = 0.35;
 const colors = ["#e0cdb4", "#d9775f", "#7fb3d5", "#e6c65c", "#8fc9a3", "#b7a3d9", "#d99bc4", "#9aa5b3"];
 
 export function surfacesOf(settings: Settings): SurfaceSettings[] {
-  const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material } = settings;
-  return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material }, ...settings.surfaces];
+  const { isovalue, error, color, opacity, visible, minComponent, hiddenParts, material, largestOnly } = settings;
+  return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material, largestOnly }, ...settings.surfaces];
 }
 
 // The request for this surface alone. Null: there is none.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;
-  const { minComponent, hiddenParts, material } = defaults; // The first one's settings do not apply to others.
-  return { ...settings, minComponent, hiddenParts, material, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
+  const { minComponent, hiddenParts, material, largestOnly } = defaults; // The first one's settings do not apply to others.
+  return { ...settings, minComponent, hiddenParts, material, largestOnly, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 
 // Parts that were hidden belong to one isovalue: at another one all are shown.
@@ -41,13 +41,6 @@ export function withSurface(settings: Settings, at: number, given: Partial<Surfa
   const { isovalue, ...rest } = change;
   const own = isovalue === undefined || isovalue === null ? rest : { ...rest, isovalue };
   return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
-}
-
-// The size, in samples, from which on components are shown if only the largest one is to be. `diagonals`: the two longest, in
-// lattice steps, of which a sample has `steps`. Null: they are alike.
-export function justAbove([first, second]: readonly [number, number], steps: number): number | null {
-  const least = Number(((second / steps) * (1 + 2e-5)).toPrecision(6)); // Addresses have six digits.
-  return least <= first / steps ? least : null;
 }
 
 type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
@@ -79,9 +72,10 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   if (at > 0) return { surfaces };
   const [next, ...rest] = settings.surfaces;
   if (!next) return {};
-  const { dataset, minComponent = defaults.minComponent, hiddenParts = defaults.hiddenParts, material = defaults.material, ...look } = next;
+  const { dataset, ...look } = next;
+  const { minComponent, hiddenParts, material, largestOnly } = { ...defaults, ...look };
   const own = dataset || settings.dataset;
   // Those that were of the first one's dataset still are.
   const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
-  return { ...look, minComponent, hiddenParts, material, dataset: own, error: next.error ?? settings.error, surfaces: kept };
+  return { ...look, minComponent, hiddenParts, material, largestOnly, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

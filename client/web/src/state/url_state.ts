@@ -87,6 +87,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("visible", yes("visible"));
   set("minComponent", number("minComponent", 0, maxMinComponent));
   set("hiddenParts", partsFrom(parameters.get("hiddenParts"), ";", ","));
+  set("largestOnly", yes("largestOnly"));
   set("surfaces", surfacesFrom(parameters.get("surfaces") ?? null));
   set("logScale", yes("logScale"));
   set("playing", yes("playing"));
@@ -148,7 +149,7 @@ const plainNames = [
   "maxTriangles", "simplify", "shading", "wireframe", "coloring", "clip", "clipAt", "clipFlipped", "filled",
   "slice", "sliceAt", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
-  "projection", "occlusion", "material", "opacity", "visible", "minComponent", "logScale", "playing", "speed", "loop", "theme",
+  "projection", "occlusion", "material", "opacity", "visible", "minComponent", "largestOnly", "logScale", "playing", "speed", "loop", "theme",
 ] as const;
 
 function short(value: number): string {
@@ -157,12 +158,15 @@ function short(value: number): string {
 
 // "300.5,d9775f,0.4": isovalue, color and opacity; an error of its own as fourth (empty: none), "hidden"
 // as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, the
-// samples of the smallest component that is shown as seventh, a material as eighth, and its hidden parts as ninth: "1:2:3/4:5:6".
-function surfaceText({ dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral", hiddenParts = [] }: AdditionalSurface): string {
+// samples of the smallest component that is shown as seventh, a material as eighth, its hidden parts as ninth: "1:2:3/4:5:6",
+// and "largest" as tenth where only the largest component is shown.
+function surfaceText(surface: AdditionalSurface): string {
+  const { dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral", hiddenParts = [] } = surface;
   const words = [
     isovalue, color.slice(1), opacity === 1 ? "" : short(opacity), error === null ? "" : short(error),
     visible ? "" : "hidden", dataset.replace(/[,;%]/g, encodeURIComponent), minComponent === 0 ? "" : short(minComponent),
     material === "neutral" ? "" : material, hiddenParts.map((part) => part.map(short).join(":")).join("/"),
+    surface.largestOnly ? "largest" : "",
   ];
   return words.join(",").replace(/,+$/, "");
 }
@@ -170,7 +174,7 @@ function surfaceText({ dataset = "", isovalue, error, color, opacity, visible, m
 function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
   if (!text) return undefined;
   const surfaces = text.split(";").map((one): AdditionalSurface | null => {
-    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText, partsText] = one.split(",");
+    const [value, colorText, opacityText, errorText, hidden, name, leastText, materialText, partsText, largest] = one.split(",");
     const [isovalue] = numbersFrom(value, 1) ?? [];
     const [opacity] = numbersFrom(opacityText || "1", 1) ?? [];
     const [error] = errorText ? (numbersFrom(errorText, 1) ?? [NaN]) : [null];
@@ -183,11 +187,12 @@ function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
     if (minComponent === undefined || !(minComponent >= 0 && minComponent <= maxMinComponent)) return null;
     const material = materials.find((word) => word === (materialText || "neutral"));
     const hiddenParts = partsText ? partsFrom(partsText, "/", ":") : [];
-    if (!material || !hiddenParts) return null;
+    if (!material || !hiddenParts || (largest && largest !== "largest")) return null;
     const surface = { isovalue, error, color, opacity, visible: hidden !== "hidden" };
     return {
       ...(dataset ? { dataset } : {}), ...surface, ...(minComponent > 0 ? { minComponent } : {}),
       ...(material !== "neutral" ? { material } : {}), ...(hiddenParts.length > 0 ? { hiddenParts } : {}),
+      ...(largest ? { largestOnly: true } : {}),
     };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;

@@ -2,14 +2,15 @@
 // normals agree where tiles meet, finds the components that are drawn, finds what a ray hits and a
 // plane cuts of the drawn triangles, measures parts, and writes files.
 import { cutLine } from "../mesh/cut";
-import { massProperties } from "../mesh/mass_properties";
+import { type MassProperties, massProperties } from "../mesh/mass_properties";
 import { meshFile } from "../mesh/mesh_files";
 import { pack } from "../mesh/normals";
+import { nearestTriangle } from "../mesh/nearest_component";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
 import { type DataBorder, joined } from "../mesh/boundary_matcher";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
-import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, PickRay, Selection } from "./worker_messages";
+import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
 
 const tiles = new Map<string, KeptTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
@@ -47,17 +48,19 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
 }
 
 // With the triangles that are drawn, and no others. Cached: picking and cutting need the same again and again.
-async function allDrawn({ ids, leastDiagonal, hidden }: Drawn): Promise<KeptTile[]> {
+async function allDrawn(which: Drawn): Promise<KeptTile[]> {
+  const { ids, leastDiagonal, hidden, largestOnly = false } = which;
   const whole = await all(ids);
-  if (leastDiagonal === 0 && hidden.length === 0) return whole;
-  const name = `${leastDiagonal} ${hidden.join(";")} ${ids.join(" ")}`;
-  const found = drawn.find((one) => one.name === name) ?? { name, tiles: withDrawnComponents(whole, leastDiagonal, hidden) };
+  if (leastDiagonal === 0 && hidden.length === 0 && !largestOnly) return whole;
+  const name = `${leastDiagonal} ${largestOnly} ${hidden.join(";")} ${ids.join(" ")}`;
+  const found = drawn.find((one) => one.name === name) ?? { name, tiles: withDrawnComponents(whole, which) };
   drawn = [...drawn.filter((one) => one !== found), found].slice(-mostDrawn);
   return found.tiles;
 }
 
-async function selected({ ids, leastDiagonal, hidden }: Drawn): Promise<Selection> {
-  const { tiles: parts, ...counts } = drawnComponents(await all(ids), leastDiagonal, hidden);
+async function selected(which: Drawn): Promise<Selection> {
+  const { ids } = which;
+  const { tiles: parts, ...counts } = drawnComponents(await all(ids), which);
   return { ...counts, parted: parts.flatMap((part, i) => (part ? [{ id: ids[i], ...part }] : [])) };
 }
 
@@ -101,6 +104,12 @@ function pick(shown: KeptTile[], { origin, direction, kept }: PickRay): Hit | nu
   return nearestHit(shown, origin, direction, kept);
 }
 
+function measured(shown: KeptTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
+  if (!part || !("place" in part)) return massProperties(shown, toWorld, part);
+  const nearest = nearestTriangle(shown, part.place);
+  return nearest && massProperties(shown, toWorld, nearest);
+}
+
 async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
   switch (request.kind) {
     case "certify":
@@ -110,7 +119,7 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
     case "pick":
       return pick(await allDrawn(request.drawn), request.ray);
     case "measure":
-      return massProperties(await allDrawn(request.drawn), request.toWorld, request.at);
+      return measured(await allDrawn(request.drawn), request.toWorld, request.at);
     case "scalars": {
       const [tile] = await all([request.id]);
       return scalarAttribute(tile.positions, request.codes, request.bits);

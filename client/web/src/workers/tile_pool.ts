@@ -10,6 +10,7 @@ import type {
   Hit,
   KeeperReply,
   KeeperRequest,
+  MeasuredPart,
   MeshFormat,
   PickRay,
   Selection,
@@ -72,8 +73,8 @@ export class TilePool {
     return this.ask((request) => ({ kind: "pick", request, drawn, ray }));
   }
 
-  // Measures the connected part of the triangle, which a hit of the same drawn tiles has returned; null: all parts.
-  measure(drawn: Drawn, toWorld: number[], at: { id: string; triangle: number } | null): Promise<MassProperties | null> {
+  // Measures a connected part; a triangle is one that a hit of the same drawn tiles has returned. Null: all parts.
+  measure(drawn: Drawn, toWorld: number[], at: MeasuredPart | null): Promise<MassProperties | null> {
     return this.ask((request) => ({ kind: "measure", request, drawn, toWorld, at }));
   }
 

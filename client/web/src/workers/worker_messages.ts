@@ -57,7 +57,7 @@ export type KeeperRequest =
   | { kind: "certify"; request: number; ids: string[]; border: DataBorder }
   | { kind: "select"; request: number; drawn: Drawn }
   | { kind: "pick"; request: number; drawn: Drawn; ray: PickRay }
-  | { kind: "measure"; request: number; drawn: Drawn; toWorld: number[]; at: { id: string; triangle: number } | null }
+  | { kind: "measure"; request: number; drawn: Drawn; toWorld: number[]; at: MeasuredPart | null }
   | { kind: "scalars"; request: number; id: string; codes: Uint8Array; bits: number }
   | { kind: "cut"; request: number; drawn: Drawn; plane: CutPlane }
   | { kind: "file"; request: number; drawn: Drawn; format: MeshFormat; toWorld: number[] };
@@ -67,7 +67,11 @@ export interface Drawn {
   ids: readonly string[];
   leastDiagonal: number; // The shortest diagonal of a component's bounding box, in lattice steps; 0: all are drawn.
   hidden: readonly (readonly number[])[]; // Lattice coordinates: the component nearest to each is not drawn.
+  largestOnly?: boolean; // Of the rest only the component with the longest diagonal is drawn; absent: false.
 }
+
+// A connected part of a surface: that of a triangle of a tile, as it is drawn, or the nearest one to a place in lattice coordinates.
+export type MeasuredPart = { id: string; triangle: number } | { place: readonly number[] };
 
 // In lattice coordinates.
 export interface PickRay {
@@ -96,7 +100,6 @@ export interface Selection {
   shown: number; // Components that are drawn.
   triangles: number; // That are drawn.
   largest: LatticeBox | null; // Around the largest component; null: none is drawn.
-  diagonals: [number, number]; // The two longest of the whole step, in lattice steps; 0 where there is none.
   // For each tile that is not drawn as a whole all triangles, drawn ones first, and the number of drawn ones.
   parted: { id: string; triangles: Triangles; shown: number }[];
 }
