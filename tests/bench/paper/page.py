@@ -162,8 +162,8 @@ def few_triangles(measured):
     few = [size["isovalue"] for size in sizes if size["triangles"] <= printed]
     others = min(size["triangles"] for size in sizes if size["triangles"] > printed)
     if not few:
-        return f"Of ours the surface of no isovalue has as few triangles: the least has {count(others)}."
-    return (f"Of {len(sizes)} isovalues over the range of ours, those from {min(few)} to {max(few)} have as few triangles as the "
+        return f"of ours the surface of no isovalue has as few triangles: the least has {count(others)}."
+    return (f"of {len(sizes)} isovalues over the range of ours, those from {min(few)} to {max(few)} have as few triangles as the "
             f"paper's {count(printed)} at error 0, all others {count(others)} and more.")
 
 
@@ -227,9 +227,9 @@ The certified bound keeps more than the paper's error where errors are small, th
 
 {table(header, box_figures(measured), names + ["---:"] * 6)}
 {other}{table(head_header, head_figures(measured), names + ["---:"] * (len(head_header) - 2))}
-*Fused* is the share of the finest level's tetrahedra that are gone. The border between the halves:
+*Fused* is the share of the finest level's tetrahedra that are gone. The border between the halves has no crack:
 
-![The border between the halves: fine triangles to the left, coarse ones to the right, no crack](head_border.png)
+![Fine triangles to the left, coarse ones to the right](head_border.png)
 
 Simplification leaves {count(halves_simplified["triangles"])} of {count(halves["triangles"])} triangles, no open edge, and the same topology.
 
@@ -241,7 +241,7 @@ Simplification leaves {count(halves_simplified["triangles"])} of {count(halves["
   {PAPER["head"][0][0] / head0["tetrahedra"]:.1f} times as many for the head: ours fuses all that do not change this isosurface.
 * **The box at larger errors**: no reading of the paper's guard against flips that we measured (`readings` in [paper.json](paper.json))
   gives its numbers.
-* **The head** has other values than the paper's and one slice less. {few_triangles(measured)} At error 4 the tetrahedra agree
+* **The head**: {few_triangles(measured)} At error 4 the tetrahedra agree
   within {abs(100 * (head4["tetrahedra"] / PAPER["head"][4][0] - 1)):.0f} %.
 
 ## What the conclusions promise
@@ -254,7 +254,7 @@ Simplification leaves {count(halves_simplified["triangles"])} of {count(halves["
   them as a volume, by rays, on one thread of a processor{"" if portrait == "head" else " (pictures of the head that may be shown, figures of the paper's)"}:
 
 {table([""] + [f"error {error}" for error in volumes], [
-    ["picture"] + [f"![The volume at error {error}](volume_{error}.png)" for error in volumes],
+    ["picture"] + [f"![volume](volume_{error}.png)" for error in volumes],
     ["tetrahedra"] + [count(volume["tetrahedra"]) for volume in volumes.values()],
     ["a picture takes"] + [f'{volume["seconds"]:.1f} s' for volume in volumes.values()],
 ])}
