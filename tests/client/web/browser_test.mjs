@@ -696,6 +696,11 @@ async function looksFromTheFront(page) {
     const [x, y, z] = (new URLSearchParams(location.hash.slice(1)).get("eye") ?? "").split(",").map(Number);
     return Math.abs(x - 16) < 2 && Math.abs(y - 16) < 2 && z < -10; // Along z.
   }, null, { timeout: patience });
+  // The small picture in the list follows what is up.
+  const small = '.dataset[aria-pressed="true"] img[src^="data:image/png"]';
+  const src = await page.getAttribute(small, "src");
+  await page.click(".turn-up");
+  await page.waitForFunction(({ small, src }) => document.querySelector(small).src !== src, { small, src }, { timeout: patience });
 }
 
 async function refusesOtherWorlds(page) {
