@@ -115,7 +115,9 @@ async function keepsItsControls(page) {
       .map((one) => `${one.getAttribute("aria-label") ?? one.textContent}: ${Math.round(one.getBoundingClientRect().top)}`)
       .join("\n");
     window.arrangements = new Set();
+    window.states = new Set();
     const look = () => {
+      window.states.add(document.querySelector(".state b").textContent);
       window.arrangements.add(tops());
       requestAnimationFrame(look);
     };
@@ -129,6 +131,7 @@ async function keepsItsControls(page) {
     await page.waitForFunction(() => /Complete|No surface/.test(document.querySelector(".state b").textContent), null, { timeout: patience });
   }
   assert.deepEqual([...await page.evaluate(() => [...window.arrangements])].slice(1), [], "there is one arrangement");
+  assert((await page.evaluate(() => [...window.states])).every((state) => state !== "First preview…"), "a surface was shown before");
 }
 
 async function refinesARegion(page) {
