@@ -702,7 +702,7 @@ async function looksFromTheFront(page) {
   // The small picture in the list follows what is up.
   const small = '.dataset[aria-pressed="true"] img[src^="data:image/png"]';
   const src = await page.getAttribute(small, "src");
-  await page.click(".turn-up");
+  await page.evaluate(() => (location.hash = location.hash.replace(/up=[^&]*/, "up=y")));
   await page.waitForFunction(({ small, src }) => document.querySelector(small).src !== src, { small, src }, { timeout: patience });
 }
 
