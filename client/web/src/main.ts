@@ -16,12 +16,13 @@ import { Panel } from "./panel/panel";
 import { StatusBar } from "./panel/status_bar";
 import { installTooltips } from "./panel/tooltip";
 import { viewTools } from "./panel/view_tools";
+import type { DatasetInfo } from "./protocol/messages";
 import { Thumbnails } from "./scene/thumbnails";
 import { Bookmarks } from "./state/bookmarks";
-import { type Entry, entriesOf } from "./state/series";
+import { type Entry, entriesOf, isOfOneSeries } from "./state/series";
 import { History } from "./state/history";
 import { forever } from "./state/browser_storage";
-import type { Settings } from "./state/settings";
+import { defaults, type Settings } from "./state/settings";
 import { fromAddress } from "./state/url_state";
 import { Downloads } from "./downloads";
 import { Viewer } from "./viewer";
@@ -43,7 +44,7 @@ const datasets = new DatasetList({
     if (found) whenIdle(() => thumbnails.want(found.info));
   },
 });
-const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer.stage.renderer, (name, picture) => {
+const thumbnails = new Thumbnails(server, () => token.get(), viewer.pool, viewer.stage.renderer, upOf, (name, picture) => {
   for (const entry of entries()) if (entry.info.name === name) datasets.setPicture(entry.name, picture);
   viewer.stage.invalidate();
 });
@@ -131,6 +132,8 @@ settings.watch((now, before) => {
   tools.show(now);
   changes.note(now, before, performance.now());
   showBar(); // Other surfaces may be seen.
+  const turned = now.up !== before.up && entries().find(({ info }) => isShown(info));
+  if (turned) whenIdle(() => thumbnails.want(turned.info));
   panel.showPaused(viewer.isDetailPaused);
 });
 // A graphics card that was taken away has lost all tiles; the address knows the rest.
@@ -149,6 +152,17 @@ function showBar(): void {
     isBarWaiting = false;
     show();
   });
+}
+
+function isShown(info: DatasetInfo): boolean {
+  return viewer.info !== null && (info.name === viewer.info.name || isOfOneSeries(info, viewer.info));
+}
+
+// What is above in the small picture of a dataset: as in the large one, once it was turned to one of the world's axes.
+function upOf(info: DatasetInfo): Settings["up"] {
+  const { up } = settings.get();
+  const isAxis = up.some((part) => Math.abs(part) === 1);
+  return isShown(info) && isAxis ? up : defaults.up;
 }
 
 function entries(): Entry[] {

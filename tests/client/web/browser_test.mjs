@@ -116,7 +116,9 @@ async function keepsItsControls(page) {
       .map((one) => `${one.getAttribute("aria-label") ?? one.textContent}: ${Math.round(one.getBoundingClientRect().top)}`)
       .join("\n");
     window.arrangements = new Set();
+    window.states = new Set();
     const look = () => {
+      window.states.add(document.querySelector(".state b").textContent);
       window.arrangements.add(tops());
       requestAnimationFrame(look);
     };
@@ -130,6 +132,7 @@ async function keepsItsControls(page) {
     await page.waitForFunction(() => /Complete|No surface/.test(document.querySelector(".state b").textContent), null, { timeout: patience });
   }
   assert.deepEqual([...await page.evaluate(() => [...window.arrangements])].slice(1), [], "there is one arrangement");
+  assert((await page.evaluate(() => [...window.states])).every((state) => state !== "First preview…"), "a surface was shown before");
 }
 
 async function refinesARegion(page) {
@@ -699,6 +702,11 @@ async function looksFromTheFront(page) {
     const [x, y, z] = (new URLSearchParams(location.hash.slice(1)).get("eye") ?? "").split(",").map(Number);
     return Math.abs(x - 16) < 2 && Math.abs(y - 16) < 2 && z < -10; // Along z.
   }, null, { timeout: patience });
+  // The small picture in the list follows what is up.
+  const small = '.dataset[aria-pressed="true"] img[src^="data:image/png"]';
+  const src = await page.getAttribute(small, "src");
+  await page.evaluate(() => (location.hash = location.hash.replace(/up=[^&]*/, "up=y")));
+  await page.waitForFunction(({ small, src }) => document.querySelector(small).src !== src, { small, src }, { timeout: patience });
 }
 
 async function refusesOtherWorlds(page) {

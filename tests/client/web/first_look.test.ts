@@ -88,9 +88,10 @@ describe("ExportedPictures", () => {
       },
     }) as unknown as CanvasRenderingContext2D;
     const axes = [{ letter: "R", axis: 0, x: -1, y: 0, isBehind: true }, { letter: "S", axis: 2, x: 0, y: -1, isBehind: false }];
-    annotate(context, { scale: null, numbers: [], axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
-    expect(written.map(([letter]) => letter)).toEqual(["R", "S"]);
-    const [[, rightX, rightY], [, upX, upY]] = written;
+    annotate(context, { scale: null, numbers: [{ text: "20", x: 100, y: 50 }], axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
+    expect(written.map(([letter]) => letter)).toEqual(["20", "R", "S"]);
+    const [number, [, rightX, rightY], [, upX, upY]] = written;
+    expect(number.slice(1)).toEqual([100, 54.5]); // Its middle is where it is on the screen.
     expect(rightX).toBeLessThan(upX);
     expect(upY).toBeLessThan(rightY);
     expect([rightX > 0, rightY < 300]).toEqual([true, true]); // In the corner on the left, below, at the screen's size.

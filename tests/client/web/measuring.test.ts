@@ -1,6 +1,7 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { massProperties } from "../../../client/web/src/mesh/mass_properties";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
+import { remedy } from "../../../client/web/src/scene/measuring";
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
 import { roundedWithin, withBound } from "../../../client/web/src/shared/quantities";
 import { ticks } from "../../../client/web/src/scene/ticks";
@@ -121,6 +122,15 @@ describe("Axes", () => {
     expect(letters(WorldSpace.RAS)).toBe("R L A P S I");
     expect(letters(WorldSpace.UNSPECIFIED)).toBe("x −x y −y z −z");
     expect(axisNames({ space: WorldSpace.RAS })[3].direction).toEqual([0, -1, 0]);
+  });
+});
+
+describe("MeasuredParts", () => {
+  test("SayWhatNarrowsTheirBoundAndWhatClosesThem", () => {
+    expect(remedy(170, 40, false)).toMatch(/Exact/);
+    expect([remedy(170, 1, false), remedy(170, 40, true)]).toEqual(["", ""]);
+    expect(remedy(170, null, false)).toMatch(/Exact/);
+    expect(remedy(null, 40, false)).toMatch(/--outside VALUE --margin 1/);
   });
 });
 

@@ -7,7 +7,7 @@ import { session } from "../state/browser_storage";
 import { defaults } from "../state/settings";
 import { Conversation, type Effect } from "../stream/conversation";
 import { shellModeOf } from "../stream/step_checks";
-import { latticeToWorld } from "../stream/dataset";
+import { latticeToWorld, type Vec3 } from "../stream/dataset";
 import { Link } from "../stream/link";
 import { isosurfaceRequest } from "../stream/request";
 import type { TilePool } from "../workers/tile_pool";
@@ -34,11 +34,12 @@ export class Thumbnails {
     private readonly token: () => string,
     private readonly pool: TilePool,
     private readonly renderer: THREE.WebGLRenderer,
+    private readonly up: (info: DatasetInfo) => Vec3, // What is above in its picture.
     private readonly made: (name: string, picture: string) => void,
   ) {}
 
   want(info: DatasetInfo): void {
-    const kept = session.get(keyOf(info));
+    const kept = session.get(keyOf(info, this.up(info)));
     if (kept) {
       this.made(info.name, kept);
     } else if (!this.queue.includes(info) && this.current !== info) {
@@ -146,7 +147,7 @@ export class Thumbnails {
     ++this.stream;
     this.perform(this.conversation?.cancel() ?? []);
     if (picture) {
-      session.set(keyOf(info), picture);
+      session.set(keyOf(info, this.up(info)), picture);
       this.made(info.name, picture);
     }
     this.current = null;
@@ -156,7 +157,8 @@ export class Thumbnails {
   private async drawn(info: DatasetInfo, keys: string[]): Promise<string> {
     const scene = new THREE.Scene();
     const camera = new THREE.PerspectiveCamera(30, width / height, 0.1, 1000);
-    camera.up.set(0, 0, 1);
+    camera.up.set(...this.up(info));
+    const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), camera.up);
     const light = new THREE.DirectionalLight(0xffffff, 2.2);
     scene.add(new THREE.HemisphereLight(0xdfe8f5, 0x3a3530, 1.3), camera);
     camera.add(light, light.target);
@@ -180,7 +182,7 @@ export class Thumbnails {
       scene.add(mesh);
     }
     const sphere = box.getBoundingSphere(new THREE.Sphere());
-    const direction = new THREE.Vector3(0.55, -1, 0.32).normalize();
+    const direction = new THREE.Vector3(0.55, -1, 0.32).normalize().applyQuaternion(turn);
     camera.position.copy(sphere.center).addScaledVector(direction, 3.4 * sphere.radius);
     camera.lookAt(sphere.center);
     camera.near = sphere.radius;
@@ -233,6 +235,6 @@ const nothing = {
   borderEdges: 0, openEdges: 0, nonmanifoldEdges: 0, degenerateTriangles: 0,
 };
 
-function keyOf(info: DatasetInfo): string {
-  return `thumbnail:${info.name}:${info.contentId}:${info.suggestedIsovalues[0] ?? ""}`;
+function keyOf(info: DatasetInfo, up: Vec3): string {
+  return `thumbnail:${info.name}:${info.contentId}:${info.suggestedIsovalues[0] ?? ""}:${up}`;
 }
