@@ -20,6 +20,7 @@ type Kind = "lost" | "later" | "token" | "words" | "size" | "nothing";
 export class Notices {
   readonly element = h("div", { class: "notice", role: "alert", hidden: true });
   private own: string | null = null;
+  private isPassing = false;
   private timer = 0;
   private countdown = 0;
   private progress: Progress | null = null;
@@ -31,9 +32,10 @@ export class Notices {
 
   constructor(private readonly acts: NoticeActions) {}
 
-  // Stays until clear(), or as long as it takes to read.
+  // Stays until clear(); what is passing as long as it takes to read, or until there is nothing to see.
   announce(text: string, isPassing = false): void {
     this.own = text;
+    this.isPassing = isPassing;
     clearTimeout(this.timer);
     if (isPassing) this.timer = window.setTimeout(() => this.clear(), 2000 + 60 * text.length);
     this.draw();
@@ -47,6 +49,7 @@ export class Notices {
   // `empty`: why there is nothing to see, if the surface has no triangle.
   show(progress: Progress, empty: string | null): void {
     this.progress = progress;
+    if (empty !== null && empty !== this.empty && this.isPassing) this.own = null;
     this.empty = empty;
     this.draw();
   }
