@@ -301,6 +301,7 @@ ends 2 "--model: mesh.ply is written by --output" "$server" extract torus.mtd -o
 [ "$sum" = "$(sha256sum <volume.nrrd)" ] && [ ! -e other.nrrd ] || fail "prepare wrote where it must not"
 "$server" prepare volume.nrrd -o taken.mtd --force --quiet && "$server" prepare volume.nrrd -o taken.mtd --quiet ||
   fail "--force does not replace, or a dataset is not replaced without it"
+ends 0 "--margin 1 closes them" "$server" prepare torus.nrrd -o x.mtd --outside 0
 ends 2 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
 ends 2 "it is no volume, but a dataset already" "$server" prepare torus.mtd -o again.mtd
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply

@@ -137,6 +137,10 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   VolumeFileOptions options = arguments_.volume.parsed();
   options.choice = job.choice;
   options.notice = [&](const std::string& text) { progress.note(text); };
+  if (outside && arguments_.margin_steps() == 0) {
+    options.notice(
+        "--outside alone leaves surfaces open where the grid ends; --margin 1 closes them.");
+  }
   const OpenedJob opened = open_job(job, options, maps_);
   const VolumeHeader& header = opened.source->header();
   see(job, {header.dims, header.index_to_world, header.meaning});
