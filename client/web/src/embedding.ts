@@ -1,10 +1,11 @@
 // Lets the embedding page set and read the view, and sends it events, by window messages: client/web/EMBEDDING.md lists
 // them. Only the parent page may send messages; it receives events only after its first message, and only at the origin
-// that it then had.
+// that it then had. After that message it is sent what it has missed: what is shown, or why nothing is.
 import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import { parseSettings } from "./state/parse_settings";
+import { surfacesOf } from "./state/surfaces";
 
 const version = 1;
 const together = 100; // Milliseconds: changes within this time are sent together.
@@ -18,6 +19,7 @@ interface Query {
 export class Embedding {
   private origin: string | null = null; // The origin of the parent page, after its first message.
   private timer = 0;
+  private failure = ""; // Why what the settings request is not shown; empty: nothing is wrong.
 
   constructor(
     private readonly viewer: Viewer,
@@ -28,12 +30,16 @@ export class Embedding {
       if (event.source === this.around) void this.hear(event.data as Query, event.origin);
     });
     viewer.on("settings", () => this.postStateSoon());
-    viewer.on("dataset", (info) => this.post("dataset", {
-      name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
-      lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
-      member: memberOf(info), times: viewer.times?.all ?? [],
-    }));
-    viewer.on("shown", (facts) => this.post("shown", stepMessage(facts)));
+    viewer.on("dataset", (info) => {
+      this.failure = "";
+      this.postDataset(info);
+    });
+    viewer.on("shown", (facts) => {
+      this.failure = "";
+      this.post("shown", stepMessage(facts));
+    });
+    viewer.on("failed", (text) => this.fail(text));
+    viewer.on("progress", ({ surface }) => this.fail(viewer.surfaces.progressOf(surface).failure?.text));
     viewer.on("picked", (place) => this.post("picked", pickMessage(place)));
     around.postMessage({ multitetra: "ready", version }, "*"); // Says nothing but that.
   }
@@ -41,7 +47,9 @@ export class Embedding {
   private async hear(query: Query | null, origin: string): Promise<void> {
     const { multitetra: kind, id, state } = query ?? {};
     if (typeof kind !== "string") return; // A message of another sender.
+    const isFirst = this.origin === null;
     this.origin = origin;
+    if (isFirst) this.postMissed();
     switch (kind) {
       case "set": {
         const { settings, ignored } = parseSettings(state);
@@ -59,6 +67,30 @@ export class Embedding {
       default:
         return this.post("error", { id, text: `There is no message "${kind}"; there are set, get, fit, reset and picture.` });
     }
+  }
+
+  private fail(text: string | undefined): void {
+    if (!text || text === this.failure) return;
+    this.failure = text;
+    this.post("error", { text });
+  }
+
+  private postMissed(): void {
+    const { info, surfaces } = this.viewer;
+    if (info) this.postDataset(info);
+    surfacesOf(this.viewer.get()).forEach((_, surface) => {
+      const { shown, components } = surfaces.progressOf(surface);
+      if (shown) this.post("shown", stepMessage({ ...shown, surface, components }));
+    });
+    if (this.failure) this.post("error", { text: this.failure });
+  }
+
+  private postDataset(info: DatasetInfo): void {
+    this.post("dataset", {
+      name: info.name, dims: [...info.dims], spacing: [...info.spacing], min: info.min, max: info.max,
+      lengthUnit: info.lengthUnit, valueUnit: info.valueUnit, suggestedIsovalues: [...info.suggestedIsovalues],
+      member: memberOf(info), times: this.viewer.times?.all ?? [],
+    });
   }
 
   private postStateSoon(): void {

@@ -234,7 +234,7 @@ export class Viewer {
     return pictureOf(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...caption, ...words] }, options);
   }
 
-  // Nothing is drawn or asked any more; the element is empty.
+  // Ends all work; the element is empty.
   dispose(): void {
     clearTimeout(this.rest);
     this.player.stop();
@@ -253,7 +253,9 @@ export class Viewer {
   }
 
   reportUnknown(dataset: string): void {
-    this.notices.announce(unknownDatasetWords(this.list, dataset));
+    const words = unknownDatasetWords(this.list, dataset);
+    this.notices.announce(words);
+    this.events.emit("failed", words);
   }
 
   // ---- what changes lead to
@@ -376,10 +378,8 @@ export class Viewer {
     this.element.classList.toggle("has-slices", now.layout === "four");
     this.samples.update();
     this.stage.setLook({
-      isOrthographic: now.projection === "orthographic",
-      hasOcclusion: now.occlusion,
-      translucent: this.surfaces.translucent,
-      clip: clip ? [clip] : [],
+      isOrthographic: now.projection === "orthographic", hasOcclusion: now.occlusion,
+      translucent: this.surfaces.translucent, clip: clip ? [clip] : [],
     });
   }
 

@@ -28,6 +28,7 @@ export interface ViewerEvents {
   // A step of the surface of that number, 0 for the first, and what of it is shown; null: all.
   shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };
+  failed: string; // A dataset that does not exist is named: why, in a sentence. Failures of a surface are in its progress.
   picked: Picked;
 }
 

@@ -472,6 +472,8 @@ async function hidesDust(page) {
   await page.click('[aria-label="Keep the largest part of the surface"]');
   await page.waitForFunction((all) => document.querySelector(".seal").textContent.endsWith(`1 of ${all} components shown`), large.all, { timeout: patience });
   await hide("12", `${larger.shown} of ${larger.all} components shown`);
+  const room = await page.evaluate(() => ["facts", "fact.error"].map((name) => document.querySelector(`.${name}`).getBoundingClientRect().right));
+  assert(room[1] <= room[0] + 1, `the seal leaves ${room[0]} to an error that ends at ${room[1]}`);
   await page.waitForTimeout(800); // Changes that follow one another closely are undone together.
   await hide("1000", "Nothing shown");
   assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));
@@ -842,4 +844,21 @@ async function speaksAround(page) {
   assert.match(answer("third").text, /no message "dance"; there are set, get/);
   assert.equal(answer("fourth").png, "image/png");
   assert(!JSON.stringify(said).includes("token"), "nothing of a token is told");
+  // A page that listens late hears what is shown, and why what it sets is not.
+  await page.goto(around);
+  await page.frames()[1].waitForFunction(() => document.querySelector(".seal")?.textContent.startsWith("✓"), null, { timeout: patience });
+  const late = await page.evaluate(() => new Promise((resolve) => {
+    const heard = [];
+    const say = (message) => document.querySelector("iframe").contentWindow.postMessage(message, location.origin);
+    window.addEventListener("message", ({ data }) => {
+      heard.push(data);
+      if (data.id === "late") say({ multitetra: "set", state: { dataset: "nosuch" } });
+      if (data.multitetra === "error") resolve(heard);
+    });
+    say({ multitetra: "get", id: "late" });
+  }));
+  assert.equal(late.find(({ multitetra }) => multitetra === "dataset").name, "gyroid");
+  const shown = late.find(({ multitetra }) => multitetra === "shown");
+  assert(shown.isFinal && shown.triangles > 0 && shown.surface === 0, JSON.stringify(shown));
+  assert.match(late.find(({ multitetra }) => multitetra === "error").text, /nosuch/);
 }
