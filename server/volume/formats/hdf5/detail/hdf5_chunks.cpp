@@ -71,6 +71,8 @@ Hdf5ChunkSizes::Hdf5ChunkSizes(const std::filesystem::path& file, hid_t dataset)
   }
   if (!filters_.empty()) {
     chunk_ = std::move(chunk);
+    const Hdf5Id own_file(H5Iget_file_id(dataset), &H5Fclose);
+    if (H5Fget_filesize(own_file.get(), &file_bytes_) < 0) fail({});
     return;
   }
   // The sizes of chunks without filters are known to libhdf5 as a sum alone.
@@ -110,6 +112,7 @@ void Hdf5ChunkSizes::require_whole(hid_t dataset, const std::vector<hsize_t>& st
 void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_t>& at) {
   hsize_t bytes = 0;
   if (H5Dget_chunk_storage_size(dataset, at.data(), &bytes) < 0 || bytes == 0) return;  // Fill.
+  if (bytes > file_bytes_) fail(at);
   std::vector<std::byte> packed(static_cast<std::size_t>(bytes));
   unsigned skipped = 0;
   if (H5Dread_chunk(dataset, H5P_DEFAULT, at.data(), &skipped, packed.data()) < 0) fail(at);

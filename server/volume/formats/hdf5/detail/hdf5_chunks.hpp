@@ -40,6 +40,7 @@ class Hdf5ChunkSizes {
   std::vector<hsize_t> chunk_;   // Empty: the dataset has no chunks with filters.
   std::vector<Filter> filters_;  // In the order of writing.
   std::size_t chunk_bytes_ = 0;
+  hsize_t file_bytes_ = 0;
   bool are_partial_chunks_plain_ = false;
   hsize_t checked_layers_ = 0;  // Along the dimension of the slices.
 };
