@@ -33,17 +33,17 @@ struct FetchReport {
 };
 
 // Indented JSON with a newline at its end: server, dataset, parameters, notices, final_only,
-// coordinates, mesh_file and components_written (null: none was written), area and volume (of the
-// final step in the world; null: there is none, or it has a border), area_is_exact (whether that
-// step is the full-resolution surface), volume_reason (why it has no volume; null: it has one),
-// volume_bound (how far that volume may be from that inside the full-resolution surface: area times
-// the bound of the distance; null: no distance is bounded), self_intersecting_triangles (null: not
-// counted), tiles_held, tiles_received, bytes_received, reconnections, steps, and, of a fetch that
-// failed, error: {code, text}. A step's keys are those of json_report.hpp and: step, final,
-// parameters, error_bound_world (null: a preview has none), finest_spacing, codec (draco,
-// sample_shell), tetrahedra, active_tetrahedra, tiles, tiles_received, bytes (of payload),
-// first_byte_seconds, seconds, server_seconds, content_digest, checks. After a lost connection
-// tiles_received and bytes of a step are those that came since.
+// coordinates, mesh_file and components_written (null: none was written), area and volume (in the
+// world, of the components that are written; null: there is no final step, or it has a border),
+// area_is_exact (whether that step is the full-resolution surface), volume_reason (why it has no
+// volume; null: it has one), volume_bound (how far that volume may be from that inside the
+// full-resolution surface: area times the bound of the distance; null: no distance is bounded),
+// self_intersecting_triangles (null: not counted), tiles_held, tiles_received, bytes_received,
+// reconnections, steps, and, of a fetch that failed, error: {code, text}. A step's keys are those
+// of json_report.hpp and: step, final, parameters, error_bound_world (null: a preview has none),
+// finest_spacing, codec (draco, sample_shell), tetrahedra, active_tetrahedra, tiles,
+// tiles_received, bytes (of payload), first_byte_seconds, seconds, server_seconds, content_digest,
+// checks. After a lost connection tiles_received and bytes of a step are those that came since.
 [[nodiscard]] std::string json_report(const FetchReport& report);
 // Several surfaces: {"surfaces": [...]}, each as above.
 [[nodiscard]] std::string json_report(std::span<const FetchReport> reports);
