@@ -23,6 +23,7 @@ PreparedBricks::PreparedBricks(BrickFile file, const char* section, std::size_t 
       section_(file_.structure->section(section)),
       size_(size),
       type_(type),
+      owner_(*file_.cache),
       verified_(file_.source->is_far() ? 0 : size) {}
 
 RetainedBytes PreparedBricks::brick(std::size_t number) const {
@@ -33,7 +34,7 @@ RetainedBytes PreparedBricks::brick(std::size_t number) const {
   if (place.size() == 0) return {};
   if (place.codec() == BrickCodec::kConstant && type_) return constant(number, place);
   if (place.codec() == BrickCodec::kRaw && !is_far()) return in_place(number, place);
-  const MemoryCache::Key key{.owner = owner_, .item = number};
+  const MemoryCache::Key key = owner_.key(number);
   CachedBytes bytes = file_.cache->find(key);
   if (!bytes) {
     bytes = unpacked(number, place);
@@ -62,12 +63,12 @@ RetainedBytes PreparedBricks::constant(std::size_t number, const BrickPlace& pla
     const RetainedBytes packed = file_.source->bytes(range.offset, range.size);
     std::copy(packed.begin(), packed.end(), std::as_writable_bytes(std::span(&value, 1)).begin());
     if (brick_checksum({packed.data(), packed.size()}) == place.checksum) {
-      bytes = file_.cache->find({.owner = owner_, .item = kConstantKey | value});
+      bytes = file_.cache->find(owner_.key(kConstantKey | value));
     }
   }
   if (!bytes || bytes->size() < size) {
     bytes = unpacked(number, place);
-    file_.cache->put({.owner = owner_, .item = kConstantKey | value}, bytes);
+    file_.cache->put(owner_.key(kConstantKey | value), bytes);
   }
   const auto span = std::span<const std::byte>(*bytes).first(size);
   return {span, std::move(bytes)};

@@ -85,7 +85,7 @@ class PreparedBricks : public BrickSource {
   const Section section_;
   const std::size_t size_;
   const std::optional<SampleType> type_;
-  const std::uint64_t owner_ = MemoryCache::new_owner();
+  const MemoryCache::Owner owner_;
   // Below, what threads write: away from what they only read.
   alignas(64) mutable std::atomic<std::uint64_t> reads_ = 0;
   // Which of the bricks in place were verified.

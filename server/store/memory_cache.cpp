@@ -4,10 +4,13 @@
 
 namespace multitetra {
 
-std::uint64_t MemoryCache::new_owner() {
-  static std::atomic<std::uint64_t> last = 0;
-  return ++last;
-}
+MemoryCache::Owner::Owner(MemoryCache& cache)
+    : cache_(cache), number_([] {
+        static std::atomic<std::uint64_t> last = 0;
+        return ++last;
+      }()) {}
+
+MemoryCache::Owner::~Owner() { cache_.remove_all_of(number_); }
 
 CachedBytes MemoryCache::find(const Key& key) {
   Shard& shard = shard_of(key);
@@ -42,6 +45,17 @@ void MemoryCache::remove(const Key& key) {
   const std::lock_guard lock(shard.mutex);
   if (const auto found = shard.index.find(key); found != shard.index.end()) {
     remove_entry(shard, found->second);
+  }
+}
+
+void MemoryCache::remove_all_of(std::uint64_t owner) {
+  for (Shard& shard : shards_) {
+    const std::lock_guard lock(shard.mutex);
+    for (auto entry = shard.entries.begin(); entry != shard.entries.end();) {
+      const auto next = std::next(entry);
+      if (entry->key.owner == owner) remove_entry(shard, entry);
+      entry = next;
+    }
   }
 }
 

@@ -1,9 +1,9 @@
 // Bytes in memory. Evicts the least recently used above the limit.
 //
 //   MemoryCache cache(std::size_t{512} << 20);
-//   const std::uint64_t owner = MemoryCache::new_owner();
-//   cache.put({owner, 7}, bytes);
-//   if (const CachedBytes found = cache.find({owner, 7})) ...
+//   const MemoryCache::Owner owner(cache);
+//   cache.put(owner.key(7), bytes);
+//   if (const CachedBytes found = cache.find(owner.key(7))) ...
 //
 // Guaranteed: bytes that were found stay valid as long as the caller keeps them; memory is bounded
 // by the limit and what is in use. Threads with different keys hardly ever wait for each other.
@@ -11,6 +11,7 @@
 
 #include <array>
 #include <atomic>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <list>
@@ -30,13 +31,26 @@ class MemoryCache {
     std::uint64_t owner = 0;
     std::uint64_t item = 0;
 
-    friend bool operator==(const Key&, const Key&) = default;
+    friend auto operator<=>(const Key&, const Key&) = default;
+  };
+
+  // One of the users of a cache, whose keys are its own. Its entries are removed with it: those of
+  // a dataset that was replaced do not stay. The cache must outlive it.
+  class Owner {
+   public:
+    explicit Owner(MemoryCache& cache);
+    ~Owner();
+    Owner(const Owner&) = delete;
+    Owner& operator=(const Owner&) = delete;
+
+    [[nodiscard]] Key key(std::uint64_t item) const { return {.owner = number_, .item = item}; }
+
+   private:
+    MemoryCache& cache_;
+    const std::uint64_t number_;
   };
 
   explicit MemoryCache(std::size_t most_bytes) : most_bytes_(most_bytes) {}
-
-  // Different each time, so that users of one cache do not meet.
-  [[nodiscard]] static std::uint64_t new_owner();
 
   // Null when it is not there.
   [[nodiscard]] CachedBytes find(const Key& key);
@@ -73,6 +87,7 @@ class MemoryCache {
     return shards_[Hash()(key) / 64 % shards_.size()];
   }
   static void remove_entry(Shard& shard, std::list<Entry>::iterator entry);
+  void remove_all_of(std::uint64_t owner);
 
   const std::size_t most_bytes_;
   std::array<Shard, 16> shards_;

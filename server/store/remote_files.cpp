@@ -27,6 +27,8 @@ std::string name_of_version(const std::string& address, const std::string& versi
 }  // namespace
 
 struct RemoteFiles::OpenFile {
+  explicit OpenFile(MemoryCache& memory) : owner(memory) {}
+
   std::string address;  // As it was given.
   std::string url;
   std::shared_ptr<StoreClient> client;
@@ -35,7 +37,7 @@ struct RemoteFiles::OpenFile {
   std::string last_modified;  // The same.
   std::string version;
   std::string cache_name;
-  std::uint64_t owner = MemoryCache::new_owner();
+  MemoryCache::Owner owner;
 
   [[nodiscard]] std::uint64_t blocks() const { return (size + kBlockBytes - 1) / kBlockBytes; }
   [[nodiscard]] std::size_t bytes_of(std::uint64_t block) const {
@@ -110,20 +112,20 @@ std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t 
 }
 
 std::string RemoteFiles::version_of(const std::string& address) {
-  OpenFile file;
+  OpenFile file(memory_);
   (void)ask(address, 1, file);
   return file.version;
 }
 
 std::shared_ptr<const RemoteFile> RemoteFiles::open(const std::string& address) {
-  auto file = std::make_shared<OpenFile>();
+  auto file = std::make_shared<OpenFile>(memory_);
   const std::vector<std::byte> bytes = ask(address, kOpeningBlocks * kBlockBytes, *file);
   std::uint64_t block = 0;
   for (auto begin = bytes.begin(); begin != bytes.end(); ++block) {
     const auto end = begin + static_cast<std::ptrdiff_t>(file->bytes_of(block));
     auto kept = std::make_shared<const std::vector<std::byte>>(begin, end);
     if (disk_) disk_->put(file->cache_name, block, *kept);
-    memory_.put({file->owner, block}, std::move(kept));
+    memory_.put(file->owner.key(block), std::move(kept));
     begin = end;
   }
   {
@@ -145,12 +147,12 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
     const std::lock_guard lock(mutex_);
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint64_t block = first + i;
-      found[i] = memory_.find({file->owner, block});
+      found[i] = memory_.find(file->owner.key(block));
       if (found[i]) {
         ++counts_.memory_hits;
         continue;
       }
-      const auto [at, is_first] = under_way_.try_emplace({file->owner, block});
+      const auto [at, is_first] = under_way_.try_emplace(file->owner.key(block));
       if (is_first) at->second = promises[i].get_future().share();
       is_ours[i] = is_first;
       if (!is_first) of_others[i] = at->second;
@@ -170,11 +172,11 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
       }
     }
     for (std::size_t i = begin; i < end; ++i) {
-      if (found[i]) memory_.put({file->owner, first + i}, found[i]);
+      if (found[i]) memory_.put(file->owner.key(first + i), found[i]);
     }
     const std::lock_guard lock(mutex_);
     for (std::size_t i = begin; i < end; ++i) {
-      under_way_.erase({file->owner, first + i});
+      under_way_.erase(file->owner.key(first + i));
       if (found[i]) {
         promises[i].set_value(found[i]);
       } else {
@@ -256,8 +258,8 @@ std::vector<std::uint64_t> RemoteFiles::missing_blocks(const OpenFile& file,
     const std::uint64_t last = (range.offset + range.size - 1) / kBlockBytes;
     for (std::uint64_t block = range.offset / kBlockBytes; block <= last; ++block) {
       const bool is_known = (!missing.empty() && missing.back() == block) ||
-                            memory_.find({file.owner, block}) ||
-                            under_way_.contains({file.owner, block});
+                            memory_.find(file.owner.key(block)) ||
+                            under_way_.contains(file.owner.key(block));
       if (!is_known) missing.push_back(block);
     }
   }
@@ -303,7 +305,7 @@ void RemoteFiles::forget(const OpenFile& file, const FileRange& range) {
   if (range.size == 0) return;
   for (std::uint64_t block = range.offset / kBlockBytes;
        block <= (range.offset + range.size - 1) / kBlockBytes; ++block) {
-    memory_.remove({file.owner, block});
+    memory_.remove(file.owner.key(block));
     if (disk_) disk_->remove(file.cache_name, block);
   }
 }

@@ -123,7 +123,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
 
   mutable std::mutex mutex_;  // Guards what follows, but for the threads.
   std::map<std::string, std::shared_ptr<StoreClient>> clients_;
-  std::map<std::pair<std::uint64_t, std::uint64_t>, std::shared_future<CachedBytes>> under_way_;
+  std::map<MemoryCache::Key, std::shared_future<CachedBytes>> under_way_;
   Counts counts_;
   std::deque<Job> jobs_;
   std::size_t job_blocks_ = 0;

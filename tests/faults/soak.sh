@@ -51,8 +51,7 @@ grep -v '^eve ' tokens >tokens.without
 
 limits=(--max-connections 400 --max-connections-per-address 350 --mesh-cache-bytes 16MiB --handshake-seconds 3
   --write-seconds 5 --log-level warning)
-# Bricks of replaced datasets stay cached until others need the memory: with the default they would look like a leak.
-limits_of_workers=(--queue-bytes 128MiB --cache-bytes 64MiB --brick-bytes 16MiB --max-waiting-seconds 120)
+limits_of_workers=(--queue-bytes 128MiB --cache-bytes 64MiB --max-waiting-seconds 120)
 a_port=$(free_port) b_port=$(free_port) gateway_port=$(free_port) http_port=$(free_port)
 serve() { start "$1" "$server" serve served --tcp "127.0.0.1:$2" --http "$3" --tokens tokens "${limits[@]}" \
   "${limits_of_workers[@]}"; }

@@ -228,6 +228,20 @@ TEST(PreparedFile, KeepsItsContentWhenTheFileIsReplaced) {
   expect_holds(PreparedFile(path), other);
 }
 
+TEST(PreparedFile, ItsUnpackedBricksLeaveTheCacheWithIt) {
+  const TemporaryFolder folder;
+  const PreparedExample example =
+      prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
+  write_prepared(folder.path() / "a.mtd", example);
+  const auto files =
+      std::make_shared<RemoteFiles>(RemoteFilesOptions{.memory_bytes = std::size_t{64} << 20});
+  std::optional<PreparedFile> open(std::in_place, folder.path() / "a.mtd", files);
+  EXPECT_EQ(all_bricks(*open->samples()), example.sample_bricks);
+  EXPECT_GT(files->memory().counts().bytes, 0U);
+  open.reset();
+  EXPECT_EQ(files->memory().counts().bytes, 0U);
+}
+
 TEST(PreparedFile, ManyThreadsMayReadFirst) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -38,6 +39,24 @@ TEST(MemoryCache, StaysWithinItsLimitAndKeepsWhatWasUsedLast) {
   }
   EXPECT_GT(cache.counts().evictions, 800U);
   EXPECT_EQ(cache.find({1, 1}), nullptr);
+}
+
+TEST(MemoryCache, RemovesTheEntriesOfAnOwnerWithIt) {
+  MemoryCache cache(1 << 20);
+  const MemoryCache::Owner kept(cache);
+  std::optional<MemoryCache::Owner> gone(std::in_place, cache);
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    cache.put(kept.key(i), bytes_of_size(10, 1));
+    cache.put(gone->key(i), bytes_of_size(10, 2));
+  }
+  const CachedBytes in_use = cache.find(gone->key(7));
+  const MemoryCache::Key key = gone->key(7);
+  gone.reset();
+  EXPECT_EQ(cache.find(key), nullptr);
+  EXPECT_EQ(in_use->front(), std::byte{2});
+  EXPECT_EQ(cache.counts().bytes, 1000U);
+  EXPECT_EQ(cache.counts().evictions, 0U);
+  EXPECT_EQ(cache.find(kept.key(7))->front(), std::byte{1});
 }
 
 TEST(MemoryCache, FoundBytesSurviveEviction) {
