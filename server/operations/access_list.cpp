@@ -1,6 +1,7 @@
 #include "server/operations/access_list.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <ctime>
 #include <optional>
 #include <sstream>
