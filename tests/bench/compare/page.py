@@ -27,6 +27,7 @@ STYLES = {
 
 LINKS = {"1 Mbit/s": 1e6, "10 Mbit/s": 1e7, "100 Mbit/s": 1e8, "1 Gbit/s": 1e9}
 ERRORS = (0.1, 0.25, 0.5, 1, 2, 4)  # Voxels, of the table of seconds.
+LEAST_DISTANCE = 0.01  # Voxels; less is drawn here, as 0 has no place on a logarithmic axis.
 
 
 def count(number):
@@ -41,7 +42,8 @@ def plot(report, path):
         for method, (color, style) in STYLES.items():
             rows = [row for row in report["rows"] if row["method"] == method and row["triangles"] > 0]
             if rows:
-                ax.plot([row["distance"][x] for row in rows], [row[y] for row in rows], style, color=color, label=method, markersize=4)
+                distances = [max(row["distance"][x], LEAST_DISTANCE) for row in rows]
+                ax.plot(distances, [row[y] for row in rows], style, color=color, label=method, markersize=4)
         ax.set_xscale("log")
         ax.set_yscale("log")
         ax.set_xlabel({"largest": "largest distance, voxels", "percentile_99": "99 % of distances, voxels"}[x])
