@@ -28,6 +28,7 @@ struct CertifyArguments {
   std::optional<double> error;
   std::string unit = "voxel";
   std::optional<int> lattice;
+  std::optional<double> min_component;
   bool any_topology = false;
   bool self_intersections = false;
   std::string outside;  // Empty: not given.
@@ -103,6 +104,7 @@ int run_certify(const CertifyArguments& arguments) {
   progress.begin("mesh");
   TriangleMesh mesh = read_mesh(arguments.mesh);
   if (!options.lattice) options.lattice = mesh.lattice;
+  options.min_component = arguments.min_component.value_or(mesh.min_component);
   progress.begin("volume");
   const Volume volume = volume_of(arguments, options, progress);
   const Affine map = mesh_to_world(arguments, volume);
@@ -158,6 +160,12 @@ void add_certify_command(Command& program, Run& run) {
           "`extract` or `fetch` wrote it")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
+  command
+      ->add_option("--min-component", a->min_component,
+                   "The mesh lacks components whose bounding box has a shorter diagonal; default: "
+                   "those that the mesh file names")
+      ->within(0.0, 1e6)
+      ->type_name("SAMPLES");
   command->add_flag("--any-topology", a->any_topology,
                     "Check the distance only, not components, holes and cracks");
   command->add_flag("--self-intersections", a->self_intersections,

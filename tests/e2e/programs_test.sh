@@ -248,6 +248,13 @@ grep -q "The file has $few of .* components, those with a diagonal of 12 samples
 [ "$(value whole.json content_digest)" = "$(value large.json content_digest)" ] || fail "another surface without dust"
 [ "$(stat -c %s large.ply)" -lt "$(stat -c %s whole.ply)" ] || fail "no triangle is left out"
 ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 1000 -o none.ply
+# Certificates do not count what was removed: the file says it, or an option.
+dust() { "$server" certify "$1" --volume dusty.nrrd --isovalue 100 --error 0 --lattice 5 --quiet "${@:2}"; }
+dust large.ply || fail "large.ply is not certified"
+"$server" extract dusty.mtd --isovalue 100 --error 0 --min-component 12 -o large.glb --quiet
+ends 3 "compare without them: --min-component" dust large.glb
+dust large.glb --min-component 12 || fail "large.glb is not certified with --min-component"
+ends 3 "NOT KEPT" dust whole.ply --min-component 12
 # Measures are those of the components in the file.
 start dusty "$server" serve dusty.mtd --tcp 127.0.0.1:0 --http off
 dusty="--server $(url_of dusty tcp) --isovalue 100 --error 0 --quiet"
@@ -259,6 +266,10 @@ whole, large = (json.load(open(name)) for name in sys.argv[1:])
 assert large["components_written"] < whole["components_written"]
 assert 0 < large["area"] < whole["area"]
 END
+"$server" extract dusty.mtd --isovalue 100 --error 0 --min-component 12 -o x.ply --report own.json --quiet
+for key in area area_is_exact volume volume_reason volume_bound; do
+  [ "$(value own.json $key)" = "$(value large.json $key)" ] || fail "extract and fetch report another $key: $(cat own.json)"
+done
 # A client gives up when its time is over, however much would come.
 ends 1 "Timed out before" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
 ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply
@@ -358,5 +369,7 @@ ends 2 "--min-component" "$client" view --min-component -1
   fail "view does not heed MULTITETRA_SERVER"
 [ "$("$client" view --server ws://h:7481)" = "http://h:7481/" ] && [ "$("$client" view --server tcp://h:7410)" = "http://h:7480/" ] ||
   fail "view does not heed --server"
+"$client" view --server tcp://h:7410 2>&1 >/dev/null | grep "at port 7480; --http" >/dev/null || fail "the guessed port is not reported"
+[ -z "$("$client" view --server ws://h:7481 2>&1 >/dev/null)" ] || fail "a known port is reported as a guess"
 "$client" view --region halfspace:1,0,0,2=0 2>/dev/null && fail "the viewer has no half-spaces"
 for command in list estimate fetch snapshot view; do "$client" "$command" --help | grep Examples >/dev/null || fail "$command --help has no examples"; done
