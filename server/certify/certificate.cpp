@@ -152,16 +152,14 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   }
   const double allowed = options.error.value_or(kErrorUnasked * voxel) +
                          certificate.lattice_allowance + certificate.rounding_allowance;
-  std::optional<const ExpectedComponents> expected;
-  KeepsComponent keeps;
+  const MeshComponents components =
+      components_of(own.mesh, inverse(grid_to_world(certificate.grid)));
+  ChooseComponents choose;
   if (options.min_component > 0) {
-    expected.emplace(own.mesh, options.min_component, allowed, voxel);
-    keeps = [&](double diagonal, const Vec3& vertex) {
-      return expected->contain(diagonal, vertex);
-    };
+    choose = ExpectedComponents{own.mesh, components, options.min_component, allowed, voxel};
   }
   const ReferenceSurface reference =
-      reference_surface(field, certificate.grid, options.isovalue, keeps);
+      reference_surface(field, certificate.grid, options.isovalue, choose);
   certificate.reference = reference.topology;
   certificate.nonmanifold_vertices_of_reference =
       nonmanifold_vertices(reference.mesh.vertices.size(), reference.mesh.triangles);
@@ -184,7 +182,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   if (search.limit) certificate.error = verdict(certificate, *search.limit);
   const bool is_mesh_near = certificate.distance.mesh_to_reference.maximum <= allowed;
   if (!certificate.is_kept() && is_mesh_near) {
-    certificate.missing = missing_components(reference, own.mesh, allowed);
+    certificate.missing = missing_components(reference, own.mesh, components, allowed);
   }
   if (options.count_self_intersections) {
     begin("self-intersections");

@@ -47,8 +47,8 @@ enum class ErrorVerdict {
   kExceeded,
 };
 
-// Components of the full surface that have no part in the mesh, although all else agrees with it:
-// the error is kept between the mesh and the other components.
+// Components of the full surface that are not in the mesh, although all vertices of the others keep
+// the error.
 struct MissingComponents {
   std::uint64_t count = 0;
   double largest_diagonal = 0;  // In samples.
@@ -74,7 +74,7 @@ struct Certificate {
   double rounding_allowance = 0;
   ErrorVerdict error = ErrorVerdict::kNotAsked;
   bool is_topology_asked = true;
-  std::optional<MissingComponents> missing;  // Of a mesh that is not kept for this reason alone.
+  std::optional<MissingComponents> missing;  // Set where the mesh is not kept for this reason alone.
   std::optional<SelfIntersections> self_intersections;
 
   [[nodiscard]] double maximum() const;          // The larger one of both directions.

@@ -162,8 +162,8 @@ void add_certify_command(Command& program, Run& run) {
       ->type_name("R");
   command
       ->add_option("--min-component", a->min_component,
-                   "The mesh lacks components whose bounding box has a shorter diagonal; default: "
-                   "those that the mesh file names")
+                   "The mesh lacks components with a shorter diagonal; default: those that the "
+                   "mesh file names")
       ->within(0.0, 1e6)
       ->type_name("SAMPLES");
   command->add_flag("--any-topology", a->any_topology,
@@ -176,13 +176,11 @@ void add_certify_command(Command& program, Run& run) {
   command->begin_group("Coordinates");
   command
       ->add_option("--outside", a->outside,
-                   "What lies beyond the data: void (surfaces end at the last sample) or a value "
-                   "(they close); default: void")
+                   "Value beyond the data, as in `prepare`, or void; default: void")
       ->type_name("VALUE");
   command
-      ->add_option(
-          "--margin", a->margin,
-          "Grid steps around the data; 1 with a value closes surfaces on all sides; default: 0")
+      ->add_option("--margin", a->margin,
+                   "Layers of that value around the data, as in `prepare`; default: 0")
       ->within(0, 4096);
   command
       ->add_option("--coordinates", a->coordinates,

@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include <oneapi/tbb/parallel_for.h>
 
@@ -100,32 +99,21 @@ Vec3 as_vector(GridPoint p) {
   return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
 }
 
-// Where the surface crosses the edge that the lattice point lies on.
-Vec3 crossing(const Field& field, const LatticePoint& vertex, int resolution, double isovalue) {
-  return field.visit([&](const auto& sampled) {
-    const auto [a, b] = edge_of(vertex, resolution);
-    const auto value_a = static_cast<double>(sampled.at(a));
-    const auto value_b = static_cast<double>(sampled.at(b));
-    assert((value_a > isovalue) != (value_b > isovalue));
-    const double t = (isovalue - value_a) / (value_b - value_a);
-    return moved(as_vector(a), t, as_vector(b - a));
+// Where the surface crosses the edges that the lattice points lie on, in the world.
+std::vector<Vec3> crossings(const Field& field, const LatticeMesh& surface, double isovalue,
+                            const Affine& to_world) {
+  std::vector<Vec3> places(surface.vertices.size());
+  field.visit([&](const auto& sampled) {
+    tbb::parallel_for(std::size_t{0}, surface.vertices.size(), [&](std::size_t i) {
+      const auto [a, b] = edge_of(surface.vertices[i], surface.resolution);
+      const auto value_a = static_cast<double>(sampled.at(a));
+      const auto value_b = static_cast<double>(sampled.at(b));
+      assert((value_a > isovalue) != (value_b > isovalue));
+      const double t = (isovalue - value_a) / (value_b - value_a);
+      places[i] = to_world(moved(as_vector(a), t, as_vector(b - a)));
+    });
   });
-}
-
-// The components that stay; `place` maps a vertex to the world.
-template <typename Place>
-LatticeMesh with_kept(const LatticeMesh& surface, const KeepsComponent& keeps, const Place& place) {
-  MeshComponents components = components_of(surface);
-  std::vector<char> was_seen(components.diagonals.size(), 0);
-  std::vector<double> stays(components.diagonals.size(), 0);
-  for (std::size_t v = 0; v < surface.vertices.size(); ++v) {
-    const std::uint32_t component = components.of_vertex[v];
-    if (std::exchange(was_seen[component], 1) != 0) continue;
-    const Vec3 at = place(surface.vertices[v]);
-    stays[component] = keeps(components.diagonals[component], at) ? 1 : 0;
-  }
-  components.diagonals = std::move(stays);
-  return with_components(surface, components, /*least_diagonal=*/1);
+  return places;
 }
 
 }  // namespace
@@ -148,20 +136,21 @@ DatasetInfo grid_info(const Volume& volume, std::optional<double> outside, std::
 }
 
 ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, double isovalue,
-                                   const KeepsComponent& keeps) {
+                                   const ChooseComponents& choose) {
   LatticeMesh surface = surface_on_lattice(field, isovalue);
   const Affine to_world = grid_to_world(info);
-  const auto place = [&](const LatticePoint& vertex) {
-    return to_world(crossing(field, vertex, surface.resolution, isovalue));
-  };
-  if (keeps) surface = with_kept(surface, keeps, place);
   ReferenceSurface reference;
-  reference.topology = topology(surface, data_border(info, surface.resolution, 0));
+  reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
   reference.components = components_of(surface);
-  reference.mesh.vertices.resize(surface.vertices.size());
-  tbb::parallel_for(std::size_t{0}, surface.vertices.size(), [&](std::size_t i) {
-    reference.mesh.vertices[i] = place(surface.vertices[i]);
-  });
+  if (choose) {
+    MeshComponents chosen = reference.components;
+    const std::vector<char> stays = choose(reference.mesh.vertices, chosen);
+    for (std::size_t i = 0; i < stays.size(); ++i) chosen.diagonals[i] = stays[i] != 0 ? 1 : 0;
+    surface = with_components(surface, chosen, /*least_diagonal=*/1);
+    reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
+    reference.components = components_of(surface);
+  }
+  reference.topology = topology(surface, data_border(info, surface.resolution, 0));
   reference.mesh.triangles = std::move(surface.triangles);
   if (to_world.determinant() < 0) {
     for (TriangleIndices& t : reference.mesh.triangles) std::swap(t[1], t[2]);

@@ -29,17 +29,19 @@ struct ReferenceSurface {
   TriangleMesh mesh;
   // The topology of the surface on the lattice, where vertices on different edges differ.
   MeshTopology topology;
-  MeshComponents components;  // Of the vertices of `mesh`, on the lattice.
+  MeshComponents components;  // Those of `mesh`, measured on the lattice.
 };
 
-// Decides whether a component stays, from its diagonal in grid steps and one of its vertices in the
-// world.
-using KeepsComponent = std::function<bool(double diagonal, const Vec3& vertex)>;
+// Chooses the components that stay, one entry each, from the vertices in the world and the
+// components of the whole surface.
+using ChooseComponents =
+    std::function<std::vector<char>(const std::vector<Vec3>& vertices, const MeshComponents& all)>;
 
 // Takes time for one pass over the samples and for the surface, on all threads; memory is about 100
-// bytes a triangle. Requires a field of the volume that `info` was made from. Without `keeps` all
+// bytes a triangle. Requires a field of the volume that `info` was made from. Without `choose` all
 // components stay.
 [[nodiscard]] ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info,
-                                                 double isovalue, const KeepsComponent& keeps = {});
+                                                 double isovalue,
+                                                 const ChooseComponents& choose = {});
 
 }  // namespace multitetra
