@@ -60,7 +60,7 @@ class Output {
     const std::string suffix = std::filesystem::path(part.mesh_file).extension().string();
     const std::string name = "step_" + std::to_string(fetched.step->begin.step) + suffix;
     const OutputSurface surface = surface_of(fetched);
-    write_file(part.steps_directory / name, mesh_file(surface.mesh, format_, surface.lattice));
+    write_file(part.steps_directory / name, file_of(surface));
   }
   // A step as it is written.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
@@ -77,7 +77,7 @@ class Output {
       return write_file(arguments_.mesh, scene_glb(scene));
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
-      write_file(parts[i].mesh_file, mesh_file(surfaces[i].mesh, format_, surfaces[i].lattice));
+      write_file(parts[i].mesh_file, file_of(surfaces[i]));
     }
   }
   // Also of a fetch that failed, with the steps that came.
@@ -94,6 +94,10 @@ class Output {
   }
 
  private:
+  [[nodiscard]] std::string file_of(const OutputSurface& surface) const {
+    return mesh_file(surface.mesh, format_,
+                     {.lattice = surface.lattice, .min_component = surface.min_component});
+  }
   static void print(const FetchReport& report) {
     if (report.error) return;
     std::cout << checks_table(report.steps);
@@ -170,18 +174,6 @@ FetchedStep for_report(const FetchedStep& fetched) {
       .step = step, .first_byte_seconds = fetched.first_byte_seconds, .seconds = fetched.seconds};
 }
 
-// Measures of the components that are written: those with at least that diagonal.
-SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
-                              const DatasetInfo& info) {
-  const MeshComponents components = components_of(mesh);
-  const std::vector<SurfaceMeasures> all = measures_of(mesh, components, grid_to_world(info));
-  std::vector<SurfaceMeasures> written;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (components.diagonals[i] >= least_diagonal) written.push_back(all[i]);
-  }
-  return sum_of(written);
-}
-
 // Fetches and checks one surface.
 ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Part& part,
                                        ConnectedRequest& surface, const Output& output,
@@ -199,12 +191,14 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
     surface.notices.add(empty_surface_text(report.open.request, info));
   }
   const LatticeMesh& mesh = final_step->step->mesh;
-  report.measures = measures_from(mesh, arguments.order.surface.query.min_component, info);
+  report.measures =
+      measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
   report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
   const bool has_report = arguments.json || !arguments.report.empty();
   if (has_report && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
+  if (has_report) surface.notices.add(volume_notice(*report.measures, report.distance_bound));
   OutputSurface written = output.surface_of(*final_step);
   const std::string left_out = left_out_text(written, arguments.order.surface);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");

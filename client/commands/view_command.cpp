@@ -122,6 +122,10 @@ Result<std::string> viewer_address(const ViewArguments& a) {
 int view(const ViewArguments& arguments) {
   const auto address = viewer_address(arguments);
   if (!address) return print_error(kUsage, address.error().text);
+  const auto server = parse_server_url(arguments.server);
+  if (arguments.http.empty() && server && !server->is_web_socket()) {
+    std::cerr << "This takes the viewer to be at port 7480; --http ADDRESS names another place.\n";
+  }
   std::cout << *address << "\n";
   return kOk;
 }

@@ -61,24 +61,9 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
-// How far the volume may be from that inside the full-resolution surface: the distance between the
-// surfaces times the area. null where no distance is promised, or there is no volume.
-Json volume_bound(const FetchReport& report) {
-  if (!report.measures || !report.measures->volume) return nullptr;
-  return report.distance_bound ? Json(*report.distance_bound * report.measures->area)
-                               : Json(nullptr);
-}
-
-// Why the surface encloses no volume; null where it has one, or there is no final step.
-Json volume_reason(const FetchReport& report) {
-  if (!report.measures || report.measures->volume) return nullptr;
-  return "the surface is open at the border of the data; `prepare` with --outside VALUE --margin 1 "
-         "closes it";
-}
-
-// null: there is no final step.
-Json area_is_exact(const FetchReport& report) {
-  if (!report.measures || report.steps.empty()) return nullptr;
+// nullopt: there is no final step.
+std::optional<bool> area_is_exact(const FetchReport& report) {
+  if (!report.measures || report.steps.empty()) return std::nullopt;
   return is_full_resolution(report.steps.back().step->begin);
 }
 
@@ -95,20 +80,16 @@ Json json_of(const FetchReport& report) {
       {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
       {"components_written",
        report.components_written ? Json(*report.components_written) : Json(nullptr)},
-      {"area", report.measures ? Json(report.measures->area) : Json(nullptr)},
-      {"area_is_exact", area_is_exact(report)},
-      {"volume",
-       report.measures && report.measures->volume ? Json(*report.measures->volume) : Json(nullptr)},
-      {"volume_reason", volume_reason(report)},
-      {"volume_bound", volume_bound(report)},
-      {"self_intersecting_triangles", report.self_intersecting_triangles
-                                          ? Json(*report.self_intersecting_triangles)
-                                          : Json(nullptr)},
-      {"tiles_held", report.tiles_held},
-      {"tiles_received", report.received.tiles},
-      {"bytes_received", report.received.payload_bytes},
-      {"reconnections", report.reconnections},
-      {"steps", std::move(steps)}};
+  };
+  json.update(json_of(report.measures, report.distance_bound, area_is_exact(report)));
+  json["self_intersecting_triangles"] = report.self_intersecting_triangles
+                                            ? Json(*report.self_intersecting_triangles)
+                                            : Json(nullptr);
+  json["tiles_held"] = report.tiles_held;
+  json["tiles_received"] = report.received.tiles;
+  json["bytes_received"] = report.received.payload_bytes;
+  json["reconnections"] = report.reconnections;
+  json["steps"] = std::move(steps);
   if (report.error) {
     json["error"] = {{"code", name(report.error->code)}, {"text", report.error->text}};
   }

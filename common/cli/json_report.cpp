@@ -159,6 +159,55 @@ Json json_of(const DatasetInfo& info) {
             {"counts", info.histogram.counts}}}};
 }
 
+namespace {
+
+std::optional<double> volume_bound(const SurfaceMeasures& measures,
+                                   std::optional<double> distance_bound) {
+  if (!measures.volume || !distance_bound) return std::nullopt;
+  return *distance_bound * measures.area;
+}
+
+template <typename Value>
+Json value_or_null(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+}  // namespace
+
+Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<double> distance_bound,
+             std::optional<bool> is_full_resolution) {
+  if (!measures) {
+    return {{"area", nullptr},
+            {"area_is_exact", nullptr},
+            {"volume", nullptr},
+            {"volume_reason", nullptr},
+            {"volume_bound", nullptr}};
+  }
+  const Json reason = measures->volume
+                          ? Json(nullptr)
+                          : Json(
+                                "the surface is open at the border of the data; `prepare` with "
+                                "--outside VALUE --margin 1 closes it");
+  return {{"area", measures->area},
+          {"area_is_exact", value_or_null(is_full_resolution)},
+          {"volume", value_or_null(measures->volume)},
+          {"volume_reason", reason},
+          {"volume_bound", value_or_null(volume_bound(*measures, distance_bound))}};
+}
+
+std::vector<std::string> volume_notice(const SurfaceMeasures& measures,
+                                       std::optional<double> distance_bound) {
+  constexpr double kWide = 0.1;
+  const auto bound = volume_bound(measures, distance_bound);
+  if (!bound || *bound <= kWide * std::abs(*measures.volume)) return {};
+  const double percent = 100 * *bound / std::abs(*measures.volume);
+  const std::string part =
+      std::isfinite(percent) ? std::to_string(std::llround(percent)) + " % of" : "more than";
+  return {"volume_bound is " + part +
+          " the volume; a smaller --error narrows it, down to --error 0 "
+          "with --lattice 8."};
+}
+
 std::string text_of(const Json& json) {
   return json.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
 }

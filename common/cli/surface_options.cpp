@@ -128,6 +128,7 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
   const Affine map = output_map(arguments, info);
   OutputSurface output{.mesh = {},
                        .lattice = mesh.resolution,
+                       .min_component = arguments.query.min_component,
                        .components = components.count_from(arguments.query.min_component),
                        .components_of = components.diagonals.size()};
   output.mesh =

@@ -59,6 +59,7 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 struct OutputSurface {
   PositionedMesh mesh;
   int lattice = kDefaultLatticeResolution;  // Vertices are at multiples of 2^-lattice grid steps.
+  double min_component = 0;  // Components with a shorter diagonal are left out, in samples.
   // Components in the mesh.
   std::size_t components = 0;
   // Components of the whole surface.

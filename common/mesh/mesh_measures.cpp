@@ -77,4 +77,15 @@ SurfaceMeasures sum_of(const std::vector<SurfaceMeasures>& measures) {
   return all;
 }
 
+SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
+                              const Affine& grid_to_world) {
+  const MeshComponents components = components_of(mesh);
+  const std::vector<SurfaceMeasures> all = measures_of(mesh, components, grid_to_world);
+  std::vector<SurfaceMeasures> written;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (components.diagonals[i] >= least_diagonal) written.push_back(all[i]);
+  }
+  return sum_of(written);
+}
+
 }  // namespace multitetra

@@ -25,4 +25,8 @@ struct SurfaceMeasures {
 // All of them together: a volume only where each of them has one.
 [[nodiscard]] SurfaceMeasures sum_of(const std::vector<SurfaceMeasures>& measures);
 
+// Measures of the components with at least that diagonal, in grid steps.
+[[nodiscard]] SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
+                                            const Affine& grid_to_world);
+
 }  // namespace multitetra

@@ -183,7 +183,7 @@ constexpr std::array kFields = {
       "those that apply",
       set_word<&T::combination, combination_from>},
 
-    F{"max_bytes", "BYTES", "", kSize, kEveryday, kOnce,
+    F{"max_bytes", "BYTES", "", kSize, kRare, kOnce,
       "Most bytes of each step, such as 500KiB; raises the error to fit",
       set_amount<&R::max_bytes, parse_bytes>},
     F{"max_triangles", "COUNT", "", kSize, kRare, kOnce,
@@ -193,8 +193,8 @@ constexpr std::array kFields = {
       "on: meshes with a few of the triangles, within the same errors; off: all of marching "
       "tetrahedra",
       set_switch<&R::simplify>},
-    F{"embedded", "", "off", kSize, kRare, kOnce,
-      "Simplified meshes without self-intersections, in two to three times the time",
+    F{"embedded", "", "off", kSize, kEveryday, kOnce,
+      "Simplified meshes without self-intersections; takes two to three times as long",
       set_switch<&R::embedded>},
     F{"normals", "BITS", "0", kSize, kRare, kOnce,
       "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals",
@@ -221,8 +221,7 @@ constexpr std::array kFields = {
       "Coordinates of the mesh: those of the world, or sample indices",
       set_word<&Q::coordinates, coordinate_system_from>},
     F{"min_component", "SAMPLES", "0", kFile, kRare, kOnce,
-      "Remove connected components whose bounding box has a shorter diagonal; checks and digests "
-      "are those of the "
+      "Remove components with a shorter bounding-box diagonal; checks and digests are those of the "
       "whole surface",
       set_min_component},
 };

@@ -78,6 +78,7 @@ void write(const Hello& hello, v1::ClientMessage& message) {
   wire.set_token(hello.token);
   wire.set_agent(hello.agent);
   wire.set_on_behalf_of(hello.on_behalf_of);
+  wire.set_client_address(hello.client_address);
 }
 
 Hello read(const v1::Hello& wire, FieldChecks& checks) {
@@ -93,9 +94,11 @@ Hello read(const v1::Hello& wire, FieldChecks& checks) {
   checks.at_most("Hello.token", wire.token().size(), kMaxTokenBytes, "bytes");
   checks.at_most("Hello.agent", wire.agent().size(), kMaxNameBytes, "bytes");
   checks.at_most("Hello.on_behalf_of", wire.on_behalf_of().size(), kMaxBehalfBytes, "bytes");
+  checks.at_most("Hello.client_address", wire.client_address().size(), kMaxNameBytes, "bytes");
   hello.token = wire.token();
   hello.agent = wire.agent();
   hello.on_behalf_of = wire.on_behalf_of();
+  hello.client_address = wire.client_address();
   return hello;
 }
 

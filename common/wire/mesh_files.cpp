@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "common/base/atomic_file.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "common/wire/detail/triangle_normals.hpp"
 #include "common/wire/detail/vtp_file.hpp"
@@ -148,9 +149,10 @@ std::string_view media_type(MeshFormat format) {
   return kSuffixAndMediaType[static_cast<std::size_t>(format)].second;
 }
 
-std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, std::optional<int> lattice) {
+std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshFileFacts& facts) {
   std::string title(kMeshFileTitle);
-  if (lattice) title += ", lattice " + std::to_string(*lattice);
+  if (facts.lattice) title += ", lattice " + std::to_string(*facts.lattice);
+  if (facts.min_component > 0) title += ", min_component " + shortest_text(facts.min_component);
   switch (format) {
     case MeshFormat::kPly:
       return ply(mesh, title);

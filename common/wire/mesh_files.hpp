@@ -14,9 +14,17 @@
 
 namespace multitetra {
 
-// What the comments of PLY and OBJ files and the header of STL files begin with. Where the vertices
-// lie on a lattice, ", lattice R" follows: they are at multiples of 2^-R grid steps.
+// What the comments of PLY and OBJ files and the header of STL files begin with.
 inline constexpr std::string_view kMeshFileTitle = "Multi-Tetra isosurface";
+
+// What follows there, for programs that compare the mesh with its volume.
+struct MeshFileFacts {
+  // ", lattice R": the vertices lie at multiples of 2^-R grid steps.
+  std::optional<int> lattice = std::nullopt;
+  // ", min_component SAMPLES": components with a shorter bounding-box diagonal were removed. 0:
+  // none.
+  double min_component = 0;
+};
 
 enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 
@@ -31,10 +39,10 @@ enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 // mesh's normals are in all files but STL, which has those of its triangles; GLB has smooth ones of
 // the triangles around a vertex if the mesh has none, and a double-sided material. Scalars and
 // colors are in PLY, GLB (see scene_file.hpp) and VTP. DRC is quantized to 20 bits over the
-// bounding box. PLY, STL and OBJ files name the lattice of the vertices, if there is one. Throws
-// std::system_error when the mesh exceeds a limit of the format (GLB: 4 GiB).
+// bounding box. PLY, STL and OBJ files have the facts. Throws std::system_error when the
+// mesh exceeds a limit of the format (GLB: 4 GiB).
 [[nodiscard]] std::string mesh_file(const PositionedMesh& mesh, MeshFormat format,
-                                    std::optional<int> lattice = std::nullopt);
+                                    const MeshFileFacts& facts = {});
 
 // The file appears whole or not at all, see atomic_file.hpp. Throws std::system_error naming the
 // file.

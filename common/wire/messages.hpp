@@ -53,6 +53,8 @@ struct Hello {
   std::string agent = {};  // Program and version, for logs; at most 255 bytes.
   // From a gateway: the identity of its client, for servers that trust it; at most 512 bytes.
   std::string on_behalf_of = {};
+  // Likewise: the address of its client, for the log; at most 255 bytes.
+  std::string client_address = {};
 };
 
 struct ListDatasets {

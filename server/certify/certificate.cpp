@@ -6,6 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "server/certify/detail/missing_components.hpp"
 #include "server/certify/detail/reference_surface.hpp"
 #include "server/dataset/dataset.hpp"
 
@@ -14,6 +15,10 @@ namespace {
 
 // Between the lower and the upper bound of a maximum, and how near to the border is on it: voxels.
 constexpr double kTolerance = 0.01;
+
+// Without an allowed error: how far a component of the full surface may be from the mesh and still
+// be a part of it. Voxels.
+constexpr double kErrorUnasked = 1;
 
 // Where the mesh may end: near the data's border, and near void samples.
 class OpenPlaces {
@@ -139,13 +144,27 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   certificate.grid = grid_info(volume, options.outside, options.margin);
   certificate.is_topology_asked = !options.any_topology;
   const Field field(volume, options.outside, options.margin);
-  const ReferenceSurface reference = reference_surface(field, certificate.grid, options.isovalue);
+  const WeldedMesh own = welded(mesh);
+  const double voxel = voxel_length(certificate.grid);
+  certificate.rounding_allowance = float_rounding(own.mesh);
+  if (options.lattice) {
+    certificate.lattice_allowance = lattice_step_world(certificate.grid, *options.lattice);
+  }
+  const double allowed = options.error.value_or(kErrorUnasked * voxel) +
+                         certificate.lattice_allowance + certificate.rounding_allowance;
+  const MeshComponents components =
+      components_of(own.mesh, inverse(grid_to_world(certificate.grid)));
+  ChooseComponents choose;
+  if (options.min_component > 0) {
+    choose = ExpectedComponents{own.mesh, components, options.min_component, allowed, voxel};
+  }
+  const ReferenceSurface reference =
+      reference_surface(field, certificate.grid, options.isovalue, choose);
   certificate.reference = reference.topology;
   certificate.nonmanifold_vertices_of_reference =
       nonmanifold_vertices(reference.mesh.vertices.size(), reference.mesh.triangles);
 
   begin("topology");
-  const WeldedMesh own = welded(mesh);
   certificate.degenerate_triangles = own.degenerate_triangles;
   certificate.vertices_beyond_data = vertices_beyond_data(own.mesh, volume);
   const OpenPlaces open_places(field, certificate.grid);
@@ -157,17 +176,14 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
       nonmanifold_vertices(own.mesh.vertices.size(), own.mesh.triangles);
 
   begin("distances");
-  const double voxel = voxel_length(certificate.grid);
   DistanceSearch search{.samples = options.samples, .tolerance = kTolerance * voxel};
-  certificate.rounding_allowance = float_rounding(own.mesh);
-  if (options.lattice) {
-    certificate.lattice_allowance = lattice_step_world(certificate.grid, *options.lattice);
-  }
-  if (options.error) {
-    search.limit = *options.error + certificate.lattice_allowance + certificate.rounding_allowance;
-  }
+  if (options.error) search.limit = allowed;
   certificate.distance = two_sided_distance(own.mesh, reference.mesh, search);
   if (search.limit) certificate.error = verdict(certificate, *search.limit);
+  const bool is_mesh_near = certificate.distance.mesh_to_reference.maximum <= allowed;
+  if (!certificate.is_kept() && is_mesh_near) {
+    certificate.missing = missing_components(reference, own.mesh, components, allowed);
+  }
   if (options.count_self_intersections) {
     begin("self-intersections");
     certificate.self_intersections = self_intersections(own.mesh);

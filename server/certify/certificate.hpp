@@ -27,6 +27,9 @@ struct CertifyOptions {
   // error is exceeded only beyond that. None: they are where they should be.
   std::optional<int> lattice = std::nullopt;
   bool any_topology = false;  // The topology need not be that of the full surface.
+  // Components of the full surface with a shorter bounding-box diagonal, in samples, are not in the
+  // mesh on purpose. Those that the error may have moved across this limit may be there or not.
+  double min_component = 0;
   bool count_self_intersections = false;
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
@@ -42,6 +45,15 @@ enum class ErrorVerdict {
   kKept,        // Proven: no point of either surface is farther.
   kNotRefuted,  // No point that was looked at is farther, but a bound for all of them is.
   kExceeded,
+};
+
+// Components of the full surface that are not in the mesh, although all vertices of the others keep
+// the error.
+struct MissingComponents {
+  std::uint64_t count = 0;
+  double largest_diagonal = 0;  // In samples.
+  // The least diagonal for `min_component` that expects them to be missing, and no other.
+  std::optional<double> min_component;
 };
 
 struct Certificate {
@@ -62,6 +74,7 @@ struct Certificate {
   double rounding_allowance = 0;
   ErrorVerdict error = ErrorVerdict::kNotAsked;
   bool is_topology_asked = true;
+  std::optional<MissingComponents> missing;  // Set where the mesh is not kept for this reason alone.
   std::optional<SelfIntersections> self_intersections;
 
   [[nodiscard]] double maximum() const;          // The larger one of both directions.

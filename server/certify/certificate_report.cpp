@@ -160,8 +160,23 @@ std::string topology_text(const Certificate& certificate) {
   return table(rows);
 }
 
+std::string missing_text(const Certificate& certificate) {
+  const MissingComponents& missing = *certificate.missing;
+  std::string text =
+      "\n" + human_count(missing.count) + " of " +
+      human_count_of(static_cast<std::uint64_t>(certificate.reference.components), "component") +
+      " of the full surface, with diagonals up to " + digits(missing.largest_diagonal) +
+      " samples, are not in the mesh; the others agree with it.";
+  if (missing.min_component) {
+    text += " If they were removed, compare without them: --min-component " +
+            shortest_text(*missing.min_component) + ".";
+  }
+  return text + "\n";
+}
+
 // What may be the cause when vertices lie where the surface of the volume cannot be.
 std::string hint(const Certificate& certificate, const CertifyOptions& options) {
+  if (certificate.missing) return missing_text(certificate);
   if (certificate.is_kept() || options.outside || certificate.vertices_beyond_data == 0) return {};
   return "\n" + human_count(certificate.vertices_beyond_data) +
          " vertices lie beyond the samples. If the dataset was prepared with --outside, --margin "
@@ -192,6 +207,14 @@ Json error_json(const Certificate& certificate, const CertifyOptions& options, d
           {"voxel", is_asked ? Json(*options.error / voxel) : Json(nullptr)},
           {"lattice_allowance_world", certificate.lattice_allowance},
           {"rounding_allowance_world", certificate.rounding_allowance}};
+}
+
+Json missing_json(const Certificate& certificate) {
+  if (!certificate.missing) return nullptr;
+  const MissingComponents& missing = *certificate.missing;
+  return {{"count", missing.count},
+          {"largest_diagonal", missing.largest_diagonal},
+          {"min_component", missing.min_component ? Json(*missing.min_component) : Json(nullptr)}};
 }
 
 }  // namespace
@@ -229,6 +252,8 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
                  {"full_to_mesh", json_of(certificate.distance.reference_to_mesh, voxel)}}},
                {"mesh", std::move(mesh)},
                {"full_surface", std::move(reference)},
+               {"missing_components", missing_json(certificate)},
+               {"min_component", options.min_component},
                {"self_intersections", nullptr}};
   if (certificate.self_intersections) {
     const SelfIntersections& found = *certificate.self_intersections;

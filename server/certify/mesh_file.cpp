@@ -40,22 +40,33 @@ Number number_from(std::string_view word, const char* kind) {
   return *number;
 }
 
-// The R of ", lattice R" behind the title of our files.
-std::optional<int> lattice_in(std::string_view file) {
-  const std::string before = std::string(kMeshFileTitle) + ", lattice ";
+// What follows the title of our files, up to the end of its line: ", lattice 5, min_component 12".
+std::string_view facts_in(std::string_view file) {
   constexpr std::size_t kWithin = 256;
   const std::string_view header = file.substr(0, kWithin);
-  const std::size_t found = header.find(before);
-  if (found == std::string_view::npos) return std::nullopt;
-  const std::string_view rest = header.substr(found + before.size());
-  const auto lattice = parse_number<int>(rest.substr(0, rest.find_first_not_of("0123456789")));
-  const bool is_lattice =
-      lattice && *lattice >= kMinLatticeResolution && *lattice <= kMaxLatticeResolution;
-  return is_lattice ? lattice : std::nullopt;
+  const std::size_t title = header.find(kMeshFileTitle);
+  if (title == std::string_view::npos) return {};
+  const std::string_view facts = header.substr(title + kMeshFileTitle.size());
+  return facts.substr(0, facts.find('\n'));
 }
 
-TriangleMesh with_lattice(TriangleMesh mesh, std::string_view file) {
-  mesh.lattice = lattice_in(file);
+template <typename Number>
+std::optional<Number> fact(std::string_view facts, std::string_view name) {
+  const std::string before = ", " + std::string(name) + " ";
+  const std::size_t found = facts.find(before);
+  if (found == std::string_view::npos) return std::nullopt;
+  const std::string_view rest = facts.substr(found + before.size());
+  return parse_number<Number>(rest.substr(0, rest.find_first_not_of("0123456789.e+-")));
+}
+
+TriangleMesh with_facts(TriangleMesh mesh, std::string_view file) {
+  const std::string_view facts = facts_in(file);
+  const auto lattice = fact<int>(facts, "lattice");
+  if (lattice && *lattice >= kMinLatticeResolution && *lattice <= kMaxLatticeResolution) {
+    mesh.lattice = lattice;
+  }
+  const auto diagonal = fact<double>(facts, "min_component");
+  if (diagonal && *diagonal > 0 && std::isfinite(*diagonal)) mesh.min_component = *diagonal;
   return mesh;
 }
 
@@ -64,12 +75,12 @@ TriangleMesh read(const fs::path& file) {
   if (suffix == ".vtp") return read_vtp(file);
   const std::string bytes = contents_of(file);
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) {
-    return with_lattice(read_ply(bytes), bytes);
+    return with_facts(read_ply(bytes), bytes);
   }
   if (bytes.starts_with("glTF")) return read_glb(bytes);
   if (bytes.starts_with("DRACO")) return read_draco(bytes);
-  if (suffix == ".stl") return with_lattice(read_stl(bytes), bytes);
-  if (suffix == ".obj") return with_lattice(read_obj(bytes), bytes);
+  if (suffix == ".stl") return with_facts(read_stl(bytes), bytes);
+  if (suffix == ".obj") return with_facts(read_obj(bytes), bytes);
   throw MeshFault("it is in no format known here (PLY, STL, OBJ, GLB, DRC, VTP)");
 }
 

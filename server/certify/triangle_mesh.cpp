@@ -7,6 +7,15 @@
 
 namespace multitetra {
 
+std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh) {
+  std::vector<SurfaceTriangle> triangles;
+  triangles.reserve(mesh.triangles.size());
+  for (const TriangleIndices& t : mesh.triangles) {
+    triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
+  }
+  return triangles;
+}
+
 WeldedMesh welded(const TriangleMesh& mesh) {
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   const std::vector<Vec3>& places = mesh.vertices;

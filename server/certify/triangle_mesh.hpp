@@ -7,6 +7,7 @@
 
 #include "common/base/vec3.hpp"
 #include "common/mesh/mesh.hpp"
+#include "common/mesh/surface_distance.hpp"
 
 namespace multitetra {
 
@@ -16,6 +17,9 @@ struct TriangleMesh {
   // The vertices are at multiples of 2^-lattice grid steps, according to the file. None: it names
   // no lattice.
   std::optional<int> lattice = std::nullopt;
+  // Components with a shorter bounding-box diagonal were removed, in samples, according to the
+  // file.
+  double min_component = 0;
 };
 
 struct WeldedMesh {
@@ -24,6 +28,9 @@ struct WeldedMesh {
   TriangleMesh mesh;
   std::uint64_t degenerate_triangles = 0;  // Left out: two corners were at the same place.
 };
+
+// The corners of each triangle.
+[[nodiscard]] std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh);
 
 // Joins vertices at exactly the same place; formats such as STL have every corner on its own.
 [[nodiscard]] WeldedMesh welded(const TriangleMesh& mesh);

@@ -17,15 +17,6 @@ constexpr int kMostRounds = 16;
 
 using Found = NearestTriangle::Found;
 
-std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh) {
-  std::vector<SurfaceTriangle> triangles;
-  triangles.reserve(mesh.triangles.size());
-  for (const TriangleIndices& t : mesh.triangles) {
-    triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
-  }
-  return triangles;
-}
-
 // No point of the triangle is farther from the other surface than this.
 double bound_of(const SurfaceTriangle& triangle, const std::array<Found, 3>& nearest) {
   double bound = kInfinity;

@@ -69,8 +69,10 @@ Result<void> ConnectionContext::forwarded_for(std::string_view addresses) {
   return {};
 }
 
-void ConnectionContext::asks_for(std::string name) {
-  if (admission_.options_.trusted_proxies.contains(address_)) asks_for_ = std::move(name);
+void ConnectionContext::asks_for(std::string name, std::string client_address) {
+  if (!admission_.options_.trusted_proxies.contains(address_)) return;
+  asks_for_ = std::move(name);
+  if (!client_address.empty()) facts_.peer = std::move(client_address);
 }
 
 std::string ConnectionContext::share() const {

@@ -80,8 +80,9 @@ class ConnectionContext {
     facts_.name = std::move(name);
     has_token_ = has_token;
   }
-  // The client that a gateway names; accepted from trusted gateways only.
-  void asks_for(std::string name);
+  // The client that a gateway names, and its address for the log (empty: not given); accepted from
+  // trusted gateways only.
+  void asks_for(std::string name, std::string client_address);
   // Whose share of the server's time and memory this client has: that of its token, else that of
   // its address (IPv6: its /64 network). Whom a trusted proxy or gateway brings has the share
   // that it names, or else one of its own.

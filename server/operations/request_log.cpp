@@ -31,9 +31,10 @@ LogLevel level_of(const ClientFacts& client) {
   return std::string_view(client.protocol) == "http" ? LogLevel::kDebug : LogLevel::kInfo;
 }
 
-LogLevel level_of(std::string_view kind) {
-  const bool is_large = kind == "stream" || kind == "estimate" || kind == "isosurface";
-  return is_large ? LogLevel::kInfo : LogLevel::kDebug;
+// A warning where the server failed, or lacks capacity: then it says when to come again.
+LogLevel level_of(const Error& error) {
+  const bool is_full = error.code == ErrorCode::kUnavailable && error.retry_after > 0;
+  return is_full || error.code == ErrorCode::kInternal ? LogLevel::kWarning : LogLevel::kInfo;
 }
 
 LogLevel level_of(int status) {
@@ -92,8 +93,10 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
   // A request over a limit gets an answer, whose line has the reason.
   const std::string_view text = limit;
-  const bool is_of_request = text != "connections" && text != "idle_seconds";
-  log_line_about(client.peer, is_of_request ? LogLevel::kDebug : LogLevel::kWarning, "refused",
+  const LogLevel level = text == "connections"    ? LogLevel::kWarning
+                         : text == "idle_seconds" ? LogLevel::kInfo
+                                                  : LogLevel::kDebug;
+  log_line_about(client.peer, level, "refused",
                  {{"connection", client.connection},
                   {"transport", client.protocol},
                   {"peer", client.peer},
@@ -104,7 +107,7 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
   // A rejection over HTTP is logged by http_answered, once.
   const bool is_rejection = !facts.id.empty() && facts.outcome != "complete" &&
                             facts.outcome != "cancelled" && facts.outcome != "left";
-  const LogLevel level = is_rejection ? LogLevel::kDebug : level_of(facts.kind);
+  const LogLevel level = is_rejection ? LogLevel::kDebug : LogLevel::kInfo;
   const auto write = [&](std::initializer_list<LogField> fields) {
     // What was answered in full took its time; what was not may be a flood.
     if (facts.outcome == "complete") {
@@ -133,7 +136,7 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,
                                 std::uint64_t request) {
   if (std::string_view(client.protocol) == "http") return;  // http_answered has the reason.
-  log_line_about(client.peer, LogLevel::kInfo, error.text,
+  log_line_about(client.peer, level_of(error), error.text,
                  {{"connection", client.connection},
                   {"request", unless_zero(request)},
                   {"peer", client.peer},

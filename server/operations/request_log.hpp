@@ -6,9 +6,10 @@
 
 namespace multitetra {
 
-// Connections, streams, estimates and meshes are logged at level info, and so are refused HTTP
-// requests; the many small ones that succeed (lists, tiles, files) at debug. An HTTP request has
-// the name that its response has (X-Request-Id), and a rejected one a single line, with its reason.
+// Every request about datasets is one line at level info, also a rejected one, and so is a
+// connection (HTTP: at debug). Tiles by digest, files of the viewer, health checks and metrics are
+// at debug when they succeed. Warnings are what the server has no capacity for, and its failures.
+// An HTTP request has the name that its response has (X-Request-Id), and a rejected one its reason.
 class RequestLog : public ServiceObserver {
  public:
   void connected(const ClientFacts& client) override;

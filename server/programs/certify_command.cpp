@@ -28,6 +28,7 @@ struct CertifyArguments {
   std::optional<double> error;
   std::string unit = "voxel";
   std::optional<int> lattice;
+  std::optional<double> min_component;
   bool any_topology = false;
   bool self_intersections = false;
   std::string outside;  // Empty: not given.
@@ -103,6 +104,7 @@ int run_certify(const CertifyArguments& arguments) {
   progress.begin("mesh");
   TriangleMesh mesh = read_mesh(arguments.mesh);
   if (!options.lattice) options.lattice = mesh.lattice;
+  options.min_component = arguments.min_component.value_or(mesh.min_component);
   progress.begin("volume");
   const Volume volume = volume_of(arguments, options, progress);
   const Affine map = mesh_to_world(arguments, volume);
@@ -158,6 +160,12 @@ void add_certify_command(Command& program, Run& run) {
           "`extract` or `fetch` wrote it")
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
+  command
+      ->add_option("--min-component", a->min_component,
+                   "The mesh lacks components with a shorter diagonal; default: those that the "
+                   "mesh file names")
+      ->within(0.0, 1e6)
+      ->type_name("SAMPLES");
   command->add_flag("--any-topology", a->any_topology,
                     "Check the distance only, not components, holes and cracks");
   command->add_flag("--self-intersections", a->self_intersections,
@@ -168,13 +176,11 @@ void add_certify_command(Command& program, Run& run) {
   command->begin_group("Coordinates");
   command
       ->add_option("--outside", a->outside,
-                   "What lies beyond the data: void (surfaces end at the last sample) or a value "
-                   "(they close); default: void")
+                   "Value beyond the data, as in `prepare`, or void; default: void")
       ->type_name("VALUE");
   command
-      ->add_option(
-          "--margin", a->margin,
-          "Grid steps around the data; 1 with a value closes surfaces on all sides; default: 0")
+      ->add_option("--margin", a->margin,
+                   "Layers of that value around the data, as in `prepare`; default: 0")
       ->within(0, 4096);
   command
       ->add_option("--coordinates", a->coordinates,

@@ -19,13 +19,16 @@
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "common/mesh/lattice_intersections.hpp"
+#include "common/mesh/mesh_measures.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
 #include "common/wire/mesh_files.hpp"
 #include "common/wire/tile.hpp"
+#include "server/certify/certificate.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
+#include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
@@ -104,16 +107,38 @@ Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
           {"points", model.points}};
 }
 
+// Area and volume of what is written, and how near it is to the full-resolution surface.
+struct Measured {
+  std::optional<SurfaceMeasures> measures;
+  std::optional<double> distance_bound;  // World units, with the lattice. None: it has no bound.
+  bool is_full_resolution = false;
+};
+Measured measured(const ExtractArguments& arguments, const IsosurfaceRequest& request,
+                  const LatticeMesh& mesh, const DatasetInfo& info) {
+  Measured result;
+  result.measures = measures_from(mesh, arguments.surface.query.min_component, grid_to_world(info));
+  const bool is_bounded = !arguments.level && request.topology_tolerance == 0 &&
+                          request.measure == ErrorMeasure::kCertified;
+  if (!is_bounded) return result;
+  const double error = largest_threshold(request, info);
+  // Rounding moves a vertex by half a lattice step.
+  result.distance_bound = error + lattice_step_world(info, request.lattice_resolution) / 2;
+  result.is_full_resolution = error == 0;
+  return result;
+}
+
 // Without what was written.
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const std::vector<std::string>& notices, const TiledSurface& surface,
-               const MeshTopology& topology, std::optional<std::size_t> self_intersecting,
-               const ContentDigest& content, const Progress& progress) {
+               const MeshTopology& topology, const Measured& measured,
+               std::optional<std::size_t> self_intersecting, const ContentDigest& content,
+               const Progress& progress) {
   Json report = {{"tetrahedra", surface.tetrahedra},
                  {"active_tetrahedra", surface.active_tetrahedra}};
   report.update(json_of(topology));
   report["tiles"] = surface.tiles.size();
   report["simplification_bound_world"] = simplification_bound(surface);
+  report.update(json_of(measured.measures, measured.distance_bound, measured.is_full_resolution));
   if (self_intersecting) report["self_intersecting_triangles"] = *self_intersecting;
   report["content_digest"] = content.hex();
   report["seconds"] = progress.seconds();
@@ -275,9 +300,15 @@ int extract(const ExtractArguments& arguments) {
   std::optional<std::size_t> self_intersecting;
   if (request.simplify) self_intersecting = lattice_intersections(mesh).triangles;
 
+  Measured of_mesh;
+  if (arguments.json || !arguments.report.empty()) {
+    of_mesh = measured(arguments, request, mesh, info);
+    notices.add(volume_notice(*of_mesh.measures, of_mesh.distance_bound));
+  }
+
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.texts(), surface, topology, self_intersecting,
-                     content, progress);
+    return report_of(arguments, request, notices.texts(), surface, topology, of_mesh,
+                     self_intersecting, content, progress);
   };
   if (topology.triangles == 0) {
     notices.add(empty_surface_text(request, info));
@@ -296,7 +327,9 @@ int extract(const ExtractArguments& arguments) {
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("file");
-  write_file(arguments.output, mesh_file(output.mesh, format, output.lattice));
+  write_file(arguments.output,
+             mesh_file(output.mesh, format,
+                       {.lattice = output.lattice, .min_component = output.min_component}));
   std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");

@@ -31,13 +31,13 @@ std::optional<double> outside_from(const std::string& text) {
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin) {
   command
       .add_option("--outside", outside,
-                  "What lies beyond the data: void (surfaces end at the last sample) or a value "
-                  "(they close) (default: void, and 0 for labels)")
+                  "Value beyond the data, or void; a value closes surfaces, void ends them at the "
+                  "last sample (default: void, and 0 for labels)")
       ->type_name("VALUE");
   command
       .add_option("--margin", margin,
-                  "Grid steps around the data; 1 with a value closes surfaces on all sides "
-                  "(default: 0, and 1 for labels)")
+                  "Layers of that value around the data; 1 closes surfaces on all sides (default: "
+                  "0, and 1 for labels)")
       ->within(0, 4096);
 }
 

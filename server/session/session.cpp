@@ -48,7 +48,9 @@ Actions Session::renew(AccessListPtr access) {
 
 Actions Session::receive(const ClientMessage& message) {
   if (is_closed_) return {};
-  if (!is_welcomed_ && !std::holds_alternative<Hello>(message)) {
+  const bool may_be_first =
+      std::holds_alternative<Hello>(message) || std::holds_alternative<Ping>(message);
+  if (!is_welcomed_ && !may_be_first) {
     return end({ErrorCode::kUnexpectedMessage, "The first message must be Hello."});
   }
   return std::visit([this](const auto& m) { return answer(m); }, message);

@@ -60,7 +60,7 @@ for i in $(seq 20); do "$server" token "user$i" --file tokens >/dev/null & made+
 wait "${made[@]}"
 [ "$(grep -c '^user' tokens)" = 20 ] || fail "of twenty tokens made at once $(grep -c '^user' tokens) are there"
 
-# What is wrong is one line of the log, with the token's name and the reason; the client is told no more than for a typing error.
+# What is wrong is one line of the log, with the token's name and the reason; the client's reply is that to a typing error.
 "$server" generate torus --size 9 -o torus.nrrd --quiet
 "$server" prepare torus.nrrd -o torus.mtd --name torus --quiet
 seer=$("$server" token seer --datasets torus --file watched)

@@ -86,7 +86,7 @@ meshes() {
       "http://127.0.0.1:$http_port/v1/datasets/head/isosurface?isovalue=$((300 + RANDOM % 600))&error=1&format=obj" || true
   done
 }
-# Answers of HTTP that nobody reads: slices, meshes, cells of 3D Tiles, of four addresses.
+# HTTP replies that are never read: slices, meshes, cells of 3D Tiles, of four addresses.
 unread() {
   python3 "$project/tests/faults/unread_answers.py" "127.0.0.1:$http_port" --clients 40 --addresses 4 \
     --seconds $((round_seconds - 2)) --token-file eve.token "/v1/datasets/head/slice?format=raw&width=1024&height=1024" \

@@ -226,6 +226,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
       hello.token = text(up_to(60, random), random);
       hello.agent = text(up_to(60, random), random);
       hello.on_behalf_of = text(up_to(60, random), random);
+      hello.client_address = text(up_to(60, random), random);
       return hello;
     }
     case 1:
@@ -391,8 +392,9 @@ inline ServerMessage server_message(std::size_t kind, Random& random) {
 // ---- equality of every field
 
 inline bool same(const Hello& a, const Hello& b) {
-  return std::tie(a.min_version, a.max_version, a.codecs, a.token, a.agent, a.on_behalf_of) ==
-         std::tie(b.min_version, b.max_version, b.codecs, b.token, b.agent, b.on_behalf_of);
+  return std::tie(a.min_version, a.max_version, a.codecs, a.token, a.agent, a.on_behalf_of,
+                  a.client_address) == std::tie(b.min_version, b.max_version, b.codecs, b.token,
+                                                b.agent, b.on_behalf_of, b.client_address);
 }
 inline bool same(const ListDatasets& a, const ListDatasets& b) {
   return a.request_id == b.request_id;

@@ -33,7 +33,7 @@ interface Member {
 
 // A shown surface, for measuring, cutting or saving.
 export interface ShownTiles {
-  at: number; // Of which surface: 0 for the first.
+  at: number; // The surface's index: 0 for the first.
   shown: ShownSurface;
   drawn: Drawn;
   color: string;

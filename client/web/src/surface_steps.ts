@@ -61,7 +61,7 @@ export class SurfaceSteps {
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
-  private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // Of each tile, by its id.
+  private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // By the tile's id.
   private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
@@ -253,7 +253,7 @@ export class SurfaceSteps {
     void this.chooseAnew(); // It may have waited, and others been wanted meanwhile.
   }
 
-  // Of the tiles that are shown; those of tiles that are gone are forgotten.
+  // The scalars of shown tiles; those of tiles that are gone are forgotten.
   private scalarsOf(ids: readonly string[]): Progress["scalars"] {
     for (const id of this.scalars.keys()) if (!this.parts.surface.hasAll([id])) this.scalars.delete(id);
     const all = ids.map((id) => this.scalars.get(id)).filter((one) => one !== undefined);

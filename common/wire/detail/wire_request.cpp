@@ -199,7 +199,7 @@ void write_request(const IsosurfaceRequest& request, v1::IsosurfaceRequest& wire
 IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& checks) {
   IsosurfaceRequest request;
   request.isovalue = wire.isovalue();
-  request.error = wire.has_threshold() ? wire.threshold().error() : kDefaultError;
+  request.error = wire.threshold().has_error() ? wire.threshold().error() : kDefaultError;
   request.unit =
       checks.enumerator<LengthUnit>("IsosurfaceRequest.threshold.unit", wire.threshold().unit(),
                                     LengthUnit::kWorld, LengthUnit::kVoxel);
@@ -215,7 +215,7 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   }
   request.max_triangles = wire.max_triangles();
   request.max_bytes = wire.max_bytes();
-  request.simplify = wire.simplify();
+  request.simplify = !wire.has_simplify() || wire.simplify();
   request.embedded = wire.embedded();
   request.normal_bits = to_int(wire.normals());
   if (wire.has_cell()) request.cell = read(wire.cell());

@@ -99,6 +99,23 @@ Vec3 as_vector(GridPoint p) {
   return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
 }
 
+// Where the surface crosses the edges that the lattice points lie on, in the world.
+std::vector<Vec3> crossings(const Field& field, const LatticeMesh& surface, double isovalue,
+                            const Affine& to_world) {
+  std::vector<Vec3> places(surface.vertices.size());
+  field.visit([&](const auto& sampled) {
+    tbb::parallel_for(std::size_t{0}, surface.vertices.size(), [&](std::size_t i) {
+      const auto [a, b] = edge_of(surface.vertices[i], surface.resolution);
+      const auto value_a = static_cast<double>(sampled.at(a));
+      const auto value_b = static_cast<double>(sampled.at(b));
+      assert((value_a > isovalue) != (value_b > isovalue));
+      const double t = (isovalue - value_a) / (value_b - value_a);
+      places[i] = to_world(moved(as_vector(a), t, as_vector(b - a)));
+    });
+  });
+  return places;
+}
+
 }  // namespace
 
 DatasetInfo grid_info(const Volume& volume, std::optional<double> outside, std::int32_t margin) {
@@ -118,22 +135,22 @@ DatasetInfo grid_info(const Volume& volume, std::optional<double> outside, std::
   return info;
 }
 
-ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, double isovalue) {
+ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, double isovalue,
+                                   const ChooseComponents& choose) {
   LatticeMesh surface = surface_on_lattice(field, isovalue);
-  ReferenceSurface reference;
-  reference.topology = topology(surface, data_border(info, surface.resolution, 0));
   const Affine to_world = grid_to_world(info);
-  reference.mesh.vertices.resize(surface.vertices.size());
-  field.visit([&](const auto& sampled) {
-    tbb::parallel_for(std::size_t{0}, surface.vertices.size(), [&](std::size_t i) {
-      const auto [a, b] = edge_of(surface.vertices[i], surface.resolution);
-      const auto value_a = static_cast<double>(sampled.at(a));
-      const auto value_b = static_cast<double>(sampled.at(b));
-      assert((value_a > isovalue) != (value_b > isovalue));
-      const double t = (isovalue - value_a) / (value_b - value_a);
-      reference.mesh.vertices[i] = to_world(moved(as_vector(a), t, as_vector(b - a)));
-    });
-  });
+  ReferenceSurface reference;
+  reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
+  reference.components = components_of(surface);
+  if (choose) {
+    MeshComponents chosen = reference.components;
+    const std::vector<char> stays = choose(reference.mesh.vertices, chosen);
+    for (std::size_t i = 0; i < stays.size(); ++i) chosen.diagonals[i] = stays[i] != 0 ? 1 : 0;
+    surface = with_components(surface, chosen, /*least_diagonal=*/1);
+    reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
+    reference.components = components_of(surface);
+  }
+  reference.topology = topology(surface, data_border(info, surface.resolution, 0));
   reference.mesh.triangles = std::move(surface.triangles);
   if (to_world.determinant() < 0) {
     for (TriangleIndices& t : reference.mesh.triangles) std::swap(t[1], t[2]);

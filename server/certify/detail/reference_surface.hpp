@@ -6,8 +6,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <optional>
 #include <vector>
 
+#include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/dataset_info.hpp"
 #include "server/certify/triangle_mesh.hpp"
@@ -24,14 +27,21 @@ struct ReferenceSurface {
   // In world coordinates, facing low values. Where a sample is the isovalue itself, vertices on
   // different edges have the same place.
   TriangleMesh mesh;
-  MeshTopology
-      // The topology of the surface on the lattice, where vertices on different edges differ.
-      topology;
+  // The topology of the surface on the lattice, where vertices on different edges differ.
+  MeshTopology topology;
+  MeshComponents components;  // Those of `mesh`, measured on the lattice.
 };
 
+// Chooses the components that stay, one entry each, from the vertices in the world and the
+// components of the whole surface.
+using ChooseComponents =
+    std::function<std::vector<char>(const std::vector<Vec3>& vertices, const MeshComponents& all)>;
+
 // Takes time for one pass over the samples and for the surface, on all threads; memory is about 100
-// bytes a triangle. Requires a field of the volume that `info` was made from.
+// bytes a triangle. Requires a field of the volume that `info` was made from. Without `choose` all
+// components stay.
 [[nodiscard]] ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info,
-                                                 double isovalue);
+                                                 double isovalue,
+                                                 const ChooseComponents& choose = {});
 
 }  // namespace multitetra

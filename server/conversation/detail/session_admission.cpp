@@ -77,7 +77,9 @@ Received receive_from(ConnectionContext& client, Session& session,
   }
   if (!was_welcomed && session.is_welcomed()) {
     client.is_named(session.permit().rights().name(), session.permit().has_token());
-    if (const auto* hello = std::get_if<Hello>(&*message)) client.asks_for(hello->on_behalf_of);
+    if (const auto* hello = std::get_if<Hello>(&*message)) {
+      client.asks_for(hello->on_behalf_of, hello->client_address);
+    }
   }
   return received;
 }

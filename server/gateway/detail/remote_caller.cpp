@@ -40,7 +40,9 @@ asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
 
 UpstreamClient RemoteCaller::upstream_client() const {
   constexpr std::size_t kMostOfAName = 256;  // Names of tokens may be long.
-  return {.token = token_, .share = client()->share().substr(0, kMostOfAName)};
+  return {.token = token_,
+          .share = client()->share().substr(0, kMostOfAName),
+          .address = client()->facts().peer};
 }
 
 void RemoteCaller::when_closed() {

@@ -25,15 +25,19 @@ UpstreamLink::UpstreamLink(asio::any_io_executor executor, Endpoint server,
       connect_timer_(executor),
       silence_timer_(executor) {}
 
+void UpstreamLink::limit_connecting() {
+  connect_timer_.expires_after(connect_timeout_);
+  when_expired(connect_timer_, [link = shared_from_this()] {
+    link->is_silent_ = true;
+    link->close();
+  });
+}
+
 asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor executor,
                                                        Endpoint server, Hello hello,
                                                        LinkOptions options) {
   const auto link = std::make_shared<UpstreamLink>(executor, std::move(server), options);
-  link->connect_timer_.expires_after(link->connect_timeout_);
-  when_expired(link->connect_timer_, [link] {
-    link->is_silent_ = true;
-    link->close();
-  });
+  link->limit_connecting();
   const auto opened = co_await link->open();
   if (!opened) {
     link->close();
@@ -52,6 +56,22 @@ asio::awaitable<Result<LinkPtr>> UpstreamLink::connect(asio::any_io_executor exe
     co_return tl::unexpected(refusal->error);
   }
   co_return lost_link("it sent no Welcome");
+}
+
+asio::awaitable<Result<void>> UpstreamLink::ping(asio::any_io_executor executor, Endpoint server,
+                                                 LinkOptions options) {
+  const auto link = std::make_shared<UpstreamLink>(executor, std::move(server), options);
+  link->limit_connecting();
+  auto alive = co_await link->open();
+  if (alive) {
+    link->send(Ping{});
+    const auto answer = co_await link->receive_any();
+    if (!answer) alive = tl::unexpected(answer.error());
+    const auto* const error = answer ? std::get_if<ErrorReply>(&*answer) : nullptr;
+    if (error && error->error.code == ErrorCode::kUnavailable) alive = tl::unexpected(error->error);
+  }
+  link->close();
+  co_return alive;
 }
 
 // Errors of the connection: another server can serve the request.
@@ -80,25 +100,28 @@ asio::awaitable<void> UpstreamLink::write() {
   is_writing_ = false;
 }
 
+asio::awaitable<Result<ServerMessage>> UpstreamLink::receive_any() {
+  const auto self = shared_from_this();
+  if (is_lost()) co_return lost_link("it is closed");
+  await_sign();
+  const Result<std::string> content = co_await channel_.receive();
+  silence_timer_.cancel();
+  is_ping_pending_ = false;
+  if (!content) {
+    close();
+    co_return lost_link(is_silent_ ? "no reply to pings" : content.error().text);
+  }
+  auto message = parse_server_message(*content);
+  if (message) co_return *std::move(message);
+  close();
+  co_return lost_link(message.error().error.text);
+}
+
 // A Pong has done its work when it has come.
 asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
-  const auto self = shared_from_this();
   for (;;) {
-    if (is_lost()) co_return lost_link("it is closed");
-    await_sign();
-    const Result<std::string> content = co_await channel_.receive();
-    silence_timer_.cancel();
-    is_ping_pending_ = false;
-    if (!content) {
-      close();
-      co_return lost_link(is_silent_ ? "no reply to pings" : content.error().text);
-    }
-    auto message = parse_server_message(*content);
-    if (!message) {
-      close();
-      co_return lost_link(message.error().error.text);
-    }
-    if (!std::holds_alternative<Pong>(*message)) co_return *std::move(message);
+    auto message = co_await receive_any();
+    if (!message || !std::holds_alternative<Pong>(*message)) co_return message;
   }
 }
 

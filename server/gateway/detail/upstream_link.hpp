@@ -30,6 +30,11 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   [[nodiscard]] static asio::awaitable<Result<std::shared_ptr<UpstreamLink>>> connect(
       asio::any_io_executor executor, Endpoint server, Hello hello, LinkOptions options);
 
+  // Whether the server answers a Ping, on a connection of its own and without a token. kUnavailable
+  // without a reply in time.
+  [[nodiscard]] static asio::awaitable<Result<void>> ping(asio::any_io_executor executor,
+                                                          Endpoint server, LinkOptions options);
+
   UpstreamLink(asio::any_io_executor executor, Endpoint server, const LinkOptions& options);
 
   // In the order of the calls; what cannot be sent shows in receive().
@@ -43,7 +48,11 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   [[nodiscard]] bool sends_shells() const { return sends_shells_; }
 
  private:
+  // Closes the link after the connect timeout unless connect_timer_ is canceled.
+  void limit_connecting();
   asio::awaitable<Result<void>> open();
+  // The next message, also a Pong.
+  [[nodiscard]] asio::awaitable<Result<ServerMessage>> receive_any();
   asio::awaitable<void> write();
   void await_sign();
 

@@ -90,16 +90,21 @@ std::string UpstreamPool::shown(const std::string& token) const {
   return options_.secrets.token.value_or(token);
 }
 
+LinkOptions UpstreamPool::link_options() const {
+  return {.tls = options_.secrets.tls,
+          .connect_timeout = options_.connect_timeout,
+          .silence = options_.silence};
+}
+
 // A server that refuses us is there all the same.
 asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
                                                        UpstreamClient client) {
   Hello hello{.token = shown(client.token),
               .agent = "multitetra-gateway/" MULTITETRA_VERSION,
-              .on_behalf_of = client.share};
+              .on_behalf_of = client.share,
+              .client_address = client.address};
   if (client.shells) hello.codecs.push_back(PayloadCodec::kSampleShell);
-  LinkOptions options{.tls = options_.secrets.tls,
-                      .connect_timeout = options_.connect_timeout,
-                      .silence = options_.silence};
+  LinkOptions options = link_options();
   auto link = co_await UpstreamLink::connect(executor_, options_.upstreams[upstream],
                                              std::move(hello), std::move(options));
   // A token of our own that is refused is no client's concern.
@@ -118,21 +123,32 @@ void UpstreamPool::monitor_upstreams() {
   }
 }
 
-// Connects again after a moment, or when the server may be tried again. A server that refuses the
-// gateway, for example because it requires a client's token, is retried after each silence.
+asio::awaitable<void> UpstreamPool::ping(std::size_t upstream) {
+  LinkOptions options = link_options();
+  const auto alive =
+      co_await UpstreamLink::ping(executor_, options_.upstreams[upstream], std::move(options));
+  note(upstream, alive.has_value(), alive ? "" : alive.error().text);
+}
+
+// Connects again after a moment, or when the server may be tried again. A server that requires a
+// client's token refuses the gateway once; from then on it is pinged after each silence.
 asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
-    const UpstreamClient no_client;  // Named for the same reason as below.
-    const auto link = co_await link_to(upstream, no_client);
-    const Clock::time_point since = Clock::now();
-    Clock::time_point next = since + options_.silence;
-    if (link) {
-      next = since + options_.least_backoff;
-      one.watched = *link;
-      Result<ServerMessage> sign = co_await one.watched->receive();
-      while (sign) sign = co_await one.watched->receive();
-      one.watched.reset();
+    Clock::time_point next = Clock::now() + options_.silence;
+    if (one.requires_token) {
+      co_await ping(upstream);
+    } else {
+      const UpstreamClient no_client;  // Named for the same reason as below.
+      const auto link = co_await link_to(upstream, no_client);
+      one.requires_token = !link && link.error().code == ErrorCode::kUnauthenticated;
+      if (link) {
+        one.watched = *link;
+        Result<ServerMessage> sign = co_await one.watched->receive();
+        while (sign) sign = co_await one.watched->receive();
+        one.watched.reset();
+        next = Clock::now() + options_.least_backoff;
+      }
     }
     if (one.health.has_failed()) next = one.health.next_try();
     if (is_stopped_) co_return;
@@ -151,6 +167,7 @@ void UpstreamPool::stop() {
 
 void UpstreamPool::use(UpstreamSecrets secrets) {
   options_.secrets = std::move(secrets);
+  for (Upstream& one : upstreams_) one.requires_token = false;
   catalogues_.clear();
 }
 

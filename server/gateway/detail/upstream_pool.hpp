@@ -46,8 +46,9 @@ class UpstreamDataset : public SurfaceProvider {
 // The client on whose behalf a request is forwarded.
 struct UpstreamClient {
   std::string token = {};
-  std::string share = {};  // As ConnectionContext::share(); empty: for the gateway itself.
-  bool shells = false;     // It decodes them, and may.
+  std::string share = {};    // As ConnectionContext::share(); empty: for the gateway itself.
+  std::string address = {};  // For the servers' logs.
+  bool shells = false;       // It decodes them, and may.
 };
 
 class UpstreamPool {
@@ -100,6 +101,7 @@ class UpstreamPool {
     std::uint64_t damaged_tiles = 0;  // Damaged tiles that it has sent.
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
+    bool requires_token = false;  // It refused the gateway, which has none of its own.
   };
   struct CachedCatalogue {
     Clock::time_point at = {};
@@ -115,6 +117,9 @@ class UpstreamPool {
   [[nodiscard]] std::string shown(const std::string& token) const;
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
                                                          UpstreamClient client);
+  [[nodiscard]] LinkOptions link_options() const;
+  // Whether a server that requires a token of the gateway's clients answers; needs no token.
+  [[nodiscard]] asio::awaitable<void> ping(std::size_t upstream);
   // What one server offers to the bearer of a token.
   struct Listing {
     std::vector<DatasetInfo> datasets;

@@ -203,9 +203,8 @@ void add_prepare_command(Command& program, Run& run) {
   add_threads_option(*command, a->threads);
   command->add_flag("--json", a->json, "Print a JSON report");
   command->add_flag("--quiet", a->quiet, "Print errors only");
-  a->series.add_to(*command);
-  command->begin_group("Grid and errors");
   add_border_options(*command, a->outside, a->margin);
+  a->series.add_to(*command);
   command->begin_group("Reading the volume");
   a->volume.add_to(*command);
   a->volume.add_space_to(*command);

@@ -63,7 +63,9 @@ void SeriesArguments::add_to(Command& command) {
                   "Their times, or the first and the step as 0:0.1; default: those of the file, or "
                   "0, 1, 2, ...")
       ->type_name("TIMES");
-  command.add_option("--time-unit", time_unit, "Unit of the times, such as s")->type_name("UNIT");
+  command.add_option("--time-unit", time_unit, "Unit of the times, such as s")
+      ->type_name("UNIT")
+      ->group("Series");
 }
 
 void SeriesArguments::check() const {

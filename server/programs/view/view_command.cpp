@@ -292,6 +292,7 @@ void add_view_command(Command& program, Run& run) {
                    "OME-Zarr, or one beside the volume that is named like it, as ct_seg.nii.gz")
       ->type_name("FILE|FOLDER");
   command->add_flag("--no-labels", a->no_labels, "Do not show label maps as labels");
+  add_border_options(*command, a->outside, a->margin);
   command->add_option("--up", a->up, "World axis that is above at first, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
       ->capture_default_str();
@@ -314,7 +315,6 @@ void add_view_command(Command& program, Run& run) {
   command->begin_group("Reading the volume");
   a->volume.add_to(*command);
   a->volume.add_space_to(*command);
-  add_border_options(*command, a->outside, a->margin);
   command->footer(
       "Examples:\n"
       "  multitetra view\n"

@@ -85,9 +85,12 @@ PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>
 }
 
 std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector<double>& isovalues,
-                    MeshFormat format, int lattice) {
-  if (meshes.size() == 1) return mesh_file(meshes.front(), format, lattice);
-  assert(format == MeshFormat::kGlb);
+                    const MeshForm& form, int lattice) {
+  if (meshes.size() == 1) {
+    return mesh_file(meshes.front(), form.format,
+                     {.lattice = lattice, .min_component = form.min_component});
+  }
+  assert(form.format == MeshFormat::kGlb);
   std::vector<ScenePart> parts;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     parts.push_back({.name = "isovalue " + shortest_text(isovalues[i]), .mesh = &meshes[i]});
@@ -123,7 +126,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     surface.mesh = {};
   }
   add_facts(header, all);
-  const std::string bytes = file_of(meshes, isovalues, form.format, lattice);
+  const std::string bytes = file_of(meshes, isovalues, form, lattice);
   meshes.clear();
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "common/cli/json_report.hpp"
 #include "tests/client/scripted_server.hpp"
 #include "tests/support/octahedra.hpp"
 
@@ -101,6 +102,17 @@ TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
   FetchReport report = octahedron_report();
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
+}
+
+TEST(VolumeNotice, SaysHowToNarrowAWideBound) {
+  const SurfaceMeasures measures{.area = 12, .volume = -4.0};
+  EXPECT_TRUE(volume_notice(measures, 0.03).empty());
+  const auto wide = volume_notice(measures, 0.11);
+  ASSERT_EQ(wide.size(), 1U);
+  EXPECT_TRUE(wide[0].starts_with("volume_bound is 33 % of the volume; a smaller --error"))
+      << wide[0];
+  EXPECT_TRUE(volume_notice(measures, std::nullopt).empty());
+  EXPECT_TRUE(volume_notice({.area = 12, .volume = std::nullopt}, 0.11).empty());
 }
 
 TEST(MeshDistanceBound, AddsHalfALatticeStepAlongACellsDiagonal) {

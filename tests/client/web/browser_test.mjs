@@ -32,6 +32,7 @@ await test("DescribesSeveralSurfaces", tellsWhatIsSeen);
 await test("TakesBackAndComesBack", takesBack);
 await test("ColorsASurfaceByAnotherField", colorsByAField);
 await test("SpeaksWithThePageAroundIt", speaksAround);
+await test("RunsThePageOfTheGuide", runsThePageOfTheGuide);
 await test("LeavesALowFrameToThePicture", leavesALowFrameToThePicture);
 await test("ShowsSamplesOnAPlaneAndTellsTheirValues", showsASlice);
 await test("LinksThreeSlicesByACrosshair", linksSlices);
@@ -789,6 +790,18 @@ async function colorsByAField(page) {
   await page.fill('[aria-label="Color where there is no value"]', "#c02010");
   await page.waitForTimeout(500);
   assert((await surfacePixels(page)).share > 0.002, "places without a value are red");
+}
+
+// The page in EMBEDDING.md, with the address and the dataset of this test.
+async function runsThePageOfTheGuide(page) {
+  const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
+  const [block] = guide.match(/^ {4}<!doctype html>\n(?: {4}.*\n)+/m);
+  const text = block.replaceAll(/^ {4}/gm, "").replaceAll("https://volumes.example/", server.page)
+    .replace("dataset=head&isovalue=500.5", "dataset=gyroid&isovalue=0.25");
+  const around = `${server.page}around.html`;
+  await page.route(around, (route) => route.fulfill({ contentType: "text/html", body: text }));
+  await page.goto(around);
+  await page.waitForFunction(() => / triangles within [0-9.]+ voxels$/.test(document.querySelector("#facts").textContent), null, { timeout: patience });
 }
 
 async function leavesALowFrameToThePicture(page) {

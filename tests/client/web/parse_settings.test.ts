@@ -1,3 +1,5 @@
+import { readFileSync } from "node:fs";
+
 import { parseSettings } from "../../../client/web/src/state/parse_settings";
 import { defaults } from "../../../client/web/src/state/settings";
 
@@ -12,6 +14,12 @@ describe("parseSettings", () => {
 
   test("MayBeWhatIsUsual", () => {
     expect(parseSettings({ ...defaults })).toEqual({ settings: defaults, ignored: [] });
+  });
+
+  test("AreAllListedInTheGuide", () => {
+    const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
+    const fields = guide.slice(guide.indexOf("Fields of `state`"), guide.indexOf("## As a module"));
+    expect(Object.keys(defaults).filter((name) => !new RegExp(`\\b${name}\\b`).test(fields))).toEqual([]);
   });
 
   test("ReportsIgnoredSettingsByName", () => {

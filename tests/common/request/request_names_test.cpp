@@ -87,6 +87,10 @@ TEST(RequestNames, ErrorHasOneDefault) {
   EXPECT_EQ(matches(text_of_file("proto/multitetra/v1/request.proto"),
                     "ThresholdMap threshold = 2;\\s+// Absent means " + number + " voxels"),
             one);
+  EXPECT_EQ(matches(text_of_file("proto/multitetra/v1/request.proto"),
+                    "// full-resolution surface. Absent means " + number +
+                        "\\.\n  optional double error"),
+            one);
   EXPECT_EQ(matches(text_of_file("client/web/src/state/settings.ts"), "\n  error: " + number), one);
   EXPECT_EQ(matches(text_of_file("client/python/multitetra/napari_reader.py"),
                     "get\\(\"error\", " + number + "\\)"),
@@ -99,7 +103,7 @@ TEST(RequestNames, MatchProtobuf) {
   for (const std::string message : {"ThresholdMap", "IsosurfaceRequest"}) {
     const std::size_t begin = proto.find("message " + message + " {");
     const std::string body = proto.substr(begin, proto.find("\n}\n", begin) - begin);
-    names.merge(matches(body, "\n  (?:repeated )?\\w+ (\\w+) = \\d+;"));
+    names.merge(matches(body, "\n  (?:repeated |optional )?\\w+ (\\w+) = \\d+;"));
   }
   Names expected = fields([](const RequestField& field) {
     const bool is_in_request =

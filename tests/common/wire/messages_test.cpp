@@ -9,6 +9,7 @@
 
 #include "common/net/frame.hpp"
 #include "common/request/default_error.hpp"
+#include "common/request/surface_query.hpp"
 #include "tests/support/sample_messages.hpp"
 
 namespace multitetra {
@@ -141,7 +142,7 @@ TEST(Messages, AbsentFieldsHaveTheirDocumentedDefaults) {
   const auto open = parse_client_message(field(3, "\x08\x01" + field(2, "fuel")));
   ASSERT_TRUE(open) << open.error().error.text;
   const OpenStream defaults{
-      .request_id = 1, .dataset = "fuel", .request = {.error = kDefaultError}};
+      .request_id = 1, .dataset = "fuel", .request = {.error = kDefaultError, .simplify = true}};
   EXPECT_TRUE(samples::same(*open, ClientMessage(defaults)));
   EXPECT_EQ(defaults.request.lattice_resolution, 5);
 }
@@ -437,6 +438,13 @@ TEST(ThresholdMaps, AbsentFieldsHaveTheirDocumentedDefaults) {
   const ThresholdView& view = *std::get<OpenStream>(*parsed).request.thresholds.view;
   EXPECT_EQ(view.frustum, (Frustum{.look_at = {1, 0, 0}, .up = {0, 0, 1}, .aspect = 1}));
   EXPECT_EQ(view.tolerance_pixels, 0);
+  const IsosurfaceRequest& request = std::get<OpenStream>(*parsed).request;
+  EXPECT_EQ(request.error, kDefaultError);
+  EXPECT_TRUE(request.simplify);
+  EXPECT_EQ(request, (IsosurfaceRequest{.error = SurfaceQuery().request.error,
+                                        .thresholds = request.thresholds,
+                                        .simplify = SurfaceQuery().request.simplify}))
+      << "as over HTTP and in commands";
 }
 
 TEST(OpenStream, RejectsAPartialDigest) {

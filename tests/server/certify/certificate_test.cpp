@@ -206,6 +206,57 @@ TEST(Certificate, RejectsAMeshWithoutAComponent) {
   EXPECT_FALSE(certificate.is_kept());
 }
 
+// The ball around x = 22 has a diagonal of 14.5 samples, the other one of 18.4.
+class WithoutTheSmallBall : public ::testing::Test {
+ protected:
+  WithoutTheSmallBall() {
+    std::erase_if(cleaned_.triangles,
+                  [&](const TriangleIndices& t) { return cleaned_.vertices[t[0]][0] > 15; });
+  }
+  [[nodiscard]] Certificate certified(const TriangleMesh& mesh, double min_component) {
+    options_.min_component = min_component;
+    return certify(mesh, volume_, options_);
+  }
+
+  Volume volume_ = two_balls();
+  TriangleMesh whole_ = extracted(make_dataset(volume_, "balls"), {.isovalue = 0.0, .error = 0});
+  TriangleMesh cleaned_ = whole_;
+  CertifyOptions options_ = {.isovalue = 0, .error = 0.5, .lattice = 5};
+};
+
+TEST_F(WithoutTheSmallBall, NamesTheOptionThatExpectsItToBeMissing) {
+  const Certificate certificate = certified(cleaned_, 0);
+  EXPECT_FALSE(certificate.is_kept());
+  ASSERT_TRUE(certificate.missing);
+  EXPECT_EQ(certificate.missing->count, 1U);
+  EXPECT_NEAR(certificate.missing->largest_diagonal, 14.5, 0.1);
+  EXPECT_EQ(certificate.missing->min_component, 15);
+  const std::string text = text_of(certificate, {}, options_);
+  EXPECT_NE(text.find("--min-component 15."), std::string::npos) << text;
+  EXPECT_EQ(json_of(certificate, {}, options_)["missing_components"]["count"], 1);
+  options_.error.reset();
+  EXPECT_TRUE(certified(cleaned_, 0).missing) << "only the topology differs";
+}
+
+TEST_F(WithoutTheSmallBall, IsCertifiedWithThatOptionAndTheWholeMeshIsNot) {
+  const Certificate certificate = certified(cleaned_, 15);
+  EXPECT_TRUE(certificate.is_kept()) << text_of(certificate, {}, options_);
+  EXPECT_EQ(certificate.reference.components, 1);
+  EXPECT_FALSE(certificate.missing);
+  EXPECT_TRUE(certified(cleaned_, 14).is_kept()) << "the error may move it across the limit";
+  EXPECT_TRUE(certified(whole_, 15).is_kept()) << "likewise";
+  options_.error = 0.02;
+  EXPECT_TRUE(certified(whole_, 14).is_kept());
+  EXPECT_FALSE(certified(whole_, 15).is_kept()) << "it is too small to be there";
+  EXPECT_TRUE(certified(cleaned_, 15).is_kept());
+  EXPECT_FALSE(certified(cleaned_, 14).is_kept()) << "it is too large to be missing";
+}
+
+TEST_F(WithoutTheSmallBall, IsNoExplanationWhereTheRestDiffersToo) {
+  EXPECT_FALSE(certified(testing::shifted(cleaned_, {2, 0, 0}), 0).missing);
+  EXPECT_FALSE(certified({}, 0).missing);
+}
+
 TEST(Certificate, AllowsBoundaryEdgesAtTheMask) {
   const Volume volume = fields::masked_gyroid(33, 10);
   const DatasetPtr dataset = make_dataset(volume, "masked");

@@ -90,15 +90,21 @@ TEST_F(MeshFile, EveryFormatRoundTrips) {
   EXPECT_EQ(draco.triangles.size(), mesh.triangles.size());
 }
 
-TEST_F(MeshFile, FilesOfOursNameTheirLattice) {
+TEST_F(MeshFile, FilesOfOursNameTheirLatticeAndRemovedComponents) {
   const PositionedMesh mesh = world_mesh();
   for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
                                      {"a.stl", MeshFormat::kStl},
                                      {"a.obj", MeshFormat::kObj}}) {
     SCOPED_TRACE(name);
-    EXPECT_EQ(read(name, mesh_file(mesh, format, 7)).lattice, 7);
-    EXPECT_EQ(read(name, mesh_file(mesh, format)).lattice, std::nullopt);
-    EXPECT_EQ(read(name, mesh_file(mesh, format, kMaxLatticeResolution + 1)).lattice, std::nullopt);
+    const TriangleMesh cleaned =
+        read(name, mesh_file(mesh, format, {.lattice = 7, .min_component = 12.5}));
+    EXPECT_EQ(cleaned.lattice, 7);
+    EXPECT_EQ(cleaned.min_component, 12.5);
+    const TriangleMesh whole = read(name, mesh_file(mesh, format));
+    EXPECT_EQ(whole.lattice, std::nullopt);
+    EXPECT_EQ(whole.min_component, 0);
+    const MeshFileFacts wrong{.lattice = kMaxLatticeResolution + 1};
+    EXPECT_EQ(read(name, mesh_file(mesh, format, wrong)).lattice, std::nullopt);
   }
 }
 

@@ -27,14 +27,6 @@ ReferenceSurface reference_of(const Volume& volume, double isovalue,
                            isovalue);
 }
 
-std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh) {
-  std::vector<SurfaceTriangle> triangles;
-  for (const TriangleIndices& t : mesh.triangles) {
-    triangles.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
-  }
-  return triangles;
-}
-
 double area(const std::vector<SurfaceTriangle>& surface) {
   double area = 0;
   for (const SurfaceTriangle& t : surface) {

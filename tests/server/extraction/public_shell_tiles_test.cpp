@@ -51,7 +51,7 @@ Sum in_parts(std::size_t count, const PartOf& part_of) {
   return sum;
 }
 
-// Of all tiles, decoded as a client does.
+// The surface of all tiles, decoded as a client does.
 Sum of_tiles(const PreparedVolume& dataset, const ShellLevel& level, int max_cells) {
   const std::vector<EncodedTile> tiles = extract_shells(dataset, level, {}, max_cells);
   const ShellTileForm form = {.lattice_resolution = level.lattice_resolution,
@@ -64,7 +64,7 @@ Sum of_tiles(const PreparedVolume& dataset, const ShellLevel& level, int max_cel
   });
 }
 
-// Of the file's samples, tetrahedron by tetrahedron; of their levels if there are `levels` an
+// The surface of the file's samples, tetrahedron by tetrahedron; that of their levels if there are `levels` an
 // octave.
 Sum of_samples(const std::vector<OwnedBox>& boxes, double isovalue, std::int32_t spacing,
                int levels) {

@@ -1,6 +1,7 @@
 // A gateway on a network: access, the credentials that it shows to its upstreams, and how it stops.
 #include <atomic>
 #include <chrono>
+#include <mutex>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -159,6 +160,66 @@ TEST(GuardedGateway, AReloadedListAppliesToOpenConnections) {
   gateway.reload();
   alice.send(ListDatasets{1});
   EXPECT_EQ(code_of(alice.receive()), ErrorCode::kUnauthenticated);
+}
+
+// Counts the refused tokens of a server, and its connections.
+struct CountedRefusals : ServiceObserver {
+  std::atomic<int> connections = 0;
+  std::atomic<int> unauthenticated = 0;
+  void connected(const ClientFacts&) override { ++connections; }
+  void error_answered(const ClientFacts&, const Error& error, std::uint64_t) override {
+    unauthenticated += error.code == ErrorCode::kUnauthenticated;
+  }
+};
+
+// A gateway without a token of its own checks whether such a server is there, all the time.
+TEST(GuardedGateway, IsRefusedOnceByAServerWithTokens) {
+  const TemporaryFolder folder;
+  const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
+  const auto counted = std::make_shared<CountedRefusals>();
+  Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path(), .observer = counted}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .silence = 100ms}});
+  ASSERT_TRUE(eventually([&] { return counted->connections >= 4; }));
+  HttpClient http(gateway.http());
+  EXPECT_TRUE(eventually([&] { return http.get("/readyz").result_int() == 200U; }));
+  upstream.stop();
+  EXPECT_TRUE(eventually([&] { return http.get("/readyz").result_int() == 503U; }));
+  upstream.start_again();
+  EXPECT_TRUE(eventually([&] { return http.get("/readyz").result_int() == 200U; }));
+  EXPECT_EQ(counted->unauthenticated, 1);
+}
+
+// The peers of streams, as the log names them.
+struct StreamPeers : ServiceObserver {
+  std::mutex mutex;
+  std::string last;
+  void request_ended(const ClientFacts& client, const RequestFacts& facts) override {
+    const std::lock_guard lock(mutex);
+    if (std::string_view(facts.kind) == "stream") last = client.peer;
+  }
+  [[nodiscard]] std::string peer() {
+    const std::lock_guard lock(mutex);
+    return last;
+  }
+};
+
+TEST(GuardedGateway, ServersThatTrustItLogTheAddressesOfItsClients) {
+  for (const bool is_trusted : {true, false}) {
+    const auto at_server = std::make_shared<StreamPeers>();
+    const auto at_gateway = std::make_shared<StreamPeers>();
+    ServerOptions trusting{.admission = {.observer = at_server}};
+    if (is_trusted) trusting.admission.trusted_proxies = *AddressRanges::parse({"127.0.0.1"});
+    Upstream upstream(octahedron(), trusting);
+    RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
+                            .server = {.admission = {.observer = at_gateway}}});
+    WebSocketClient client(gateway.http());
+    EXPECT_TRUE(is_welcome(greeted(client)));
+    open(client, 1);
+    EXPECT_TRUE(is_complete(end_of_stream(client)));
+    ASSERT_TRUE(
+        eventually([&] { return !at_server->peer().empty() && !at_gateway->peer().empty(); }));
+    EXPECT_EQ(at_server->peer() == at_gateway->peer(), is_trusted) << at_server->peer();
+  }
 }
 
 // ---- TLS

@@ -76,14 +76,45 @@ TEST(RequestLog, ARequestOverHttpIsNamedAsItsAnswerNamesIt) {
   EXPECT_EQ(lines[1].at("target"), "/v1/datasets?a b\n");
 }
 
-TEST(RequestLog, SmallRequestsThatSucceedAreForDebugging) {
+TEST(RequestLog, EveryRequestAboutADatasetIsALine) {
+  const std::vector<const char*> kinds = {"stream", "list", "estimate", "slice", "probe"};
+  const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
+    for (const char* kind : kinds) log.request_ended(kAlice, {.kind = kind, .dataset = "head"});
+    log.request_ended(kAlice, {.kind = "neuroglancer", .id = "00ab", .dataset = "head"});
+    log.http_answered(kAlice, {.id = "00ab", .kind = "neuroglancer", .status = 200});
+  });
+  ASSERT_EQ(lines.size(), kinds.size() + 1);
+  for (std::size_t i = 0; i < kinds.size(); ++i) EXPECT_EQ(lines[i].at("text"), kinds[i]);
+  EXPECT_EQ(lines.back().at("request"), "00ab");
+}
+
+TEST(RequestLog, FilesAndHealthChecksThatSucceedAreForDebugging) {
   const auto work = [](RequestLog& log) {
     log.http_answered(kAlice, {.id = "1", .kind = "tile", .status = 200});
-    log.request_ended(kAlice, {.kind = "list"});
+    log.http_answered(kAlice, {.id = "2", .kind = "livez", .status = 200});
     log.connected({.protocol = "http", .connection = 1});
   };
   EXPECT_TRUE(logged(LogLevel::kInfo, work).empty());
   EXPECT_EQ(logged(LogLevel::kDebug, work).size(), 3U);
+}
+
+// Whatever the transport: 503 and UNAVAILABLE, 404 and UNKNOWN_DATASET.
+TEST(RequestLog, WarnsWhereTheServerLacksCapacityOrFails) {
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    log.error_answered(kAlice, {ErrorCode::kUnavailable, "No memory now.", 5}, 3);
+    log.error_answered(kAlice, {ErrorCode::kInternal, "It failed."}, 4);
+    log.http_answered(kAlice, {.status = 503});
+    log.refused(kAlice, "connections");
+    log.error_answered(kAlice, {ErrorCode::kUnauthenticated, "Unknown token."}, 0);
+    log.error_answered(kAlice, {ErrorCode::kLimitExceeded, "Too many requests.", 1}, 5);
+    log.http_answered(kAlice, {.status = 401});
+    log.http_answered(kAlice, {.status = 429});
+    log.refused(kAlice, "idle_seconds");
+  });
+  ASSERT_EQ(lines.size(), 9U);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    EXPECT_EQ(lines[i].at("level"), i < 4 ? "warning" : "info") << lines[i];
+  }
 }
 
 TEST(RequestLog, RefusalsAndErrorsHaveAReason) {

@@ -85,13 +85,21 @@ TEST(Session, WelcomesAClientWithTheVersionAndItsLimit) {
 }
 
 TEST(Session, EndsWhenTheFirstMessageIsNotHello) {
-  const std::vector<ClientMessage> others = {ListDatasets{1}, open(1), Cancel{1}, Ping{1}};
+  const std::vector<ClientMessage> others = {ListDatasets{1}, open(1), Cancel{1}, Estimate{}};
   for (const ClientMessage& message : others) {
     Session session = fresh_session();
     EXPECT_EQ(words(session.receive(message)), kEndsWithUnexpected);
     EXPECT_TRUE(session.is_closed());
     EXPECT_TRUE(session.receive(Hello{}).empty());
   }
+}
+
+// For checks of a server's health without a token.
+TEST(Session, AnswersPingsBeforeHello) {
+  Session session = fresh_session();
+  EXPECT_EQ(words(session.receive(Ping{7})), Words{"pong 7"});
+  EXPECT_FALSE(session.is_welcomed());
+  EXPECT_EQ(words(session.receive(Hello{})), Words{"welcome"});
 }
 
 TEST(Session, AcceptsAnyRangeOfVersionsThatHoldsItsOwn) {

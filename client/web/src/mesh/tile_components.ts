@@ -55,7 +55,7 @@ export function drawnComponents(tiles: readonly Tile[], { leastDiagonal, hidden 
   };
 }
 
-// Of the shown components the one with the longest diagonal; of equally long ones that with the most triangles. -1: none is shown.
+// The shown component with the longest diagonal; among equally long ones that with the most triangles. -1: none is shown.
 function largestOf(tiles: readonly Tile[], ofTile: readonly Uint32Array[], diagonals: readonly number[], isShown: readonly boolean[]): number {
   const longest = diagonals.reduce((most, diagonal, i) => (isShown[i] ? Math.max(most, diagonal) : most), -1);
   const candidates = [...diagonals.keys()].filter((i) => isShown[i] && diagonals[i] === longest);

@@ -83,7 +83,7 @@ export class Picking {
   }
 }
 
-// Of places from the nearest to the farthest, the one with the largest share of the pixel's color, so that a
+// Among places from the nearest to the farthest, the one with the largest share of the pixel's color, so that a
 // click goes through what is hardly seen; null: there is none.
 export function seenBest<Place>(hits: { place: Place; opacity: number }[]): Place | null {
   let best: Place | null = null;

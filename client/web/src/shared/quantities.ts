@@ -11,7 +11,7 @@ export function inTriangles(count: number): string {
   return `${grouped(Number(count.toPrecision(2)))} triangles`;
 }
 
-// Of an estimate, as in common/request/estimate_range.hpp.
+// The range of an estimate, as in common/request/estimate_range.hpp.
 export const leastOfEstimate = 0.75;
 export const mostOfEstimate = 1.5;
 
@@ -54,7 +54,7 @@ export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
 
-// A number among others that span `span`: at least four digits, and three of the span, so that they can be told apart.
+// A number among others that span `span`: at least four digits, and three of the span, so that they differ visibly.
 export function roundedWithin(value: number, span: number): number {
   const decade = (of: number) => Math.floor(Math.log10(Math.abs(of)));
   const digits = value === 0 || !(span > 0) ? 4 : decade(value) - decade(span) + 3;

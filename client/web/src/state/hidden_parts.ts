@@ -6,7 +6,7 @@ export interface HiddenParts {
   // World coordinates: the component nearest to each place. It is the same one in steps of any error, as long as the
   // places of another component are farther away than the error.
   places: readonly Vec3[];
-  largestOnly?: boolean; // Of the others only the one with the largest box is shown, whatever the step; absent: false.
+  largestOnly?: boolean; // Only the other component with the largest box is shown, whatever the step; absent: false.
 }
 
 export const nothingHidden: HiddenParts = { minComponent: 0, places: [] };

@@ -25,7 +25,7 @@ export type Material = (typeof materials)[number];
 export type Layout = "surface" | "four";
 export type Theme = "auto" | "dark" | "light";
 
-export const mostHiddenParts = 64; // Of one surface.
+export const mostHiddenParts = 64; // For each surface.
 export const mostNote = 80; // Characters.
 export const mostPlaces = 3; // That are measured at a time: two lengths and an angle.
 
@@ -66,7 +66,7 @@ export interface Settings {
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly AdditionalSurface[]; // All but the first: state/surfaces.ts has all as one list.
   // How it is shown.
-  color: string; // Of the first surface, as are the next six.
+  color: string; // This and the next six belong to the first surface.
   material: Material;
   opacity: number;
   visible: boolean;
@@ -91,7 +91,7 @@ export interface Settings {
   sliceAt: number; // 0 to 1 along the axis.
   layout: Layout; // The surface alone, or with three slices beside it that meet
   cross: [number, number, number] | null; // there, in world coordinates; null: in the middle of the data.
-  sliceColors: ColorMap; // Of samples.
+  sliceColors: ColorMap; // The colors of samples.
   level: number | null; // The sample value in the middle of the colors, and how many they span: null
   windowWidth: number | null; // for those that show most of the data.
   samplesLog: boolean;

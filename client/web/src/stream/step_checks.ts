@@ -99,7 +99,7 @@ export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): stri
   if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
     return "it claims to be finer than the request";
   }
-  if (given.threshold.error < asked.threshold.error) {
+  if ((given.threshold.error ?? 0.25) < (asked.threshold.error ?? 0.25)) {
     return "its error is below the request's";
   }
   const mayDiffer = !begin.isFinal || asked.maxTriangles > 0n || asked.maxBytes > 0n;

@@ -67,7 +67,7 @@ export interface Drawn {
   ids: readonly string[];
   leastDiagonal: number; // The shortest diagonal of a component's bounding box, in lattice steps; 0: all are drawn.
   hidden: readonly (readonly number[])[]; // Lattice coordinates: the component nearest to each is not drawn.
-  largestOnly?: boolean; // Of the rest only the component with the longest diagonal is drawn; absent: false.
+  largestOnly?: boolean; // Only the remaining component with the longest diagonal is drawn; absent: false.
 }
 
 // A connected part of a surface: that of a triangle of a tile, as it is drawn, or the nearest one to a place in lattice coordinates.

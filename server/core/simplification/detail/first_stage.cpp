@@ -198,7 +198,7 @@ class Sweeps {
   VertexErrors errors_;
   std::optional<Embedding> embedding_;
   std::vector<State> states_;
-  std::vector<std::uint32_t> goals_;  // Of vertices that are gone: where they moved.
+  std::vector<std::uint32_t> goals_;  // Where removed vertices moved.
   std::vector<std::uint32_t> ring_, neighbours_;
   std::vector<Vec3> places_;
   // Normals of the ring's triangles, before it was turned by `goal_` places.

@@ -344,7 +344,7 @@ TEST(RefinementPlan, OnePreviewIsEnoughWhereTheFinalStepIsSoon) {
   EXPECT_EQ(stream(kHalf, dataset(257), surface, kFast, kShellsToDisplay).size(), 2U);
   EXPECT_GT(stream(kHalf, dataset(257), surface, kSlow, kShellsToDisplay).size(), 2U);
   EXPECT_GT(stream(kHalf, dataset(257), surface, kFast, kShellsToKeep).size(), 2U)
-      << "who keeps the mesh waits for simplification";
+      << "a client that keeps the mesh waits for simplification";
 }
 
 TEST(RefinementPlan, NoPreviewOfShellsDelaysTheFinalOneByMoreThanAFifth) {
