@@ -2,13 +2,14 @@
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColorScale } from "./shared/color_maps";
 import { airBelow } from "./shared/sample_window";
+import { axisNormal, cutNormal } from "./scene/cut_plane";
 import { LatestSlice, type SliceSources } from "./latest_slice";
 import { sliceGrid } from "./scene/slice_grid";
 import { SlicePlane } from "./scene/slice_plane";
 import type { Stage } from "./scene/stage";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
-import { voxelLength, worldBox } from "./stream/dataset";
+import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
 import { suggestedIsovalue } from "./stream/request";
 
 export class Slices {
@@ -37,9 +38,9 @@ export class Slices {
     this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
     const { low, high } = worldBox(info);
     this.latest.want({
-      key: `${info.name} ${info.contentId} ${where.axis} ${where.at}`,
+      key: `${info.name} ${info.contentId} ${where.normal} ${where.at}`,
       dataset: info.name,
-      grid: () => sliceGrid(low, high, where.axis, where.at, voxelLength(info)),
+      grid: () => sliceGrid(low, high, where.normal, where.at, voxelLength(info)),
     });
   }
 }
@@ -48,16 +49,17 @@ export class Slices {
 export type ValueRange = Pick<DatasetInfo, "min" | "max"> & { usual?: { level: number; width: number } };
 
 interface Place {
-  axis: number;
-  at: number; // 0 to 1.
+  normal: Vec3; // A unit vector.
+  at: number; // 0 to 1 along it.
   isFilling: boolean; // Shows the inside of the surfaces alone.
 }
 
 // A slice that is asked for by itself, else that which fills the cut.
-export function slicePlace({ slice, sliceAt, clip, clipAt, filled }: Settings): Place | null {
-  if (slice !== "off") return { axis: "xyz".indexOf(slice), at: sliceAt, isFilling: false };
-  if (clip !== "off" && filled) return { axis: "xyz".indexOf(clip), at: clipAt, isFilling: true };
-  return null;
+export function slicePlace(settings: Settings): Place | null {
+  const { slice, sliceAt, clipAt, filled } = settings;
+  if (slice !== "off") return { normal: axisNormal(slice), at: sliceAt, isFilling: false };
+  const normal = cutNormal(settings);
+  return normal && filled ? { normal, at: clipAt, isFilling: true } : null;
 }
 
 // The values of the first and the last color: as set, else the defaults, else the range of the data.

@@ -10,7 +10,6 @@ import "./style/picture.css";
 
 import * as THREE from "three";
 
-import { clipPlane, isNewCut, isSeenFromAbove } from "./cut_plane";
 import { DetailByPixels } from "./detail_by_pixels";
 import { captionOf, pictureOf } from "./picture";
 import { SampleViews } from "./sample_views";
@@ -20,11 +19,12 @@ import { h } from "./shared/elements";
 import { Notices } from "./panel/notices";
 import { TimeBar } from "./panel/time_bar";
 import type { DatasetInfo } from "./protocol/messages";
+import { begunCut, clipPlane } from "./scene/cut_plane";
+import { Handles } from "./scene/handles";
 import { LabelHover } from "./scene/label_hover";
 import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
-import { RegionHandles } from "./scene/region_handles";
 import { colorsRefusal, type Scene, sceneOf } from "./scene_at";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
@@ -61,7 +61,7 @@ export class Viewer {
   private readonly events = new Events<ViewerEvents>();
   private readonly surroundings: SceneDecorations;
   private readonly orientation: Orientation;
-  private readonly regionHandles: RegionHandles;
+  private readonly handles: Handles;
   private readonly queries: DatasetQueries;
   private readonly samples: SampleViews;
   readonly player: TimePlayer;
@@ -94,7 +94,7 @@ export class Viewer {
     });
     this.surroundings = new SceneDecorations(this.stage);
     this.orientation = new Orientation(this.stage, (direction) => this.lookFrom(direction), (up) => this.turnUp(up));
-    this.regionHandles = new RegionHandles(this.stage, this.canvas, (region, isDragging) => this.set({ region }, isDragging));
+    this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
       (info, world) => this.queries.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
       (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)));
@@ -115,10 +115,10 @@ export class Viewer {
         info: this.info, tiles: this.surfaces.shownTiles(this.get()), clip: clipPlane(this.get(), this.info),
         slice: (ray) => this.samples.hit(ray),
       }),
-      () => this.regionHandles.isGrabbed,
+      () => this.handles.isGrabbed,
       (place) => this.take(place));
     const labelHover = new LabelHover(this.canvas,
-      () => this.info?.member?.label !== undefined && !this.regionHandles.isGrabbed, (x, y) => picking.find(x, y));
+      () => this.info?.member?.label !== undefined && !this.handles.isGrabbed, (x, y) => picking.find(x, y));
     this.frame.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
       this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.notices.element);
     element.append(this.samples.element);
@@ -135,7 +135,7 @@ export class Viewer {
     const before = this.settings.get();
     if (change.followView && !before.followView) this.detail.switchOn();
     if (change.eye && change.target) this.stage.setView(change.eye, change.target);
-    if (isNewCut(change, before)) change = { clipFlipped: isSeenFromAbove(this.stage.view(), change.clip!), ...change };
+    change = { ...change, ...begunCut(change, before, this.stage.view()) };
     // Hidden parts belong to one isovalue.
     if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };
     // The isovalue that one time suggests is not what another does: it stays from here.
@@ -155,7 +155,7 @@ export class Viewer {
     if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
       ...settingsOfEntry(entry), t: null, playing: false, region: null, minComponent: 0, hiddenParts: [], largestOnly: false, eye: null, target: null,
-      up: defaults.up, clip: "off", places: [], cross: null,
+      up: defaults.up, clip: "off", clipNormal: null, places: [], cross: null,
     });
     this.use(entry.info);
   }
@@ -265,7 +265,6 @@ export class Viewer {
       this.element.dataset.theme = now.theme;
       this.surroundings.show(now.axes);
       this.orientation.show(now.axes);
-      this.regionHandles.show(now.region);
       if (now === before || now.up !== before.up) this.stage.setUp(now.up);
       this.applyLook();
       if (now !== before && isOtherRequest(now, before)) this.ask();
@@ -374,6 +373,7 @@ export class Viewer {
   private applyLook(): void {
     const now = this.settings.get();
     const clip = clipPlane(now, this.info);
+    this.handles.show(now, this.info);
     this.surfaces.applyLook(now, clip);
     this.element.classList.toggle("has-slices", now.layout === "four");
     this.samples.update();

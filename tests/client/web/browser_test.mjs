@@ -17,6 +17,7 @@ await test("RefinesTheRegionThatIsDragged", refinesARegion);
 await test("ShowsHowLargeASurfaceWillBe", tellsSizes);
 await test("ObeysKeysAndRemembersThemInTheAddress", obeysKeys);
 await test("CutsTheSurfaceOpen", cutsOpen);
+await test("TurnsAndMovesTheCutByItsHandles", turnsTheCut);
 await test("GivesWhatIsShownAsFileAndPicture", givesFiles);
 await test("KeepsTheSurfaceAndGoesOnWhenTheServerComesBack", survivesARestart);
 await test("SaysThatADatasetIsUnknown", saysUnknownDataset);
@@ -216,6 +217,47 @@ async function cutsOpen(page) {
   await page.keyboard.press("Enter");
   await page.waitForSelector(".picked", { state: "hidden" });
   assert.equal(await atKeyboard(page), "canvas");
+}
+
+// The plane faces the camera first; the handle in its middle pushes it away, the one beside it turns it.
+async function turnsTheCut(page) {
+  const size = 64;
+  await open(page, "#dataset=head&error=2&axes=false&eye=32,-120,32&target=32,32,32");
+  await complete(page);
+  const whole = await surfacePixels(page);
+  await page.click('summary:has-text("Appearance")');
+  await page.locator('[aria-label="Cut"] button', { hasText: "Oblique" }).click();
+  await page.waitForFunction(() => /clip=oblique.*clip_normal=0,1,0(&|$)/.test(location.hash));
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];
+  const drag = async (from, right, down) => {
+    await page.mouse.move(x + from, y);
+    await page.mouse.down();
+    await page.mouse.move(x + from + right / 2, y + down / 2);
+    await page.mouse.move(x + from + right, y + down);
+    await page.mouse.up();
+  };
+  const setting = async (name) => new URLSearchParams((await page.evaluate(() => location.hash)).slice(1)).get(name);
+  await drag(0, 0, -40);
+  await page.waitForFunction(() => /clip_at=0\.[6-9]/.test(location.hash), null, { timeout: patience });
+  assert.match(await setting("eye"), /^32,-120,32$/, "the camera stays");
+  await drag(64, -40, 0);
+  await page.waitForFunction(() => !/clip_normal=0,1,0/.test(location.hash), null, { timeout: patience });
+  const [nx, ny, nz] = (await setting("clip_normal")).split(",").map(Number);
+  assert(Math.abs(nx) > 0.2 && ny > 0.8 && Math.abs(nz) < 1e-3, `the plane turned around what is up: ${nx}, ${ny}, ${nz}`);
+  const at = Number(await setting("clip_at"));
+  const [from, to] = [Math.min(0, nx) * size + Math.min(0, ny) * size, Math.max(0, nx) * size + Math.max(0, ny) * size];
+  const reached = from + at * (to - from);
+  assert(reached > 32 * nx + 32 * ny, "it is pushed away still");
+  assert((await surfacePixels(page)).share < whole.share, "less of the surface is seen");
+  await page.locator("button", { hasText: "Face the camera" }).click();
+  await page.waitForFunction(() => /clip_normal=0,1,0/.test(location.hash));
+  const blueAtHandle = async (png) => {
+    const [red, , blue] = await pixelOf(page, png, 0.5 + 64 / canvas.width, 0.5);
+    return blue - red;
+  };
+  assert(await blueAtHandle(await page.screenshot({ clip: canvas })) > 100, "the handle is seen");
+  assert(await blueAtHandle(await downloaded(page, "Picture")) < 60, "handles are not in pictures");
 }
 
 async function givesFiles(page) {

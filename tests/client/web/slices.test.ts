@@ -1,5 +1,6 @@
 import { colorAt, colorMaps, colorRow } from "../../../client/web/src/shared/color_maps";
-import { mostPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
+import { axisNormal } from "../../../client/web/src/scene/cut_plane";
+import { cutCorners, extentAlong, mostPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeSides } from "../../../client/web/src/scene/slice_view";
 import { crossOf } from "../../../client/web/src/slice_views";
 import { scaleOf, slicePlace, windowOf } from "../../../client/web/src/slices";
@@ -14,7 +15,7 @@ const high: Vec3 = [100, 60, 4];
 describe("SliceGrid", () => {
   test("CoversTheBoxOnAnyAxisWithPixelsNoFinerThanTheSamples", () => {
     for (const axis of [0, 1, 2]) {
-      const { origin, right, down, width, height } = sliceGrid(low, high, axis, 0.25, 2);
+      const { origin, right, down, width, height } = sliceGrid(low, high, axisNormal("xyz"[axis] as "x"), 0.25, 2);
       const corner = (x: number, y: number) => origin.map((part, i) => part + (x - 0.5) * right[i] + (y - 0.5) * down[i]);
       const [from, to] = [corner(0, 0), corner(width, height)];
       for (let i = 0; i < 3; ++i) {
@@ -26,14 +27,43 @@ describe("SliceGrid", () => {
     }
   });
 
+  test("CoversWhatAnObliquePlaneCutsOfTheBoxAndNoMore", () => {
+    for (const normal of [[0.6, 0.8, 0], [1 / Math.sqrt(3), -1 / Math.sqrt(3), 1 / Math.sqrt(3)], [-1, 0, 0]] as Vec3[]) {
+      for (const at of [0, 0.1, 0.5, 1]) {
+        const { origin, right, down, width, height } = sliceGrid(low, high, normal, at, 2);
+        const { from, to } = extentAlong(low, high, normal);
+        const dot = (a: Vec3, b: Vec3) => a.reduce((sum, part, i) => sum + part * b[i], 0);
+        expect(dot(origin, normal)).toBeCloseTo(from + at * (to - from), 6);
+        for (const side of [right, down]) expect(dot(side, normal)).toBeCloseTo(0, 6);
+        expect(dot(right, down)).toBeCloseTo(0, 6);
+        const corners = cutCorners(low, high, normal, from + at * (to - from)); // All of them are in the slice, at its border.
+        const shares = corners.map((corner) => [[right, width], [down, height]].map(([side, pixels]) => {
+          const step = side as Vec3;
+          return (dot(corner.map((part, i) => part - origin[i]) as Vec3, step) / dot(step, step) + 0.5) / (pixels as number);
+        }));
+        for (const along of [0, 1]) {
+          const all = shares.map((share) => share[along]);
+          if (at === 0 || at === 1) continue;
+          expect(Math.min(...all)).toBeCloseTo(0, 6);
+          expect(Math.max(...all)).toBeCloseTo(1, 6);
+        }
+        for (const place of corners) place.forEach((part, i) => {
+          expect(part).toBeGreaterThan(low[i] - 1e-6);
+          expect(part).toBeLessThan(high[i] + 1e-6);
+        });
+        if (at === 0.5) expect(corners.length).toBeGreaterThanOrEqual(4);
+      }
+    }
+  });
+
   test("CostsAScreenfulOfAnyVolume", () => {
-    const { width, height } = sliceGrid([0, 0, 0], [16384, 16384, 9000], 2, 0.5, 1);
+    const { width, height } = sliceGrid([0, 0, 0], [16384, 16384, 9000], [0, 0, 1], 0.5, 1);
     expect([width, height]).toEqual([mostPixels, mostPixels]);
-    expect(sliceGrid([0, 0, 0], [1, 0, 5], 2, 0.5, 1)).toMatchObject({ width: 1, height: 1 });
+    expect(sliceGrid([0, 0, 0], [1, 0, 5], [0, 0, 1], 0.5, 1)).toMatchObject({ width: 1, height: 1 });
   });
 
   test("FindsTheValueAtAPlaceAndNoneBeyond", () => {
-    const grid = sliceGrid([0, 0, 0], [4, 2, 9], 2, 0, 1);
+    const grid = sliceGrid([0, 0, 0], [4, 2, 9], [0, 0, 1], 0, 1);
     const slice = { grid, values: Float32Array.from([0, 1, 2, 3, 4, 5, 6, 7]), sampleSpacing: 1 };
     expect(valueAt(slice, [0.2, 0.3, 0])).toBe(0);
     expect(valueAt(slice, [3.9, 1.9, 0])).toBe(7);
@@ -78,9 +108,10 @@ describe("LinkedSlices", () => {
 describe("Slices", () => {
   test("FillTheCutUnlessOneIsAskedFor", () => {
     expect(slicePlace(defaults)).toBeNull();
-    expect(slicePlace({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ axis: 1, at: 0.3, isFilling: true });
+    expect(slicePlace({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ normal: [0, 1, 0], at: 0.3, isFilling: true });
+    expect(slicePlace({ ...defaults, clip: "oblique", clipNormal: [0, 0.6, 0.8] })).toEqual({ normal: [0, 0.6, 0.8], at: 0.5, isFilling: true });
     expect(slicePlace({ ...defaults, clip: "y", filled: false })).toBeNull();
-    expect(slicePlace({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ axis: 2, at: 0.1, isFilling: false });
+    expect(slicePlace({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ normal: [0, 0, 1], at: 0.1, isFilling: false });
   });
 
   test("HaveTheWindowThatIsSaidElseTheUsualOneElseAllValues", () => {

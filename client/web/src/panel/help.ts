@@ -22,7 +22,7 @@ const keys = [
   ["A", "axes, box and scale"],
   ["P", "perspective or parallel projection"],
   ["O", "ambient occlusion"],
-  ["X", "cut along x, y, z, not at all"],
+  ["X", "cut along x, y, z, obliquely, not at all"],
   ["V", "three linked slices beside the surface"],
   ["Z", "fullscreen"],
   ["Space", "plays the times of a series, or stops"],

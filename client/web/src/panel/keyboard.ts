@@ -40,7 +40,7 @@ export function installKeyboard(settings: Turned, acts: KeyActions): void {
     v: acts.toggleSlices,
     p: () => settings.set({ projection: settings.get().projection === "perspective" ? "orthographic" : "perspective" }),
     o: () => settings.set({ occlusion: !settings.get().occlusion }),
-    x: () => settings.set({ clip: nextOf(["off", "x", "y", "z"], settings.get().clip) }),
+    x: () => settings.set({ clip: nextOf(["off", "x", "y", "z", "oblique"], settings.get().clip) }),
     " ": () => settings.set({ playing: !settings.get().playing }),
     ",": () => acts.stepTime(-1),
     ".": () => acts.stepTime(1),

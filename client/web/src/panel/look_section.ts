@@ -26,14 +26,17 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
     ],
   });
   const clip = controls.choice("clip", {
-    label: "Cut", tip: "A plane that cuts the surface open.",
-    words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
+    label: "Cut", tip: "A plane that cuts the surface open. Drag its handles in the picture to move and turn it.",
+    words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"], ["oblique", "Oblique", "Faces the camera at first."]],
   });
   const clipAt = controls.slider("clipAt", {
-    label: "Cut at", tip: "Where the plane lies along its axis.",
+    label: "Cut at", tip: "Where the plane lies along its normal.",
     min: 0, max: 1, step: 0.002,
     text: (value) => `${Math.round(100 * value)} %`,
   });
+  const face = h("button", { type: "button", "data-tip": "Turns the plane, so that one looks straight at it." }, "Face the camera");
+  face.addEventListener("click", () => change({ clip: "oblique", clipNormal: null }));
+  const facing = h("div", { class: "chips" }, face);
   const flip = controls.toggle("clipFlipped", {
     label: "Keep the other side", tip: "Turns the plane over.",
   });
@@ -66,10 +69,10 @@ export function lookPart(change: Change, roll: (radians: number) => void): Panel
     words: [["auto", "System"], ["dark", "Dark"], ["light", "Light"]],
   });
   return {
-    elements: [coloring, wireframe, shading, clip, clipAt, flip, filled, axes, upright, projection, occlusion, theme],
+    elements: [coloring, wireframe, shading, clip, clipAt, facing, flip, filled, axes, upright, projection, occlusion, theme],
     show: (settings) => {
       controls.show(settings);
-      clipAt.hidden = flip.hidden = filled.hidden = settings.clip === "off";
+      clipAt.hidden = facing.hidden = flip.hidden = filled.hidden = settings.clip === "off";
     },
   };
 }

@@ -53,9 +53,12 @@ export function annotate(context: CanvasRenderingContext2D, { scale, numbers, ax
     context.strokeStyle = ink;
     context.lineWidth = 1.5;
     context.beginPath();
-    for (const [x, y] of [[left, bottom - 6], [left, bottom], [right, bottom], [right, bottom - 6]]) context.lineTo(x, y);
+    for (const [x1, y1, x2, y2] of [[left, bottom - 8, left, bottom], [left, bottom - 4, right, bottom - 4], [right, bottom - 8, right, bottom]]) {
+      context.moveTo(x1, y1);
+      context.lineTo(x2, y2);
+    }
     context.stroke();
-    write(scale.text, (left + right) / 2, bottom - 7, "center");
+    write(scale.text, (left + right) / 2, bottom - 11, "center");
   }
   legends.forEach((legend, i) => drawLegend(context, legend, margin, height - margin - 52 * i, write));
   drawAxes(context, axes, margin + arm + 10, height - margin - arm - 10 - 52 * legends.length, ink, paper);

@@ -217,7 +217,7 @@ function ballHandles(): Handle[] {
   ];
 }
 
-function handleMesh(isMiddle = false): THREE.Mesh {
+export function handleMesh(isMiddle = false): THREE.Mesh {
   const mesh = new THREE.Mesh(
     isMiddle ? new THREE.OctahedronGeometry(1.25) : new THREE.SphereGeometry(1, 16, 12),
     // Transparent, so that it is drawn behind nothing, not even the wireframe.
@@ -228,7 +228,7 @@ function handleMesh(isMiddle = false): THREE.Mesh {
   return mesh;
 }
 
-function lineMaterial(): THREE.LineBasicMaterial {
+export function lineMaterial(): THREE.LineBasicMaterial {
   return new THREE.LineBasicMaterial({ color: color, transparent: true, opacity: 0.9 });
 }
 

@@ -15,6 +15,7 @@ import { Translucency } from "./translucency";
 export interface FrameOptions {
   occlusion: OcclusionWish | null; // Null: none.
   peels: number; // Passes for translucent surfaces; 0: there are none.
+  hasHandles: boolean; // With what lies over it all: the layer `overlay`.
 }
 
 const joining = /* glsl */ `
@@ -101,8 +102,10 @@ export class SceneRenderer {
     const { renderer } = this;
     if (wish.occlusion === null && wish.peels === 0) {
       camera.layers.enableAll();
+      if (!wish.hasHandles) camera.layers.disable(layers.overlay);
       renderer.setRenderTarget(null);
       renderer.render(scene, camera);
+      camera.layers.enableAll();
       return;
     }
     const size = renderer.getDrawingBufferSize(new THREE.Vector2());
@@ -128,7 +131,7 @@ export class SceneRenderer {
     renderer.setRenderTarget(null);
     renderer.clear();
     this.join.render(renderer);
-    this.drawOverlay(scene, camera);
+    if (wish.hasHandles) this.drawOverlay(scene, camera);
   }
 
   private drawOverlay(scene: THREE.Scene, camera: LensSettings): void {

@@ -17,8 +17,10 @@ export interface PlaneSides {
   down: Direction;
 }
 
-// `at`: 0 to 1 along the axis of the world. Pixels are square and no finer than `spacing`.
-export function sliceGrid(low: Vec3, high: Vec3, axis: number, at: number, spacing: number): SliceGrid {
+// `at`: 0 to 1 along the unit vector `normal`, as far as the box reaches. Pixels are square and no finer than `spacing`.
+export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: number): SliceGrid {
+  const axis = normal.indexOf(1);
+  if (axis < 0) return obliqueGrid(low, high, normal, at, spacing);
   const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
   return planeGrid(low, high, { axis, right: { axis: u, sign: 1 }, down: { axis: v, sign: 1 } }, low[axis] + at * (high[axis] - low[axis]), spacing);
 }
@@ -39,6 +41,63 @@ export function planeGrid(low: Vec3, high: Vec3, plane: PlaneSides, at: number, 
   };
   const [right, down] = [side(plane.right, width), side(plane.down, height)];
   return { origin, right, down, width, height };
+}
+
+// The least and the largest distance of the box along a unit vector.
+export function extentAlong(low: Vec3, high: Vec3, normal: Vec3): { from: number; to: number } {
+  const ends = normal.map((part, axis) => [part * low[axis], part * high[axis]].sort((a, b) => a - b));
+  return { from: ends.reduce((sum, [least]) => sum + least, 0), to: ends.reduce((sum, [, most]) => sum + most, 0) };
+}
+
+// The corners of the polygon in which a plane cuts the box, in no order: where normal * place is `distance`.
+export function cutCorners(low: Vec3, high: Vec3, normal: Vec3, distance: number): Vec3[] {
+  const corners: Vec3[] = [];
+  for (let edge = 0; edge < 12; ++edge) {
+    const axis = edge >> 2;
+    const place = low.map((from, other) => (other !== axis && (edge >> ((other - axis + 5) % 3)) & 1 ? high[other] : from)) as Vec3;
+    const along = normal[axis] * (high[axis] - low[axis]);
+    const share = (distance - dot(normal, place)) / along;
+    if (!(share >= -1e-9 && share <= 1 + 1e-9)) continue;
+    place[axis] += share * (high[axis] - low[axis]);
+    corners.push(place);
+  }
+  return corners;
+}
+
+// Two unit vectors of the plane across a third: to the right of its pixels, and down.
+export function sidesOf(normal: Vec3): [Vec3, Vec3] {
+  const least = normal.map(Math.abs).reduce((best, part, axis, all) => (part < all[best] ? axis : best), 0);
+  const across = cross(normal, [0, 1, 2].map((axis) => (axis === least ? 1 : 0)) as Vec3);
+  const length = Math.hypot(...across);
+  const right = across.map((part) => part / length) as Vec3;
+  return [right, cross(normal, right)];
+}
+
+function obliqueGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: number): SliceGrid {
+  const { from, to } = extentAlong(low, high, normal);
+  const distance = from + at * (to - from);
+  const corners = cutCorners(low, high, normal, distance);
+  const ranges = sidesOf(normal).map((side) => {
+    const places = corners.length > 0 ? corners.map((corner) => dot(side, corner)) : [0];
+    return { side, first: Math.min(...places), extent: Math.max(...places) - Math.min(...places) };
+  });
+  const step = Math.max(spacing, ...ranges.map(({ extent }) => extent / mostPixels));
+  const [across, below] = ranges.map((range) => {
+    const pixels = Math.max(1, Math.round(range.extent / step));
+    const one = Math.max(range.extent, 1e-9 * step) / pixels;
+    return { ...range, pixels, one, step: range.side.map((part) => part * one) as Vec3 };
+  });
+  const origin = normal.map((part, i) =>
+    distance * part + (across.first + across.one / 2) * across.side[i] + (below.first + below.one / 2) * below.side[i]) as Vec3;
+  return { origin, right: across.step, down: below.step, width: across.pixels, height: below.pixels };
+}
+
+export function dot(a: Vec3, b: Vec3): number {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+function cross(a: Vec3, b: Vec3): Vec3 {
+  return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }
 
 // The value of the pixel that a place of the plane lies in; NaN beyond the slice.

@@ -249,13 +249,13 @@ export class Stage {
     };
   }
 
-  // What is shown as it is at rest, drawn into a canvas of its own on a background, or on nothing; `enlargement` times as large
+  // What is shown as it is at rest, without handles, drawn into a canvas of its own on a background, or on nothing; `enlargement` times as large
   // as on the screen, as far as the graphics card can.
   picture(background: string | null, enlargement = 1): HTMLCanvasElement {
     const ratio = this.renderer.getPixelRatio();
     const most = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
     if (enlargement !== 1) this.renderer.setPixelRatio(ratio * Math.min(enlargement, Math.max(1, most)));
-    this.draw(true);
+    this.draw(true, false);
     const copy = document.createElement("canvas");
     copy.width = this.canvas.width;
     copy.height = this.canvas.height;
@@ -325,7 +325,7 @@ export class Stage {
     this.occlusionCost = performance.now() - begin;
   }
 
-  private draw(isAtRest: boolean): void {
+  private draw(isAtRest: boolean, hasHandles = true): void {
     const distance = this.camera.position.distanceTo(this.sphere.center);
     const { radius } = this.sphere;
     this.camera.near = Math.max(distance - 2.5 * radius, 0.0015 * radius);
@@ -338,7 +338,7 @@ export class Stage {
     const isOccluded = this.look.hasOcclusion && (isAtRest ? cost < tooSlow : this.isQuick());
     this.sceneRenderer.draw(this.scene, this.lens, {
       occlusion: isOccluded ? { radius: Math.min(0.12 * radius, this.unitsOf(90)), clip: this.look.clip } : null,
-      peels: this.peels(isAtRest),
+      peels: this.peels(isAtRest), hasHandles,
     });
   }
 

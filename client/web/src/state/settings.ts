@@ -19,6 +19,7 @@ export type Region = BoxRegion | BallRegion;
 export type Shading = "field" | "smooth" | "facets";
 export type Coloring = "plain" | "tiles" | "steps";
 export type Axis = "off" | "x" | "y" | "z";
+export type Cut = Axis | "oblique";
 export type Projection = "perspective" | "orthographic";
 export const materials = ["neutral", "skin", "bone", "glossy", "matcap"] as const;
 export type Material = (typeof materials)[number];
@@ -82,8 +83,9 @@ export interface Settings {
   shading: Shading;
   wireframe: boolean;
   coloring: Coloring;
-  clip: Axis;
-  clipAt: number; // 0 to 1 along the axis.
+  clip: Cut;
+  clipAt: number; // 0 to 1 along the plane's normal.
+  clipNormal: [number, number, number] | null; // Of an oblique cut: a unit vector in world coordinates; null: none was chosen.
   clipFlipped: boolean;
   filled: boolean; // The cut shows the samples inside of the surfaces.
   slice: Axis; // A plane of samples in the picture.
@@ -141,6 +143,7 @@ export const defaults: Settings = {
   coloring: "plain",
   clip: "off",
   clipAt: 0.5,
+  clipNormal: null,
   clipFlipped: false,
   filled: true,
   slice: "off",

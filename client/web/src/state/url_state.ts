@@ -25,6 +25,7 @@ export function toAddress(settings: Settings): string {
   if (settings.hiddenParts.length > 0) parameters.set("hidden_parts", settings.hiddenParts.map((part) => part.map(short).join(",")).join(";"));
   if (settings.region) parameters.set("region", regionText(settings.region));
   if (settings.up.some((part, axis) => part !== defaults.up[axis])) parameters.set("up", settings.up.map(short).join(","));
+  if (settings.clipNormal) parameters.set("clip_normal", settings.clipNormal.map(short).join(","));
   if (settings.places.length > 0) parameters.set("places", settings.places.map(placeText).join(";"));
   if (settings.cross) parameters.set("cross", settings.cross.map(short).join(","));
   if (settings.eye) parameters.set("eye", settings.eye.map(short).join(","));
@@ -59,8 +60,9 @@ export function fromAddress(text: string): Partial<Settings> {
   set("shading", word("shading", "field", "smooth", "facets"));
   set("wireframe", yes("wireframe"));
   set("coloring", word("coloring", "plain", "tiles", "steps"));
-  set("clip", word("clip", "off", "x", "y", "z"));
+  set("clip", word("clip", "off", "x", "y", "z", "oblique"));
   set("clipAt", number("clipAt", 0, 1));
+  set("clipNormal", directionFrom(parameters.get("clipNormal") ?? null));
   set("clipFlipped", yes("clipFlipped"));
   set("filled", yes("filled"));
   set("colorBy", parameters.get("colorBy") ?? undefined);
@@ -95,7 +97,7 @@ export function fromAddress(text: string): Partial<Settings> {
   set("loop", yes("loop"));
   set("theme", word("theme", "auto", "dark", "light"));
   set("region", regionFrom(parameters.get("region") ?? null));
-  set("up", upFrom(parameters.get("up") ?? null));
+  set("up", directionFrom(parameters.get("up") ?? null));
   set("places", placesFrom(parameters.get("places") ?? null));
   set("eye", numbersFrom(parameters.get("eye"), 3) as Settings["eye"] | undefined);
   set("target", numbersFrom(parameters.get("target"), 3) as Settings["target"] | undefined);
@@ -226,7 +228,7 @@ function placesFrom(text: string | null): MeasuredPlace[] | undefined {
 }
 
 // A direction, or an axis: "-y".
-function upFrom(text: string | null): Settings["up"] | undefined {
+function directionFrom(text: string | null): Settings["up"] | undefined {
   const [, sign, axis] = text?.match(/^([+-]?)([xyz])$/) ?? [];
   const numbers = axis ? [..."xyz"].map((one) => (one === axis ? (sign === "-" ? -1 : 1) : 0)) : numbersFrom(text, 3);
   const length = numbers ? Math.hypot(...numbers) : 0;

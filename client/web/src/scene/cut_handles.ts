@@ -1,0 +1,176 @@
+// The plane that cuts surfaces open in the scene: its outline on the box of the data, a handle in its middle that moves it along
+// its normal, and one beside that, which turns it around the first as one turns a ball.
+import * as THREE from "three";
+
+import type { DatasetInfo } from "../protocol/messages";
+import type { Settings } from "../state/settings";
+import { type Vec3, worldBox } from "../stream/dataset";
+import { clipPlane, cutNormal, movedCut, turnedCut } from "./cut_plane";
+import { layers } from "./layers";
+import { handleMesh, lineMaterial } from "./region_handles";
+import { cutCorners, sidesOf } from "./slice_grid";
+import type { Stage } from "./stage";
+
+type Shown = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
+
+interface Grabbed {
+  isTurning: boolean;
+  x: number; // Where the pointer was, in CSS pixels.
+  y: number;
+  normal: THREE.Vector3;
+  middle: THREE.Vector3;
+  isFlipped: boolean;
+}
+
+const armLength = 64; // CSS pixels from one handle to the other.
+const reach = 12;
+
+export class CutHandles {
+  private readonly group = new THREE.Group();
+  private readonly mover = handleMesh(true);
+  private readonly turner = handleMesh();
+  private readonly lines = new THREE.LineSegments(new THREE.BufferGeometry(), lineMaterial());
+  private shown: Shown | null = null; // Null: nothing is cut.
+  private info: DatasetInfo | null = null;
+  private middle = new THREE.Vector3(); // The handle in the middle, on the plane.
+  private outline: THREE.Vector3[] = []; // Two places a line.
+  private grabbed: Grabbed | null = null;
+
+  constructor(
+    private readonly stage: Stage,
+    canvas: HTMLCanvasElement,
+    private readonly changed: (changes: Partial<Settings>, isDragging: boolean) => void,
+  ) {
+    this.group.visible = false;
+    this.lines.layers.set(layers.overlay);
+    this.lines.frustumCulled = false;
+    this.group.add(this.lines, this.mover, this.turner);
+    stage.scene.add(this.group);
+    // Before the camera's controls hear of it.
+    canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
+    canvas.addEventListener("pointermove", (event) => {
+      if (this.grabbed) this.drag(event, this.grabbed, true);
+      else if (event.buttons === 0 && this.handleAt(event.offsetX, event.offsetY)) canvas.style.cursor = "grab";
+    });
+    const end = (event: PointerEvent) => {
+      const { grabbed } = this;
+      if (!grabbed) return;
+      canvas.releasePointerCapture(event.pointerId);
+      this.drag(event, grabbed, false);
+      this.grabbed = null;
+      this.stage.controls.enabled = true;
+    };
+    canvas.addEventListener("pointerup", end);
+    canvas.addEventListener("pointercancel", end);
+    stage.whenDrawn(() => this.place());
+  }
+
+  get isGrabbed(): boolean {
+    return this.grabbed !== null;
+  }
+
+  show({ clip, clipAt, clipFlipped, clipNormal }: Shown, info: DatasetInfo | null): void {
+    const isOtherPlace = info?.name !== this.info?.name;
+    const now = clip === "off" || !info ? null : { clip, clipAt, clipFlipped, clipNormal };
+    if (!isOtherPlace && JSON.stringify(now) === JSON.stringify(this.shown)) return;
+    const isNew = isOtherPlace || !this.shown;
+    this.shown = now;
+    this.info = info;
+    this.group.visible = now !== null;
+    if (now && info) this.follow(now, info, isNew);
+    this.place();
+    this.stage.invalidate();
+  }
+
+  // The handle in the middle stays beside where it was.
+  private follow(shown: Shown, info: DatasetInfo, isNew: boolean): void {
+    const { low, high } = worldBox(info);
+    if (isNew) this.middle.set(...low).add(new THREE.Vector3(...high)).multiplyScalar(0.5);
+    const plane = clipPlane({ ...shown, clipFlipped: false }, info)!;
+    plane.projectPoint(this.middle.clone(), this.middle);
+    const normal = plane.normal.toArray();
+    const corners = cutCorners(low, high, normal, -plane.constant);
+    const [right, down] = sidesOf(normal).map((side) => new THREE.Vector3(...side));
+    const centre = corners.reduce((sum, corner) => sum.add(new THREE.Vector3(...corner)), new THREE.Vector3()).divideScalar(Math.max(1, corners.length));
+    const around = corners.map((corner) => new THREE.Vector3(...corner)).map((place) => {
+      const from = place.clone().sub(centre);
+      return { place, angle: Math.atan2(from.dot(down), from.dot(right)) };
+    }).sort((a, b) => a.angle - b.angle);
+    this.outline = around.flatMap(({ place }, i) => [place, around[(i + 1) % around.length].place]);
+  }
+
+  // Handles have one size and distance on the screen; the second lies where the plane reaches farthest to the right or up.
+  private place(): void {
+    if (!this.shown) return;
+    const { camera, controls } = this.stage;
+    const ofTarget = this.stage.unitsOf(1) / Math.max(1e-12, camera.position.distanceTo(controls.target));
+    const perPixel = (at: THREE.Vector3) => ofTarget * camera.position.distanceTo(at);
+    const normal = new THREE.Vector3(...cutNormal(this.shown)!);
+    const sides = this.axesOfCamera().map((side) => side.projectOnPlane(normal));
+    const side = sides[0].lengthSq() > 0.25 ? sides[0] : sides[1];
+    this.mover.position.copy(this.middle);
+    this.turner.position.copy(this.middle).addScaledVector(side.normalize(), armLength * perPixel(this.middle));
+    for (const mesh of [this.mover, this.turner]) mesh.scale.setScalar(7 * perPixel(mesh.position));
+    this.lines.geometry.dispose();
+    this.lines.geometry = new THREE.BufferGeometry().setFromPoints([...this.outline, this.mover.position, this.turner.position]);
+  }
+
+  private handleAt(x: number, y: number): THREE.Mesh | null {
+    if (!this.shown) return null;
+    const near = [this.mover, this.turner].map((mesh) => {
+      const at = this.stage.project(mesh.position);
+      return { mesh, distance: at ? Math.hypot(at.x - x, at.y - y) : Infinity };
+    }).sort((a, b) => a.distance - b.distance);
+    return near[0].distance < reach ? near[0].mesh : null;
+  }
+
+  private grab(event: PointerEvent): void {
+    const mesh = event.button === 0 ? this.handleAt(event.offsetX, event.offsetY) : null;
+    if (!mesh || !this.shown) return;
+    event.stopImmediatePropagation();
+    (event.target as Element).setPointerCapture(event.pointerId);
+    this.stage.controls.enabled = false;
+    this.grabbed = {
+      isTurning: mesh === this.turner, x: event.offsetX, y: event.offsetY, normal: new THREE.Vector3(...cutNormal(this.shown)!),
+      middle: this.middle.clone(), isFlipped: this.shown.clipFlipped,
+    };
+  }
+
+  private drag(event: PointerEvent, grabbed: Grabbed, isDragging: boolean): void {
+    const { info } = this;
+    if (!info) return;
+    const [x, y] = [event.offsetX - grabbed.x, event.offsetY - grabbed.y];
+    const { normal, middle } = grabbed;
+    const along = normal.toArray();
+    if (grabbed.isTurning) {
+      if (isDragging && x === 0 && y === 0) return;
+      const [right, up] = this.axesOfCamera().map((axis) => axis.toArray());
+      return this.changed(turnedCut(turnedLikeABall(along, right, up, x, y), middle.toArray(), grabbed.isFlipped, info), isDragging);
+    }
+    const place = middle.clone().addScaledVector(normal, this.along(grabbed, x, y));
+    this.changed(movedCut(along, place.toArray(), info), isDragging);
+  }
+
+  // To the right and up in the picture.
+  private axesOfCamera(): THREE.Vector3[] {
+    const { quaternion } = this.stage.camera;
+    return [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0)].map((axis) => axis.applyQuaternion(quaternion));
+  }
+
+  // How far along the normal a movement of the pointer goes. Where one looks along it, upwards is away.
+  private along({ normal, middle }: Grabbed, x: number, y: number): number {
+    const unit = this.stage.unitsOf(1);
+    const here = this.stage.project(middle);
+    const there = this.stage.project(middle.clone().addScaledVector(normal, 20 * unit));
+    const [u, v] = here && there ? [(there.x - here.x) / 20, (there.y - here.y) / 20] : [0, 0];
+    if (Math.hypot(u, v) >= 0.25) return (unit * (x * u + y * v)) / (u * u + v * v);
+    const ahead = this.stage.camera.getWorldDirection(new THREE.Vector3());
+    return -y * unit * Math.sign(ahead.dot(normal) || 1);
+  }
+}
+
+// A direction turned around the picture's axes `right` and `up` as the pointer moves, by CSS pixels to the right and down.
+export function turnedLikeABall(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
+  const axis = new THREE.Vector3(...up).multiplyScalar(x).addScaledVector(new THREE.Vector3(...right), y).normalize();
+  return new THREE.Vector3(...direction).applyAxisAngle(axis, Math.hypot(x, y) / 120).normalize().toArray();
+}

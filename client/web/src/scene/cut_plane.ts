@@ -1,0 +1,66 @@
+// The plane that cuts surfaces open: across an axis of the world, or oblique with any normal.
+import * as THREE from "three";
+
+import type { DatasetInfo } from "../protocol/messages";
+import type { Cut, Settings } from "../state/settings";
+import { type Vec3, worldBox } from "../stream/dataset";
+import { dot, extentAlong } from "./slice_grid";
+
+type CutSettings = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
+
+// A unit vector, in the direction in which `clipAt` grows; null: nothing is cut.
+export function cutNormal({ clip, clipNormal }: Pick<Settings, "clip" | "clipNormal">): Vec3 | null {
+  if (clip === "off") return null;
+  if (clip === "oblique") return clipNormal ?? [0, 1, 0];
+  return axisNormal(clip);
+}
+
+export function axisNormal(axis: "x" | "y" | "z"): Vec3 {
+  return [..."xyz"].map((one) => (one === axis ? 1 : 0)) as Vec3;
+}
+
+// The half-space that the cut leaves; null: nothing is cut.
+export function clipPlane(settings: CutSettings, info: DatasetInfo | null): THREE.Plane | null {
+  const normal = cutNormal(settings);
+  if (!normal || !info) return null;
+  const sign = settings.clipFlipped ? -1 : 1;
+  return new THREE.Plane(new THREE.Vector3(...normal).multiplyScalar(sign), -sign * distanceOf(normal, settings.clipAt, info));
+}
+
+// The cut moved along its normal to a place of the world, as far as the data reach.
+export function movedCut(normal: Vec3, place: Vec3, info: DatasetInfo): { clipAt: number } {
+  const { low, high } = worldBox(info);
+  const { from, to } = extentAlong(low, high, normal);
+  const share = to > from ? (dot(place, normal) - from) / (to - from) : 0.5;
+  return { clipAt: Math.min(1, Math.max(0, share)) };
+}
+
+// The cut turned around a place of the world; the side that stays turns with it.
+export function turnedCut(normal: Vec3, place: Vec3, isFlipped: boolean, info: DatasetInfo): Partial<Settings> {
+  return { clip: "oblique", clipNormal: normal, clipFlipped: isFlipped, ...movedCut(normal, place, info) };
+}
+
+// What a change that begins a cut changes besides, where it does not say so itself: what is behind the plane stays, so that the
+// cut's face is seen; an oblique plane without a normal faces the camera.
+export function begunCut(
+  change: Partial<Settings>, before: Settings, { eye, target }: { eye: readonly number[]; target: readonly number[] },
+): Partial<Settings> {
+  const clip: Cut = change.clip ?? "off";
+  if (clip === "off") return {};
+  const ahead = new THREE.Vector3(...target).sub(new THREE.Vector3(...eye)).normalize();
+  const clipNormal = change.clipNormal === undefined ? before.clipNormal : change.clipNormal;
+  if (clip === "oblique" && !clipNormal) return { clipNormal: ahead.toArray().map(inMillionths) as Vec3, clipFlipped: false };
+  if (clip === before.clip || change.clipFlipped !== undefined) return {};
+  return { clipFlipped: ahead.dot(new THREE.Vector3(...cutNormal({ clip, clipNormal })!)) < 0 };
+}
+
+// Exactly along an axis where the difference is not seen.
+function inMillionths(part: number): number {
+  return Math.round(part * 1e6) / 1e6 + 0; // Not -0.
+}
+
+function distanceOf(normal: Vec3, at: number, info: DatasetInfo): number {
+  const { low, high } = worldBox(info);
+  const { from, to } = extentAlong(low, high, normal);
+  return from + at * (to - from);
+}
