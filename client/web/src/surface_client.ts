@@ -9,7 +9,7 @@
 // With several surfaces the previews of all come before the final step of any: a client requests previews first, and
 // the rest when all previews are there. A client that `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/conversation";
+import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StepsWanted, type StreamRequest } from "./stream/conversation";
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
 import type { ConnectionPool, IdleConnection, PoolClient } from "./stream/connection_pool";
@@ -42,7 +42,7 @@ export interface SurfaceRequest {
   moment: Moment;
   scalars?: ScalarOptions;
   isDragging?: boolean; // More will follow soon.
-  steps?: StreamRequest["steps"]; // "previews": the rest is requested by finish(). All by default.
+  steps?: StepsWanted; // "previews", "coarse": the rest is requested by finish(). All by default.
 }
 
 export class SurfaceClient implements PoolClient {
@@ -151,12 +151,12 @@ export class SurfaceClient implements PoolClient {
 
   // Whether previews have come, and the final step was not asked for.
   get isPreviewed(): boolean {
-    return !this.isUnderWay && this.current?.steps === "previews" && !this.hasFinal;
+    return !this.isUnderWay && isPreviews(this.current) && !this.hasFinal;
   }
 
   // Whether previews are coming.
   get isPreviewing(): boolean {
-    return this.isUnderWay && this.current?.steps === "previews" && !this.progress.get().postponed;
+    return this.isUnderWay && isPreviews(this.current) && !this.progress.get().postponed;
   }
 
   // Whether it needs its connection: not while what has come is decoded and checked.
@@ -391,4 +391,8 @@ export class SurfaceClient implements PoolClient {
         break;
     }
   }
+}
+
+function isPreviews(order: StreamRequest | null): boolean {
+  return order?.steps === "previews" || order?.steps === "coarse";
 }

@@ -1,6 +1,6 @@
 // The surfaces of one view. Each has a connection with one stream at a time, as long as there are few; many share a few
 // connections. The server is fair between connections. A surface requests its final step when the previews of all are
-// there; one that is dragged waits for no other, and of many no previews are requested.
+// there; one that is dragged waits for no other, and of many one coarse preview each is requested.
 import * as THREE from "three";
 
 import { Prefetcher } from "./prefetcher";
@@ -19,6 +19,7 @@ import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
+import type { StepsWanted } from "./stream/conversation";
 import { ConnectionPool } from "./stream/connection_pool";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { TilePool } from "./workers/tile_pool";
@@ -45,7 +46,7 @@ export interface SurfaceSetEvents {
   progress: (at: number) => void; // For one beside the first.
 }
 
-const mostWithPreviews = 24; // More surfaces have no previews: each comes once, and the whole sooner.
+const mostWithPreviews = 24; // Of more surfaces one coarse preview each is requested: so all are seen soon.
 const mostConnections = 5; // For surfaces beside the first, at a time.
 
 export class SurfaceSet {
@@ -157,10 +158,11 @@ export class SurfaceSet {
     };
   }
 
-  // Those that are shown and not hidden, of the settings' surfaces.
-  shownTiles(settings: Settings): ShownTiles[] {
+  // Those that are shown and not hidden, of the settings' surfaces; all, or the one at a place.
+  shownTiles(settings: Settings, only: number | null = null): ShownTiles[] {
     const list = surfacesOf(settings);
     return this.members.flatMap((member, at) => {
+      if (only !== null && at !== only) return [];
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
       const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
@@ -279,8 +281,8 @@ export class SurfaceSet {
 }
 
 // Which steps are requested of each of so many surfaces.
-export function stepsOf(surfaces: number, isDragging: boolean): "all" | "previews" | "final" {
-  if (surfaces > mostWithPreviews) return "final";
+export function stepsOf(surfaces: number, isDragging: boolean): StepsWanted {
+  if (surfaces > mostWithPreviews) return "coarse";
   return surfaces > 1 && !isDragging ? "previews" : "all";
 }
 

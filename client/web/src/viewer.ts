@@ -386,7 +386,7 @@ export class Viewer {
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
     this.samples.updateSlices();
-    for (const tiles of this.surfaces.shownTiles(this.get())) if (tiles.at === at) this.measuring.replaced(tiles);
+    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.replaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.learn(this.surfaces.progress.get().complete) && this.get().followView) this.ask();
     this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }

@@ -1,7 +1,9 @@
 import { Conversation, type Effect } from "../../../client/web/src/stream/conversation";
 import {
+  create,
   type OpenStream,
   Priority,
+  SeriesMemberSchema,
   type ServerKind,
   type StepBegin,
   StepPolicy,
@@ -71,6 +73,18 @@ describe("Conversation", () => {
     expect(after).toMatchObject([{ kind: "stream", effect: { kind: "certify" } }]);
     conversation.want({ info: dataset(), request: request() }); // Replaces it.
     expect(conversation.decoded(1, keys[0])).toEqual([]);
+  });
+
+  test("NamesACoarsePreviewOfALabel", () => {
+    const ask = (box: number[]) => {
+      const info = { ...dataset(), member: create(SeriesMemberSchema, { series: "cells", label: { value: 3, box } }) };
+      return opened(connected().want({ info, request: request(), steps: "coarse" }))!;
+    };
+    expect(ask([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
+      steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
+    });
+    expect(ask([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // Thin.
+    expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // Its place is unknown.
   });
 
   test("SendsTheMeasuredSpeedWithEveryStream", () => {

@@ -48,9 +48,9 @@ describe("Surfaces", () => {
     expect(new Set(list.map(({ color }) => color)).size).toBe(mostSurfaces);
   });
 
-  test("AskForPreviewsOfAFewAndForNoneOfMany", () => {
+  test("AskForPreviewsOfAFewAndForACoarseOneOfMany", () => {
     expect([stepsOf(1, false), stepsOf(24, false), stepsOf(24, true)]).toEqual(["all", "previews", "all"]);
-    expect([stepsOf(25, false), stepsOf(1000, true)]).toEqual(["final", "final"]);
+    expect([stepsOf(25, false), stepsOf(1000, true)]).toEqual(["coarse", "coarse"]);
   });
 
   test("KeepWhatTheyHaveWhenOthersGoOrCome", () => {

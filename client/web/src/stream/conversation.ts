@@ -30,6 +30,7 @@ import {
   type StepBegin,
   StepPolicy,
 } from "../protocol/messages";
+import { coarsePreview } from "./coarse_preview";
 import { isSameRequest } from "./request";
 import { promiseOf } from "./step_checks";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
@@ -51,10 +52,13 @@ export type Effect =
   | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNews: boolean }
   | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
 
+// "coarse": one preview of a label, of a spacing chosen here (coarse_preview.ts); else the same as "previews".
+export type StepsWanted = "all" | "previews" | "coarse" | "final";
+
 export interface StreamRequest {
   info: DatasetInfo;
   request: IsosurfaceRequest;
-  steps?: "all" | "previews" | "final"; // All by default.
+  steps?: StepsWanted; // All by default.
   scalars?: ScalarOptions;
 }
 
@@ -90,7 +94,9 @@ export interface ConversationOptions {
   isListing?: () => boolean; // Whether a new connection lists the datasets; yes by default.
 }
 
-const policies = { all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY };
+const policies = {
+  all: StepPolicy.PROGRESSIVE, previews: StepPolicy.PREVIEWS_ONLY, coarse: StepPolicy.PREVIEWS_ONLY, final: StepPolicy.FINAL_ONLY,
+};
 const maxHeld = 8192;
 const firstRetry = 500;
 const longestRetry = 15_000;
@@ -330,14 +336,16 @@ export class Conversation {
     this.lastStep = null;
     ++this.stream;
     const steps = this.hasFinalBegun ? "final" : (order.steps ?? "all");
-    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly: steps === "previews" }, held);
+    const isPreviewsOnly = policies[steps] === StepPolicy.PREVIEWS_ONLY;
+    const coarse = steps === "coarse" ? coarsePreview(order.info) : null;
+    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly }, held);
     const value = create(OpenStreamSchema, {
       requestId: this.streamId,
       dataset: order.info.name,
       request: order.request,
       steps: policies[steps],
       cachedTileDigests: packed(held),
-      resumedPreviews: this.begun,
+      resumedPreviews: coarse && this.begun.length === 0 ? [coarse] : this.begun,
       priority: this.options.priority ?? Priority.UNSPECIFIED,
       scalars: order.scalars && create(ScalarRequestSchema, order.scalars),
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
