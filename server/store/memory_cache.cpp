@@ -9,46 +9,36 @@ std::uint64_t MemoryCache::new_owner() {
   return ++last;
 }
 
+MemoryCache::MemoryCache(std::size_t most_bytes) : most_bytes_(most_bytes) {
+  for (Shard& shard : shards_)
+    shard.entries = LruMap<Key, CachedBytes>(most_bytes / shards_.size());
+}
+
+MemoryCache::Shard& MemoryCache::shard_of(const Key& key) {
+  const std::uint64_t mixed = (key.item + key.owner * 0x9e3779b97f4a7c15u) * 0xff51afd7ed558ccdu;
+  return shards_[(mixed ^ mixed >> 32) / 64 % shards_.size()];
+}
+
 CachedBytes MemoryCache::find(const Key& key) {
   Shard& shard = shard_of(key);
   const std::lock_guard lock(shard.mutex);
-  const auto found = shard.index.find(key);
-  if (found == shard.index.end()) return nullptr;
-  shard.entries.splice(shard.entries.begin(), shard.entries, found->second);
-  return found->second->bytes;
+  const CachedBytes* const found = shard.entries.find(key);
+  return found != nullptr ? *found : nullptr;
 }
 
 void MemoryCache::put(const Key& key, CachedBytes bytes) {
   Shard& shard = shard_of(key);
-  std::list<Entry> removed;  // Freed without the lock.
+  const std::size_t size = bytes->size();
+  LruMap<Key, CachedBytes>::Evicted evicted;  // Freed without the lock.
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.index.find(key); found != shard.index.end()) {
-    remove_entry(shard, found->second);
-  }
-  shard.bytes += bytes->size();
-  shard.entries.push_front({key, std::move(bytes)});
-  shard.index[key] = shard.entries.begin();
-  while (shard.bytes > most_bytes_ / shards_.size()) {
-    const auto last = std::prev(shard.entries.end());
-    shard.bytes -= last->bytes->size();
-    shard.index.erase(last->key);
-    removed.splice(removed.begin(), shard.entries, last);
-    ++shard.evictions;
-  }
+  evicted = shard.entries.add(key, std::move(bytes), size);
+  shard.evictions += evicted.size();
 }
 
 void MemoryCache::remove(const Key& key) {
   Shard& shard = shard_of(key);
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.index.find(key); found != shard.index.end()) {
-    remove_entry(shard, found->second);
-  }
-}
-
-void MemoryCache::remove_entry(Shard& shard, std::list<Entry>::iterator entry) {
-  shard.bytes -= entry->bytes->size();
-  shard.index.erase(entry->key);
-  shard.entries.erase(entry);
+  shard.entries.remove(key);
 }
 
 MemoryCache::Counts MemoryCache::counts() const {
@@ -56,7 +46,7 @@ MemoryCache::Counts MemoryCache::counts() const {
   for (const Shard& shard : shards_) {
     const std::lock_guard lock(shard.mutex);
     counts.evictions += shard.evictions;
-    counts.bytes += shard.bytes;
+    counts.bytes += shard.entries.weight();
   }
   return counts;
 }
