@@ -17,57 +17,47 @@ bool is_as_large(const LatticeMesh& a, const LatticeMesh& b) {
 }  // namespace
 
 void DecodedTileCache::keep(const ContentDigest& digest, std::shared_ptr<const LatticeMesh> mesh) {
-  if (const auto known = places_.find(digest); known != places_.end()) {
-    use(digest);
-    std::shared_ptr<const LatticeMesh>& kept = known->second->mesh;
-    if (kept->normals.empty() && !mesh->normals.empty() && is_as_large(*kept, *mesh)) {
-      kept = std::move(mesh);
-    }
-    return;
+  if (const auto* const kept = tiles_.find(digest)) {
+    const bool is_better =
+        (*kept)->normals.empty() && !mesh->normals.empty() && is_as_large(**kept, *mesh);
+    if (!is_better) return;
   }
-  if (mesh->triangles.size() > limits_.triangles || limits_.tiles == 0) return;
-  triangles_ += mesh->triangles.size();
-  bytes_ += bytes_of(*mesh);
-  by_use_.push_front({digest, std::move(mesh)});
-  places_.emplace(digest, by_use_.begin());
-  while (triangles_ > limits_.triangles || places_.size() > limits_.tiles) drop_last();
+  const std::size_t triangles = mesh->triangles.size();
+  tiles_.add(digest, std::move(mesh), triangles);
+  while (tiles_.size() > most_tiles_) tiles_.drop_oldest();
 }
 
-void DecodedTileCache::use(const ContentDigest& digest) {
-  const auto found = places_.find(digest);
-  if (found != places_.end()) by_use_.splice(by_use_.begin(), by_use_, found->second);
-}
+void DecodedTileCache::use(const ContentDigest& digest) { (void)tiles_.find(digest); }
 
-void DecodedTileCache::drop_last() {
-  const Kept& last = by_use_.back();
-  triangles_ -= last.mesh->triangles.size();
-  bytes_ -= bytes_of(*last.mesh);
-  places_.erase(last.digest);
-  by_use_.pop_back();
+std::uint64_t DecodedTileCache::bytes() const {
+  std::uint64_t bytes = 0;
+  for (const Tiles::Entry& tile : tiles_.entries()) bytes += bytes_of(*tile.value);
+  return bytes;
 }
 
 HeldTiles DecodedTileCache::tiles() const {
   HeldTiles held;
-  for (const Kept& kept : by_use_) held.emplace(kept.digest, kept.mesh);
+  for (const Tiles::Entry& tile : tiles_.entries()) held.emplace(tile.key, tile.value);
   return held;
 }
 
 std::vector<ContentDigest> DecodedTileCache::digests_to_name(std::size_t most,
                                                              bool with_normals) const {
-  std::vector<const Kept*> largest_first;
-  largest_first.reserve(by_use_.size());
-  for (const Kept& kept : by_use_) {
-    if (!with_normals || !kept.mesh->normals.empty()) largest_first.push_back(&kept);
+  std::vector<const Tiles::Entry*> largest_first;
+  largest_first.reserve(tiles_.size());
+  for (const Tiles::Entry& tile : tiles_.entries()) {
+    if (!with_normals || !tile.value->normals.empty()) largest_first.push_back(&tile);
   }
-  std::sort(largest_first.begin(), largest_first.end(), [](const Kept* a, const Kept* b) {
-    const auto size_a = a->mesh->triangles.size();
-    const auto size_b = b->mesh->triangles.size();
-    return size_a != size_b ? size_a > size_b : a->digest < b->digest;
-  });
+  std::sort(largest_first.begin(), largest_first.end(),
+            [](const Tiles::Entry* a, const Tiles::Entry* b) {
+              const auto size_a = a->value->triangles.size();
+              const auto size_b = b->value->triangles.size();
+              return size_a != size_b ? size_a > size_b : a->key < b->key;
+            });
   std::vector<ContentDigest> digests;
-  for (const Kept* kept : largest_first) {
+  for (const Tiles::Entry* tile : largest_first) {
     if (digests.size() == most) break;
-    digests.push_back(kept->digest);
+    digests.push_back(tile->key);
   }
   return digests;
 }

@@ -10,12 +10,11 @@
 #pragma once
 
 #include <cstdint>
-#include <list>
-#include <map>
 #include <memory>
 #include <vector>
 
 #include "client/library/assembler.hpp"
+#include "common/base/lru_map.hpp"
 
 namespace multitetra {
 
@@ -26,7 +25,8 @@ struct TileMemoryLimits {
 
 class DecodedTileCache {
  public:
-  explicit DecodedTileCache(TileMemoryLimits limits = {}) : limits_(limits) {}
+  explicit DecodedTileCache(TileMemoryLimits limits = {})
+      : most_tiles_(limits.tiles), tiles_(limits.triangles) {}
 
   // Keeps the tile as the one used last. Others may have to go for it; it is not kept at all if it
   // is larger than the limit by itself. Of a tile that came without normals and with them the
@@ -42,24 +42,16 @@ class DecodedTileCache {
   [[nodiscard]] std::vector<ContentDigest> digests_to_name(std::size_t most = kMaxHeldDigests,
                                                            bool with_normals = false) const;
 
-  [[nodiscard]] std::size_t size() const { return places_.size(); }
-  [[nodiscard]] std::uint64_t triangles() const { return triangles_; }
+  [[nodiscard]] std::size_t size() const { return tiles_.size(); }
+  [[nodiscard]] std::uint64_t triangles() const { return tiles_.weight(); }
   // The size of the vertices and triangles of all tiles.
-  [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
+  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
-  struct Kept {
-    ContentDigest digest;
-    std::shared_ptr<const LatticeMesh> mesh;
-  };
+  using Tiles = LruMap<ContentDigest, std::shared_ptr<const LatticeMesh>>;
 
-  void drop_last();
-
-  TileMemoryLimits limits_;
-  std::list<Kept> by_use_;  // The one used last comes first.
-  std::map<ContentDigest, std::list<Kept>::iterator> places_;
-  std::uint64_t triangles_ = 0;
-  std::uint64_t bytes_ = 0;
+  std::uint64_t most_tiles_;
+  Tiles tiles_;  // Their weights are their triangles.
 };
 
 }  // namespace multitetra

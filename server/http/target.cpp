@@ -2,15 +2,10 @@
 
 #include <algorithm>
 
+#include "common/base/hex_text.hpp"
+
 namespace multitetra {
 namespace {
-
-int hexadecimal(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
 
 // Calls part(text) for what lies between the separators.
 template <typename Part>
@@ -44,10 +39,9 @@ std::optional<std::string> percent_decoded(std::string_view text) {
       decoded.push_back(text[i]);
       continue;
     }
-    const int high = i + 2 < text.size() ? hexadecimal(text[i + 1]) : -1;
-    const int low = high < 0 ? -1 : hexadecimal(text[i + 2]);
-    if (low < 0) return std::nullopt;
-    decoded.push_back(static_cast<char>(16 * high + low));
+    const auto byte = bytes_from_hex(text.substr(i + 1, 2));
+    if (!byte || byte->empty()) return std::nullopt;
+    decoded.push_back(static_cast<char>(byte->front()));
     i += 2;
   }
   return decoded;

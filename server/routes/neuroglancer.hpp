@@ -6,11 +6,11 @@
 #include <memory>
 #include <string>
 
+#include "common/base/lru_map.hpp"
 #include "server/http/answer.hpp"
 #include "server/http/request_context.hpp"
 #include "server/routes/route.hpp"
 #include "server/routes/route_options.hpp"
-#include "server/service/lru_map.hpp"
 #include "server/service/workers.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 

@@ -27,14 +27,7 @@ std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
     if (found == nullptr) return std::nullopt;
     outline = *found;
   }
-  TiledStep step{.tetrahedra = outline.tetrahedra,
-                 .active_tetrahedra = outline.active_tetrahedra,
-                 .tiles = {},
-                 .appearance = outline.appearance,
-                 .dataset = outline.dataset,
-                 .crossed_octants = outline.crossed_octants,
-                 .is_in_shells = outline.is_in_shells,
-                 .at_least = outline.at_least};
+  TiledStep step = std::move(outline.step);
   step.tiles.reserve(outline.tiles.size());
   for (const TileKey& tile : outline.tiles) {
     auto found = tiles_.find(tile);
@@ -45,14 +38,9 @@ std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
 }
 
 void SurfaceCache::remember(const std::string& key, const TiledStep& step) {
-  Outline outline{.tetrahedra = step.tetrahedra,
-                  .active_tetrahedra = step.active_tetrahedra,
-                  .appearance = step.appearance,
-                  .dataset = step.dataset,
-                  .crossed_octants = step.crossed_octants,
-                  .is_in_shells = step.is_in_shells,
-                  .at_least = step.at_least,
-                  .tiles = {}};
+  Outline outline{.step = step, .tiles = {}};
+  outline.step.tiles = {};
+  outline.step.meshes = {};
   for (const EncodedTile& tile : step.tiles) {
     const TileKey of = {tile.summary.digest, tile.summary.cube, step.appearance,
                         tile.summary.simplification_bound, step.dataset};

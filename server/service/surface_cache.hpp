@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "common/base/lru_map.hpp"
 #include "server/service/detail/single_flight.hpp"
-#include "server/service/lru_map.hpp"
 #include "server/service/tile_cache.hpp"
 #include "server/stream/surface_provider.hpp"
 
@@ -40,13 +40,7 @@ class SurfaceCache {
 
  private:
   struct Outline {
-    std::uint64_t tetrahedra = 0;
-    std::uint64_t active_tetrahedra = 0;
-    std::uint64_t appearance = 0;
-    std::string dataset;
-    std::uint32_t crossed_octants = 0;
-    bool is_in_shells = false;
-    double at_least = 0;
+    TiledStep step;  // Without its tiles and meshes.
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<TiledStep> remembered(const std::string& key);

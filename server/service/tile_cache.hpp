@@ -11,8 +11,8 @@
 #include <span>
 #include <string>
 
+#include "common/base/lru_map.hpp"
 #include "common/wire/tile.hpp"
-#include "server/service/lru_map.hpp"
 
 namespace multitetra {
 

@@ -12,57 +12,43 @@ MemoryCache::Owner::Owner(MemoryCache& cache)
 
 MemoryCache::Owner::~Owner() { cache_.remove_all_of(number_); }
 
+MemoryCache::MemoryCache(std::size_t most_bytes) : most_bytes_(most_bytes) {
+  for (Shard& shard : shards_)
+    shard.entries = LruMap<Key, CachedBytes>(most_bytes / shards_.size());
+}
+
+MemoryCache::Shard& MemoryCache::shard_of(const Key& key) {
+  const std::uint64_t mixed = (key.item + key.owner * 0x9e3779b97f4a7c15u) * 0xff51afd7ed558ccdu;
+  return shards_[(mixed ^ mixed >> 32) / 64 % shards_.size()];
+}
+
 CachedBytes MemoryCache::find(const Key& key) {
   Shard& shard = shard_of(key);
   const std::lock_guard lock(shard.mutex);
-  const auto found = shard.index.find(key);
-  if (found == shard.index.end()) return nullptr;
-  shard.entries.splice(shard.entries.begin(), shard.entries, found->second);
-  return found->second->bytes;
+  const CachedBytes* const found = shard.entries.find(key);
+  return found != nullptr ? *found : nullptr;
 }
 
 void MemoryCache::put(const Key& key, CachedBytes bytes) {
   Shard& shard = shard_of(key);
-  std::list<Entry> removed;  // Freed without the lock.
+  const std::size_t size = bytes->size();
+  LruMap<Key, CachedBytes>::Evicted evicted;  // Freed without the lock.
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.index.find(key); found != shard.index.end()) {
-    remove_entry(shard, found->second);
-  }
-  shard.bytes += bytes->size();
-  shard.entries.push_front({key, std::move(bytes)});
-  shard.index[key] = shard.entries.begin();
-  while (shard.bytes > most_bytes_ / shards_.size()) {
-    const auto last = std::prev(shard.entries.end());
-    shard.bytes -= last->bytes->size();
-    shard.index.erase(last->key);
-    removed.splice(removed.begin(), shard.entries, last);
-    ++shard.evictions;
-  }
+  evicted = shard.entries.add(key, std::move(bytes), size);
+  shard.evictions += evicted.size();
 }
 
 void MemoryCache::remove(const Key& key) {
   Shard& shard = shard_of(key);
   const std::lock_guard lock(shard.mutex);
-  if (const auto found = shard.index.find(key); found != shard.index.end()) {
-    remove_entry(shard, found->second);
-  }
+  shard.entries.remove(key);
 }
 
 void MemoryCache::remove_all_of(std::uint64_t owner) {
   for (Shard& shard : shards_) {
     const std::lock_guard lock(shard.mutex);
-    for (auto entry = shard.entries.begin(); entry != shard.entries.end();) {
-      const auto next = std::next(entry);
-      if (entry->key.owner == owner) remove_entry(shard, entry);
-      entry = next;
-    }
+    shard.entries.remove_between({.owner = owner, .item = 0}, {.owner = owner + 1, .item = 0});
   }
-}
-
-void MemoryCache::remove_entry(Shard& shard, std::list<Entry>::iterator entry) {
-  shard.bytes -= entry->bytes->size();
-  shard.index.erase(entry->key);
-  shard.entries.erase(entry);
 }
 
 MemoryCache::Counts MemoryCache::counts() const {
@@ -70,7 +56,7 @@ MemoryCache::Counts MemoryCache::counts() const {
   for (const Shard& shard : shards_) {
     const std::lock_guard lock(shard.mutex);
     counts.evictions += shard.evictions;
-    counts.bytes += shard.bytes;
+    counts.bytes += shard.entries.weight();
   }
   return counts;
 }

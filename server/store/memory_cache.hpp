@@ -14,11 +14,11 @@
 #include <compare>
 #include <cstddef>
 #include <cstdint>
-#include <list>
 #include <memory>
 #include <mutex>
-#include <unordered_map>
 #include <vector>
+
+#include "common/base/lru_map.hpp"
 
 namespace multitetra {
 
@@ -50,7 +50,7 @@ class MemoryCache {
     const std::uint64_t number_;
   };
 
-  explicit MemoryCache(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit MemoryCache(std::size_t most_bytes);
 
   // Null when it is not there.
   [[nodiscard]] CachedBytes find(const Key& key);
@@ -66,27 +66,12 @@ class MemoryCache {
   [[nodiscard]] Counts counts() const;
 
  private:
-  struct Hash {
-    std::size_t operator()(const Key& key) const {
-      std::uint64_t mixed = (key.item + key.owner * 0x9e3779b97f4a7c15u) * 0xff51afd7ed558ccdu;
-      return static_cast<std::size_t>(mixed ^ mixed >> 32);
-    }
-  };
-  struct Entry {
-    Key key;
-    CachedBytes bytes;
-  };
   struct Shard {
     mutable std::mutex mutex;  // Guards what follows.
-    std::list<Entry> entries;  // The most recently used first.
-    std::unordered_map<Key, std::list<Entry>::iterator, Hash> index;
-    std::size_t bytes = 0;
+    LruMap<Key, CachedBytes> entries{0};
     std::uint64_t evictions = 0;
   };
-  [[nodiscard]] Shard& shard_of(const Key& key) {
-    return shards_[Hash()(key) / 64 % shards_.size()];
-  }
-  static void remove_entry(Shard& shard, std::list<Entry>::iterator entry);
+  [[nodiscard]] Shard& shard_of(const Key& key);
   void remove_all_of(std::uint64_t owner);
 
   const std::size_t most_bytes_;

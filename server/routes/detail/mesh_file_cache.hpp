@@ -13,9 +13,9 @@
 #include <optional>
 #include <string>
 
+#include "common/base/lru_map.hpp"
 #include "server/operations/byte_reservations.hpp"
 #include "server/routes/detail/mesh_file.hpp"
-#include "server/service/lru_map.hpp"
 
 namespace multitetra {
 

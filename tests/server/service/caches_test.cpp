@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/lru_map.hpp"
 #include "server/service/detail/single_flight.hpp"
-#include "server/service/lru_map.hpp"
 #include "server/service/surface_cache.hpp"
 #include "tests/support/octahedra.hpp"
 #include "tests/support/waiting.hpp"

@@ -43,39 +43,61 @@ class LruMap {
     return nullptr;
   }
 
-  // Replaces an entry of that key. What is heavier than the whole map is not kept.
-  void add(const Key& key, Value value, std::size_t weight) {
-    if (const auto found = entries_.find(key); found != entries_.end()) remove(found->second);
-    if (weight > capacity_) return;
-    while (weight_ > capacity_ - weight) remove(std::prev(by_use_.end()));
+  struct Entry {
+    Key key;
+    Value value;
+    std::size_t weight;
+  };
+  using Evicted = std::list<Entry>;
+
+  // Replaces an entry of that key. What is heavier than the whole map is not kept. Returns what had
+  // to go, for callers that free it without holding a lock.
+  Evicted add(const Key& key, Value value, std::size_t weight) {
+    Evicted evicted;
+    remove(key);
+    if (weight > capacity_) return evicted;
+    while (weight_ > capacity_ - weight) evicted.splice(evicted.begin(), taken_out(oldest()));
     by_use_.push_front({key, std::move(value), weight});
     entries_.emplace(key, by_use_.begin());
     weight_ += weight;
+    return evicted;
+  }
+
+  void remove(const Key& key) {
+    if (const auto found = entries_.find(key); found != entries_.end()) taken_out(found->second);
+  }
+
+  // Those of all keys from `begin` to before `end`.
+  void remove_between(const Key& begin, const Key& end) {
+    const auto last = entries_.lower_bound(end);
+    for (auto at = entries_.lower_bound(begin); at != last;) taken_out((at++)->second);
   }
 
   // Whether there was one.
   bool drop_oldest() {
     if (by_use_.empty()) return false;
-    remove(std::prev(by_use_.end()));
+    taken_out(oldest());
     return true;
   }
+
+  // The one used last comes first.
+  [[nodiscard]] const std::list<Entry>& entries() const { return by_use_; }
 
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
   [[nodiscard]] std::size_t weight() const { return weight_; }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
  private:
-  struct Entry {
-    Key key;
-    Value value;
-    std::size_t weight;
-  };
   using Place = typename std::list<Entry>::iterator;
 
-  void remove(Place place) {
+  [[nodiscard]] Place oldest() { return std::prev(by_use_.end()); }
+
+  Evicted taken_out(Place place) {
     weight_ -= place->weight;
     entries_.erase(place->key);
-    by_use_.erase(place);
+    Evicted entry;
+    entry.splice(entry.begin(), by_use_, place);
+    return entry;
   }
 
   std::size_t capacity_;
