@@ -47,6 +47,18 @@ TEST(LruMap, NeverWeighsMoreThanItsCapacity) {
   EXPECT_GT(map.size(), 0U);
 }
 
+TEST(LruMap, RemovesTheKeysOfARange) {
+  LruMap<int, int> map(100);
+  for (int i = 0; i < 10; ++i) map.add(i, i, 2);
+  map.remove_between(3, 7);
+  EXPECT_EQ(map.size(), 6U);
+  EXPECT_EQ(map.weight(), 12U);
+  EXPECT_NE(map.find(2), nullptr);
+  EXPECT_EQ(map.find(3), nullptr);
+  EXPECT_EQ(map.find(6), nullptr);
+  EXPECT_NE(map.find(7), nullptr);
+}
+
 TEST(LruMap, AnEntryThatIsReplacedCountsOnce) {
   LruMap<int, int> map(10);
   for (int i = 0; i < 5; ++i) map.add(7, i, 6);
