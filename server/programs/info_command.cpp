@@ -92,7 +92,8 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   line("void samples", human_count(info.void_samples) + " (NaN: no surface there)");
   line("outside", info.outside ? human_number(*info.outside) + " is the value beyond the data"
                                : "void (surfaces end at the last sample)");
-  line("margin", std::to_string(info.margin) + " grid steps around the data");
+  line("margin", std::to_string(info.margin) + (info.margin == 1 ? " layer" : " layers") +
+                     " of samples around the data");
   line("grid", std::to_string(1 << info.grid_exponent) + " steps a side");
   line("histogram (log)", sketch(info.histogram, 64));
   std::string isovalues;

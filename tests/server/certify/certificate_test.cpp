@@ -257,6 +257,27 @@ TEST_F(WithoutTheSmallBall, IsNoExplanationWhereTheRestDiffersToo) {
   EXPECT_FALSE(certified({}, 0).missing);
 }
 
+// The inner side of a shell was removed. It lies within the error of the outer one, so that
+// distances alone do not say which of them is missing.
+TEST(Certificate, ExpectsAsManyComponentsNearTheLimitAsTheMeshHas) {
+  const Vec3 center = {12, 12, 12};
+  const Volume volume = fields::sampled<float>({25, 25, 25}, [&](int x, int y, int z) {
+    const Vec3 at = {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+    return 1 - std::abs(length(difference(at, center)) - 7);
+  });
+  TriangleMesh mesh = extracted(make_dataset(volume, "shell"), {.isovalue = 0.0, .error = 0});
+  CertifyOptions options{.isovalue = 0, .error = 2, .lattice = 5, .min_component = 24};
+  EXPECT_TRUE(certify(mesh, volume, options).is_kept());
+  std::erase_if(mesh.triangles, [&](const TriangleIndices& t) {
+    return length(difference(mesh.vertices[t[0]], center)) < 7;
+  });
+  const Certificate certificate = certify(mesh, volume, options);
+  EXPECT_TRUE(certificate.is_kept()) << text_of(certificate, {}, options);
+  EXPECT_EQ(certificate.reference.components, 1);
+  options.min_component = 10;
+  EXPECT_FALSE(certify(mesh, volume, options).is_kept());
+}
+
 TEST(Certificate, AllowsBoundaryEdgesAtTheMask) {
   const Volume volume = fields::masked_gyroid(33, 10);
   const DatasetPtr dataset = make_dataset(volume, "masked");

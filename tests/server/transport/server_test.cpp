@@ -358,13 +358,17 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
 }
 
 TEST(Server, StepsWithoutAWaitingClientAreMadeLast) {
+  testing::Gate has_begun;
   testing::Gate may_end;
   std::mutex mutex;
   std::vector<double> made;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
                            "fake",
                            [&](const StepRequest& step, const std::stop_token& stop) {
-                             if (step.request.isovalue == 0) may_end.pass(stop);
+                             if (step.request.isovalue == 0) {
+                               has_begun.open();
+                               may_end.pass(stop);
+                             }
                              const std::lock_guard lock(mutex);
                              made.push_back(step.request.isovalue);
                              return octahedron_step(step);
@@ -381,6 +385,7 @@ TEST(Server, StepsWithoutAWaitingClientAreMadeLast) {
     (void)receive<Pong>(clients.back());
   };
   ask(0, Priority::kNormal);
+  ASSERT_TRUE(has_begun.pass());
   ask(1, Priority::kBackground);
   ask(2, Priority::kNormal);
   may_end.open();
