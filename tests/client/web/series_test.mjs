@@ -102,13 +102,10 @@ async function renames(page) {
   await page.press('[aria-label="Note on A"]', "Enter");
   assert.equal(await page.textContent(".picked-label"), "core");
   assert.doesNotMatch(await page.textContent(".picked"), /gradient/, "the field of a label says nothing");
-  const right = await page.evaluate(() => document.querySelector(".stage canvas").clientWidth / 8);
-  for (let step = 1; step < 4 && !(await page.isVisible('.label-hover:text-is("label 9")')); ++step) {
-    await page.mouse.move(x + step * right, y);
-    await page.waitForTimeout(400);
-  }
-  await page.mouse.down();
-  await page.mouse.up();
+  await page.click('[aria-label="Zoom to label 9"]');
+  await page.mouse.move(x, y);
+  await hovers("label 9");
+  await page.mouse.click(x, y);
   await page.waitForSelector('.picked-label:text-is("label 9")', { timeout: patience });
   await page.waitForFunction(() => decodeURIComponent(location.hash).replaceAll("+", " ").includes("the middle;"), null, { timeout: patience });
   const [download] = await Promise.all([

@@ -198,8 +198,10 @@ function labelRow(
 function editName(name: HTMLElement, rename: (name: string) => void): void {
   const input = h("input", { type: "text", class: "label-rename", maxlength: String(mostNote), "aria-label": `Name of ${name.textContent}` });
   input.value = name.textContent ?? "";
+  let hasEnded = false; // A field that is taken away is left, too.
   const end = (isTaken: boolean) => {
-    if (!input.isConnected) return;
+    if (hasEnded) return;
+    hasEnded = true;
     const given = input.value.trim();
     input.replaceWith(name);
     if (isTaken && given !== name.textContent) rename(given);
