@@ -123,6 +123,26 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSin
   parts.bins = std::move(found.bins);
 }
 
+// The cells for which a sample in the box counts. Absent: all, as the value beyond the data is
+// another.
+std::optional<CellBox> varied_cells(const DatasetInfo& info, const PrepareOptions& options) {
+  if (!options.varied) return std::nullopt;
+  const auto& [least, greatest, elsewhere] = *options.varied;
+  if (info.outside && *info.outside != static_cast<double>(elsewhere)) return std::nullopt;
+  const CellBox all = spectrum_cells(info);
+  const auto begin = [&](std::size_t axis, std::int32_t first_cell) {
+    // A cell's last grid step is the first one of the next cell.
+    const std::int32_t step = std::max(0, least[axis] + info.margin - kSpectrumReach - 1);
+    return std::max(first_cell, step / kSpectrumSpacing);
+  };
+  const auto end = [&](std::size_t axis, std::int32_t last_cell) {
+    const std::int32_t step = greatest[axis] + info.margin + kSpectrumReach;
+    return std::min(last_cell, step / kSpectrumSpacing + 1);
+  };
+  return CellBox{.begin = {begin(0, all.begin.x), begin(1, all.begin.y), begin(2, all.begin.z)},
+                 .end = {end(0, all.end.x), end(1, all.end.y), end(2, all.end.z)}};
+}
+
 // The errors, from the samples in the sink.
 void second_pass(const PrepareOptions& options, PreparedSink& sink, const SmallParts& parts) {
   const DatasetInfo& info = parts.info;
@@ -150,7 +170,9 @@ void second_pass(const PrepareOptions& options, PreparedSink& sink, const SmallP
        .column_bytes = options.column_bytes,
        .sink = [&](std::size_t brick,
                    std::span<const std::byte> bytes) { sink.add_spectrum_brick(brick, bytes); },
-       .progress = progress});
+       .progress = progress,
+       .varied_cells = varied_cells(info, options)});
+  progress(all - done);  // The samples of cells that were left out.
 }
 
 DatasetInfo checked_geometry(const VolumeSource& source, const PrepareOptions& options) {

@@ -8,6 +8,7 @@
 //   prepare(*source, {.name = "head"}, "head.mtd", provenance("CThead.nhdr"));
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -24,6 +25,13 @@
 
 namespace multitetra {
 
+// Where a volume's samples differ: those outside of the box are all `elsewhere`.
+struct VariedSamples {
+  std::array<std::int32_t, 3> least = {};     // Indices of samples,
+  std::array<std::int32_t, 3> greatest = {};  // and the last ones; none less than in `least`.
+  float elsewhere = 0;
+};
+
 struct PrepareOptions {
   std::string name;
   std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
@@ -36,6 +44,8 @@ struct PrepareOptions {
   // increase strictly; those beyond the values are left out.
   std::vector<double> suggested_isovalues = {};
   std::vector<float> bin_edges = {};
+  // Saves time, where it is known; the result is the same.
+  std::optional<VariedSamples> varied = std::nullopt;
   // Bounds of memory; the result is the same for any.
   std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
   std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.

@@ -1,6 +1,7 @@
 // Settings and the page's address agree: what is turned is in the address, what is edited there is
 // done, and the browser's "Back" takes back another dataset or isovalue.
 import type { Token } from "./server_address";
+import { shortened, startOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { edited, misread, toAddress } from "./state/url_state";
 import type { Viewer } from "./viewer";
@@ -32,11 +33,11 @@ export class AddressKeeper {
     this.isDragging = isDragging;
   }
 
-  // The settings as the address has them: with the dataset's name, also of the one shown unasked.
+  // The settings as the address has them: with the dataset's name, also of the one shown unasked, and with many labels in few words.
   addressed(): Settings {
     const now = this.viewer.get();
-    const { info } = this.viewer;
-    return now.dataset || !info ? now : { ...now, dataset: info.name };
+    const { info, surfaces } = this.viewer;
+    return shortened(surfaces.datasets.get().list ?? [], now.dataset || !info ? now : { ...now, dataset: info.name });
   }
 
   // The user has edited the address, or followed a link to this page.
@@ -48,7 +49,9 @@ export class AddressKeeper {
     const { dataset, ...now } = edited(this.viewer.get(), hash);
     const { list } = this.viewer.surfaces.datasets.get();
     const isUnknown = dataset !== "" && list !== null && !list.some(({ name }) => name === dataset);
-    this.viewer.set({ ...now, dataset: dataset && !isUnknown ? dataset : this.addressed().dataset });
+    const wanted = { ...now, dataset: dataset && !isUnknown ? dataset : this.addressed().dataset };
+    const labels = list && wanted.labels ? startOf(list, wanted)?.changes : null; // At once: labels that stay are not loaded again.
+    this.viewer.set({ ...wanted, ...labels });
     if (isUnknown) this.viewer.reportUnknown(dataset);
     else this.reportMisread(hash);
   }

@@ -5,6 +5,7 @@ import { savedWords } from "./panel/downloads_section";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
 import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
+import { renamedLabel } from "./state/series";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
 import type { PictureOptions, Viewer } from "./viewer";
@@ -107,7 +108,7 @@ export class Downloads {
     const measured = await Promise.all(tiles.map(async ({ shown, drawn }): Promise<MeasuredLabel> => {
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
-      return { label: shown.info.member!.label!, found, bound: boundOf(shown) };
+      return { label: renamedLabel(shown.info.member!.label!, viewer.get().labelNames), found, bound: boundOf(shown) };
     }));
     if (measured.length === 0) return viewer.notices.announce("No label is shown.", true);
     this.save(new Blob([labelTable(measured, tiles[0].shown.info.lengthUnit)], { type: "text/csv" }), "csv");

@@ -31,7 +31,7 @@ import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
 import { Events } from "./state/events";
 import {
-  atTime, type Entry, isOfOneSeries, named, settingsOfEntry, startOf, timeOf, timesOf, unknownDatasetWords,
+  atTime, type Entry, isOfOneSeries, named, nameOfLabel, settingsOfEntry, startOf, timeOf, timesOf, unknownDatasetWords,
 } from "./state/series";
 import { defaults, isOtherRequest, type Settings } from "./state/settings";
 import { Store } from "./state/store";
@@ -97,7 +97,7 @@ export class Viewer {
     this.handles = new Handles(this.stage, this.canvas, (changes, isDragging) => this.set(changes, isDragging));
     this.measuring = new Measuring(this.stage, this.pool,
       (info, world) => this.queries.probe(info.name, world), (places) => this.set({ places }), () => this.canvas.focus(),
-      (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)));
+      (surface, place) => this.changeParts(withoutPart(this.get(), surface, place)), (label) => nameOfLabel(label, this.get()));
     const turn = (changes: Partial<Settings>, isDragging: boolean) => this.set(changes, isDragging);
     this.samples = new SampleViews(this.stage, {
       queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
@@ -118,7 +118,7 @@ export class Viewer {
       () => this.handles.isGrabbed,
       (place) => this.take(place));
     const labelHover = new LabelHover(this.canvas,
-      () => this.info?.member?.label !== undefined && !this.handles.isGrabbed, (x, y) => picking.find(x, y));
+      () => this.info?.member?.label !== undefined && !this.handles.isGrabbed, (x, y) => picking.find(x, y), (label) => nameOfLabel(label, this.get()));
     this.frame.append(this.surroundings.numbers, this.surroundings.scaleBar, this.orientation.element,
       this.samples.legends, this.timeBar.element, this.measuring.labels, this.samples.mark, this.measuring.element, labelHover.element, this.notices.element);
     element.append(this.samples.element);
@@ -141,8 +141,8 @@ export class Viewer {
     // The isovalue that one time suggests is not what another does: it stays from here.
     const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
     this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
-    const { dataset, t } = this.settings.get();
-    if (t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
+    const { dataset, labels, t } = this.settings.get();
+    if (labels || t !== before.t || (dataset !== before.dataset && dataset !== this.info?.name)) this.findDataset();
     if (hasEnded) this.ask();
   }
 

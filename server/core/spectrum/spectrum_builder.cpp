@@ -200,7 +200,7 @@ bool is_empty(const DatasetInfo& info, const IsovalueBins& bins) {
 
 template <typename Real>
 void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
-  FineLevels<Real> fine(info, bins, work, spectrum_cells(info));
+  FineLevels<Real> fine(info, bins, work, work.varied_cells.value_or(spectrum_cells(info)));
   fine.make();
   build_coarse_levels<Real>(info, bins, fine.curves(), work);
 }

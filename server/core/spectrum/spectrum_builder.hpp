@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,6 +33,14 @@ namespace multitetra {
 
 inline constexpr std::size_t kMostColumnBytes = std::size_t{384} << 20;
 
+// Cells of kSpectrumSpacing grid steps, numbered from the grid's origin; the end is exclusive.
+struct CellBox {
+  GridPoint begin;
+  GridPoint end;
+
+  friend bool operator==(const CellBox&, const CellBox&) = default;
+};
+
 struct SpectrumWork {
   const SampleBoxes& samples;
   const CoarseVolume& coarse;
@@ -44,6 +53,9 @@ struct SpectrumWork {
   std::function<void(std::size_t brick, std::span<const std::byte> bytes)> sink;
   // Called with the number of further samples done, from any of the threads.
   std::function<void(std::uint64_t samples)> progress = nullptr;
+  // The only cells for which more than one value counts, where that is known; others have no
+  // errors.
+  std::optional<CellBox> varied_cells = std::nullopt;
 };
 
 // The same for any threads and memory.
@@ -53,14 +65,6 @@ void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const Spe
 //
 // The curves of the cells in a box need the samples of the box and kSpectrumReach around it, and
 // nothing of other boxes. So machines can make them apart; the coarser levels need them all.
-
-// Cells of kSpectrumSpacing grid steps, numbered from the grid's origin; the end is exclusive.
-struct CellBox {
-  GridPoint begin;
-  GridPoint end;
-
-  friend bool operator==(const CellBox&, const CellBox&) = default;
-};
 
 // The cells whose curves a spectrum is made from.
 [[nodiscard]] CellBox spectrum_cells(const DatasetInfo& info);

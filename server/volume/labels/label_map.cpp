@@ -170,14 +170,15 @@ struct SmoothSlice {
   std::vector<std::uint16_t> sums;  // At most 2^8.
 };
 
-// Smoothes along x, then along y.
-void smooth(const std::array<std::int32_t, 3>& dims, SmoothSlice& slice) {
+// Smoothes along x, then along y, in the box; the indicator is 0 outside of it.
+void smooth(const std::array<std::int32_t, 3>& dims, const SampleBox& box, SmoothSlice& slice) {
   const auto width = static_cast<std::size_t>(dims[0]);
   std::vector<std::uint16_t> rows(slice.inside.size());
   std::vector<std::uint8_t> near_rows(slice.inside.size());
-  for (std::size_t y = 0; y < static_cast<std::size_t>(dims[1]); ++y) {
+  for (std::int32_t row = box.least[1]; row <= box.greatest[1]; ++row) {
+    const std::size_t y = static_cast<std::size_t>(row);
     const std::uint8_t* const from = slice.inside.data() + y * width;
-    for (std::int32_t x = 0; x < dims[0]; ++x) {
+    for (std::int32_t x = box.least[0]; x <= box.greatest[0]; ++x) {
       std::uint32_t sum = 0;
       for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
         sum += smoothing_weight(k) * from[clamped_step(x, k, dims[0])];
@@ -190,11 +191,12 @@ void smooth(const std::array<std::int32_t, 3>& dims, SmoothSlice& slice) {
   }
   slice.sums.resize(slice.inside.size());
   slice.near.resize(slice.inside.size());
-  for (std::int32_t y = 0; y < dims[1]; ++y) {
+  for (std::int32_t y = box.least[1]; y <= box.greatest[1]; ++y) {
     const std::size_t to = static_cast<std::size_t>(y) * width;
     const std::size_t below = clamped_step(y, -1, dims[1]) * width;
     const std::size_t above = clamped_step(y, 1, dims[1]) * width;
-    for (std::size_t x = 0; x < width; ++x) {
+    for (auto x = static_cast<std::size_t>(box.least[0]);
+         x <= static_cast<std::size_t>(box.greatest[0]); ++x) {
       std::uint32_t sum = 0;
       for (std::int32_t k = -kSmoothingReach; k <= kSmoothingReach; ++k) {
         sum += smoothing_weight(k) * rows[clamped_step(y, k, dims[1]) * width + x];
@@ -210,13 +212,12 @@ void smooth(const std::array<std::int32_t, 3>& dims, SmoothSlice& slice) {
 
 class LabelMap::Field : public VolumeSource {
  public:
-  Field(std::shared_ptr<const Content> map, std::int32_t label, std::int32_t first_slice,
-        std::int32_t last_slice)
+  // The field is 0 outside of `box`; null: everywhere.
+  Field(std::shared_ptr<const Content> map, std::int32_t label, std::optional<SampleBox> box)
       : map_(std::move(map)),
         header_(map_->header),
         label_(label),
-        first_(first_slice),
-        last_(last_slice),
+        box_(box),
         stored_(map_->empty_slice()),
         labels_(header_.samples_per_slice()),
         magnitudes_(header_.samples_per_slice()) {
@@ -234,8 +235,7 @@ class LabelMap::Field : public VolumeSource {
     values.assign(static_cast<std::size_t>(slices) * slice, 0.0F);
     for (std::int32_t i = 0; i < slices; ++i) {
       const std::int32_t z = first_slice + i;
-      // Elsewhere the label is out of reach.
-      if (z < first_ - kSmoothingReach || z > last_ + kSmoothingReach) continue;
+      if (!box_ || z < box_->least[2] || z > box_->greatest[2]) continue;
       make_slice(z, std::span(values).subspan(static_cast<std::size_t>(i) * slice, slice));
     }
   }
@@ -254,7 +254,7 @@ class LabelMap::Field : public VolumeSource {
     const SmoothSlice& below = *from[kSmoothingReach - 1];
     const SmoothSlice& above = *from[kSmoothingReach + 1];
     constexpr int kHalf = kFieldSteps / 2;
-    for (std::size_t i = 0; i < into.size(); ++i) {
+    const auto make_sample = [&](std::size_t i) {
       std::uint32_t sum = 0;
       for (std::size_t k = 0; k < kSlices; ++k) {
         sum += smoothing_weight(static_cast<std::int32_t>(k) - kSmoothingReach) * from[k]->sums[i];
@@ -270,6 +270,13 @@ class LabelMap::Field : public VolumeSource {
                           : std::min(steps, kHalf - LabelBorders::kLeast);
       }
       into[i] = static_cast<float>(steps) / static_cast<float>(kFieldSteps);
+    };
+    const auto width = static_cast<std::size_t>(header_.dims[0]);
+    const auto first = static_cast<std::size_t>(box_->least[0]);
+    const auto last = static_cast<std::size_t>(box_->greatest[0]);
+    for (std::int32_t y = box_->least[1]; y <= box_->greatest[1]; ++y) {
+      const std::size_t row = static_cast<std::size_t>(y) * width;
+      for (std::size_t x = first; x <= last; ++x) make_sample(row + x);
     }
   }
 
@@ -283,7 +290,7 @@ class LabelMap::Field : public VolumeSource {
     std::transform(labels_.begin(), labels_.end(), slice.inside.begin(), [&](std::int32_t label) {
       return static_cast<std::uint8_t>(label == label_ ? 1 : 0);
     });
-    smooth(header_.dims, slice);
+    smooth(header_.dims, *box_, slice);
     slice.z = z;
     return slice;
   }
@@ -291,13 +298,21 @@ class LabelMap::Field : public VolumeSource {
   std::shared_ptr<const Content> map_;
   VolumeHeader header_;
   std::int32_t label_;
-  std::int32_t first_;
-  std::int32_t last_;
+  std::optional<SampleBox> box_;
   Samples stored_;
   std::vector<std::int32_t> labels_;
   std::vector<std::uint8_t> magnitudes_;
   std::array<SmoothSlice, kSlices> kept_;
 };
+
+SampleBox field_box(const LabelSummary& label, const std::array<std::int32_t, 3>& dims) {
+  SampleBox box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.least[axis] = std::max(0, label.least[axis] - kSmoothingReach);
+    box.greatest[axis] = std::min(dims[axis] - 1, label.greatest[axis] + kSmoothingReach);
+  }
+  return box;
+}
 
 LabelMap::LabelMap(const std::filesystem::path& name, VolumeSource& source,
                    const std::filesystem::path& scratch_folder) {
@@ -338,13 +353,15 @@ std::unique_ptr<VolumeSource> LabelMap::field(double value) const {
       content_->labels.begin(), content_->labels.end(), value,
       [](const LabelSummary& label, double wanted) { return label.value < wanted; });
   const bool is_there = found != content_->labels.end() && found->value == value;
-  const std::int32_t slices = content_->header.dims[2];
+  const auto& dims = content_->header.dims;
+  if (is_there) {
+    return std::make_unique<Field>(content_, static_cast<std::int32_t>(value),
+                                   field_box(*found, dims));
+  }
   // The background may be anywhere; a label that does not occur is nowhere.
-  const std::int32_t nowhere = slices + kSmoothingReach + 1;
-  const std::int32_t first = is_there ? found->least[2] : value == 0 ? 0 : nowhere;
-  const std::int32_t last = is_there ? found->greatest[2] : value == 0 ? slices - 1 : -nowhere;
-  const auto label = is_there ? static_cast<std::int32_t>(value) : 0;
-  return std::make_unique<Field>(content_, label, first, last);
+  const SampleBox everywhere = {.least = {}, .greatest = {dims[0] - 1, dims[1] - 1, dims[2] - 1}};
+  return std::make_unique<Field>(content_, 0,
+                                 value == 0 ? std::optional(everywhere) : std::nullopt);
 }
 
 }  // namespace multitetra

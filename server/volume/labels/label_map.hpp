@@ -54,6 +54,16 @@ struct LabelSummary {
   std::array<double, 3> centroid = {};        // The mean index.
 };
 
+// Indices of samples, first and last along each axis.
+struct SampleBox {
+  std::array<std::int32_t, 3> least = {};
+  std::array<std::int32_t, 3> greatest = {};
+};
+
+// The field of a label in a map of `dims` samples is 0 outside of this box.
+[[nodiscard]] SampleBox field_box(const LabelSummary& label,
+                                  const std::array<std::int32_t, 3>& dims);
+
 // Copies of a map share the samples.
 class LabelMap {
  public:

@@ -24,6 +24,7 @@ describe("Address", () => {
         { isovalue: 400.5, error: null, color: "#f0e6d2", opacity: 1, visible: true },
         { dataset: "a, b; 100 %", isovalue: -1e-7, error: 0.5, color: "#00ff7f", opacity: 0.25, visible: false, minComponent: 30, material: "matcap", hiddenParts: [[1, 2, -3], [0.5, 0, 0]], largestOnly: true },
       ],
+      labels: "1-9,-4", labelNames: [{ label: 3, name: "liver; left" }],
       color: "#123456", material: "skin", opacity: 0.5, visible: false, minComponent: 12.5, hiddenParts: [[1, -2, 3], [4, 5, 6]], largestOnly: true, projection: "orthographic", occlusion: false, eye: [1, -2, 3.25], target: [0, 0, 1],
       transparentAir: false, up: [0, -0.6, 0.8], places: [{ world: [1, -2.5, 3], bound: 0.25 }, { world: [0, 0, 1e-3], bound: null, note: "the tip; 50 %, or so" }],
     };

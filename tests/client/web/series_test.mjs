@@ -21,6 +21,7 @@ const series = await serveFolder(folder);
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
 await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
 await test("NamesTheLabelThatIsClickedAndIsolatesOne", namesAndIsolates);
+await test("RenamesALabelAndKeepsANoteWhenAnotherIsClicked", renames);
 await test("FindsSortsAndZoomsToLabels", findsLabels);
 await test("SavesATableOfTheLabelsThatAreShown", savesTable);
 await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
@@ -46,7 +47,12 @@ async function showsLabels(page) {
   assert((await surfacePixels(page)).share < all / 10, "nothing is shown");
   await page.click('.labels-head button:has-text("All")');
   await settled(page);
-  await page.waitForFunction(() => /surfaces=0\.5,[0-9a-f]{6},,,,seg\.label5;/.test(location.hash));
+  await page.waitForFunction(() => location.hash.includes("labels=2-9") && !location.hash.includes("surfaces="));
+  await page.locator('[aria-label="Opacity of label 5"]').fill("0.4");
+  assert(await page.locator('.labels-head span:text-is("mixed")').isVisible());
+  assert.equal(await page.getAttribute('[aria-label="Opacity of all labels"]', "aria-valuetext"), "mixed");
+  await page.locator('[aria-label="Opacity of all labels"]').fill("0.7");
+  assert(await page.locator('.labels-head span:text-is("mixed")').isHidden());
 }
 
 async function loadsWhatIsShown(page) {
@@ -73,6 +79,39 @@ async function namesAndIsolates(page) {
   await page.click('[aria-label="Show only label 9"]');
   await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "1 of 3 shown");
   assert.deepEqual(await page.locator('.eye[aria-pressed="true"]').evaluateAll((all) => all.map((one) => one.ariaLabel)), ["Show label 9"]);
+}
+
+async function renames(page) {
+  await open(page, "#dataset=seg&axes=false&eye=16,-60,16&target=16,16,16", series);
+  await complete(page);
+  await settled(page);
+  await page.dblclick('[aria-label="Zoom to label 5"]');
+  await page.fill('[aria-label="Name of label 5"]', "core; left");
+  await page.press('[aria-label="Name of label 5"]', "Enter");
+  assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "core; left", "label 9"]);
+  await open(page, "#dataset=seg&labels=2-9&label_names=5:core&axes=false&eye=16,-60,16&target=16,16,16", series);
+  await complete(page);
+  await settled(page);
+  const canvas = await page.locator(".stage canvas").boundingBox();
+  const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];
+  const hovers = (name) => page.waitForFunction((text) => document.querySelector(".label-hover:not([hidden])")?.textContent === text, name, { timeout: patience });
+  await page.mouse.move(x, y);
+  await hovers("core");
+  await page.mouse.click(x, y);
+  await page.fill('[aria-label="Note on A"]', "the middle");
+  await page.press('[aria-label="Note on A"]', "Enter");
+  assert.equal(await page.textContent(".picked-label"), "core");
+  assert.doesNotMatch(await page.textContent(".picked"), /gradient/, "the field of a label says nothing");
+  await page.click('[aria-label="Zoom to label 9"]');
+  await page.mouse.move(x, y);
+  await hovers("label 9");
+  await page.mouse.click(x, y);
+  await page.waitForSelector('.picked-label:text-is("label 9")', { timeout: patience });
+  await page.waitForFunction(() => decodeURIComponent(location.hash).replaceAll("+", " ").includes("the middle;"), null, { timeout: patience });
+  const [download] = await Promise.all([
+    page.waitForEvent("download", { timeout: patience }), page.click('button:has-text("Table (CSV)")'),
+  ]);
+  assert.match(readFileSync(await download.path(), "utf8"), /\r\n5,core,/);
 }
 
 async function findsLabels(page) {

@@ -1,9 +1,9 @@
 // The labels of a segmentation: of each its color, name, size, opacity and whether it is shown. Those that are hidden are
 // not loaded.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { labelName, labelOf, mostLabelsAtFirst, named } from "../state/series";
+import { labelName, labelOf, mostLabelsAtFirst, named, renamedLabel, withLabelName } from "../state/series";
 import type { Progress } from "../state/progress";
-import type { Settings } from "../state/settings";
+import { mostNote, type Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
@@ -52,15 +52,20 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
   search.addEventListener("input", showFound);
   const opacity = opacityOf("all labels", (value) =>
     change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { opacity: value } : null))));
+  const mixed = h("span", { class: "labels-count", hidden: true }, "mixed");
   const filter = componentFilter("all labels", {
     hide: (minComponent) => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { minComponent } : null))),
     showHidden: () => change(withAllSurfaces(settings!, (one, at) => (isLabel(one, at) ? { hiddenParts: [] } : null))),
   });
   const head = h("div", { class: "chips labels-head" },
-    all("All", "Shows every label.", true), all("None", "Hides every label.", false), table, count, order, opacity);
+    all("All", "Shows every label.", true), all("None", "Hides every label.", false), table, count, order, opacity, mixed);
   const rowAt = (at: number) => {
-    const row = labelRow((changes) => change(withSurface(settings!, at, changes)), () => isolate(at),
-      () => zoomToLabel(dataset(surfacesOf(settings!)[at], at)));
+    const own = () => dataset(surfacesOf(settings!)[at], at);
+    const rename = (name: string) => {
+      const label = labelOf(datasets, own());
+      if (label) change({ labelNames: withLabelName(settings!.labelNames, label.value, name === label.name ? "" : name) });
+    };
+    const row = labelRow((changes) => change(withSurface(settings!, at, changes)), () => isolate(at), () => zoomToLabel(own()), rename);
     rows.set(at, row);
     return row;
   };
@@ -70,7 +75,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     const found = surfacesOf(settings).flatMap((one, at) => {
       const name = dataset(one, at);
       const label = (infos.get(name) ?? named(datasets, name))?.member?.label;
-      return label ? [{ at, one, label }] : [];
+      return label ? [{ at, one, label: renamedLabel(label, settings!.labelNames) }] : [];
     });
     const places = new Set(found.map(({ at }) => at));
     for (const [at, row] of rows) {
@@ -94,7 +99,10 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     limit.hidden = found.length <= mostLabelsAtFirst;
     limit.textContent = `The first ${mostLabelsAtFirst} are shown at first: each is a surface of its own. "All" shows the rest.`;
     showFound();
-    showOpacity(opacity, shown.length > 0 ? Math.max(...shown.map(({ one }) => one.opacity)) : 1);
+    const opacities = shown.map(({ one }) => one.opacity);
+    const isMixed = new Set(opacities).size > 1;
+    mixed.hidden = !isMixed;
+    showOpacity(opacity, opacities.length > 0 ? Math.max(...opacities) : 1, isMixed);
   };
   return {
     elements: [head, search, limit, list, filter.element],
@@ -139,11 +147,15 @@ interface LabelRow {
   showProgress: (progress: Progress) => void;
 }
 
-function labelRow(change: (changes: Partial<SurfaceSettings>) => void, isolate: () => void, zoom: () => void): LabelRow {
+function labelRow(
+  change: (changes: Partial<SurfaceSettings>) => void, isolate: () => void, zoom: () => void, rename: (name: string) => void,
+): LabelRow {
   const color = h("input", { type: "color" });
   color.addEventListener("input", () => change({ color: color.value }));
-  const name = h("button", { type: "button", class: "label-name", "data-tip": "Zooms to the label." });
+  const name = h("button", { type: "button", class: "label-name", "data-tip": "Zooms to the label. Double-click or F2: another name." });
   name.addEventListener("click", zoom);
+  name.addEventListener("dblclick", () => editName(name, rename));
+  name.addEventListener("keydown", ({ key }) => key === "F2" && editName(name, rename));
   const opacity = opacityOf("", (value) => change({ opacity: value }));
   const eye = h("button", { type: "button", class: "eye" });
   const only = h("button", { type: "button", class: "only", "data-tip": "Shows this label alone." }, "only");
@@ -182,6 +194,27 @@ function labelRow(change: (changes: Partial<SurfaceSettings>) => void, isolate: 
   };
 }
 
+// A field in place of the name; an empty one takes the name back that the file has.
+function editName(name: HTMLElement, rename: (name: string) => void): void {
+  const input = h("input", { type: "text", class: "label-rename", maxlength: String(mostNote), "aria-label": `Name of ${name.textContent}` });
+  input.value = name.textContent ?? "";
+  let hasEnded = false; // A field that is taken away is left, too.
+  const end = (isTaken: boolean) => {
+    if (hasEnded) return;
+    hasEnded = true;
+    const given = input.value.trim();
+    input.replaceWith(name);
+    if (isTaken && given !== name.textContent) rename(given);
+  };
+  input.addEventListener("blur", () => end(true));
+  input.addEventListener("keydown", (event) => {
+    event.stopPropagation(); // The page's keys are no letters of a name.
+    if (event.key === "Enter" || event.key === "Escape") end(event.key === "Enter");
+  });
+  name.replaceWith(input);
+  input.select();
+}
+
 function opacityOf(what: string, turned: (value: number) => void): HTMLInputElement {
   const input = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${what}` });
   input.setAttribute("data-tip", "The opacity of the surface.");
@@ -189,8 +222,9 @@ function opacityOf(what: string, turned: (value: number) => void): HTMLInputElem
   return input;
 }
 
-function showOpacity(input: HTMLInputElement, opacity: number): void {
+// `isMixed`: of several surfaces, whose opacities differ; the greatest is where the handle is.
+function showOpacity(input: HTMLInputElement, opacity: number, isMixed = false): void {
   input.value = String(opacity);
-  input.setAttribute("aria-valuetext", `${Math.round(100 * opacity)} %`);
+  input.setAttribute("aria-valuetext", isMixed ? "mixed" : `${Math.round(100 * opacity)} %`);
   input.style.setProperty("--share", `${100 * opacity}%`);
 }

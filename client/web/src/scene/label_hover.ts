@@ -1,7 +1,7 @@
 // The name of the label below the pointer, beside it. One question is under way at a time; of the places that the pointer
 // passes meanwhile the last one follows.
 import { h } from "../shared/elements";
-import { labelName } from "../state/series";
+import type { Label } from "../protocol/messages";
 import type { Picked } from "./picking";
 
 export class LabelHover {
@@ -14,6 +14,7 @@ export class LabelHover {
     canvas: HTMLCanvasElement,
     private readonly hasLabels: () => boolean,
     private readonly find: (x: number, y: number) => Promise<Picked | null>,
+    private readonly nameOf: (label: Label) => string,
   ) {
     canvas.addEventListener("pointermove", ({ pointerType, buttons, offsetX, offsetY }) => {
       if (pointerType !== "mouse" || buttons !== 0 || !this.hasLabels()) return this.leave();
@@ -43,7 +44,7 @@ export class LabelHover {
     const label = found?.surface?.tiles.shown.info.member?.label;
     this.element.hidden = !label || !this.pointer;
     if (!label || !this.pointer) return;
-    this.element.textContent = labelName(label);
+    this.element.textContent = this.nameOf(label);
     this.element.style.transform = `translate(${this.pointer.x + 14}px, ${this.pointer.y + 14}px)`;
   }
 }

@@ -7,9 +7,9 @@ import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "./me
 import { h } from "../shared/elements";
 import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
-import type { DatasetInfo, ProbedPlace } from "../protocol/messages";
+import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf } from "../shown_surface";
-import { labelName } from "../state/series";
+import { isOfOneSeries } from "../state/series";
 import { type MeasuredPlace, mostNote, mostPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { ShownTiles } from "../surface_set";
@@ -49,6 +49,7 @@ export class Measuring {
     private readonly changed: (places: readonly MeasuredPlace[]) => void,
     private readonly leave: () => void, // The keyboard goes to what is shown.
     private readonly hidePart: (surface: number, world: Vec3) => void,
+    private readonly nameOf: (label: Label) => string,
   ) {
     this.drawing.append(this.line);
     stage.whenDrawn(() => this.follow());
@@ -56,7 +57,8 @@ export class Measuring {
 
   add({ world, index, info, surface }: Picked): void {
     const bound = surface ? boundOf(surface.tiles.shown) : 0; // A plane lies exactly where it is.
-    const before = this.places.length < mostPlaces && this.info === info ? this.places : [];
+    const isGoingOn = this.info !== null && isOfOneSeries(this.info, info); // Another label is in the same world.
+    const before = this.places.length < mostPlaces && isGoingOn ? this.places : [];
     this.info = info;
     this.places = [...before, { world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
     this.emitChange();
@@ -150,11 +152,11 @@ export class Measuring {
     });
     const last = places[places.length - 1];
     const label = last.surface?.tiles.shown.info.member?.label;
-    this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, labelName(label)))] : []),
+    this.element.replaceChildren(close, ...(label ? [h("p", { class: "picked-label" }, h("b", {}, this.nameOf(label)))] : []),
       ...places.map(({ world, index }, i) =>
         h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
-      this.fieldAt(info, last.world),
+      ...(label ? [] : [this.fieldAt(info, last.world)]), // The field of a label says nothing beside its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
     const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));

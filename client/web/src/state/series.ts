@@ -3,7 +3,9 @@
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { nearestName } from "../shared/nearest_name";
 import { labelColor } from "./label_colors";
-import { defaults, type AdditionalSurface, type Settings } from "./settings";
+import { labelRanges, labelsOfRanges } from "./label_ranges";
+import { defaults, type AdditionalSurface, type LabelName, type Settings } from "./settings";
+import { surfacesOf } from "./surfaces";
 
 export interface Series {
   name: string;
@@ -109,6 +111,23 @@ export function labelOf(list: readonly DatasetInfo[], name: string): Label | nul
   return named(list, name)?.member?.label ?? null;
 }
 
+// With the name that the user gave it, if any.
+export function renamedLabel(label: Label, names: readonly LabelName[]): Label {
+  const given = names.find((one) => one.label === label.value);
+  return given ? { ...label, name: given.name } : label;
+}
+
+// As the user calls it.
+export function nameOfLabel(label: Label, { labelNames }: Settings): string {
+  return labelName(renamedLabel(label, labelNames));
+}
+
+// Names with that label's; an empty one is the file's again.
+export function withLabelName(names: readonly LabelName[], label: number, name: string): LabelName[] {
+  const others = names.filter((one) => one.label !== label);
+  return name ? [...others, { label, name }].sort((a, b) => a.label - b.label) : others;
+}
+
 // "liver"; where the file names none, "label 3".
 export function labelName({ value, name }: Label): string {
   return name || `label ${value}`;
@@ -127,14 +146,57 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
 
 // What the settings name, and what is changed of them: all labels of a segmentation, where no surfaces are named; one
 // alone is shown where it is named. Null: the list has no such dataset.
-export function startOf(list: readonly DatasetInfo[], { dataset, surfaces, t }: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
+export function startOf(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
+  const { dataset, surfaces, labels, t } = settings;
   const found = dataset ? named(list, dataset) : list[0];
   if (!found) return null;
-  const series = surfaces.length === 0 && found.member?.label ? seriesOf(list, found) : null;
-  if (!series || series.labels.length < 2) return { info: atTime(list, found, t), changes: null };
+  const isOfLabels = (surfaces.length === 0 || labels !== "") && found.member?.label;
+  const series = isOfLabels ? seriesOf(list, found) : null;
+  if (!series || series.labels.length < 2) return { info: atTime(list, found, t), changes: labels ? { labels: "" } : null };
+  if (labels) {
+    const changes = withLabels(series, settings);
+    return { info: atTime(list, named(list, changes.dataset!) ?? found, t), changes };
+  }
   const label = series.labels.find(({ name }) => name === dataset)?.name ?? null;
   const changes = settingsOfEntry({ name: series.name, info: found, series }, label);
   return { info: atTime(list, named(list, changes.dataset!) ?? found, t), changes };
+}
+
+// The settings with all surfaces of a segmentation as few words: the labels that are shown, and as surfaces those alone whose
+// look was changed. startOf() makes the same settings of them.
+export function shortened(list: readonly DatasetInfo[], settings: Settings): Settings {
+  const info = named(list, settings.dataset);
+  const series = info?.member?.label ? seriesOf(list, info) : null;
+  const surfaces = surfacesOf(settings).map((one, at) => ({
+    ...one, isovalue: one.isovalue ?? labelIsovalue, dataset: one.dataset || info?.name, error: at > 0 ? one.error : null,
+  }));
+  const isWhole = series && series.labels.length === surfaces.length && series.labels.length > 1;
+  if (!isWhole || series.labels.some(({ name }, at) => name !== surfaces[at].dataset)) return settings;
+  const values = series.labels.map(({ member }) => member!.label!.value);
+  const labels = labelRanges(values, new Set(values.filter((_, at) => surfaces[at].visible)));
+  if (labels === null) return settings;
+  const changed = surfaces.filter((one, at) => lookOf(one) !== lookOf(surfaceOfLabel(series.labels[at], one.visible)));
+  return { ...settings, ...firstOnly(defaults), isovalue: null, labels, surfaces: changed };
+}
+
+// What shortened() wrote.
+function withLabels({ labels: members }: Series, { labels, surfaces }: Settings): Partial<Settings> {
+  const shown = labelsOfRanges(labels, members.map(({ member }) => member!.label!.value));
+  const changed = new Map(surfaces.map((one) => [one.dataset, one]));
+  const [first, ...others] = members.map((one) => changed.get(one.name) ?? surfaceOfLabel(one, shown.has(one.member!.label!.value)));
+  const { dataset, isovalue } = first;
+  return { ...firstOnly({ ...defaults, ...first }), dataset, isovalue, surfaces: others, labels: "" };
+}
+
+type FirstOnly = Pick<Settings, "color" | "opacity" | "visible" | "minComponent" | "hiddenParts" | "material" | "largestOnly">;
+
+// The settings that are of the first surface.
+function firstOnly({ color, opacity, visible, minComponent, hiddenParts, material, largestOnly }: FirstOnly): FirstOnly {
+  return { color, opacity, visible, minComponent, hiddenParts, material, largestOnly };
+}
+
+function lookOf({ isovalue, error, color, opacity, minComponent = 0, hiddenParts = [], material = "neutral", largestOnly = false }: AdditionalSurface): string {
+  return JSON.stringify([isovalue, error, color, opacity, minComponent, hiddenParts, material, largestOnly]);
 }
 
 function surfaceOfLabel({ name: dataset, member }: DatasetInfo, visible: boolean): AdditionalSurface {

@@ -27,7 +27,7 @@ export type Layout = "surface" | "four";
 export type Theme = "auto" | "dark" | "light";
 
 export const mostHiddenParts = 64; // For each surface.
-export const mostNote = 80; // Characters.
+export const mostNote = 80; // Characters; also of a label's name.
 export const mostPlaces = 3; // That are measured at a time: two lengths and an angle.
 
 // A place that was picked to be measured.
@@ -51,6 +51,11 @@ export interface AdditionalSurface {
   largestOnly?: boolean; // As for the first surface; default: no.
 }
 
+export interface LabelName {
+  label: number;
+  name: string;
+}
+
 export interface Settings {
   // The request.
   dataset: string; // Or a series of datasets: the first of it.
@@ -66,6 +71,8 @@ export interface Settings {
   maxTriangles: number; // 0: no limit.
   simplify: boolean; // Without the triangles that the error does not need.
   surfaces: readonly AdditionalSurface[]; // All but the first: state/surfaces.ts has all as one list.
+  labels: string; // The labels of a segmentation that are shown, as label_ranges.ts writes them, until they are surfaces; then empty.
+  labelNames: readonly LabelName[]; // Names that the user gives.
   // How it is shown.
   color: string; // This and the next six belong to the first surface.
   material: Material;
@@ -125,6 +132,8 @@ export const defaults: Settings = {
   maxTriangles: 0,
   simplify: true,
   surfaces: [],
+  labels: "",
+  labelNames: [],
   color: "#e0cdb4",
   material: "neutral",
   opacity: 1,

@@ -9,7 +9,8 @@
 // Unreadable settings are ignored and reported: an address from elsewhere never breaks the
 // page.
 import { colorMaps } from "../shared/color_maps";
-import { defaults, type AdditionalSurface, materials, type MeasuredPlace, mostHiddenParts, mostNote, mostPlaces, type Region, type Settings } from "./settings";
+import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, mostHiddenParts, mostNote, mostPlaces, type Region, type Settings } from "./settings";
+import { isLabelRanges } from "./label_ranges";
 import { maxMinComponent, mostLabels } from "./surfaces";
 
 export function toAddress(settings: Settings): string {
@@ -22,6 +23,7 @@ export function toAddress(settings: Settings): string {
     if (settings[name] !== defaults[name]) parameters.set(addressName(name), settings[name].slice(1));
   }
   if (settings.surfaces.length > 0) parameters.set("surfaces", settings.surfaces.map(surfaceText).join(";"));
+  if (settings.labelNames.length > 0) parameters.set("label_names", settings.labelNames.map(labelNameText).join(";"));
   if (settings.hiddenParts.length > 0) parameters.set("hidden_parts", settings.hiddenParts.map((part) => part.map(short).join(",")).join(";"));
   if (settings.region) parameters.set("region", regionText(settings.region));
   if (settings.up.some((part, axis) => part !== defaults.up[axis])) parameters.set("up", settings.up.map(short).join(","));
@@ -91,6 +93,8 @@ export function fromAddress(text: string): Partial<Settings> {
   set("hiddenParts", partsFrom(parameters.get("hiddenParts"), ";", ","));
   set("largestOnly", yes("largestOnly"));
   set("surfaces", surfacesFrom(parameters.get("surfaces") ?? null));
+  set("labels", isLabelRanges(parameters.get("labels") ?? "") ? parameters.get("labels") : undefined);
+  set("labelNames", labelNamesFrom(parameters.get("labelNames") ?? null));
   set("logScale", yes("logScale"));
   set("playing", yes("playing"));
   set("speed", number("speed", 0.1, 60));
@@ -147,7 +151,7 @@ const switches: ReadonlyMap<string, boolean> = new Map([["true", true], ["on", t
 export const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["normal", 0.5], ["fine", 0.25], ["exact", 0]]);
 
 const plainNames = [
-  "dataset", "t", "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "followView", "pixels",
+  "dataset", "labels", "t", "isovalue", "error", "bound", "topologyRule", "topologyTolerance", "followView", "pixels",
   "maxTriangles", "simplify", "shading", "wireframe", "coloring", "clip", "clipAt", "clipFlipped", "filled",
   "slice", "sliceAt", "transparentAir", "layout", "sliceColors", "level", "windowWidth", "colorBy", "colors", "fieldLevel",
   "fieldWindow", "fieldLog", "samplesLog", "axes",
@@ -198,6 +202,20 @@ function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
     };
   });
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
+}
+
+// "3:liver", with what parts such words written as in addresses.
+function labelNameText({ label, name }: LabelName): string {
+  return `${label}:${name.replace(/[;%]/g, encodeURIComponent)}`;
+}
+
+function labelNamesFrom(text: string | null): LabelName[] | undefined {
+  if (!text) return undefined;
+  const names = text.split(";").map((one) => {
+    const [, label, words = ""] = one.match(/^(-?\d+):(.+)$/) ?? [];
+    return { label: Number(label ?? NaN), name: nameFrom(words)?.slice(0, mostNote) ?? "" };
+  });
+  return names.length <= mostLabels && names.every(({ label, name }) => Number.isFinite(label) && name) ? names : undefined;
 }
 
 // Places that are parted by one sign, their coordinates by another.

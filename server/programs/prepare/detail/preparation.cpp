@@ -50,6 +50,7 @@ void warn_of_thin_parts(const PrepareJob& job, const LabelSummary& label,
 struct OpenedJob {
   std::unique_ptr<VolumeSource> source;
   std::optional<LabelVolume> label_volume = std::nullopt;
+  std::optional<VariedSamples> varied = std::nullopt;
 };
 
 OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, LatestLabelMap& maps) {
@@ -61,11 +62,15 @@ OpenedJob open_job(const PrepareJob& job, const VolumeFileOptions& options, Late
                                   [&](const LabelSummary& label) { return label.value == value; });
   if (found == map.labels().end()) fail_without_label(job, map);
   warn_of_thin_parts(job, *found, options);
-  return {map.field(value), LabelVolume{.samples = found->samples,
-                                        .surface_samples = found->surface_samples,
-                                        .place = LabelExtent::Place{.least = found->least,
-                                                                    .greatest = found->greatest,
-                                                                    .centroid = found->centroid}}};
+  std::unique_ptr<VolumeSource> field = map.field(value);
+  const SampleBox box = field_box(*found, field->header().dims);
+  return {std::move(field),
+          LabelVolume{.samples = found->samples,
+                      .surface_samples = found->surface_samples,
+                      .place = LabelExtent::Place{.least = found->least,
+                                                  .greatest = found->greatest,
+                                                  .centroid = found->centroid}},
+          VariedSamples{.least = box.least, .greatest = box.greatest}};
 }
 
 }  // namespace
@@ -154,6 +159,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   if (job.member && job.member->label) {
     how.suggested_isovalues = {kLabelBoundary};
     how.bin_edges = {kLabelBinEdges.begin(), kLabelBinEdges.end()};
+    how.varied = opened.varied;
   }
   how.progress = [&](const char* name, std::uint64_t done, std::uint64_t all) {
     if (stop_.stop_requested()) throw PreparationStopped();

@@ -1,0 +1,43 @@
+// Labels as text, for addresses: "1-322,-17" are those from 1 to 322 without 17, "-17" all without 17, "none" none.
+
+const item = /^(-?)(\d+)(?:-(\d+))?$/;
+const none = "none";
+
+export function isLabelRanges(text: string): boolean {
+  return text === none || text.split(",").every((one) => item.test(one));
+}
+
+// `all` ascend. Null: such text has no words for some of them.
+export function labelRanges(all: readonly number[], shown: ReadonlySet<number>): string | null {
+  if (!all.every((value) => Number.isInteger(value) && value >= 0)) return null;
+  const ranges = (isIn: (value: number) => boolean, sign: string) =>
+    runsOf(all, isIn).map(([first, last]) => sign + (first === last ? String(first) : `${first}-${last}`));
+  const named = ranges((value) => shown.has(value), "").join(",") || none;
+  const others = ranges((value) => !shown.has(value), "-");
+  const without = [`${all[0]}-${all[all.length - 1]}`, ...others].join(",");
+  return others.length > 0 && without.length < named.length ? without : named;
+}
+
+// Those of `all` that the text names; unknown ones are passed over.
+export function labelsOfRanges(text: string, all: readonly number[]): Set<number> {
+  const words = text === none ? [] : text.split(",");
+  const shown = new Set(words[0]?.startsWith("-") ? all : []);
+  for (const word of words) {
+    const [, sign, first, last = first] = item.exec(word) ?? [];
+    const inside = all.filter((value) => Number(first) <= value && value <= Number(last));
+    for (const value of inside) sign ? shown.delete(value) : shown.add(value);
+  }
+  return shown;
+}
+
+// First and last of those that follow each other in `all`.
+function runsOf(all: readonly number[], isIn: (value: number) => boolean): [number, number][] {
+  const runs: [number, number][] = [];
+  all.forEach((value, at) => {
+    if (!isIn(value)) return;
+    const isNext = at > 0 && runs.length > 0 && runs[runs.length - 1][1] === all[at - 1];
+    if (isNext) runs[runs.length - 1][1] = value;
+    else runs.push([value, value]);
+  });
+  return runs;
+}
