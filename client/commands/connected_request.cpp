@@ -105,15 +105,18 @@ ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order, const RetryO
   if (!requests) return exit_with(print_error(kUsage, requests.error().text));
   auto scalars = scalars_for(order.surface.query);
   if (!scalars) return exit_with(print_error(kUsage, scalars.error().text));
+  std::string color_unit;
   for (const DatasetInfo& values : connected->datasets) {
     if (!*scalars || values.name != (*scalars)->dataset) continue;
     const auto fits = check_colors(order.surface.query, *info, values);
     if (!fits) return exit_with(print_error(kUsage, fits.error().text));
+    color_unit = values.meaning.value_unit;
   }
   Notices notices;
   for (const IsosurfaceRequest& request : *requests) notices.add(request_notices(request, *info));
   return ConnectedRequest{connected->server,    std::move(connected->client), *std::move(info),
-                          *std::move(requests), *std::move(scalars),          std::move(notices)};
+                          *std::move(requests), *std::move(scalars),          std::move(notices),
+                          std::move(color_unit)};
 }
 
 ExpectedOrExit<void> share_budget(ConnectedRequest& surface) {

@@ -51,7 +51,8 @@ struct ConnectedRequest {
   std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
   // The colors of every surface; absent: no colors.
   std::optional<ScalarRequest> scalars;
-  Notices notices;  // Warnings about the requests.
+  Notices notices;              // Warnings about the requests.
+  std::string color_unit = {};  // Of the values that the colors show; empty: unknown.
 };
 
 [[nodiscard]] ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order,

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <iostream>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "client/picture/annotations.hpp"
 #include "client/picture/rasterizer.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/parse_number.hpp"
@@ -40,6 +42,7 @@ struct TakenSurface {
   MeshTopology topology;
   std::uint64_t bytes = 0;
   double error_bound_world = 0;
+  std::optional<ColorScale> colors = {};  // Of its vertices.
   OutputSurface drawn;
 };
 
@@ -169,6 +172,11 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, Connected
                       .error_bound_world = step.begin.error_bound_world,
                       .drawn = output_surface(step.mesh, arguments.order.surface, surface.info)};
     paint(each.drawn.mesh, step.begin, arguments.order.surface.query.colors);
+    if (const auto& scalars = step.begin.scalars) {
+      each.colors = arguments.order.surface.query.colors;
+      each.colors->low = scalars->low;
+      each.colors->high = scalars->high;
+    }
     const std::string accuracy = accuracy_text(step);
     if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
     if (each.topology.triangles == 0) {
@@ -182,15 +190,33 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, Connected
   return taken;
 }
 
-// Dust around the largest components would push them out of the middle.
+// Dust around large components would push them out of the middle.
 std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
   std::vector<std::array<float, 3>> places;
   for (const TakenSurface& surface : taken.surfaces) {
-    for (const std::uint32_t vertex : surface.drawn.largest) {
+    for (const std::uint32_t vertex : surface.drawn.large) {
       places.push_back(surface.drawn.mesh.positions[vertex]);
     }
   }
   return places;
+}
+
+// The scale bar, and what colors mean.
+void annotate(Picture& picture, const Camera& camera, const ConnectedRequest& surface,
+              const Taken& taken, const SnapshotArguments& arguments) {
+  const Background background = background_from(arguments.background);
+  const bool is_world = arguments.order.surface.query.coordinates == CoordinateSystem::kWorld;
+  draw_scale_bar(picture, camera, is_world ? surface.info.meaning.length_unit : "samples",
+                 background);
+  const auto colored =
+      std::find_if(taken.surfaces.begin(), taken.surfaces.end(),
+                   [](const TakenSurface& each) { return each.colors.has_value(); });
+  if (colored == taken.surfaces.end()) return;
+  draw_legend(picture,
+              {.scale = *colored->colors,
+               .name = arguments.order.surface.query.color_by,
+               .unit = surface.color_unit},
+              background);
 }
 
 }  // namespace
@@ -235,12 +261,13 @@ int snapshot(const SnapshotArguments& arguments) {
   const Camera camera = framing(middle_of(*taken), arguments.azimuth, arguments.elevation,
                                 size->width, size->height, up_axis_from(arguments.up).value());
   for (std::size_t i = 0; i < looks->size(); ++i) (*looks)[i].mesh = &taken->surfaces[i].drawn.mesh;
-  const Picture picture =
+  Picture picture =
       drawn(*looks, camera,
             {.background = background_from(arguments.background),
              .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,
              .threads = arguments.threads});
+  if (!arguments.is_bare) annotate(picture, camera, *surface, *taken, arguments);
   taken->draw_seconds = seconds_since(came);
   write_file(arguments.picture, png_file(picture));
   if (arguments.json) {
@@ -284,6 +311,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->one_of({"smooth", "flat"})
       ->capture_default_str()
       ->group(group);
+  command->add_flag("--bare", a.is_bare, "Without scale bar and legend of colors")->group(group);
   command->add_flag("--wireframe", a.wireframe, "Draw the edges of the triangles as well")
       ->group(group);
   command

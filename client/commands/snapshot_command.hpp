@@ -20,6 +20,7 @@ struct SnapshotArguments {
   std::string background = "dark";
   std::string shading = "smooth";
   bool wireframe = false;
+  bool is_bare = false;  // Nothing is written on the picture.
   // The opacities of the surfaces, in the order of their isovalues.
   std::vector<double> opacities = {};
   std::vector<std::string> surface_colors = {};  // "#rrggbb", likewise.

@@ -86,6 +86,7 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
                                    std::abs(dot(from_middle, camera.up)) / upwards);
     distance = std::max(distance, dot(from_middle, camera.back) + std::max(needed, 0.1 * radius));
   }
+  camera.distance = distance;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     camera.eye[axis] = middle[axis] + distance * camera.back[axis];
   }

@@ -26,6 +26,7 @@ struct Camera {
   Vec3 up = {0, 0, 1};
   Vec3 back = {0, -1, 0};
   double pixels_at_one = 1;  // Pixels that a length of 1 covers at distance 1.
+  double distance = 1;       // From the eye to the middle of what is looked at.
 
   // Along right, up and back, seen from the eye: what is in front of it has a negative third one.
   [[nodiscard]] Vec3 seen(const Vec3& place) const;

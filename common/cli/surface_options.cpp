@@ -135,11 +135,12 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
       output.components == output.components_of
           ? positioned(mesh, map)
           : positioned(with_components(mesh, components, arguments.query.min_component), map);
-  const std::uint32_t largest = components.largest();
+  const double least =
+      components.diagonals.empty() ? 0 : components.diagonals[components.largest()] / 8;
   std::uint32_t number = 0;
   for (const std::uint32_t component : components.of_vertex) {
     if (components.diagonals[component] < arguments.query.min_component) continue;
-    if (component == largest) output.largest.push_back(number);
+    if (components.diagonals[component] >= least) output.large.push_back(number);
     ++number;
   }
   if (is_turned(arguments, info)) {

@@ -64,7 +64,9 @@ struct OutputSurface {
   std::size_t components = 0;
   // Components of the whole surface.
   std::size_t components_of = 0;
-  std::vector<std::uint32_t> largest = {};  // The vertices of the largest component.
+  // The vertices of large components: those with a diagonal of at least an eighth of the largest
+  // one's.
+  std::vector<std::uint32_t> large = {};
 };
 [[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,
                                            const SurfaceArguments& arguments,

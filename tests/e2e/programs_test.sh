@@ -185,6 +185,8 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 [ "$(value snapshot.json width)" = 320 ] && [ "$(value snapshot.json triangles)" -gt 0 ] || fail "the report of snapshot"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --wireframe --shading flat -o wires.png --quiet
 ! cmp -s once.png wires.png || fail "a picture with wires is the same as without"
+"$client" snapshot --server "$url" --dataset gyroid --size 320x200 --bare -o bare.png --quiet
+! cmp -s once.png bare.png || fail "--bare leaves the scale bar"
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --azimuth 80 -o aside.png --quiet
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --up -y -o up.png --quiet
 ! cmp -s once.png up.png || fail "--up changes nothing"

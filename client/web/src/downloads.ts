@@ -3,9 +3,10 @@ import { h } from "./shared/elements";
 import { type Animation, film, pictures, turntable } from "./scene/animation";
 import { savedWords } from "./panel/downloads_section";
 import { labelTable, type MeasuredLabel } from "./panel/label_table";
+import type { DatasetInfo } from "./protocol/messages";
 import { boundOf } from "./shown_surface";
 import type { Settings } from "./state/settings";
-import { renamedLabel } from "./state/series";
+import { renamedLabel, timeOf, timeText } from "./state/series";
 import { toAddress } from "./state/url_state";
 import { latticeToWorld, type Vec3 } from "./stream/dataset";
 import type { PictureOptions, Viewer } from "./viewer";
@@ -56,22 +57,33 @@ export class Downloads {
     const show = async (at: number) => {
       viewer.set({ t: times.all[at] ?? times.now, playing: false });
       await viewer.settled();
+      if (at < times.all.length) this.requireTime(times.all[at]);
     };
     const { t, isovalue, playing } = viewer.get();
-    await this.animate({ name: "time", frames: times.all.length, framesASecond: viewer.get().speed, show }, form);
-    viewer.set({ t: t ?? times.now, isovalue, playing }); // Also where recording failed.
+    const goBack = () => viewer.set({ t: t ?? times.now, isovalue, playing });
+    await this.animate({ name: "time", frames: times.all.length, framesASecond: viewer.get().speed, show }, form, goBack);
   }
 
-  private async animate(animation: Animation, form: "video" | "pictures"): Promise<void> {
+  // No frame shows the surface of another time, or a part of one.
+  private requireTime(time: number): void {
+    const { info, surfaces } = this.viewer;
+    const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
+    const { failure } = surfaces.progress.get();
+    if (info && isAtTime(info, time) && isAtTime(surfaces.lead?.info ?? info, time) && isWhole && failure === null) return;
+    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} did not come.`);
+  }
+
+  private async animate(animation: Animation, form: "video" | "pictures", goBack = () => {}): Promise<void> {
     if (this.isFilming) return;
     this.isFilming = true;
     const showProgress = (share: number) => this.viewer.notices.announce(`Filming: ${Math.round(100 * share)} %`);
-    const background = getComputedStyle(document.body).backgroundColor;
     try {
       const make = form === "video" ? film : pictures;
-      this.save(await make(this.viewer.stage, animation, background, showProgress), form === "video" ? "webm" : "zip");
+      this.save(await make(this.viewer.stage, animation, () => this.viewer.drawn({ isOfFilm: true }), showProgress), form === "video" ? "webm" : "zip");
+      goBack();
       this.viewer.notices.clear();
     } catch (error) {
+      goBack(); // Another time has no notices of the one before.
       this.viewer.notices.announce(`Recording failed: ${(error as Error).message}`, true);
     }
     this.isFilming = false;
@@ -130,4 +142,9 @@ export class Downloads {
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
   }
+}
+
+// What has no time is the same at all times.
+function isAtTime(info: DatasetInfo, time: number): boolean {
+  return (timeOf(info) ?? time) === time;
 }

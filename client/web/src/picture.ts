@@ -21,15 +21,22 @@ export function captionOf(settings: Settings, info: DatasetInfo): string {
   ].filter((word) => word !== "").join(", ");
 }
 
-// `element`: whose colors the picture has. PNG.
+// What the words on a picture say first: what is shown, where the settings say so; a film's frame always has its time.
+export function headOf(settings: Settings, info: DatasetInfo | null, isOfFilm: boolean): string[] {
+  if (info && settings.axes) return [captionOf(settings, info)];
+  const time = info && timeOf(info);
+  return isOfFilm && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
+}
+
+// `element`: whose colors the picture has.
 export function pictureOf(
   stage: Stage, element: HTMLElement, annotations: Annotations, { enlargement = 1, width, isTransparent = false }: PictureOptions,
-): Promise<Blob> {
+): HTMLCanvasElement {
   const { backgroundColor: own, color } = getComputedStyle(element);
   const isNone = own === "transparent" || own === "rgba(0, 0, 0, 0)";
   const paper = isNone ? getComputedStyle(document.body).backgroundColor : own;
   const shownWidth = Math.max(1, stage.renderer.domElement.clientWidth);
   const canvas = stage.picture(isTransparent ? null : paper, width ? stage.enlargementTo(width) : enlargement);
   annotate(canvas.getContext("2d")!, annotations, canvas.width / shownWidth, color, paper);
-  return new Promise((resolve) => canvas.toBlob((blob) => resolve(blob!), "image/png"));
+  return canvas;
 }

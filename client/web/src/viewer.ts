@@ -11,7 +11,7 @@ import "./style/picture.css";
 import * as THREE from "three";
 
 import { DetailByPixels } from "./detail_by_pixels";
-import { captionOf, pictureOf } from "./picture";
+import { headOf, pictureOf } from "./picture";
 import { SampleViews } from "./sample_views";
 import { serverAddress } from "./server_address";
 import { nothingWords } from "./panel/empty_surface";
@@ -26,6 +26,7 @@ import { Measuring } from "./scene/measuring";
 import { Orientation } from "./scene/orientation";
 import { type Picked, Picking } from "./scene/picking";
 import { colorsRefusal, type Scene, sceneOf } from "./scene_at";
+import { pngOf } from "./scene/png";
 import { Stage } from "./scene/stage";
 import { SceneDecorations } from "./scene/scene_decorations";
 import type { ShownSurface } from "./shown_surface";
@@ -228,10 +229,15 @@ export class Viewer {
   // What is shown, as PNG, when it is complete: on the page's background or on none, with what is written over it and beside it.
   async picture(options: PictureOptions = {}): Promise<Blob> {
     if (this.surfaces.progress.get().phase !== "lost") await this.settled();
+    return pngOf(this.drawn(options));
+  }
+
+  // The same as it is now.
+  drawn(options: PictureOptions): HTMLCanvasElement {
     const { surroundings: { scale, writtenNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;
-    const caption = this.info && this.get().axes ? [captionOf(this.get(), this.info)] : [];
-    return pictureOf(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...caption, ...words] }, options);
+    const head = headOf(this.get(), this.info, options.isOfFilm === true);
+    return pictureOf(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
   }
 
   // Ends all work; the element is empty.
@@ -275,8 +281,7 @@ export class Viewer {
       this.events.emit("settings", now);
     });
     this.surfaces.progress.watch((progress) => {
-      const { lead } = this.surfaces;
-      this.notices.show(progress, lead && nothingWords(lead, progress));
+      this.notices.show(progress, this.surfaces.lead && nothingWords(this.surfaces.lead, progress));
       this.events.emit("progress", { surface: 0 });
     });
     this.surfaces.datasets.watch(({ list }) => {
@@ -309,9 +314,8 @@ export class Viewer {
   private findDataset(): void {
     const { list } = this.surfaces.datasets.get();
     if (!list) return;
-    const { dataset } = this.get();
     const start = startOf(list, this.get());
-    if (!start) return dataset ? this.reportUnknown(dataset) : undefined;
+    if (!start) return this.get().dataset ? this.reportUnknown(this.get().dataset) : undefined;
     if (start.changes) this.settings.set(start.changes);
     this.use(start.info);
   }
@@ -338,7 +342,11 @@ export class Viewer {
     this.notices.clear();
     this.timeBar.show(this.get(), this.times);
     this.player.update();
-    if (isMember) return this.changeMember(now);
+    if (isMember) { // Another time, field or label: the places are the same.
+      this.events.emit("dataset", now);
+      this.applyLook();
+      return this.ask();
+    }
     this.surroundings.setDataset(now);
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
@@ -351,13 +359,6 @@ export class Viewer {
     const { eye, target } = this.settings.get();
     if (eye && target) this.stage.setView(eye, target);
     else if (!this.surfaces.lead) this.stage.defaultView();
-    this.applyLook();
-    this.ask();
-  }
-
-  // Another time, field or label: the places are the same.
-  private changeMember(now: DatasetInfo): void {
-    this.events.emit("dataset", now);
     this.applyLook();
     this.ask();
   }

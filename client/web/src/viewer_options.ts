@@ -20,6 +20,7 @@ export interface PictureOptions {
   enlargement?: number; // Relative to the screen; default 1.
   width?: number; // In pixels, instead; as far as the graphics card can.
   isTransparent?: boolean; // Without a background.
+  isOfFilm?: boolean; // One of many: its time is always written on it.
 }
 
 export interface ViewerEvents {

@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include "client/picture/annotations.hpp"
 #include "client/picture/camera.hpp"
+#include "client/picture/lettering.hpp"
 #include "client/picture/rasterizer.hpp"
 #include "client/picture/shading.hpp"
 #include "common/image/png_file.hpp"
@@ -354,6 +356,99 @@ TEST(PngFile, DeterministicPngOfTheRequestedSize) {
   EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
   EXPECT_EQ(bytes.substr(16, 8), std::string("\0\0\0\x30\0\0\0\x20", 8));
   EXPECT_EQ(png_file(picture), bytes);
+}
+
+// How many pixels of a part of a picture are dark.
+int dark_pixels(const Picture& picture, int left, int top, int right, int bottom) {
+  int count = 0;
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x)
+      count += picture.at(x, y)[3] > 200 && brightness(picture.at(x, y)) < 400 ? 1 : 0;
+  }
+  return count;
+}
+
+Picture empty(int width, int height) {
+  return {.width = width,
+          .height = height,
+          .pixels = std::vector<Pixel>(static_cast<std::size_t>(width * height),
+                                       Pixel{255, 255, 255, 255})};
+}
+
+TEST(ScaleBar, HasARoundLengthThatThePictureHas) {
+  for (const double radius : {0.001, 3.0, 700.0}) {
+    PositionedMesh mesh = ball({0, 0, 0});
+    for (auto& place : mesh.positions) {
+      for (float& part : place) part *= static_cast<float>(radius);
+    }
+    const Camera camera = framing(mesh.positions, 0, 0, 1280, 720);
+    const ScaleLength length = scale_length(camera);
+    EXPECT_GT(length.pixels, 40) << radius;
+    EXPECT_LE(length.pixels, 110.001) << radius;
+    // As far as two places beside one another in the middle of the picture.
+    EXPECT_NEAR(length.world * camera.pixels_at_one / -camera.seen({0, 0, 0})[2], length.pixels,
+                1e-6)
+        << radius;
+    const double digit = length.world / std::pow(10, std::floor(std::log10(length.world) + 1e-9));
+    EXPECT_NEAR(std::min({std::abs(digit - 1), std::abs(digit - 2), std::abs(digit - 5)}), 0, 1e-9)
+        << radius;
+  }
+}
+
+TEST(ScaleBar, IsALineWithAStrokeAtEachEnd) {
+  const Camera camera = framing(ball({0, 0, 0}).positions, 0, 0, 1280, 720);
+  const int length = static_cast<int>(scale_length(camera).pixels);
+  Picture picture = empty(1280, 720);
+  draw_scale_bar(picture, camera, "mm", Background::kLight);
+  const int left = 1280 - 16 - length;
+  EXPECT_GT(dark_pixels(picture, left, 698, 1266, 703), length - 4);
+  for (const int end : {left, 1280 - 16}) {
+    EXPECT_GT(dark_pixels(picture, end - 2, 695, end + 3, 699), 2) << end;
+    EXPECT_GT(dark_pixels(picture, end - 2, 701, end + 3, 706), 2) << end;
+  }
+  EXPECT_GT(dark_pixels(picture, left, 676, 1264, 692), 30);  // Its length in words.
+  EXPECT_EQ(dark_pixels(picture, 0, 0, left - 60, 720), 0);
+}
+
+TEST(Legend, GoesFromTheFirstColorToTheLast) {
+  Picture picture = empty(1280, 720);
+  draw_legend(picture,
+              {.scale = {.map = ColorMap::kViridis, .low = 300, .high = 1250},
+               .name = "temperature",
+               .unit = "K"},
+              Background::kLight);
+  const Pixel first = picture.at(17, 682);
+  const Pixel last = picture.at(214, 682);
+  EXPECT_NEAR(first[2], color_at(ColorMap::kViridis, 0)[2], 8);
+  EXPECT_NEAR(last[0], color_at(ColorMap::kViridis, 1)[0], 8);
+  EXPECT_GT(dark_pixels(picture, 16, 692, 60, 706), 20);    // 300
+  EXPECT_GT(dark_pixels(picture, 150, 692, 220, 706), 20);  // 1250 K
+  EXPECT_GT(dark_pixels(picture, 16, 658, 150, 674), 60);   // temperature
+}
+
+TEST(Lettering, WritesEveryCharacterWhereItsWidthSays) {
+  for (int character = '!'; character <= '~'; ++character) {
+    const std::string text(1, static_cast<char>(character));
+    Picture picture = empty(40, 60);
+    draw_text(picture, text, 10, 40, 18, {0, 0, 0}, {255, 255, 255});
+    EXPECT_GE(dark_pixels(picture, 0, 0, 40, 60), 4) << text;
+    EXPECT_EQ(dark_pixels(picture, 0, 0, 8, 60), 0) << text;
+    EXPECT_EQ(dark_pixels(picture, static_cast<int>(10 + text_width(text, 18)) + 3, 0, 40, 60), 0)
+        << text;
+  }
+  EXPECT_EQ(text_width("5 \xc2\xb5m", 6), text_width("5 mm", 6));
+  Picture beside = empty(20, 20);
+  draw_text(beside, "far beyond", -500, 900, 12, {0, 0, 0},
+            {255, 255, 255});  // Leaves the picture as it is.
+  EXPECT_EQ(beside.pixels, empty(20, 20).pixels);
+}
+
+TEST(Lettering, IsSeenOnNoBackground) {
+  Picture picture = {
+      .width = 40, .height = 40, .pixels = std::vector<Pixel>(1600, Pixel{0, 0, 0, 0})};
+  draw_text(picture, "A", 10, 30, 18, {0, 0, 0}, {255, 255, 255});
+  EXPECT_GT(dark_pixels(picture, 0, 0, 40, 40), 10);
+  EXPECT_EQ(picture.at(1, 1)[3], 0);
 }
 
 }  // namespace

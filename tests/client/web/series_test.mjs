@@ -2,11 +2,11 @@
 //
 //   node series_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
-import { mkdirSync, readFileSync, rmSync } from "node:fs";
+import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import path from "node:path";
 
 import { examine } from "./axe.mjs";
-import { complete, finish, open, patience, run, scratch, serveFolder, surfacePixels, test } from "./in_a_browser.mjs";
+import { complete, finish, notice, open, patience, run, scratch, serveFolder, surfacePixels, test } from "./in_a_browser.mjs";
 import { samplesOf, writeNrrd, writeVti } from "./made_volumes.mjs";
 
 const size = 33;
@@ -27,6 +27,7 @@ await test("SavesATableOfTheLabelsThatAreShown", savesTable);
 await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
 await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
 await test("SavesATimeAsAPictureEach", savesTimes);
+await test("EndsAFilmWhereATimeDoesNotCome", failsAFilm);
 await test("LeavesTheSurfaceFreeOfTheTimesOnATelephone", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
 await finish();
 
@@ -38,6 +39,11 @@ async function showsLabels(page) {
   assert.equal(await page.locator(".dataset").count(), 3, "a series is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
+  const cut = await page.evaluate(() => {
+    const { right } = document.querySelector(".facts").getBoundingClientRect();
+    return [...document.querySelectorAll(".fact span")].filter((one) => one.getBoundingClientRect().right > right + 1).map((one) => one.textContent);
+  });
+  assert.deepEqual(cut, [], "no fact is cut off beside the seal");
   await examine(page);
   const all = (await surfacePixels(page)).share;
   await page.click('.eye[aria-label="Show label 5"]');
@@ -200,7 +206,7 @@ async function showsOneTime(page) {
 }
 
 async function savesTimes(page) {
-  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&t=1", series);
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&axes=false&t=1&eye=16,-120,16&target=16,16,16", series);
   await complete(page);
   await page.click('summary:has-text("Export")');
   const [download] = await Promise.all([
@@ -208,9 +214,60 @@ async function savesTimes(page) {
     page.click('button:has-text("Times: PNGs")'),
   ]);
   const bytes = readFileSync(await download.path());
-  const names = bytes.toString("latin1").match(/time_\d{4}\.png/g);
-  assert.deepEqual([...new Set(names)], ["time_0000.png", "time_0001.png", "time_0002.png", "time_0003.png"]);
+  const frames = storedFiles(bytes);
+  assert.deepEqual(frames.map(({ name }) => name), ["time_0000.png", "time_0001.png", "time_0002.png", "time_0003.png"]);
+  const seen = [];
+  for (const { content } of frames) seen.push(await page.evaluate(lookAt, content.toString("base64")));
+  for (const [i, { share, words }] of seen.entries()) {
+    assert(i === 0 || share > 1.1 * seen[i - 1].share, `the ball grows from frame to frame: ${seen.map((one) => one.share)}`);
+    assert(words !== "" && seen.every((other, at) => at === i || other.words !== words), "each frame has its time written on it");
+  }
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s" && /[&#]t=1(&|$)/.test(location.hash), null, { timeout: patience });
+}
+
+// The samples of one time are damaged on disk: no frame shows the surface of another time in its place.
+async function failsAFilm(page) {
+  const damaged = path.join(scratch, "damaged");
+  rmSync(damaged, { recursive: true, force: true });
+  cpSync(folder, damaged, { recursive: true });
+  const other = await serveFolder(damaged);
+  const file = path.join(damaged, "flow.ball.t0003.mtd");
+  const bytes = readFileSync(file);
+  writeFileSync(file, bytes.fill(0x55, 0.2 * bytes.length, 0.8 * bytes.length), { flag: "r+" });
+  await open(page, "#dataset=flow&isovalue=0.5&error=2&occlusion=false&t=1", other);
+  await complete(page);
+  await page.click('summary:has-text("Export")');
+  await page.click('button:has-text("Times: PNGs")');
+  await notice(page, /Recording failed: the surface at 1\.5 s did not come/);
+  await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s", null, { timeout: patience });
+}
+
+// The files of a ZIP archive whose contents are stored as they are, by its directory at the end.
+function storedFiles(bytes) {
+  const files = [];
+  let at = bytes.readUInt32LE(bytes.lastIndexOf("PK\x05\x06", undefined, "latin1") + 16);
+  while (bytes.readUInt32LE(at) === 0x02014b50) {
+    const [size, nameSize, extra, comment, begin] = [bytes.readUInt32LE(at + 24), ...[28, 30, 32].map((k) => bytes.readUInt16LE(at + k)), bytes.readUInt32LE(at + 42)];
+    const from = begin + 30 + bytes.readUInt16LE(begin + 26) + bytes.readUInt16LE(begin + 28);
+    files.push({ name: bytes.toString("latin1", at + 46, at + 46 + nameSize), content: bytes.subarray(from, from + size) });
+    at += 46 + nameSize + extra + comment;
+  }
+  return files;
+}
+
+// The share of a picture that has the color of a surface, and the pixels of its upper corner on the left that differ from the background.
+async function lookAt(data) {
+  const image = new Image();
+  image.src = `data:image/png;base64,${data}`;
+  await image.decode();
+  const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+  context.drawImage(image, 0, 0);
+  const rgba = context.getImageData(0, 0, image.width, image.height).data;
+  let count = 0;
+  for (let i = 0; i < rgba.length; i += 4) if (rgba[i] > 80 && rgba[i] > rgba[i + 2] + 15) ++count;
+  const corner = context.getImageData(0, 0, 120, 40).data;
+  const inked = [...corner.keys()].filter((i) => i % 4 === 0 && Math.abs(corner[i] - corner[0]) > 60);
+  return { share: (4 * count) / rgba.length, words: inked.join() };
 }
 
 async function leavesRoom(page) {

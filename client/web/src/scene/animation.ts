@@ -1,18 +1,22 @@
 // Pictures one after the other, as a film or in a ZIP file: the surface turned once around, or the times of
-// a series. Every picture is drawn as at rest; a film runs as fast as this machine draws them, but no
+// a series. Every picture is drawn as at rest, with what is written on pictures; a film runs as fast as this machine draws them, but no
 // faster than it should.
 import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
 
 import { hasDrawn } from "./gpu_fence";
+import { pngOf } from "./png";
 import type { Stage } from "./stage";
 
 export interface Animation {
   name: string; // The name of the pictures' files.
   frames: number;
   framesASecond: number;
-  // Brings what picture `at` shows; before the first one, and after each.
+  // Brings what picture `at` shows, all of it; before the first one, and after each. Rejects where it cannot.
   show: (at: number) => Promise<void>;
 }
+
+// The picture as it is now.
+type Draw = () => HTMLCanvasElement;
 
 type ProgressCallback = (share: number) => void; // 0 to 1: what is done.
 
@@ -27,15 +31,14 @@ export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
   return { name: "turn", frames, framesASecond: 30, show };
 }
 
-export async function pictures(stage: Stage, animation: Animation, background: string, report: ProgressCallback): Promise<Blob> {
+export async function pictures(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
   const parts: Uint8Array[] = [];
   const zip = new Zip((error, bytes) => {
     if (error) throw error;
     parts.push(bytes);
   });
-  await run(stage, animation, background, async (canvas, at) => {
-    const png = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, "image/png"));
-    if (!png) throw new Error("the picture is too large for this browser.");
+  await run(stage, animation, draw, async (canvas, at) => {
+    const png = await pngOf(canvas);
     const file = new ZipPassThrough(`${animation.name}_${String(at).padStart(4, "0")}.png`); // PNG does not get smaller.
     zip.add(file);
     file.push(new Uint8Array(await png.arrayBuffer()), true);
@@ -45,9 +48,9 @@ export async function pictures(stage: Stage, animation: Animation, background: s
   return new Blob(parts as Uint8Array<ArrayBuffer>[], { type: "application/zip" });
 }
 
-export async function film(stage: Stage, animation: Animation, background: string, report: ProgressCallback): Promise<Blob> {
+export async function film(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
   if (typeof MediaRecorder === "undefined") throw new Error("this browser records none.");
-  const screen = stage.picture(background);
+  const screen = draw();
   const context = screen.getContext("2d")!;
   const stream = screen.captureStream(30);
   const recorder = new MediaRecorder(stream, { mimeType: "video/webm", videoBitsPerSecond: 12_000_000 });
@@ -56,7 +59,7 @@ export async function film(stage: Stage, animation: Animation, background: strin
   const ended = new Promise<void>((resolve) => (recorder.onstop = () => resolve()));
   let begin: number | null = null;
   try {
-    await run(stage, animation, background, async (canvas, at) => {
+    await run(stage, animation, draw, async (canvas, at) => {
       context.drawImage(canvas, 0, 0);
       if (begin === null) recorder.start();
       begin ??= performance.now();
@@ -77,13 +80,14 @@ export async function film(stage: Stage, animation: Animation, background: strin
 async function run(
   stage: Stage,
   { frames, show }: Animation,
-  background: string,
+  draw: Draw,
   use: (canvas: HTMLCanvasElement, at: number) => Promise<void>,
 ): Promise<void> {
   for (let at = 0; at < frames; ++at) {
     await show(at);
+    await new Promise(requestAnimationFrame); // What lies over the picture follows it.
     await hasDrawn(stage.renderer, 2);
-    await use(stage.picture(background), at);
+    await use(draw(), at);
   }
   await show(frames);
 }
