@@ -5,11 +5,6 @@
 namespace multitetra {
 namespace {
 
-std::uint64_t bytes_of(const LatticeMesh& mesh) {
-  return mesh.vertices.size() * sizeof(LatticePoint) +
-         mesh.triangles.size() * sizeof(TriangleIndices);
-}
-
 bool is_as_large(const LatticeMesh& a, const LatticeMesh& b) {
   return a.triangles.size() == b.triangles.size() && a.vertices.size() == b.vertices.size();
 }
@@ -28,12 +23,6 @@ void DecodedTileCache::keep(const ContentDigest& digest, std::shared_ptr<const L
 }
 
 void DecodedTileCache::use(const ContentDigest& digest) { (void)tiles_.find(digest); }
-
-std::uint64_t DecodedTileCache::bytes() const {
-  std::uint64_t bytes = 0;
-  for (const Tiles::Entry& tile : tiles_.entries()) bytes += bytes_of(*tile.value);
-  return bytes;
-}
 
 HeldTiles DecodedTileCache::tiles() const {
   HeldTiles held;

@@ -44,8 +44,6 @@ class DecodedTileCache {
 
   [[nodiscard]] std::size_t size() const { return tiles_.size(); }
   [[nodiscard]] std::uint64_t triangles() const { return tiles_.weight(); }
-  // The size of the vertices and triangles of all tiles.
-  [[nodiscard]] std::uint64_t bytes() const;
 
  private:
   using Tiles = LruMap<ContentDigest, std::shared_ptr<const LatticeMesh>>;

@@ -182,18 +182,7 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
       rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");
   }
   if (datasets.empty()) return "This server has no dataset that we may see.\n";
-  std::vector<std::size_t> widths(rows.front().size());
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  std::string text;
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i + 1 < row.size(); ++i) {
-      text += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
-    }
-    text += row.back() + "\n";
-  }
-  return text;
+  return text_table(rows);
 }
 
 }  // namespace multitetra

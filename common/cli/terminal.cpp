@@ -17,10 +17,6 @@ const char* code_of(Style style) {
       return "1;31";
     case Style::kYellow:
       return "33";
-    case Style::kGreen:
-      return "32";
-    case Style::kDim:
-      return "2";
   }
   return "0";
 }
@@ -41,6 +37,22 @@ bool has_colors(int descriptor) {
 std::string styled(Style style, std::string_view text, int descriptor) {
   if (!has_colors(descriptor)) return std::string(text);
   return std::string("\033[") + code_of(style) + "m" + std::string(text) + "\033[0m";
+}
+
+std::string text_table(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths(rows.front().size());
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
+    }
+    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
+  }
+  return text;
 }
 
 void Notices::add(const std::string& text) {

@@ -10,13 +10,17 @@
 
 namespace multitetra {
 
-enum class Style { kBold, kRed, kYellow, kGreen, kDim };
+enum class Style { kBold, kRed, kYellow };
 
 // Whether what is written to the descriptor, as STDERR_FILENO, may be colored.
 [[nodiscard]] bool has_colors(int descriptor);
 
 // The text in that style if the descriptor has colors, else as it is.
 [[nodiscard]] std::string styled(Style style, std::string_view text, int descriptor);
+
+// Rows of equally many cells, in columns as wide as their widest cells, two spaces apart. No line
+// ends with spaces.
+[[nodiscard]] std::string text_table(const std::vector<std::vector<std::string>>& rows);
 
 // Warnings, printed to the standard error, each sentence once.
 class Notices {

@@ -17,23 +17,6 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-// Columns as wide as their widest cells, two spaces apart.
-std::string table(const std::vector<Row>& rows) {
-  std::vector<std::size_t> widths(rows.front().size(), 0);
-  for (const Row& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
-  }
-  std::string text;
-  for (const Row& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      line += row[i] + std::string(widths[i] - row[i].size() + 2, ' ');
-    }
-    text += line.substr(0, line.find_last_not_of(' ') + 1) + "\n";
-  }
-  return text;
-}
-
 std::string digits(double value) {
   if (std::isinf(value)) return "infinite";
   std::array<char, 32> text{};
@@ -117,8 +100,9 @@ std::string distances_text(const Certificate& certificate, const Lengths& length
   add("of the mesh from the full surface", there);
   add("of the full surface from the mesh", back);
   const bool is_there = there.maximum >= back.maximum;
-  return table(rows) + "The farthest point is one of the " + (is_there ? "mesh" : "full surface") +
-         ", at " + place_text((is_there ? there : back).farthest) + " of the world.\n";
+  return text_table(rows) + "The farthest point is one of the " +
+         (is_there ? "mesh" : "full surface") + ", at " +
+         place_text((is_there ? there : back).farthest) + " of the world.\n";
 }
 
 std::string topology_text(const Certificate& certificate) {
@@ -151,13 +135,13 @@ std::string topology_text(const Certificate& certificate) {
     add_own("triangles that intersect others", human_count(found.triangles));
     add_own("triangles without area", human_count(found.flat_triangles));
     if (found.triangles > 0) {
-      return table(rows) + "A triangle that intersects others is at " + place_text(found.place) +
-             " of the world.\n";
+      return text_table(rows) + "A triangle that intersects others is at " +
+             place_text(found.place) + " of the world.\n";
     }
   } else {
     add_own("triangles that intersect others", "not counted (--self-intersections)");
   }
-  return table(rows);
+  return text_table(rows);
 }
 
 std::string missing_text(const Certificate& certificate) {
@@ -225,8 +209,8 @@ std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
   return std::string(certificate.is_kept() ? "Certified: " : "NOT certified: ") +
          printable(files.mesh) + ", for the surface of " + printable(files.volume) +
          " at isovalue " + shortest_text(options.isovalue) + ".\n" +
-         table({{"  error", error_line(certificate, options, lengths)},
-                {"  topology", topology_line(certificate)}}) +
+         text_table({{"  error", error_line(certificate, options, lengths)},
+                     {"  topology", topology_line(certificate)}}) +
          "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +
          hint(certificate, options);
 }

@@ -33,13 +33,8 @@ TEST(DecodedTileCache, StaysWithinItsLimitsWhateverIsKept) {
     ASSERT_LE(memory.triangles(), 100U);
     ASSERT_LE(memory.size(), 20U);
     std::uint64_t triangles = 0;
-    std::uint64_t bytes = 0;
-    for (const auto& [digest, mesh] : memory.tiles()) {
-      triangles += mesh->triangles.size();
-      bytes += 12 * (mesh->triangles.size() + mesh->vertices.size());
-    }
+    for (const auto& [digest, mesh] : memory.tiles()) triangles += mesh->triangles.size();
     ASSERT_EQ(memory.triangles(), triangles);
-    ASSERT_EQ(memory.bytes(), bytes);
   }
 }
 

@@ -68,5 +68,12 @@ TEST(Printable, TextIsTextAndControlsAreShown) {
   EXPECT_EQ(printable("a\nb", /*keeps_lines=*/false), "a\\x0ab");
 }
 
+TEST(TextTable, ColumnsAreAsWideAsTheirWidestCells) {
+  EXPECT_EQ(text_table({{"a", "bb", "c"}, {"long", "", "d"}, {"e", "f", ""}}),
+            "a     bb  c\n"
+            "long      d\n"
+            "e     f\n");
+}
+
 }  // namespace
 }  // namespace multitetra
