@@ -191,10 +191,12 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
     surface.notices.add(empty_surface_text(report.open.request, info));
   }
   const LatticeMesh& mesh = final_step->step->mesh;
-  report.measures =
-      measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
   report.distance_bound = mesh_distance_bound(final_step->step->begin, info);
   const bool has_report = arguments.json || !arguments.report.empty();
+  if (has_report) {
+    report.measures =
+        measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
+  }
   if (has_report && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }

@@ -8,10 +8,16 @@ namespace multitetra {
 
 void trim_heap() {
   constexpr int kPools = 4;
-  constexpr int kLargePiece = 1 << 20;
+  constexpr int kLargePiece = 16 << 20;
+  constexpr int kKept = 64 << 20;
+  constexpr int kAtOnce = 1 << 20;
   ::mallopt(M_ARENA_MAX, kPools);
   // Set by hand it stays: else it grows with what is freed, up to pieces of 32 MiB.
   ::mallopt(M_MMAP_THRESHOLD, kLargePiece);
+  // Simplification frees and allocates pieces of some MiB all the time. To get their pages from the
+  // system each time would take a twentieth of the processor time.
+  ::mallopt(M_TRIM_THRESHOLD, kKept);
+  ::mallopt(M_TOP_PAD, kAtOnce);
 }
 
 bool HeapTrimmer::is_due(Clock::time_point now, std::uint64_t work, bool is_busy) {

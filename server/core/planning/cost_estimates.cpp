@@ -15,6 +15,7 @@ void MeasuredCosts::note(StepForm form, double extracted, double seconds) {
   if (extracted < kLeastTriangles) return;
   double& known = form == StepForm::kShells       ? costs_.shells
                   : form == StepForm::kSimplified ? costs_.simplified
+                  : form == StepForm::kEmbedded   ? costs_.embedded
                                                   : costs_.plain;
   const double found = std::max(seconds - CostEstimates::kSecondsAStep, 0.0) / extracted;
   known += kWeight * (std::clamp(found, known / kMostAtOnce, known * kMostAtOnce) - known);

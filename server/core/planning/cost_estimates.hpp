@@ -15,7 +15,11 @@ struct SurfaceSize {
 inline constexpr double kUsualBytesPerSecond = 1.25e6;
 
 // The form of a step's tiles.
-enum class StepForm { kPlain, kSimplified, kShells };
+enum class StepForm { kPlain, kSimplified, kEmbedded, kShells };
+
+[[nodiscard]] inline bool is_simplified(StepForm form) {
+  return form == StepForm::kSimplified || form == StepForm::kEmbedded;
+}
 
 // In seconds, for each triangle that is extracted; all threads together.
 struct CostEstimates {
@@ -23,13 +27,23 @@ struct CostEstimates {
   double plain = 0.4e-6;
   // Seconds a triangle to extract, simplify and encode it.
   double simplified = 2.5e-6;
+  // The same, but without self-intersections.
+  double embedded = 5e-6;
   double shells = 0.03e-6;  // to encode the samples around it.
   double bytes_per_second = kUsualBytesPerSecond;
   double client_triangles_per_second = 0;  // 0: it takes no time.
 
   [[nodiscard]] double a_triangle(StepForm form) const {
-    if (form == StepForm::kShells) return shells;
-    return form == StepForm::kSimplified ? simplified : plain;
+    switch (form) {
+      case StepForm::kSimplified:
+        return simplified;
+      case StepForm::kEmbedded:
+        return embedded;
+      case StepForm::kShells:
+        return shells;
+      default:
+        return plain;
+    }
   }
   [[nodiscard]] double server_seconds(const SurfaceSize& size, StepForm form) const {
     return kSecondsAStep + size.extracted * a_triangle(form);

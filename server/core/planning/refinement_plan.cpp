@@ -119,7 +119,8 @@ class Candidates {
       const double triangles = !step.request.simplify ? extracted
                                : was_simplified       ? factor * shown.size.triangles
                                                       : kLeftOfPreview * extracted;
-      const bool is_alike = form_of(step) == form_of(shown.step);
+      const bool is_alike = form_of(step) == form_of(shown.step) ||
+                            (is_simplified(form_of(step)) && is_simplified(form_of(shown.step)));
       const double of_estimate =
           is_alike
               ? shown.size.bytes / std::max(estimated_bytes(shown.size.triangles, shown.step), 1.0)

@@ -57,7 +57,8 @@ struct StepRequest {
 
 [[nodiscard]] inline StepForm form_of(const StepRequest& step) {
   if (step.shell) return StepForm::kShells;
-  return step.request.simplify ? StepForm::kSimplified : StepForm::kPlain;
+  if (!step.request.simplify) return StepForm::kPlain;
+  return step.request.embedded ? StepForm::kEmbedded : StepForm::kSimplified;
 }
 
 // The request itself as a step.

@@ -1,33 +1,49 @@
 #include "server/extraction/detail/parallel_surface.hpp"
 
 #include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "common/base/parallel_tree.hpp"
 
 namespace multitetra {
 namespace {
 
-void append_refined_cubes(const CubeExtractor& extractor, const OctreeCube& cube, int exponent,
-                          std::vector<OctreeCube>& cubes) {
-  if (cube.exponent == exponent) {
-    cubes.push_back(cube);
-    return;
+struct CubeInTree {
+  OctreeCube cube;
+  bool is_leaf = true;
+  std::array<std::optional<std::size_t>, 8> children = {};  // The refined ones.
+  CubeSurface surface = {};
+};
+
+// Appends the cube after the refined ones in it, down to those of the exponent. Returns its number.
+std::size_t append_cubes(const CubeExtractor& extractor, const OctreeCube& cube, int exponent,
+                         std::vector<CubeInTree>& tree, std::vector<std::size_t>& parents) {
+  CubeInTree added{.cube = cube, .is_leaf = cube.exponent == exponent};
+  for (std::size_t i = 0; !added.is_leaf && i < 8; ++i) {
+    const OctreeCube child = cube.child(static_cast<int>(i));
+    if (!extractor.is_refined(child)) continue;
+    added.children[i] = append_cubes(extractor, child, exponent, tree, parents);
   }
-  for (int i = 0; i < 8; ++i) {
-    const OctreeCube child = cube.child(i);
-    if (extractor.is_refined(child)) append_refined_cubes(extractor, child, exponent, cubes);
+  const std::size_t number = tree.size();
+  for (const auto& child : added.children) {
+    if (child) parents[*child] = number;
   }
+  tree.push_back(std::move(added));
+  parents.push_back(number);
+  return number;
 }
 
-// Joins the surfaces of those cubes, which come in the order of append_refined_cubes, up to `cube`.
-CubeSurface join(const CubeExtractor& extractor, const OctreeCube& cube, int exponent,
-                 std::vector<CubeSurface>::iterator& next) {
-  if (cube.exponent == exponent) return std::move(*next++);
+// What is in a cube, when its children are through.
+CubeSurface surface_in(const CubeExtractor& extractor, std::vector<CubeInTree>& tree,
+                       const CubeInTree& here) {
+  if (here.is_leaf) return extractor.surface_in(here.cube);
   std::vector<CubeSurface> children(8);
-  for (int i = 0; i < 8; ++i) {
-    if (extractor.is_refined(cube.child(i))) {
-      children[static_cast<std::size_t>(i)] = join(extractor, cube.child(i), exponent, next);
-    }
+  for (std::size_t i = 0; i < 8; ++i) {
+    if (here.children[i]) children[i] = std::move(tree[*here.children[i]].surface);
   }
-  return extractor.join(cube, std::move(children));
+  return extractor.join(here.cube, std::move(children));
 }
 
 }  // namespace
@@ -35,15 +51,18 @@ CubeSurface join(const CubeExtractor& extractor, const OctreeCube& cube, int exp
 TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root,
                                  int exponent, std::stop_token stop) {
   exponent = std::min(exponent, root.exponent);
+  std::vector<CubeInTree> tree;
+  std::vector<std::size_t> parents;
+  append_cubes(extractor, root, exponent, tree, parents);
   std::vector<OctreeCube> cubes;
-  append_refined_cubes(extractor, root, exponent, cubes);
+  for (const CubeInTree& here : tree) {
+    if (here.is_leaf) cubes.push_back(here.cube);
+  }
   extractor.will_extract(cubes);
-  std::vector<CubeSurface> parts(cubes.size());
-  in_parallel(
-      cubes.size(), [&](std::size_t i) { parts[i] = extractor.surface_in(cubes[i]); }, stop);
-
-  auto next = parts.begin();
-  CubeSurface whole = join(extractor, root, exponent, next);
+  in_parallel_upwards(
+      parents, [&](std::size_t i) { tree[i].surface = surface_in(extractor, tree, tree[i]); },
+      stop);
+  CubeSurface whole = std::move(tree.back().surface);
   TiledSurface surface{
       .tetrahedra = whole.tetrahedra, .active_tetrahedra = whole.active_tetrahedra, .tiles = {}};
   surface.tiles = finished_tiles(std::move(whole), root);

@@ -22,7 +22,7 @@ class CubeExtractor {
   // The surfaces in these cubes are taken next.
   virtual void will_extract(std::span<const OctreeCube> cubes) const { (void)cubes; }
   [[nodiscard]] virtual bool is_refined(const OctreeCube& cube) const = 0;
-  // Is called by several threads at once.
+  // Both are called by several threads at once.
   [[nodiscard]] virtual CubeSurface surface_in(const OctreeCube& cube) const = 0;
   [[nodiscard]] virtual CubeSurface join(const OctreeCube& cube,
                                          std::vector<CubeSurface> children) const = 0;

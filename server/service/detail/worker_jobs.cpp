@@ -108,7 +108,10 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   if (state.steps != StepPolicy::kFinalOnly && state.shown.empty()) {
     return {.kind = dataset + " first preview", .is_long = false};
   }
-  return {.kind = dataset + (request.simplify ? " simplified step" : " step"), .is_long = true};
+  const char* form = !request.simplify  ? " step"
+                     : request.embedded ? " embedded step"
+                                        : " simplified step";
+  return {.kind = dataset + form, .is_long = true};
 }
 
 Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop_token stop) {

@@ -1,7 +1,11 @@
 #include "server/operations/log.hpp"
 
+#include <sys/resource.h>
+
 #include <chrono>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
@@ -115,6 +119,26 @@ TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
 }
 
 // ---- memory
+
+// Sanitizers have a heap of their own.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(TrimHeap, KeepsPiecesOfSomeMebibytesForTheNextUse) {
+  trim_heap();
+  const auto page_faults = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_minflt;
+  };
+  const auto fill_four_pieces = [] {
+    std::vector<std::vector<char>> pieces;
+    for (int i = 0; i < 4; ++i) pieces.emplace_back(std::size_t{8} << 20, 'x');
+  };
+  fill_four_pieces();
+  const long before = page_faults();
+  for (int i = 0; i < 20; ++i) fill_four_pieces();
+  EXPECT_LT(page_faults() - before, 20'000) << "of 164 000 pages";
+}
+#endif
 
 TEST(HeapTrimmer, RunsOnceAfterWork) {
   using namespace std::chrono_literals;

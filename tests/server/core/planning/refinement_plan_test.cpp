@@ -485,9 +485,24 @@ TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
   for (int i = 0; i < 30; ++i) {
     learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsAStep + 0.02);
     learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsAStep + 0.5);
+    learned.note(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsAStep + 1);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
+  EXPECT_NEAR(learned.costs().embedded, 1e-5, 2e-8);
+}
+
+TEST(MeasuredCosts, SurfacesWithoutSelfIntersectionsHaveTheirOwn) {
+  MeasuredCosts learned;
+  const IsosurfaceRequest plain{.simplify = true};
+  IsosurfaceRequest embedded = plain;
+  embedded.embedded = true;
+  const StepForm form = form_of(final_step(embedded));
+  for (int i = 0; i < 30; ++i) learned.note(form, 1e5, 1);
+  const SurfaceSize size{.triangles = 1e4, .bytes = 2e4, .extracted = 1e5};
+  EXPECT_NEAR(learned.costs().server_seconds(size, form), 1, 0.01);
+  EXPECT_EQ(learned.costs().server_seconds(size, form_of(final_step(plain))),
+            CostEstimates{}.server_seconds(size, StepForm::kSimplified));
 }
 
 TEST(MeasuredCosts, IgnoreASingleSlowStep) {
