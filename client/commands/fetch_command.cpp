@@ -196,11 +196,11 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
   if (has_report) {
     report.measures =
         measures_from(mesh, arguments.order.surface.query.min_component, grid_to_world(info));
+    surface.notices.add(volume_notice(*report.measures, report.distance_bound));
   }
   if (has_report && final_step->step->begin.request.simplify) {
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
-  if (has_report) surface.notices.add(volume_notice(*report.measures, report.distance_bound));
   OutputSurface written = output.surface_of(*final_step);
   const std::string left_out = left_out_text(written, arguments.order.surface);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");

@@ -74,7 +74,8 @@ struct Certificate {
   double rounding_allowance = 0;
   ErrorVerdict error = ErrorVerdict::kNotAsked;
   bool is_topology_asked = true;
-  std::optional<MissingComponents> missing;  // Set where the mesh is not kept for this reason alone.
+  std::optional<MissingComponents>
+      missing;  // Set where the mesh is not kept for this reason alone.
   std::optional<SelfIntersections> self_intersections;
 
   [[nodiscard]] double maximum() const;          // The larger one of both directions.

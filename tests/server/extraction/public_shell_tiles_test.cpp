@@ -64,8 +64,8 @@ Sum of_tiles(const PreparedVolume& dataset, const ShellLevel& level, int max_cel
   });
 }
 
-// The surface of the file's samples, tetrahedron by tetrahedron; that of their levels if there are `levels` an
-// octave.
+// The surface of the file's samples, tetrahedron by tetrahedron; that of their levels if there are
+// `levels` an octave.
 Sum of_samples(const std::vector<OwnedBox>& boxes, double isovalue, std::int32_t spacing,
                int levels) {
   return in_parts(boxes.size(), [&](std::size_t i) {
