@@ -224,13 +224,13 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   const OutputSurface all = output_surface(mesh, {}, info());
   EXPECT_EQ(all.components, 3U);
   EXPECT_EQ(all.mesh.triangles.size(), 3U);
-  EXPECT_EQ(all.largest, (std::vector<std::uint32_t>{3, 4, 5}));
+  EXPECT_EQ(all.large, (std::vector<std::uint32_t>{3, 4, 5}));
   EXPECT_EQ(left_out_text(all, {}), "");
   SurfaceArguments large;
   large.query.min_component = 10;
   const OutputSurface one = output_surface(mesh, large, info());
   EXPECT_EQ(one.mesh.triangles.size(), 1U);
-  EXPECT_EQ(one.largest, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(one.large, (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_EQ(left_out_text(one, large),
             "1 of 3 components, those with a diagonal of 10 samples or more");
 }
