@@ -1,7 +1,7 @@
 // Settings and the page's address agree: what is turned is in the address, what is edited there is
 // done, and the browser's "Back" takes back another dataset or isovalue.
 import type { Token } from "./server_address";
-import { shortened, startOf } from "./state/series";
+import { named, shortened, startOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { edited, misread, toAddress } from "./state/url_state";
 import type { Viewer } from "./viewer";
@@ -48,7 +48,7 @@ export class AddressKeeper {
     if (hash.slice(1) === toAddress(this.addressed())) return;
     const { dataset, ...now } = edited(this.viewer.get(), hash);
     const { list } = this.viewer.surfaces.datasets.get();
-    const isUnknown = dataset !== "" && list !== null && !list.some(({ name }) => name === dataset);
+    const isUnknown = dataset !== "" && list !== null && named(list, dataset) === null;
     const wanted = { ...now, dataset: dataset && !isUnknown ? dataset : this.addressed().dataset };
     const labels = list && wanted.labels ? startOf(list, wanted)?.changes : null; // At once: labels that stay are not loaded again.
     this.viewer.set({ ...wanted, ...labels });

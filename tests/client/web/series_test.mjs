@@ -98,6 +98,7 @@ async function renames(page) {
   await open(page, "#dataset=seg&labels=2-9&label_names=5:core&axes=false&eye=16,-60,16&target=16,16,16", series);
   await complete(page);
   await settled(page);
+  assert.doesNotMatch(await page.textContent("body"), /No dataset named/, "an edited address may name a series");
   const canvas = await page.locator(".stage canvas").boundingBox();
   const [x, y] = [canvas.x + canvas.width / 2, canvas.y + canvas.height / 2];
   const hovers = (name) => page.waitForFunction((text) => document.querySelector(".label-hover:not([hidden])")?.textContent === text, name, { timeout: patience });
@@ -112,7 +113,7 @@ async function renames(page) {
   await page.mouse.move(x, y);
   await hovers("label 9");
   await page.mouse.click(x, y);
-  await page.waitForSelector('.picked-label:text-is("label 9")', { timeout: patience });
+  await page.waitForSelector('.picked-label b:text-is("label 9")', { timeout: patience });
   await page.waitForFunction(() => decodeURIComponent(location.hash).replaceAll("+", " ").includes("the middle;"), null, { timeout: patience });
   const [download] = await Promise.all([
     page.waitForEvent("download", { timeout: patience }), page.click('button:has-text("Table (CSV)")'),
