@@ -59,6 +59,17 @@ await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
       return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
     }).map(({ className }) => className));
   assert.deepEqual(below, [], "nothing lies over what is told");
+  await page.locator(".picked .close").tap();
+  await page.locator(".seal").tap();
+  const hidden = await page.evaluate(() => {
+    const certificate = document.querySelector(".certificate");
+    const { top, left, right, bottom } = certificate.getBoundingClientRect();
+    const places = [...document.querySelectorAll(".orientation .end")].map((one) => one.getBoundingClientRect())
+      .map((end) => [end.x + end.width / 2, end.y + end.height / 2]).filter(([x, y]) => x > left && x < right && y > top && y < bottom);
+    return { top, ends: places.length, over: places.filter(([x, y]) => !certificate.contains(document.elementFromPoint(x, y))).length };
+  });
+  assert(hidden.top >= 0 && hidden.ends > 0, `the certificate begins in the picture: ${JSON.stringify(hidden)}`);
+  assert.equal(hidden.over, 0, "the axes lie below the certificate");
 }, telephone);
 for (const layout of ["surface", "four"]) {
   await test(`KeepsLegendsClearOfTheTools_${layout}`, async (page) => {

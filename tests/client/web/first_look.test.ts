@@ -58,7 +58,7 @@ describe("Histogram", () => {
 describe("LabelTable", () => {
   test("HasARowForEachLabelWithTheBoundOfItsVolume", () => {
     const label = (value: number, name: string) => create(LabelSchema, { value, name });
-    const found = { triangles: 12, area: 600.123, volume: 1000.4 };
+    const found = { triangles: 12, area: 600.123, volume: 1000.4, isCapped: false };
     const rows = labelTable([
       { label: label(1, "liver"), found, bound: 0.01 },
       { label: label(2, 'a "b", c'), found: { ...found, volume: null }, bound: 0.01 },

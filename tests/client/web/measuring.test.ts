@@ -24,8 +24,8 @@ describe("MassProperties", () => {
   const tiles = [...box([0, 0, 0], [2, 3, 4], "a"), ...box([10, 10, 10], [11, 11, 11], "b")];
 
   test("MeasureTheRequestedPart", () => {
-    expect(massProperties(tiles, identity, { id: "a/right", triangle: 5 })).toEqual({ triangles: 12, area: 52, volume: 24 });
-    expect(massProperties(tiles, identity, { id: "b/left", triangle: 0 })).toEqual({ triangles: 12, area: 6, volume: 1 });
+    expect(massProperties(tiles, identity, { id: "a/right", triangle: 5 })).toEqual({ triangles: 12, area: 52, volume: 24, isCapped: false });
+    expect(massProperties(tiles, identity, { id: "b/left", triangle: 0 })).toEqual({ triangles: 12, area: 6, volume: 1, isCapped: false });
     expect(massProperties(tiles, identity, { id: "b/left", triangle: 6 })).toBeNull();
     expect(massProperties(tiles, identity, { id: "c", triangle: 0 })).toBeNull();
   });
@@ -37,8 +37,25 @@ describe("MassProperties", () => {
     expect(found.area).toBeCloseTo(2 * (1 * 6 + 6 * 4 + 1 * 4), 12);
   });
 
-  test("OpenSurfacesHaveNoVolume", () => {
-    expect(massProperties(tiles.slice(0, 1), identity, { id: "a/left", triangle: 0 })).toMatchObject({ volume: null });
+  test("SurfacesThatAreOpenOnOppositeSidesHaveNoVolume", () => {
+    expect(massProperties(tiles.slice(0, 1), identity, { id: "a/left", triangle: 0 })).toMatchObject({ volume: null, isCapped: false });
+  });
+
+  // The box without some of its sides: z low, z high, y low, y high, x low, x high.
+  const without = (...sides: number[]) => {
+    const [left, right] = box([5, 5, 5], [7, 8, 9], "a");
+    const triangles = [...left.triangles, ...right.triangles].filter((_, i) => !sides.includes(Math.floor(i / 6)));
+    return massProperties([{ id: "a", positions: left.positions, triangles: Uint16Array.from(triangles) }], identity, { id: "a", triangle: 0 })!;
+  };
+
+  test("SurfacesEndAtTheBorderOfTheData", () => {
+    expect(without(5)).toMatchObject({ volume: 24, area: 52 - 12, isCapped: true }); // On one side,
+    expect(without(1, 5)).toMatchObject({ volume: 24, isCapped: true }); // around an edge of the box,
+    expect(without(4, 5)).toMatchObject({ volume: 24, isCapped: true }); // with a loop on each of two opposite sides,
+    const corner = { id: "a", positions: Float32Array.from([9, 5, 5, 5, 8, 5, 5, 5, 7]), triangles: Uint16Array.of(0, 1, 2) };
+    const found = massProperties([corner], identity, { id: "a", triangle: 0 })!;
+    expect(found.isCapped).toBe(true); // and around a corner.
+    expect(found.volume).toBeCloseTo((4 * 3 * 2) / 6, 12);
   });
 });
 

@@ -1,7 +1,8 @@
 // Area of a part of a surface, and the volume that it encloses: sums over its triangles, by the
 // divergence theorem. Exact but for the rounding of double precision, for the surface as it is shown.
+import { borderCaps } from "./border_caps";
 import { Components } from "./components";
-import { countEdges } from "./edge_uses";
+import { countEdges, type EdgeCounts } from "./edge_uses";
 import { PointNumbers } from "./point_numbers";
 
 interface Tile {
@@ -14,6 +15,7 @@ export interface MassProperties {
   triangles: number;
   area: number; // World units squared.
   volume: number | null; // World units cubed; null: the part is not closed and encloses nothing.
+  isCapped: boolean; // The border of the data has cut it open; the volume ends there. Caps do not count as area.
 }
 
 // `at` selects the connected part: that of a triangle of a tile; null: all parts. `toWorld`: lattice -> world, the columns of x, y, z
@@ -70,18 +72,31 @@ function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]):
     area += Math.hypot(...cross(along(b), along(c))) / 2;
     six += dot(a, cross(b, c));
   }
+  const { open, nonmanifold } = edgesOf(part, lattice.length / 3);
+  const [low, high] = extentOf(part, at);
+  const caps = nonmanifold === 0 ? borderCaps(open, at, low, high, lattice.length / 3) : null;
+  for (const [a, b, c] of caps ?? []) six += dot(a, cross(b, c));
   const scale = Math.abs(dot([m[0], m[1], m[2]], cross([m[3], m[4], m[5]], [m[6], m[7], m[8]])));
-  const volume = isClosed(part, lattice.length / 3) ? (Math.abs(six) * scale) / 6 : null;
-  return { triangles: part.length / 3, area, volume };
+  return { triangles: part.length / 3, area, volume: caps && (Math.abs(six) * scale) / 6, isCapped: caps !== null && caps.length > 0 };
 }
 
-function isClosed(part: Uint32Array, points: number): boolean {
+function extentOf(part: Uint32Array, at: (vertex: number) => number[]): [number[], number[]] {
+  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  for (const vertex of part) {
+    at(vertex).forEach((value, axis) => {
+      low[axis] = Math.min(low[axis], value);
+      high[axis] = Math.max(high[axis], value);
+    });
+  }
+  return [low, high];
+}
+
+function edgesOf(part: Uint32Array, points: number): EdgeCounts {
   const directed = new Uint32Array(2 * part.length);
   for (let t = 0; t < part.length; t += 3) {
     directed.set([part[t], part[t + 1], part[t + 1], part[t + 2], part[t + 2], part[t]], 2 * t);
   }
-  const { open, nonmanifold } = countEdges(directed, points);
-  return open.length === 0 && nonmanifold === 0;
+  return countEdges(directed, points);
 }
 
 function cross(u: readonly number[], v: readonly number[]): number[] {

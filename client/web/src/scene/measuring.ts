@@ -252,9 +252,10 @@ function partWords(
   found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean,
 ): (Node | string)[] {
   if (!found) return ["The surface has changed meanwhile; pick again."];
-  const { area, volume, triangles } = found;
+  const { area, volume, triangles, isCapped } = found;
   const off = bound === null ? null : bound * area;
-  const enclosed = volume === null ? "not closed, encloses no volume" : `volume ${volumeText(volume, info, off)}`;
+  const ending = isCapped ? ", closed at the border of the data" : "";
+  const enclosed = volume === null ? "not closed, encloses no volume" : `volume ${volumeText(volume, info, off)}${ending}`;
   return [
     h("b", {}, `Area ${areaText(area, info, isFullResolution)}, ${enclosed}`),
     h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})${remedy(volume, off, isFullResolution)}`),
@@ -264,7 +265,7 @@ function partWords(
 // What to do for a volume, or for one with a narrower bound; empty: nothing.
 export function remedy(volume: number | null, bound: number | null, isFullResolution: boolean): string {
   if (volume === null) {
-    return ". The border of the data cuts it open: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";
+    return ". The border of the data cuts it open on opposite sides: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";
   }
   const isWide = bound === null || bound > 0.02 * volume;
   return isWide && !isFullResolution ? ". The quality Exact narrows the bound." : "";
