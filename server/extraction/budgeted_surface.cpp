@@ -20,6 +20,8 @@ namespace {
 // shows, and may be smaller by the other one: then its last collapses are undone.
 constexpr double kFirstPart = 1.5;
 constexpr double kLeastFirstPart = 0.5;
+// A model of so few triangles is made at once: that takes less time than estimates.
+constexpr double kSmall = 150'000;
 constexpr double kLittleLess = 0.985;  // A smaller surface has a few more bytes a triangle.
 // The share of a byte budget that is enough.
 constexpr double kEnoughBytes = 0.93;
@@ -40,8 +42,10 @@ class BudgetedSimplification {
         info_(extractor.dataset().info),
         stop_(stop),
         schedule_(request, info_) {
-    level_ = schedule_.lowest_fitting(surface_sizes(extractor, stop, SizeAccuracy::kQuick).of, 0,
-                                      schedule_.last(), kFirstPart);
+    const SizeEstimates sizes = surface_sizes(extractor, stop, SizeAccuracy::kQuick);
+    if (sizes.rough(schedule_.at(0)).extracted > kSmall) {
+      level_ = schedule_.lowest_fitting(sizes.of, 0, schedule_.last(), kFirstPart);
+    }
     most_ = first_most();
     while (begin(), part() < kLeastFirstPart && level_ > 0) {
       level_ = finer_level({level_, part()});

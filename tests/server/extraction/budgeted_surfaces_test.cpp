@@ -214,5 +214,23 @@ TEST_P(BudgetedSurfaces, DoNotDependOnThreadCount) {
   }
 }
 
+// The others are so small that simplification begins with the requested error.
+TEST(LargeBudgetedSurfaces, BeginNearTheirBudgetAndUseIt) {
+  const DatasetPtr dataset = prepared({"large_noise", fields::noise({56, 56, 56}, 47)});
+  const SurfaceExtractor extractor(dataset);
+  IsosurfaceRequest request{.isovalue = 0.1, .error = 0, .simplify = true};
+  const std::size_t all = mesh_of(extractor.extract({.request = request})).triangles.size();
+  ASSERT_GT(all, 200'000U);
+  IsosurfaceRequest coarse = request;
+  coarse.error = 1e3;
+  const std::size_t least = mesh_of(extractor.extract({.request = coarse})).triangles.size();
+  request.max_triangles = least + (all - least) / 3;
+  const BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, {});
+  const std::size_t triangles = mesh_of(made.surface).triangles.size();
+  EXPECT_LE(triangles, request.max_triangles);
+  EXPECT_GE(static_cast<double>(triangles), 0.97 * static_cast<double>(request.max_triangles));
+  EXPECT_GT(made.at_least, 0);
+}
+
 }  // namespace
 }  // namespace multitetra::testing
