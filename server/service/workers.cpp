@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "server/operations/deadline.hpp"
+
 namespace multitetra {
 
 namespace {
@@ -87,7 +89,6 @@ Backlog Workers::backlog(const std::string& share) const {
 }
 
 void Workers::work() {
-  using Clock = std::chrono::steady_clock;
   std::unique_lock lock(mutex_);
   for (;;) {
     std::optional<FairQueue::DequeuedJob> taken;
