@@ -257,9 +257,7 @@ SimplifiedPiece::SimplifiedPiece(LatticeMesh mesh, const Vec3& step)
     : mesh_(std::move(mesh)),
       step_(step),
       unit_(*std::min_element(step.begin(), step.end())),
-      is_new_(true),
-      errors_(mesh_.vertices.size(), 0.0F),
-      quadrics_(mesh_.vertices.size()) {}
+      is_new_(true) {}
 
 PieceFrame SimplifiedPiece::frame() const {
   return {.unit = unit_,
@@ -270,6 +268,7 @@ PieceFrame SimplifiedPiece::frame() const {
 
 void SimplifiedPiece::add_planes() {
   const PieceFrame in = frame();
+  quadrics_.assign(mesh_.vertices.size(), {});
   for (const auto& [p, q, r] : mesh_.triangles) {
     const Quadric plane =
         Quadric::of_plane(normal_of(in.position(mesh_.vertices[p]), in.position(mesh_.vertices[q]),
@@ -293,7 +292,6 @@ void SimplifiedPiece::begin(const AllowedDistance& max_distance, std::optional<O
   for (const float error : taken.errors_) {
     taken.map_.largest = std::max(taken.map_.largest, double{error});
   }
-  taken.quadrics_.assign(taken.mesh_.vertices.size(), {});
   taken.add_planes();
   *this = std::move(taken);
 }

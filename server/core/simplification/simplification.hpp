@@ -126,7 +126,7 @@ class SimplifiedPiece {
 
   void reserve(std::span<const SimplifiedPiece> pieces);
   void append(SimplifiedPiece piece, VertexNumbers& shared);
-  // Adds its triangles to the quadrics.
+  // Makes the quadrics those of its triangles.
   void add_planes();
   // In units, so that it does not matter in which unit datasets are measured. Requires a vertex.
   [[nodiscard]] PieceFrame frame() const;
@@ -139,9 +139,9 @@ class SimplifiedPiece {
   // is.
   std::vector<std::uint32_t> parts_;
   bool is_new_ = false;
-  // The errors of the vertices after the first stage, in units.
+  // The errors of the vertices after the first stage, in units; none before it.
   std::vector<float> errors_;
-  // The quadrics of the vertices, relative to them, in units.
+  // The quadrics of the vertices, relative to them, in units; none before the first stage.
   std::vector<Quadric> quadrics_;
   StoredMapping map_;  // In units.
   std::optional<CollapseHistory> history_;

@@ -10,7 +10,7 @@
 namespace multitetra {
 namespace {
 
-struct CubeInTree {
+struct ExtractedCube {
   OctreeCube cube;
   bool is_leaf = true;
   std::array<std::optional<std::size_t>, 8> children = {};  // The refined ones.
@@ -19,8 +19,8 @@ struct CubeInTree {
 
 // Appends the cube after the refined ones in it, down to those of the exponent. Returns its number.
 std::size_t append_cubes(const CubeExtractor& extractor, const OctreeCube& cube, int exponent,
-                         std::vector<CubeInTree>& tree, std::vector<std::size_t>& parents) {
-  CubeInTree added{.cube = cube, .is_leaf = cube.exponent == exponent};
+                         std::vector<ExtractedCube>& tree, std::vector<std::size_t>& parents) {
+  ExtractedCube added{.cube = cube, .is_leaf = cube.exponent == exponent};
   for (std::size_t i = 0; !added.is_leaf && i < 8; ++i) {
     const OctreeCube child = cube.child(static_cast<int>(i));
     if (!extractor.is_refined(child)) continue;
@@ -36,8 +36,8 @@ std::size_t append_cubes(const CubeExtractor& extractor, const OctreeCube& cube,
 }
 
 // What is in a cube, when its children are through.
-CubeSurface surface_in(const CubeExtractor& extractor, std::vector<CubeInTree>& tree,
-                       const CubeInTree& here) {
+CubeSurface surface_in(const CubeExtractor& extractor, std::vector<ExtractedCube>& tree,
+                       const ExtractedCube& here) {
   if (here.is_leaf) return extractor.surface_in(here.cube);
   std::vector<CubeSurface> children(8);
   for (std::size_t i = 0; i < 8; ++i) {
@@ -51,11 +51,11 @@ CubeSurface surface_in(const CubeExtractor& extractor, std::vector<CubeInTree>& 
 TiledSurface extract_in_parallel(const CubeExtractor& extractor, const OctreeCube& root,
                                  int exponent, std::stop_token stop) {
   exponent = std::min(exponent, root.exponent);
-  std::vector<CubeInTree> tree;
+  std::vector<ExtractedCube> tree;
   std::vector<std::size_t> parents;
   append_cubes(extractor, root, exponent, tree, parents);
   std::vector<OctreeCube> cubes;
-  for (const CubeInTree& here : tree) {
+  for (const ExtractedCube& here : tree) {
     if (here.is_leaf) cubes.push_back(here.cube);
   }
   extractor.will_extract(cubes);

@@ -45,7 +45,10 @@ void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
 
 // Vertices that are carried belong to no other piece.
 void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
-  if (piece.is_new_) piece.add_planes();
+  if (piece.is_new_) {
+    piece.errors_.assign(piece.mesh_.vertices.size(), 0.0F);
+    piece.add_planes();
+  }
   const auto first_triangle = static_cast<std::uint32_t>(mesh_.triangles.size());
   std::vector<std::uint32_t> number(piece.mesh_.vertices.size());
   for (std::size_t v = 0; v < number.size(); ++v) {
