@@ -224,15 +224,29 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   const OutputSurface all = output_surface(mesh, {}, info());
   EXPECT_EQ(all.components, 3U);
   EXPECT_EQ(all.mesh.triangles.size(), 3U);
-  EXPECT_EQ(all.largest, (std::vector<std::uint32_t>{3, 4, 5}));
+  EXPECT_EQ(all.large, (std::vector<std::uint32_t>{3, 4, 5}));
   EXPECT_EQ(left_out_text(all, {}), "");
   SurfaceArguments large;
   large.query.min_component = 10;
   const OutputSurface one = output_surface(mesh, large, info());
   EXPECT_EQ(one.mesh.triangles.size(), 1U);
-  EXPECT_EQ(one.largest, (std::vector<std::uint32_t>{0, 1, 2}));
+  EXPECT_EQ(one.large, (std::vector<std::uint32_t>{0, 1, 2}));
   EXPECT_EQ(left_out_text(one, large),
             "1 of 3 components, those with a diagonal of 10 samples or more");
+}
+
+// A picture leaves out dust alone, and cuts no part of a flow off.
+TEST(SurfaceOptions, CountComponentsAsLargeFromAnEighthOfTheLargest) {
+  LatticeMesh mesh{.vertices = {}, .triangles = {}};
+  for (const std::int32_t side : {79, 640, 81}) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    const std::int32_t at = 1000 * static_cast<std::int32_t>(first + 1);
+    mesh.vertices.insert(mesh.vertices.end(),
+                         {{at, at, at}, {at + side, at, at}, {at, at + side, at}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_EQ(output_surface(mesh, {}, info()).large, (std::vector<std::uint32_t>{3, 4, 5, 6, 7, 8}));
+  EXPECT_TRUE(output_surface({.vertices = {}, .triangles = {}}, {}, info()).large.empty());
 }
 
 }  // namespace
