@@ -235,5 +235,19 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
             "1 of 3 components, those with a diagonal of 10 samples or more");
 }
 
+// A picture leaves out dust alone, and cuts no part of a flow off.
+TEST(SurfaceOptions, CountComponentsAsLargeFromAnEighthOfTheLargest) {
+  LatticeMesh mesh{.vertices = {}, .triangles = {}};
+  for (const std::int32_t side : {79, 640, 81}) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    const std::int32_t at = 1000 * static_cast<std::int32_t>(first + 1);
+    mesh.vertices.insert(mesh.vertices.end(),
+                         {{at, at, at}, {at + side, at, at}, {at, at + side, at}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  }
+  EXPECT_EQ(output_surface(mesh, {}, info()).large, (std::vector<std::uint32_t>{3, 4, 5, 6, 7, 8}));
+  EXPECT_TRUE(output_surface({.vertices = {}, .triangles = {}}, {}, info()).large.empty());
+}
+
 }  // namespace
 }  // namespace multitetra
