@@ -105,7 +105,7 @@ counted() {
 # picture FILE DATASET PIXELS WORDS...
 picture() {
   local name=$2
-  "$client" snapshot --server "$url" --dataset "$name" --isovalue "$(cat "$name.isovalue.txt")" --size "$3x$3" --wireframe \
+  "$client" snapshot --server "$url" --dataset "$name" --isovalue "$(cat "$name.isovalue.txt")" --size "$3x$3" --bare --wireframe \
     --background light -o "$1.png" --json --quiet "${@:4}" >"$1.json"
 }
 looking_at_head=(--azimuth 30 --elevation 12)
