@@ -34,6 +34,7 @@
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/extract_series.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
 #include "server/service/extracted_surfaces.hpp"
@@ -248,9 +249,24 @@ TiledSurface surface_of(const StepResult& made) {
   return surface;
 }
 
+// For a folder of datasets. Models and levels are those of one dataset.
+int extract_folder(const ExtractArguments& arguments, MeshFormat format) {
+  if (arguments.level || !arguments.model_file.empty() || arguments.errors != "spectrum") {
+    throw ExitError(kUsage, "--level, --model and --errors are for one dataset, not a folder.");
+  }
+  return extract_series({.folder = arguments.file,
+                         .output = arguments.output,
+                         .format = format,
+                         .report = arguments.report,
+                         .json = arguments.json,
+                         .quiet = arguments.quiet},
+                        arguments.surface);
+}
+
 int extract(const ExtractArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   const MeshFormat format = format_of(arguments.output);
+  if (is_folder_of_datasets(arguments.file)) return extract_folder(arguments, format);
   require_outputs(
       {{"--output", arguments.output},
        {"--report", arguments.report},
@@ -357,10 +373,11 @@ int extract(const ExtractArguments& arguments) {
 void add_extract_command(Command& program, Run& run) {
   const auto a = std::make_shared<ExtractArguments>();
   Command* command =
-      program.add_subcommand("extract", "Write one isosurface as a mesh file, without a network");
+      program.add_subcommand("extract", "Write isosurfaces as mesh files, without a network");
   command
       ->add_option("file", a->file,
-                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
+                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); or a "
+                   "folder of labels, whose meshes then fit together")
       ->required()
       ->type_name("DATASET");
   command->add_option("-o,--output", a->output, "Mesh file: .ply, .stl, .obj, .glb, .drc or .vtp")
@@ -406,6 +423,7 @@ void add_extract_command(Command& program, Run& run) {
       "  multitetra-server extract head.mtd --isovalue 1200.5 --error 0.5 -o bone.glb\n"
       "  multitetra-server extract head.mtd --error 2 --unit world -o head.stl --json\n"
       "  multitetra-server extract head.mtd --error 4 -o head.ply --model head.vtu\n"
+      "  multitetra-server extract organs/ --error 0.5 -o organs.glb\n"
       "Exit codes: 0 done, 1 failed, 2 wrong usage, 6 the surface is empty.");
   command->callback([a, &run] { run = [a] { return extract(*a); }; });
 }

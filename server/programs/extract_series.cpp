@@ -1,0 +1,159 @@
+#include "server/programs/extract_series.hpp"
+
+#include <filesystem>
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "common/base/exit_codes.hpp"
+#include "common/base/number_text.hpp"
+#include "common/cli/human_units.hpp"
+#include "common/cli/json_report.hpp"
+#include "common/cli/output_files.hpp"
+#include "common/mesh/mesh_checks.hpp"
+#include "common/wire/scene_file.hpp"
+#include "server/core/planning/budget.hpp"
+#include "server/extraction/touching_extraction.hpp"
+#include "server/programs/progress.hpp"
+
+namespace multitetra {
+namespace {
+
+std::vector<DatasetPtr> opened(const std::string& folder) {
+  std::vector<DatasetPtr> datasets;
+  for (const std::string& place : datasets_in(folder)) datasets.push_back(open_dataset(place));
+  if (datasets.empty()) throw ExitError(kUsage, "There is no dataset in " + folder + ".");
+  const DatasetInfo& first = datasets.front()->info;
+  for (const DatasetPtr& dataset : datasets) {
+    const DatasetInfo& info = dataset->info;
+    if (info.dims == first.dims && info.margin == first.margin &&
+        info.index_to_world == first.index_to_world) {
+      continue;
+    }
+    throw ExitError(kUsage, "\"" + info.name + "\" and \"" + first.name +
+                                "\" have different grids. Extract such datasets one by one.");
+  }
+  return datasets;
+}
+
+// What a reader of the files finds the surface by.
+std::string name_of(const DatasetInfo& info) {
+  const bool has_name = info.member && info.member->label && !info.member->label->name.empty();
+  return has_name ? info.member->label->name : info.name;
+}
+
+// The file of a dataset's surface, where each has its own.
+std::filesystem::path file_of(const std::filesystem::path& output, const DatasetInfo& info) {
+  return output.parent_path() /
+         (output.stem().string() + "_" + info.name + output.extension().string());
+}
+
+struct ExtractedSurface {
+  const DatasetInfo* info = nullptr;
+  MeshTopology topology;
+  double bound = 0;
+  std::size_t common_triangles = 0;
+  OutputSurface output;
+  std::string file;
+};
+
+Json json_of(const ExtractedSurface& surface) {
+  Json report = {{"dataset", surface.info->name}, {"name", name_of(*surface.info)}};
+  report.update(multitetra::json_of(surface.topology));
+  report["simplification_bound_world"] = surface.bound;
+  report["common_triangles"] = surface.common_triangles;
+  report["components_written"] = surface.output.components;
+  report["mesh_file"] = surface.file;
+  return report;
+}
+
+void write_surfaces(const ExtractSeriesArguments& arguments,
+                    const std::vector<ExtractedSurface>& surfaces) {
+  if (arguments.format != MeshFormat::kGlb) {
+    for (const ExtractedSurface& surface : surfaces) {
+      write_file(surface.file, mesh_file(surface.output.mesh, arguments.format,
+                                         {.lattice = surface.output.lattice,
+                                          .min_component = surface.output.min_component}));
+    }
+    return;
+  }
+  std::vector<ScenePart> parts;
+  for (const ExtractedSurface& surface : surfaces) {
+    parts.push_back({.name = name_of(*surface.info), .mesh = &surface.output.mesh});
+  }
+  write_file(arguments.output, scene_glb(parts));
+}
+
+void print_facts(const ExtractedSurface& surface) {
+  const auto count = [](std::int64_t number) { return static_cast<std::uint64_t>(number); };
+  std::cout << surface.file << ": \"" << name_of(*surface.info) << "\", "
+            << human_count_of(count(surface.topology.triangles), "triangle") << ", "
+            << human_count(surface.common_triangles) << " of them shared with neighbors, "
+            << human_count_of(count(surface.topology.components), "component") << ", "
+            << surface.topology.open_edges << " open edges, " << surface.topology.nonmanifold_edges
+            << " non-manifold\n";
+}
+
+}  // namespace
+
+int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArguments& surface) {
+  Progress progress("extract", 4, arguments.quiet || arguments.json);
+  progress.begin("open");
+  const std::vector<DatasetPtr> datasets = opened(arguments.folder);
+  const DatasetInfo& first = datasets.front()->info;
+  const Result<IsosurfaceRequest> request = request_of(surface, first);
+  if (!request) throw std::invalid_argument(request.error().text);
+  if (has_budget(*request) || request->normal_bits != 0) {
+    throw ExitError(
+        kUsage, "--max-triangles, --max-bytes and --normals are for one dataset, not a folder.");
+  }
+  std::vector<ExtractedSurface> surfaces(datasets.size());
+  std::vector<NamedFile> outputs = {{"--report", arguments.report}};
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    surfaces[i].info = &datasets[i]->info;
+    surfaces[i].file = arguments.format == MeshFormat::kGlb
+                           ? arguments.output
+                           : file_of(arguments.output, datasets[i]->info).string();
+    if (arguments.format != MeshFormat::kGlb) outputs.push_back({"--output", surfaces[i].file});
+  }
+  if (arguments.format == MeshFormat::kGlb) outputs.push_back({"--output", arguments.output});
+  require_outputs(outputs);
+
+  progress.begin("surfaces");
+  TouchingSurfaces extracted = extract_touching(datasets, *request);
+  progress.begin("checks");
+  bool is_sound = true;
+  for (std::size_t i = 0; i < datasets.size(); ++i) {
+    ExtractedSurface& one = surfaces[i];
+    const Simplified simplified = std::move(extracted.surfaces[i]);
+    one.topology = topology(simplified.mesh, data_border(*one.info, request->lattice_resolution,
+                                                         request->topology_tolerance));
+    one.bound = simplified.bound;
+    one.common_triangles = extracted.common_triangles[i];
+    one.output = output_surface(simplified.mesh, surface, *one.info);
+    is_sound = is_sound && one.topology.is_sound();
+  }
+  progress.begin("files");
+  write_surfaces(arguments, surfaces);
+  progress.finish();
+
+  Json report = {{"parameters", multitetra::json_of(*request)},
+                 {"seconds", progress.seconds()},
+                 {"surfaces", Json::array()}};
+  for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
+  if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
+  if (arguments.json) std::cout << text_of(report);
+  if (!arguments.json && !arguments.quiet) {
+    for (const ExtractedSurface& one : surfaces) print_facts(one);
+  }
+  if (is_sound) return kOk;
+  std::cerr << "multitetra-server: a mesh has open, non-manifold or degenerate parts; this is a "
+               "bug, please report it.\n";
+  return kFailed;
+}
+
+}  // namespace multitetra
