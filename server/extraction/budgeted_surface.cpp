@@ -74,8 +74,7 @@ class BudgetedSimplification {
       begin();
     }
   }
-  // Returns the surface with `most` triangles, or as few as are left; the request's own surface if
-  // that fits.
+  // Returns the surface with `most` triangles, or as few as are left; the request's own if it fits.
   [[nodiscard]] const TiledSurface& surface() {
     surface_.tiles = simplifier_->tiles(level_ == 0 ? 0 : static_cast<std::size_t>(most_));
     return surface_;
@@ -105,8 +104,7 @@ class BudgetedSimplification {
     simplifier_.emplace(std::move(surface_.tiles), how.lattice_step, info_.grid_exponent);
     simplifier_->simplify(how, stop_);
   }
-  // Returns the budget in triangles. A budget of bytes is converted by an estimate until a surface
-  // is encoded.
+  // Returns the budget in triangles; one of bytes by an estimate, until a surface is encoded.
   [[nodiscard]] double first_most() const {
     double most = std::numeric_limits<std::uint32_t>::max();
     if (request_.max_triangles > 0) {

@@ -23,8 +23,7 @@ struct BudgetedSurface {
   double at_least = 0;  // As LocalThresholds::at_least, in the request's unit.
 };
 
-// Returns the encoded size of a surface in bytes. Called for budgets of bytes, last with the
-// returned surface.
+// Returns the encoded bytes of a surface. Called for budgets of bytes, last with the returned one.
 using BytesOf = std::function<double(const TiledSurface&)>;
 
 // Requires a validated request with a budget and simplification. The result depends only on the

@@ -1,6 +1,5 @@
 // The isosurface of a dataset by the reference method: exact errors of one isovalue, from a pass
-// over the whole volume. For comparison with the error spectrum, uniform levels, and files of
-// models.
+// over the volume. For comparison with the error spectrum, uniform levels, and files of models.
 #pragma once
 
 #include <memory>
@@ -37,8 +36,7 @@ class ReferenceExtractor {
   [[nodiscard]] std::shared_ptr<const Model> spectrum_model(const ResolvedStep& spec,
                                                             std::stop_token stop = {}) const;
 
-  // Returns the isosurface of any model of this grid. Throws Cancelled soon after `stop` is
-  // triggered.
+  // Returns the surface of any model of this grid. Throws Cancelled soon after `stop` is triggered.
   [[nodiscard]] TiledSurface surface(const Model& model, const SurfaceOptions& options,
                                      std::stop_token stop = {}) const;
   // Return the surface of a step, simplified if the step requests it, from a model of the step or,

@@ -84,8 +84,7 @@ SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepR
           .extracted = triangles};
 }
 
-// Returns the size of a preview whose finest spacing is the spectrum's or coarser, from the
-// spectrum alone.
+// Returns the size of a preview from the spectrum alone. Requires a finest spacing that this has.
 SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
                          const std::stop_token& stop) {
   const int exponent = std::countr_zero(static_cast<unsigned>(step.finest_spacing)) + 1;
@@ -110,8 +109,7 @@ SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
   return size_with(triangles, extracted, step);
 }
 
-// The spectrum's decoded bricks, shared by successive requests, most of which have the same
-// isovalue.
+// The decoded spectrum, shared by successive requests, most of which have the same isovalue.
 class SharedSpectrum {
  public:
   explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
@@ -133,8 +131,7 @@ class SharedSpectrum {
   std::shared_ptr<const SpectrumErrors> spectrum_;
 };
 
-// Returns the size of a surface under a threshold map, from sampled blocks of each group of
-// thresholds.
+// Returns the size of a surface under a threshold map, from blocks of each group of thresholds.
 SurfaceSize size_by_threshold(const SurfaceExtractor& extractor, const PreparedModel& model,
                               const ResolvedStep& spec, const BlockCounts& counts, double triangles,
                               const std::stop_token& stop) {

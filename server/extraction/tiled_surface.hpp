@@ -24,8 +24,7 @@ struct TiledSurface {
   return tile.simplification_bound > 0 ? kSimplifiedEncodingSpeed : kDefaultEncodingSpeed;
 }
 
-// Encodes the tiles with Draco, in order and on all threads. Throws Cancelled soon after `stop` is
-// triggered.
+// Encodes the tiles with Draco, in order, on all threads. Throws Cancelled soon after a stop.
 [[nodiscard]] std::vector<EncodedTile> encode_tiles(const TiledSurface& surface,
                                                     std::stop_token stop = {});
 

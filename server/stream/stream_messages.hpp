@@ -21,8 +21,7 @@ namespace multitetra {
 
 class StreamMessages {
  public:
-  // `scalars` is the range encoded by the scalars of its tiles, if it has any; `shells` allows
-  // steps of shells.
+  // `scalars` is the range of its tiles' scalar codes, if any; `shells` allows steps of shells.
   StreamMessages(const OpenStream& open, const DatasetInfo& info,
                  std::optional<ScalarRange> scalars = {}, bool shells = false);
 

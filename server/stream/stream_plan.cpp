@@ -171,8 +171,7 @@ class TriangleLimit {
       : source_(source), most_(most), stop_(std::move(stop)) {}
 
   // Rejects requests that a quick estimate shows to exceed the limit for certain. Reads samples
-  // only if the estimate from the spectrum alone, which may be wrong in either direction, exceeds
-  // it.
+  // only if the spectrum's estimate, which may err either way, exceeds it.
   [[nodiscard]] Result<void> check_estimate(const IsosurfaceRequest& request,
                                             const SizeEstimates& sizes) const {
     if (most_ == 0 || request.max_bytes > 0) return {};

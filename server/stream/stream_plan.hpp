@@ -61,8 +61,7 @@ struct StepLimits {
                                                 const StepLimits& limits = {});
 
 // Estimates the size of the reply to a request, and the request as its budget allows it, from a
-// sample (surface_sizes.hpp). Fails with kLimitExceeded if the coarsest surface appears to be
-// larger.
+// sample (surface_sizes.hpp). Fails with kLimitExceeded if the coarsest one seems larger.
 struct EstimatedAnswer {
   SurfaceSize size;
   IsosurfaceRequest request;

@@ -46,9 +46,8 @@ struct ModelOptions {
   ThresholdMap thresholds = ThresholdMap::everywhere(0);
   double topology_tolerance = 0;    // In grid steps: flips of at most this spacing may be fused.
   std::int32_t finest_spacing = 1;  // Points of a smaller spacing are fused.
-  // Points of at least this spacing are kept, so that every tetrahedron lies in one octree cube of
-  // at most twice that side. A point's spacing is at most that of its parents, so the model still
-  // conforms.
+  // Points of at least this spacing are kept, so every tetrahedron lies in an octree cube of at
+  // most twice that side. A point's spacing is at most its parents', so the model conforms.
   std::int32_t refined_to = std::numeric_limits<std::int32_t>::max();
 
   // Here a threshold meets an error: returns whether `error` exceeds the least threshold in a
@@ -74,9 +73,8 @@ class ErrorBasedModel final : public Model {
   ErrorBasedModel(std::shared_ptr<const SaturatedErrors> errors, ModelOptions options)
       : errors_(std::move(errors)), options_(std::move(options)) {}
 
-  // The error of a parent is at least that of its children, its region contains theirs and its
-  // spacing is not smaller. So a kept point has kept parents: the model conforms without any
-  // repair.
+  // A parent's error is at least that of its children, its region contains theirs and its spacing
+  // is not smaller. So a kept point has kept parents: the model conforms without repair.
   [[nodiscard]] bool kept(const DividingPoint& point) const override {
     return options_.keeps(point, errors_->bound(point));
   }

@@ -33,8 +33,7 @@ void visit_own_leaves(const Model& model, const OctreeCube& cube, const Visit& v
   for (const Tetrahedron& t : tetrahedra_of(cube)) walk(walk, t);
 }
 
-// Calls `visit(tetrahedron)` for every tetrahedron of the model inside a refined cube, children
-// first.
+// Calls `visit(tetrahedron)` for all tetrahedra of the model in a refined cube, children first.
 template <typename Visit>
 void visit_leaves(const Model& model, const Grid& grid, const OctreeCube& cube,
                   const Visit& visit) {

@@ -8,10 +8,9 @@
 //
 // A point is *positive* if its value is greater than c. If a and b have the same sign and m has the
 // other, fusing is a *flip*. If a, b and m have the same sign, no sign changes. If a and b differ,
-// the positive part of the link is a cone over the positive end and the negative part a cone over
-// the negative end, whatever the sign of m. So only flips can change the topology, and a flip does
-// unless the signs on the ring around the split edge change exactly twice. Such a flip is
-// *critical*.
+// the positive and the negative part of the link are cones over the positive and the negative end,
+// whatever the sign of m. So only flips can change the topology, and a flip does unless the signs
+// on the ring around the split edge change exactly twice. Such a flip is *critical*.
 #pragma once
 
 #include <algorithm>
@@ -27,16 +26,14 @@ namespace multitetra {
 struct OwnError {
   double displacement = 0;  // The paper's error without its treatment of flips. World units.
   double certified =
-      // Equal to `displacement`, except where m and v lie on different sides of c and the surface
-      // passes through the point: there, the largest t(m)|pX| plus the largest t(v)|pX|. World
-      // units.
+      // As above; but if m and v lie on different sides of c, the surface passes through the point:
+      // the largest t(m)|pX| plus the largest t(v)|pX|. World units.
       0;
   bool flip = false;
   bool critical = false;  // Implies flip.
 };
 
-// Returns the largest |t(m) - t(v)| L over the corners on the other side of c. Requires m and v on
-// one side.
+// Returns the largest |t(m) - t(v)| L over the corners beyond c. Requires m and v on one side.
 [[nodiscard]] inline double largest_displacement(const DiamondValues<double>& d, double v,
                                                  double c) {
   using Vector = Lanes<double>::Vector;
@@ -81,9 +78,8 @@ struct Crossings {
   return {largest_of<double>(from_m), largest_of<double>(from_v)};
 }
 
-// Returns the error for the isovalue c, exact in double precision. A diamond with void corners is a
-// critical flip, so that the surface ends exactly at the last samples. Requires values on both
-// sides of c.
+// Returns the error for the isovalue c, exact in double. A diamond with void corners is a critical
+// flip, so that the surface ends at the last samples. Requires values on both sides of c.
 [[nodiscard]] inline OwnError own_error_of_mixed(const DiamondValues<double>& d, double c) {
   auto sum = all(d.centre);
   for (std::size_t i = 0; i < d.vectors; ++i) sum += d.value.vectors[i];

@@ -1,6 +1,5 @@
 // The exact errors of all dividing points for one isovalue, each at least as large as those of its
-// descendants (Zhou, Chen and Kaufman 1997, section 4). This is the reference for the faster
-// computations.
+// descendants (Zhou, Chen and Kaufman 1997, section 4). The reference for faster methods.
 //
 // Errors are propagated from points to their parents in the order of spacing 1, 2, 4, ..., and
 // within a spacing edge, face, cube, so that children are complete before their parents:

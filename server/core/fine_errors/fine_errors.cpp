@@ -180,8 +180,7 @@ float FineErrors::error(GridPoint p) const {
 std::uint32_t FineErrors::exceeding_around(GridPoint p, std::int32_t step,
                                            const std::array<std::int32_t, 3>& turned) const {
   const GridPoint at = p - origin_;
-  // The octree cube's lower ends lie in the cell of its centre, the upper ones possibly in the
-  // next.
+  // The cube's lower ends lie in the cell of its centre, the upper ones possibly in the next.
   const int first = at.x % kCell - step * turned[0];
   const int middle = at.x % kCell;
   const int last = at.x % kCell + step * turned[0];
@@ -261,8 +260,7 @@ void FineErrors::compute_points(const FineCell& cell, std::int32_t z, BitPlane p
   arrays_.exceeding.plane(bits, z) |= exceeding;
 }
 
-// Returns the largest error of the children of the point at `at`. Requires that none exceeds the
-// threshold.
+// Returns the largest error of the children of the point at `at`. None may exceed the threshold.
 float FineErrors::largest_error(const Children& children, std::ptrdiff_t at) const {
   float largest = 0;
   for (std::size_t i = 0; i < children.count; ++i) {

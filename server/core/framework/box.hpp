@@ -1,8 +1,7 @@
 // Axis-aligned boxes, and their images under affine maps.
 //
 // Nested boxes stay nested in floating point: rounded sums, products with a fixed factor, minima
-// and maxima are monotone in each operand, so rounding cannot move an inner box out of an outer
-// one.
+// and maxima are monotone in each operand, so rounding keeps an inner box inside.
 #pragma once
 
 #include <algorithm>
@@ -37,8 +36,7 @@ struct Box {
          b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
 }
 
-// Returns `box` with each end clamped to `bounds`: their intersection, or the part of `bounds`
-// nearest to `box`.
+// Returns `box` clamped to `bounds`: their intersection, or the nearest part of `bounds`.
 [[nodiscard]] inline Box clamped(const Box& box, const Box& bounds) {
   Box inside = box;
   for (std::size_t axis = 0; axis < 3; ++axis) {

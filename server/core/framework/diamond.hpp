@@ -1,8 +1,7 @@
 // The shape of a dividing point's diamond, as offsets into an array of samples.
 //
 // The offsets depend only on which coordinates of the point are odd and, for each of these, on
-// which side the odd end of the split edge lies. So there are at most 64 shapes, the same for every
-// spacing.
+// which side the odd end of the split edge lies. So there are at most 64 shapes.
 #pragma once
 
 #include <array>
@@ -28,8 +27,7 @@ struct Diamond {
 [[nodiscard]] constexpr std::size_t diamond_index(GridPoint unit_point) {
   const auto bit = [](std::int32_t v, unsigned position) {
     const auto u = static_cast<unsigned>(v);
-    // Bit 0: the coordinate is odd. Bit 3: its odd end, in units of twice the spacing, is the upper
-    // one.
+    // Bit 0: the coordinate is odd. Bit 3: its odd end, in units of 2 spacings, is the upper one.
     return (u & 1U) << position | ((u & 1U) & ((u + 1) >> 1)) << (position + 3);
   };
   return bit(unit_point.x, 0) | bit(unit_point.y, 1) | bit(unit_point.z, 2);

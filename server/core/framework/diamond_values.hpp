@@ -13,8 +13,7 @@
 namespace multitetra {
 
 // Vectors of up to twelve numbers. Comparisons and selections give the same bits on every machine.
-// Real is float where arithmetic on the values is exact in float (16-bit integers), otherwise
-// double.
+// Real is float if arithmetic on the values is exact in it (16-bit integers), else double.
 template <typename Vector>
 [[nodiscard]] inline Vector larger(Vector a, Vector b) {
   return a > b ? a : b;
@@ -121,9 +120,8 @@ template <typename Real>
   return result;
 }
 
-// Fills `d` for a point on the grid's border and omits corners beyond it. `unit_point` and `last`,
-// the grid's largest coordinate, are in units of the spacing; `value(i)` returns the value of
-// corner i.
+// Fills `d` for a point on the grid's border, omitting corners beyond it. `unit_point` and `last`,
+// the grid's largest coordinate, are in units of the spacing; `value(i)` is that of corner i.
 template <typename Real, typename Value>
 void load_at_border(GridPoint unit_point, std::int32_t last, Real centre,
                     const DiamondLengths<Real>& lengths, const Value& value,

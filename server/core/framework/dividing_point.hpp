@@ -1,9 +1,8 @@
 // Dividing points: where the framework bisects tetrahedra (Zhou, Chen and Kaufman 1997, section 3).
 //
 // Every grid point except the grid's eight corners divides the tetrahedra that share an edge AB,
-// its *split edge*, at the midpoint of AB. The kind of a point follows from its coordinates: its
-// spacing s is the largest power of two that divides them all; count the odd numbers among x/s,
-// y/s, z/s.
+// its *split edge*, at the midpoint of AB. Its coordinates determine its kind: its spacing s is the
+// largest power of two that divides them all; count the odd numbers among x/s, y/s, z/s.
 //
 //   odd   kind   dividing point of             split edge        tetrahedra   in the paper
 //   2     face   a square face of side 2s      its diagonal      4            case 1, step 1
@@ -11,8 +10,7 @@
 //   3     cube   a cube of side 2s             its diagonal      6            case 3, step 3
 //
 // The tetrahedra around AB form the point's *diamond*. Their other corners form its *link*, a
-// closed ring around AB (open at the grid's border). All of them lie in the 3 x 3 x 3 neighbourhood
-// with step s.
+// closed ring around AB (open at the grid's border). All are in the 3 x 3 x 3 points of step s.
 #pragma once
 
 #include <array>
@@ -67,13 +65,12 @@ class DividingPoint {
 
   [[nodiscard]] constexpr SplitEdge split_edge() const;
 
-  // Returns the link in cyclic order around the split edge: 4, 8 or 6 points, including those
-  // outside the grid.
+  // Returns the link, cyclic around the split edge: 4, 8 or 6 points, some perhaps outside the
+  // grid.
   [[nodiscard]] constexpr PointList<8> ring() const;
 
   // Returns the points whose insertion creates the tetrahedra that this point divides; a point may
-  // be kept only if all its parents are. At most 4 points, only those inside the grid; the grid's
-  // centre has none.
+  // be kept only if all its parents are. At most 4, inside the grid; its centre has none.
   [[nodiscard]] constexpr PointList<4> parents(const Grid& grid) const;
 
   // Returns the points inside the grid that have this one as a parent: up to 8 for an edge, 4 for a
@@ -105,8 +102,7 @@ class DividingPoint {
 };
 
 constexpr DividingPoint::SplitEdge DividingPoint::split_edge() const {
-  // For a face or cube, the diagonal whose ends are all even and all odd in units of 2s; for an
-  // edge, its ends.
+  // Face and cube: the diagonal with ends all even and all odd in units of 2s. Edge: its ends.
   const GridPoint offset = to_odd_end();
   return {at_ - offset, at_ + offset};
 }

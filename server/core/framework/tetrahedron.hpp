@@ -9,8 +9,7 @@
 //   cube[a,d | m,f]   o = mid(a,d):   face[a,f | m,o]   face[d,m | f,o]
 //
 // until the split edge's largest coordinate extent is 1. After each cube step, twelve tetrahedra
-// again fill an octree cube, so every tetrahedron lies in exactly one octree cube of each size not
-// below its own.
+// again fill an octree cube, so every tetrahedron lies in one octree cube of each size >= its own.
 #pragma once
 
 #include <array>

@@ -13,8 +13,7 @@
 
 namespace multitetra {
 
-// Samples in x-fastest order and in their stored type. The alternatives have the order of
-// SampleType.
+// Samples, x fastest, in their stored type. The alternatives have the order of SampleType.
 using Samples =
     std::variant<std::vector<std::uint8_t>, std::vector<std::int8_t>, std::vector<std::uint16_t>,
                  std::vector<std::int16_t>, std::vector<float>>;

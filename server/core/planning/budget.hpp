@@ -21,14 +21,12 @@ namespace multitetra {
   return request.max_triangles > 0 || request.max_bytes > 0;
 }
 
-// Returns whether the step enforces the request's budget while it is built: a simplified final
-// step.
+// Returns whether the step enforces its request's budget itself: a simplified final step.
 [[nodiscard]] inline bool has_own_budget(const StepRequest& step) {
   return step.request.simplify && step.finest_spacing == 1 && has_budget(step.request);
 }
 
-// Returns the fraction of the request's budget that a size uses: more than 1 if it does not fit, 0
-// without a budget.
+// Returns the fraction of the request's budget that a size uses: above 1 if too large; 0 if none.
 [[nodiscard]] double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request);
 
 [[nodiscard]] inline bool fits(const SurfaceSize& size, const IsosurfaceRequest& request) {
@@ -50,8 +48,7 @@ class ErrorSchedule {
   // Returns the lowest level in [from, to) whose size uses at most `part` of the budget, or `to` if
   // there is none; 0 without a budget. Calls `size_of` about six times.
   [[nodiscard]] int lowest_fitting(const SizeOf& size_of, int from, int to, double part) const;
-  // Searches all levels, with a margin for errors of the estimate. Returns the last level if none
-  // fits.
+  // Searches all levels, with a margin for wrong estimates. Returns the last level if none fits.
   [[nodiscard]] int lowest_fitting(const SizeOf& estimate) const;
 
  private:
@@ -82,8 +79,7 @@ struct TriedLevel {
 // Returns the level to restart from if the first one fits. Requires a finer level.
 [[nodiscard]] int finer_level(const TriedLevel& made);
 
-// Returns the request with the errors that its budget requires; unchanged without a budget or if it
-// fits.
+// Returns the request with the errors that its budget requires; unchanged without a budget.
 [[nodiscard]] IsosurfaceRequest within_budget(const IsosurfaceRequest& request,
                                               const DatasetInfo& info,
                                               const ErrorSchedule::SizeOf& estimate);

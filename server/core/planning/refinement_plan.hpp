@@ -133,8 +133,7 @@ inline constexpr double kTrianglesATile = 10'000;
 
 // Returns the encoded bytes of a mesh with this number of triangles, as measured on public volumes:
 // about 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with
-// normals of 8 bits 0.6 more, and 0.15 for every further bit. For sample shells, see
-// bits_a_vertex().
+// normals of 8 bits 0.6 more, and 0.15 for every further bit. In sample shells bits_a_vertex().
 [[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step,
                                      SampleType type = SampleType::kU16);
 

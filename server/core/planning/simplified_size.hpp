@@ -30,13 +30,11 @@ struct SimplifiedBlocks {
 [[nodiscard]] double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge,
                                      double before);
 
-// Returns a rough remaining share without any simplified block, for an error in voxels; tends to be
-// too small. Public volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and
-// more at two.
+// Returns a rough, rather small remaining share without any blocks, for an error in voxels. Public
+// volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and more at two.
 [[nodiscard]] double rough_remaining_share(double voxels);
 
-// The assumed remaining share of previews, for which no block is simplified: 0.04 to 0.25 on public
-// volumes.
+// The remaining share assumed for previews, without any blocks: 0.04 to 0.25 on public volumes.
 inline constexpr double kLeftOfPreview = 0.15;
 
 // The ratio of bytes per triangle of simplified to other meshes, as simplified triangles are

@@ -2,8 +2,7 @@
 //
 // Cubes of more than 16 steps are few; the surface in all their own tetrahedra is extracted. The
 // refined cubes of 16 steps are sampled regularly in octree order, which covers the whole surface,
-// and the results are extrapolated to the others. These functions are pure and can run on any
-// thread.
+// and extrapolated to the others. These functions are pure and can run on any thread.
 #pragma once
 
 #include <cstddef>
@@ -38,8 +37,7 @@ struct CubeSample {
 [[nodiscard]] std::uint64_t crossed_tetrahedra(const PreparedModel& model, const OctreeCube& cube,
                                                double isovalue, CubeMemory& memory);
 
-// Triangles per crossed tetrahedron, which has a triangle or a quad. Measured 1.30 to 1.32 on all
-// volumes.
+// Triangles per crossed tetrahedron, which has a triangle or a quad: measured 1.30 to 1.32.
 inline constexpr double kTrianglesATetrahedron = 1.31;
 
 // Calls `visit` in octree order for the refined cubes of that exponent, which must be at least

@@ -4,8 +4,7 @@
 //   const std::int32_t spacing = slice_spacing(plane, volume.info);
 //   slice_rows(volume, plane, spacing, 0, plane.height, values);
 //
-// A pixel depends only on the volume, its place and the spacing, so rows can be computed on any
-// threads.
+// A pixel depends only on the volume, its place and the spacing, so any thread can compute any row.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +19,7 @@ namespace multitetra {
 // plane of 5792 x 5792 samples, 1 GiB of 16-bit samples.
 inline constexpr double kMostSliceBricks = 131072;
 
-// Returns the approximate number of bricks that the plane crosses. Requires a plane in sample
-// indices.
+// Returns about how many bricks the plane crosses. Requires a plane in sample indices.
 [[nodiscard]] double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info);
 
 // Returns the spacing, along each axis, of the samples that the slice uses: 1 or kSpectrumSpacing.

@@ -1,5 +1,4 @@
-// A second field at the vertices of a surface, and the error of interpolating it linearly between
-// them.
+// A second field at the vertices of a surface, and its error under linear interpolation.
 #pragma once
 
 #include <vector>
@@ -12,8 +11,7 @@ namespace multitetra {
 struct VertexScalars {
   std::vector<double> values;  // Trilinear values, one per vertex; NaN where there is no field.
   // The largest deviation of linear interpolation from the field, at the centres of all triangles
-  // and the midpoints of all edges between two; ignores places without a field at a corner or
-  // there.
+  // and the midpoints of all edges between two; ignores those without a field there or at a corner.
   double largest_deviation = 0;
 };
 

@@ -88,9 +88,8 @@ class SimplifiedPiece::Run {
   static constexpr std::size_t kBetweenCheckpoints = 2048;
   static constexpr int kTries = 2;
   static constexpr std::uint8_t kRefusals = 4;
-  // The weight of a squared length relative to a squared distance. 0.01 yields up to an eighth
-  // fewer thin triangles; 0.03 up to a quarter fewer, but flat surfaces take five percent more
-  // bytes.
+  // Weight of a squared length relative to a squared distance. 0.01 gives up to an eighth fewer
+  // thin triangles; 0.03 up to a quarter fewer, but five percent more bytes for flat surfaces.
   static constexpr float kOfLength = 0.01F;
 
   struct State {
@@ -101,8 +100,7 @@ class SimplifiedPiece::Run {
     std::uint8_t refusals = 0;
   };
 
-  // Away from the seams, all collapses were already tried in the pieces, within limits at least as
-  // large.
+  // Away from the seams, the pieces have already tried all collapses, with no smaller limit.
   void open_around_seams(std::span<const std::uint32_t> parts) {
     for (State& state : states_) state.is_closed = true;
     for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
@@ -114,8 +112,7 @@ class SimplifiedPiece::Run {
     }
   }
 
-  // Chooses the cheaper half of the movable vertices, ordered by number: neighbours are close in
-  // memory.
+  // Chooses the cheaper half of the movable vertices, by number: neighbours are near in memory.
   bool choose_candidates() {
     costs_.clear();
     std::size_t kept = 0;

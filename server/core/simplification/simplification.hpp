@@ -3,8 +3,7 @@
 //   const Simplified tile =
 //       simplified(mesh, {.lattice_step = {delta, delta, delta}, .max_distance = 0.25});
 //
-// Edges collapse onto one of their ends, so the remaining vertices are a subset of the original
-// ones. Guarantees:
+// Edges collapse onto one of their ends, so the remaining vertices are original ones. Guarantees:
 //
 //  * no point of either surface is farther from the other than `bound`, which is at most the
 //    largest `max_distance` (see successive_mapping.hpp and vertex_errors.hpp for the proof);
@@ -52,11 +51,10 @@ namespace multitetra {
 struct SimplificationOptions {
   Vec3 lattice_step = {1, 1, 1};     // Length of a lattice step along each axis.
   AllowedDistance max_distance = 0;  // In the unit of `lattice_step`.
-  // Keeps an embedded surface embedded. Takes two to three times as long and leaves a few percent
-  // more triangles.
+  // Keeps embedded surfaces embedded: takes 2 to 3 times as long, leaves a few percent more
+  // triangles.
   bool is_embedded = false;
-  // Keeps the data needed to simplify tiles further or to restore their state after the first
-  // stage.
+  // Keeps the data to simplify tiles further or to restore their state after the first stage.
   bool is_resumable = false;
 
   [[nodiscard]] std::optional<Obstacles> embedded() const {

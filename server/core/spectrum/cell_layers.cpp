@@ -78,8 +78,7 @@ struct SamplesAlong {
   }
 };
 
-// Visits samples in the same order as CellRanges, so that zeros of either sign give the same
-// result.
+// Visits samples in the order of CellRanges, so that zeros of either sign give the same result.
 template <typename Sample>
 std::array<Sample, 2> range_of(const DatasetInfo& info, const CellSamples& box,
                                const std::vector<Sample>& samples, GridPoint cell) {

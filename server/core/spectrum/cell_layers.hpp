@@ -1,6 +1,5 @@
-// The per-cell data of a prepared volume, computed from boxes of samples, for callers that have
-// only a part of the volume. CellRanges and CoarseVolume compute the same from a whole volume,
-// slice by slice.
+// The per-cell data of a prepared volume, computed from boxes of samples, for callers with a part
+// of the volume. CellRanges and CoarseVolume compute the same from a whole volume, slice by slice.
 #pragma once
 
 #include <cstddef>

@@ -25,8 +25,7 @@ constexpr Sample lowest() {
   return std::numeric_limits<Sample>::lowest();
 }
 
-// Returns the first and the last cell whose closed extent along one axis contains grid coordinate
-// v.
+// Returns the first and the last cell that contain grid coordinate v in their closed extent.
 std::pair<std::int32_t, std::int32_t> cells_at(std::int32_t v) {
   const std::int32_t cell = v / kSpectrumSpacing;
   return {std::max(0, v % kSpectrumSpacing == 0 ? cell - 1 : cell), cell};

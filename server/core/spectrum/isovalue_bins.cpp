@@ -14,8 +14,7 @@ constexpr std::size_t kGuideCells = 4096;
 // The least width of a bin of integers; exact in float for 16-bit values.
 constexpr double kLeastWidth = 0x1p-6;
 
-// Returns bins that are a whole number of values wide or, with more bins than values, a half, a
-// quarter, ...
+// Returns bins a whole number of values wide or, with more bins than values, a half, a quarter, ...
 std::vector<float> integer_edges(float low, float high, int count) {
   double width = std::ceil((double{high} - double{low}) / count);
   while (2 * (double{high} - double{low}) <= count * width && width > kLeastWidth) width /= 2;

@@ -1,8 +1,8 @@
 // Bins of the isovalue axis: a prepared dataset stores one set of errors per bin.
 //
 // Bin k contains the isovalues from edge k (included) to edge k + 1 (excluded). The edges range
-// from the field's least value to its largest: for other isovalues all values are on one side, and
-// every error is 0.
+// from the field's least value to its largest: beyond them, all values are on one side and all
+// errors 0.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +27,7 @@ class IsovalueBins {
   // whole number of values wide and begin at an integer, so that no sign changes inside a bin of
   // width 1; with few values, 2, 4, ... bins share one. Bins of floats are uniform, unless a few of
   // them would contain nearly all of `distinct_values` (ascending): then their edges are quantiles
-  // of these. (Quantiles of all samples fail: in a noisy background every point would span most
-  // bins.)
+  // of these. (Quantiles of all samples fail: in noise, every point would span most bins.)
   [[nodiscard]] static IsovalueBins for_values(const DatasetInfo& info,
                                                std::span<const float> distinct_values,
                                                int count = kDefaultCount);

@@ -16,8 +16,7 @@
 
 namespace multitetra {
 
-// Returns the extent of the samples whose grid coordinates are multiples of kSpectrumSpacing; it
-// may be empty.
+// Returns the extent of the samples at multiples of kSpectrumSpacing in the grid; may be empty.
 [[nodiscard]] constexpr LevelExtent coarse_extent(const DatasetInfo& info) {
   const GridPoint last = last_sample(info);
   const std::int32_t first = (info.margin + kSpectrumSpacing - 1) >> kSpectrumExponent;
@@ -45,8 +44,7 @@ namespace multitetra {
   return info.outside ? static_cast<float>(*info.outside) : std::numeric_limits<float>::quiet_NaN();
 }
 
-// Immutable. The spans are valid as long as `owner` lives, and unchanged as long as check()
-// returns.
+// Immutable. The spans are valid while `owner` lives, and unchanged as long as check() returns.
 struct PreparedVolume {
   DatasetInfo info;
   std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest within a brick.
@@ -56,8 +54,7 @@ struct PreparedVolume {
   LazyBytes ranges;
   ErrorSpectrum spectrum;
   std::shared_ptr<const void> owner;
-  // Throws if the volume's file was removed or changed since it was opened. Empty for volumes in
-  // memory.
+  // Throws if the volume's file was removed or changed meanwhile. Empty for volumes in memory.
   std::function<void()> check = {};
 };
 

@@ -17,8 +17,7 @@
 
 namespace multitetra {
 
-// Bytes that remain valid as long as this object or a copy of it lives; its span does not retain
-// them.
+// Bytes that remain valid while this object or a copy lives; its span does not retain them.
 class RetainedBytes {
  public:
   RetainedBytes() = default;
@@ -43,8 +42,7 @@ class RetainedBytes {
 class BrickSource {
  public:
   virtual ~BrickSource() = default;
-  // Returns the bytes of brick `index`. Throws the source's exceptions if they are damaged or
-  // unavailable.
+  // Returns the bytes of brick `index`. Throws if they are damaged or unavailable.
   [[nodiscard]] virtual RetainedBytes brick(std::size_t index) const = 0;
   // Announces that these bricks will be read soon, in this order, so that a remote source can
   // prefetch them. Does not block and never throws.
@@ -54,8 +52,7 @@ class BrickSource {
     (void)bricks;
     return 0;
   }
-  // Returns whether prefetch() has an effect, so that callers should compute which bricks they
-  // need.
+  // Returns whether prefetch() has an effect, so that finding the needed bricks pays off.
   [[nodiscard]] virtual bool is_far() const { return false; }
 };
 
@@ -66,8 +63,7 @@ class LazyBytes {
 
   LazyBytes() = default;
   LazyBytes(std::span<const std::byte> bytes) : bytes_(bytes) {}  // NOLINT: they are there.
-  // `fetch` must return the same bytes each time, be thread-safe, and throw if they are
-  // unavailable.
+  // `fetch` must be thread-safe, return the same bytes each time, and throw if unavailable.
   explicit LazyBytes(Fetch fetch) : fetch_(std::move(fetch)) {}
 
   [[nodiscard]] std::span<const std::byte> bytes() const { return fetch_ ? fetch_() : bytes_; }

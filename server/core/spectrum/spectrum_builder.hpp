@@ -84,9 +84,8 @@ struct SavedCurves {
   Scratch* scratch = nullptr;
 };
 
-// Performs the part of build_spectrum() after the curves of the cells: `parts` are boxes of them
-// that together cover spectrum_cells(). Reads no samples. Throws std::runtime_error if curves are
-// damaged.
+// Performs build_spectrum() from the curves of the cells on: `parts` are boxes of them that
+// together cover spectrum_cells(). Reads no samples. Throws std::runtime_error for damaged curves.
 void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
                          std::span<const SavedCurves> parts, const SpectrumWork& work);
 

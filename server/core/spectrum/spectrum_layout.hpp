@@ -9,8 +9,7 @@
 
 namespace multitetra {
 
-// Points with at least this spacing have stored errors; those of other points are computed from the
-// samples.
+// Points of at least this spacing have stored errors; others are computed from the samples.
 inline constexpr int kSpectrumExponent = 3;
 inline constexpr std::int32_t kSpectrumSpacing = 1 << kSpectrumExponent;
 // Grid steps around a cell of that spacing within which values affect the errors in it.

@@ -64,8 +64,7 @@ class CubeSurfaceBuilder {
   void append(CubeSurface child, const OctreeCube& cube);
   void append(const LatticeMesh& mesh);
 
-  // Turns children of the cube into tiles until its triangles, those from `begin` on, fit into one
-  // tile.
+  // Turns children of the cube into tiles until its triangles, from `begin` on, fit into one.
   void cut_off(const OctreeCube& cube, std::size_t begin, const ChildRanges& ranges);
 
   [[nodiscard]] CubeSurface take();

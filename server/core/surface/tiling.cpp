@@ -197,8 +197,7 @@ class PreparedSource {
 
 // ---- cubes
 
-// Appends the surface of the cube, its children's first, and cuts off tiles where it grows too
-// large.
+// Appends the surface of the cube, its children's first, and cuts off tiles if it is too large.
 template <typename Source>
 void collect(Source& source, const OctreeCube& cube, CubeSurfaceBuilder& out) {
   const std::size_t begin = out.triangles();

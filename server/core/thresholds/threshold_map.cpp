@@ -23,8 +23,7 @@ double world(double threshold, double unit) {
   return std::min(threshold * unit, std::numeric_limits<double>::max());
 }
 
-// Returns the box that the surface can occupy: the samples, and one step around them if there is a
-// value outside.
+// Returns the box that the surface can occupy: the samples, and with a value outside one step more.
 Box places_of(const DatasetInfo& info) {
   const double border = info.outside ? 1 : 0;
   const double side = std::int32_t{1} << info.grid_exponent;

@@ -1,5 +1,4 @@
-// The largest error that a request allows at every place. Coordinates in grid steps, thresholds in
-// world units.
+// The allowed error at each place. Coordinates are in grid steps, thresholds in world units.
 //
 //   const ThresholdMap thresholds(request, info);
 //   kept = error > thresholds.least_in(region(point));

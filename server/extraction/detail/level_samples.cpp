@@ -88,8 +88,7 @@ std::optional<LevelBox> level_box(const DatasetInfo& info, const OctreeCube& cub
 }
 
 bool LevelSamples::may_be_crossed(const OctreeCube& cube) const {
-  // The ranges cover all samples. For remote datasets, fetching them for a coarse level does not
-  // pay off.
+  // Ranges are of all samples: fetching them from a remote dataset does not pay off here.
   if (spacing_ >= kSpectrumSpacing || cube.exponent < kSpectrumExponent) return true;
   return is_crossed(volume_, cube, isovalue_);
 }
@@ -98,8 +97,7 @@ void LevelSamples::visit_bricks(const OctreeCube& cube, const LevelBox& box,
                                 const std::function<void(const BrickPart&)>& visit) const {
   const DatasetInfo& info = volume_.info;
   // An edge lies in a closed cell, so a crossed edge in a crossed cell. Uncrossed cells that share
-  // a sample are on the same side, and so are all samples of a brick among them. Void samples are
-  // on neither side.
+  // a sample are on one side, as are a brick's samples among them. Void samples have no side.
   std::optional<CrossedCells> cells;
   if (info.void_samples == 0 && cube.exponent >= kSpectrumExponent) {
     cells.emplace(volume_, cube, isovalue_);

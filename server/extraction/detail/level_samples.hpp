@@ -48,8 +48,7 @@ class LevelSamples {
   [[nodiscard]] bool may_be_crossed(const OctreeCube& cube) const;
 
   // Reads the samples of the box in the cube, x fastest, in the dataset's type. Skips bricks
-  // without crossed edges of the level in the cube: their samples get an arbitrary value on the
-  // same side.
+  // without crossed edges of the level in the cube: their samples get any value on the same side.
   void read(const OctreeCube& cube, const LevelBox& box, SampleArray& into) const;
 
   // Appends the bricks that read() needs. Requires a level that is read from bricks.
@@ -70,8 +69,7 @@ class LevelSamples {
   void read_bricks(const OctreeCube& cube, const LevelBox& box, std::vector<Sample>& into) const;
   template <typename Sample>
   void read_coarse(const LevelBox& box, std::vector<Sample>& into) const;
-  // Returns some sample of the closed cell of kSpectrumSpacing steps in `cube` that contains this
-  // point.
+  // Returns some sample of the closed cell of kSpectrumSpacing steps in `cube` with this point.
   template <typename Sample>
   [[nodiscard]] Sample sample_near(const OctreeCube& cube, GridPoint point) const;
 

@@ -15,8 +15,7 @@ namespace multitetra {
 void prefetch_bricks(const PreparedVolume& volume, std::span<const OctreeCube> cubes,
                      std::int32_t finest_spacing);
 
-// Returns the bytes that must be fetched to read the whole spectrum of that spacing and coarser
-// ones.
+// Returns the bytes to fetch before the spectrum of that spacing and coarser ones can be read.
 [[nodiscard]] std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume,
                                                     std::int32_t finest_spacing);
 

@@ -190,8 +190,7 @@ SurfaceSimplifier::SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& la
 SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& options,
                                                const std::stop_token& stop,
                                                const SimplifiedTileLimits& limits) {
-  // Leaves the pieces separate if nothing may change, so that a first stage can still start with
-  // them.
+  // If nothing may change, leaves the pieces separate, so that a first stage can still start.
   if (tiles_.empty() || (options.is_resumable && options.max_distance.largest() == 0)) return {};
   const int resolution = tiles_.front().piece.resolution();
   std::vector<CubesOfOneSize> cubes = cubes_around(std::move(tiles_), root_exponent_);

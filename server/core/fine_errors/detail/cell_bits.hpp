@@ -24,8 +24,7 @@ using BitPlane = std::uint64_t;
 
 class BitGrid {
  public:
-  // Clears the grid and sets its number of cells along each axis. A border of cells without bits is
-  // added.
+  // Clears the grid and sets its cells along each axis, which get a border of empty cells.
   void begin(std::int32_t cells) {
     const auto stride = static_cast<std::size_t>(cells + 2);
     strides_ = {1, stride, stride * stride};

@@ -71,8 +71,7 @@ bool FineCells::mark_wanted(const std::function<bool(const OctreeCube&)>& is_wan
   return any;
 }
 
-// The range of a cell also applies to the cells above it, as the diamonds of their points reach
-// into it.
+// The range of a cell also applies to the cells above it, whose diamonds reach into it.
 void FineCells::mark_crossed() {
   visit_cells(-1, cells_, [&](GridPoint cell) {
     if (!may_cross(first_ + cell)) return;

@@ -3,8 +3,7 @@
 namespace multitetra {
 namespace {
 
-// Bits of the points, among eight in a row, that have spacing 2^[i] and an even or an odd
-// coordinate.
+// Bits of those of eight points in a row with spacing 2^[i] and an even or an odd coordinate.
 constexpr unsigned kPositions[3][2] = {{0x55, 0xAA}, {0x11, 0x44}, {0x01, 0x10}};
 
 // The points of a layer by the axes, x and y, along which they are odd in units of the spacing.
@@ -96,8 +95,7 @@ BitPlane with_children(const BitGrid& bits, std::size_t cell, std::int32_t z, in
             bits.around(cell, z + half, half).diagonal) &
            points_of_kind(kind, z, exponent);
   }
-  // The edges of a face or the faces of a cube: one step along every axis in which the point is
-  // odd.
+  // The edges of a face or the faces of a cube: one step along each odd axis of the point.
   const BitGrid::Around in = bits.around(cell, z, step);
   const BitPlane in_layer = in.along_x | in.along_y;
   if (!is_odd(z, exponent)) return kind == PointKind::kFace ? in_layer & odd.both : 0;

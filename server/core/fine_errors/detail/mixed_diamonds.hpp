@@ -16,8 +16,7 @@ namespace multitetra {
 [[nodiscard]] std::array<BitPlane, 8> mixed_diamonds(const BitGrid& above, const BitGrid& below,
                                                      std::size_t cell);
 
-// Returns the points of layer z of this kind and of spacing 2^exponent, which divides z and is at
-// most 4.
+// Returns the points of layer z of this kind and of spacing 2^exponent <= 4, which divides z.
 [[nodiscard]] BitPlane points_of_kind(PointKind kind, std::int32_t z, int exponent);
 
 // Returns those of these points that have a child with a set bit.

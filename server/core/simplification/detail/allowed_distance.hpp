@@ -1,5 +1,4 @@
-// The displacement that simplification may cause: the same everywhere, or a share of a threshold
-// map.
+// The displacement that simplification may cause: uniform, or a share of a threshold map.
 #pragma once
 
 #include <algorithm>

@@ -20,8 +20,7 @@ namespace multitetra {
 
 class ChangedTriangles {
  public:
-  // Requires that `before` intersects neither itself nor the obstacles. All arguments must remain
-  // valid.
+  // `before` must intersect neither itself nor the obstacles. Arguments must remain valid.
   ChangedTriangles(const LatticeMesh& before, Obstacles obstacles)
       : vertices_(before.vertices), obstacles_(obstacles), known_(before.triangles) {}
 

@@ -30,8 +30,7 @@ class CollapseHistory {
   CollapseHistory(std::vector<LatticeTriangle> before, double bound)
       : before_(std::move(before)), bound_(bound) {}
 
-  // Starts a stage: collapses added until end() get times in [stage, stage + 1). Stages must
-  // ascend.
+  // Starts a stage: collapses until end() get times in [stage, stage + 1). Stages must ascend.
   void begin(int stage);
   void add(const LatticePoint& from, const LatticePoint& onto, double distance) {
     collapses_.push_back({.from = from, .onto = onto, .when = stage_, .distance = distance});

@@ -1,5 +1,4 @@
-// The connectivity of a triangle mesh during edge collapses, and a test for those that preserve
-// topology.
+// The connectivity of a triangle mesh during edge collapses, which must preserve topology.
 //
 // A *collapse* moves a vertex u along an edge onto its other end v: the two triangles at the edge
 // vanish, and the others around u get v instead of u. Only vertices with a closed ring of triangles
@@ -71,8 +70,7 @@ class CollapsingMesh {
     return corner % 4 == 0 ? corner + 2 : corner - 1;
   }
 
-  // Returns the corners at an inner vertex u, in the order of its ring: triangle i is u, w_i,
-  // w_(i+1).
+  // Returns the corners at an inner vertex u, in ring order: triangle i is u, w_i, w_(i+1).
   void ring(std::uint32_t inner, std::vector<std::uint32_t>& corners) const;
 
   // Returns whether collapsing u onto w_0 preserves the topology. `ring` are the corners at u.

@@ -113,8 +113,7 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
   return go_around_once(vertices_[centre], around_, turns);
 }
 
-// Returns the common turns of the unchanged triangles at `corners_` and of the fan's triangles
-// there.
+// Returns the common turns of the unchanged triangles at `corners_` and the fan's there.
 SeenTurns Embedding::turns_around(std::uint32_t place) const {
   SeenTurns turns;
   for (const std::uint32_t corner : corners_) {

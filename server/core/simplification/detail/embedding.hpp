@@ -29,8 +29,7 @@ class Embedding {
   Embedding(const CollapsingMesh& mesh, std::span<const LatticePoint> vertices,
             Obstacles obstacles);
 
-  // Returns whether u can collapse onto w_0 of its ring; `ring` are u's corners before the
-  // collapse.
+  // Returns whether u can collapse onto w_0; `ring` are u's corners before the collapse.
   [[nodiscard]] bool allows(std::span<const std::uint32_t> ring);
   // Records the collapse that was accepted last. Call before the mesh performs it.
   void keep(std::span<const std::uint32_t> ring);

@@ -20,9 +20,8 @@ struct FirstStage {
   std::vector<float> errors;
 };
 
-// Requires triangles with three different vertices each. Preserves the topology like the rest of
-// simplification; with `embedded`, a surface that intersects neither itself nor the obstacles stays
-// so.
+// Requires triangles with three different vertices each. Preserves the topology; with `embedded`, a
+// surface that intersects neither itself nor the obstacles stays so.
 [[nodiscard]] FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
                                      const PieceLimit& limit, std::optional<Obstacles> embedded,
                                      const std::function<void()>& checkpoint);

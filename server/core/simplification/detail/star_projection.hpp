@@ -9,9 +9,8 @@
 
 namespace multitetra {
 
-// The directions, of a fixed few, from which a triangle with this normal is seen turning left, and
-// those from which it turns right: one bit each. Triangles with a common bit turn the same way in
-// that view.
+// The directions, of a fixed few, from which a triangle with this normal turns left, and those from
+// which it turns right: one bit each. Triangles with a common bit turn the same way in that view.
 class SeenTurns {
  public:
   SeenTurns() = default;

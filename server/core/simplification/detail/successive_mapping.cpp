@@ -200,8 +200,7 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<c
   return find_strands_of_vertices() && find_passing_segments(ring);
 }
 
-// First assumes that only the fan's own limit applies; then includes all that was found to lie in
-// it.
+// First assumes that only the fan's own limit applies, then includes all that lies in it.
 bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring,
                                         std::span<const Vec3> places) {
   const Box fan = box_of(places);

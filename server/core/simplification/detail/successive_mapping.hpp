@@ -30,8 +30,7 @@
 //
 // A collapse changes h only in the fan of triangles that v gets. A fan is a disc with all its
 // vertices on its border, so images of vertices may be placed anywhere in it, and an edge between
-// two places can be drawn there in only one way, up to deformation: it crosses the *spokes* between
-// them.
+// two places is unique up to deformation: it crosses the *spokes* between them.
 //
 //     w2---------w1
 //      | `.   1  /      The fan: triangles 1 .. n - 2, its *sectors*, between v, w_k and w_(k+1).
@@ -61,8 +60,7 @@
 namespace multitetra {
 
 // The stored part of a map from M onto N between two simplifications: in numbers of M's vertices,
-// and of N's triangles and corners as in collapsing_mesh.hpp. Maps of joined pieces are
-// concatenated.
+// N's triangles and corners (collapsing_mesh.hpp). Maps of joined pieces are concatenated.
 struct StoredMapping {
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   // Relative; more than rounding subtracts from a distance, even for the thinnest triangles.
@@ -84,9 +82,8 @@ struct StoredMapping {
 
   // Returns an upper bound of all distances, rounding included.
   [[nodiscard]] double bound() const;
-  // Appends the map of another piece of the surface. The piece's vertices get the numbers
-  // `vertices`, its triangles those from `first_triangle` on. Numbers beyond the existing vertices
-  // add new ones.
+  // Appends the map of another piece, whose vertices get the numbers `vertices`, its triangles
+  // those from `first_triangle` on. Numbers beyond the existing vertices add new ones.
   void append(const StoredMapping& other, std::span<const std::uint32_t> vertices,
               std::uint32_t first_triangle);
 };

@@ -20,8 +20,7 @@
 //    this end, errors at the ends of a spoke, or at the corners of the triangle that contains u's
 //    place, are raised.
 //
-// Unchanged triangles keep their corresponding points; raising the error at a vertex only loosens
-// the bound there.
+// Unchanged triangles keep their corresponding points; a raised error only loosens their bound.
 #pragma once
 
 #include <cstdint>
@@ -54,8 +53,7 @@ class VertexErrors {
     double squared_distance = 0;
   };
   [[nodiscard]] static Place nearest(const Vec3& point, std::span<const Vec3> ring);
-  // Raises the given errors of the fan to a common minimal level so that their weighted mean is at
-  // least `least`.
+  // Raises these errors to the lowest common level at which their weighted mean is `least`.
   struct Weighted {
     std::uint32_t index = 0;
     double weight = 0;

@@ -2,8 +2,7 @@
 //
 // A block is a box of the level's bricks. It reads the curves of the finer level's cube centres
 // from the scratch, computes its own points and two more along x and y on each side (a cube centre
-// needs the faces around it, and these need their edges), and stores the curves of its own cube
-// centres.
+// needs the faces around it, and these need their edges), and stores its own cube centres'.
 #pragma once
 
 #include <array>

@@ -21,8 +21,7 @@ namespace multitetra {
 class CurveSource {
  public:
   virtual ~CurveSource() = default;
-  // Adds to `into` the curves of layer k at its places. Throws std::runtime_error if the stored
-  // data is damaged.
+  // Adds to `into` the curves of layer k at its places. Throws std::runtime_error if damaged.
   virtual void get(std::int32_t k, CurveLayer& into) const = 0;
 };
 

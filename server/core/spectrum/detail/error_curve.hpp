@@ -21,8 +21,7 @@ using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 struct CurveBlock {
   Float4 paper{};      // The paper's error in world units.
   Float4 certified{};  // The certified error in world units.
-  // [i]: 1 + log2 of the largest spacing of a flip in bin i, or 0; [4 + i]: the same for critical
-  // flips.
+  // [i]: 1 + log2 of the largest spacing of a flip in bin i, or 0; [4 + i]: of a critical flip.
   Byte8 flips{};
 };
 
@@ -47,8 +46,7 @@ class CurveLayer {
   [[nodiscard]] bool contains(std::int32_t x, std::int32_t y) const {
     return x >= low_.x && y >= low_.y && x < low_.x + extent_.x && y < low_.y + extent_.y;
   }
-  // Requires contains(x, y). Reading is also allowed one step outside the layer, where curves are
-  // empty.
+  // Requires contains(x, y). Reading is allowed one step beyond, where curves are empty.
   [[nodiscard]] Curve& at(std::int32_t x, std::int32_t y) { return curves_[index(x, y)]; }
   [[nodiscard]] Curve at(std::int32_t x, std::int32_t y) const { return curves_[index(x, y)]; }
   // Returns the curve of any point; it is empty outside of the layer.

@@ -37,8 +37,7 @@ class PlaneSource {
 // The finer level's cube centres around one of this level, by their steps 2k - 1 ... 2k + 2.
 class FinerCubes {
  public:
-  // Adds their curves of step k, at (x / 2, y / 2) rounded down. The layer must outlive this
-  // object.
+  // Adds those of step k, at (x / 2, y / 2) rounded down. The layer must outlive this object.
   void add(std::int32_t k, const CurveLayer& cubes) {
     layers_[static_cast<std::size_t>(k) % layers_.size()] = &cubes;
   }

@@ -101,8 +101,7 @@ class OwnErrorCurve {
 
  private:
   using Vector = typename Lanes<Real>::Vector;
-  // Keeps bounds above the exact errors: each results from a few operations with a relative error
-  // of at most 2^-24.
+  // Keeps bounds above the exact errors: a few operations with a relative error of 2^-24 each.
   static constexpr float kRoundingUp = 1 + 0x1p-20F;
   static constexpr int kNarrow = 5;  // In bins.
 

@@ -90,8 +90,7 @@ inline void compute_four(const float* centre, const RowDiamonds& row, FourOwnErr
   errors.flip_to = to;
   // The ring's signs change twice for each pair of neighbours that descends past the isovalue. The
   // descents cover every value between the ring's least and largest at least once. So they cover
-  // all of the flip's range exactly once if it lies between these and the descents in it sum to its
-  // length.
+  // the flip's range exactly once if it lies between these and is as long as the descents in it.
   Vector ring_low = x[2];
   Vector ring_high = x[2];
   Vector descents{};
@@ -112,8 +111,7 @@ inline void compute_four(const float* centre, const RowDiamonds& row, FourOwnErr
   errors.critical = larger(beyond, descents - (to - from));
 }
 
-// Computes the points centre, centre + 2, ...; reads up to six values beyond the last one's
-// diamond.
+// Computes the points centre, centre + 2, ...; reads up to six values after the last diamond.
 inline void compute_row(const float* centre, std::size_t count, const RowDiamonds& row,
                         std::vector<FourOwnErrors>& errors) {
   errors.resize((count + 3) / 4);

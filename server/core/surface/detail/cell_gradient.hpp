@@ -72,8 +72,7 @@ class CellNeighbourhood {
   static constexpr int kRow = 4;
   static constexpr int kSlice = 16;
 
-  // Computes all axes at once. Not finite if a value is void or a difference exceeds the range of
-  // float.
+  // Computes all axes at once. Not finite if a value is void or a difference overflows.
   [[nodiscard]] Float4 central_gradient(const PlaceInCell& place) const {
     Float4 sum = {};
     for (int z = 0; z < place.corners[2]; ++z) {

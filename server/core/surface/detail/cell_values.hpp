@@ -1,6 +1,5 @@
 // The values around the cells of vertices, from bricks of samples or from the coarse samples.
-// Values outside the grid are void; those between the data and the grid's end are the value
-// outside.
+// Outside the grid they are void; between the data and the grid's end, the value outside.
 #pragma once
 
 #include <algorithm>

@@ -3,8 +3,7 @@
 //
 // Seen from the corner with even coordinates (in units of the cube's side), all cubes look the
 // same: each face is cut from its corner next to the even one to the opposite corner. So one table
-// of 84 tetrahedra serves all cubes, mirrored along the axes on which the even corner is the upper
-// one.
+// of 84 tetrahedra serves all cubes, mirrored along axes whose even corner is the upper one.
 #pragma once
 
 #include <array>
@@ -74,8 +73,7 @@ class OctreeCubeSurface {
     std::uint32_t tetrahedra = 0;
     std::uint32_t active_tetrahedra = 0;
   };
-  // Appends the triangles of the cube's own tetrahedra to the mesh; `known` must refer to its
-  // vertices.
+  // Appends the triangles of the cube's own tetrahedra to the mesh, whose vertices `known` has.
   Counts append(const OctreeCubePoints& points, EdgeVertices& known, LatticeMesh& mesh) const;
 
  private:

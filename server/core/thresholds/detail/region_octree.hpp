@@ -30,8 +30,7 @@ class RegionOctree {
   RegionOctree(RegionSet regions, const Box& places, int exponent,
                const std::function<void()>& check = {});
 
-  // Requires a box within the places. Costs a few comparisons for each cube at the border of the
-  // box.
+  // Requires a box within the places. Costs a few comparisons for each cube at the box's border.
   [[nodiscard]] ThresholdInterval least_in(const Box& box) const;
 
  private:

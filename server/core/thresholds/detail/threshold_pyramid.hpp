@@ -1,10 +1,9 @@
 // The least threshold of a coarse grid over a box: a pyramid of minima over its samples.
 //
 // A sample applies to its voxel, half a step around it, borders included. The result for a box is
-// the minimum over all voxels that the box's image in the grid's own indices touches; where the
-// axes are not parallel, the image is the smallest box around it. Monotone
-// (threshold_interval.hpp): the image and the voxel range of an inner box lie in those of the outer
-// one.
+// the minimum over all voxels touched by its image in the grid's own indices, or by the smallest
+// box around that. Monotone (threshold_interval.hpp): the image and the voxel range of an inner box
+// lie in those of the outer one.
 #pragma once
 
 #include <array>

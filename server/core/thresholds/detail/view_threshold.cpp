@@ -32,8 +32,7 @@ double half_tangent(double degrees) {
 ViewThreshold::ViewThreshold(const ThresholdView& view, const Affine& to_world, double unit)
     : to_world_(to_world), eye_(view.eye) {
   const double half_height = half_tangent(view.field_of_view);
-  // Clamped to a finite value before the product: a tolerance of 0 pixels means threshold 0 in any
-  // view.
+  // Finite before the product: a tolerance of 0 pixels means threshold 0 in any view.
   const double of_a_pixel = std::min(2 * half_height / view.height_pixels, kMax);
   length_per_distance_ = std::min(view.tolerance_pixels * of_a_pixel, kMax);
   if (view.frustum) {
