@@ -20,9 +20,7 @@ struct ModelCells {
   std::vector<float> values;  // The values at the points.
   // Corners as indices of points. The first three, counter-clockwise, face the side of the fourth.
   std::vector<std::array<std::int64_t, 4>> cells;
-  std::vector<std::int32_t>
-      // Largest extent of each cell's tetrahedron, in grid steps.
-      sizes;
+  std::vector<std::int32_t> sizes;  // Largest extent of each cell's tetrahedron, in grid steps.
 };
 
 // Returns the cells of a model. They fill the data, or the whole grid if the field has a value

@@ -25,10 +25,9 @@ namespace multitetra {
 
 struct OwnError {
   double displacement = 0;  // The paper's error without its treatment of flips. World units.
-  double certified =
-      // As above; but if m and v lie on different sides of c, the surface passes through the point:
-      // the largest t(m)|pX| plus the largest t(v)|pX|. World units.
-      0;
+  // As above; but if m and v lie on different sides of c, the surface passes through the point: the
+  // largest t(m)|pX| plus the largest t(v)|pX|. World units.
+  double certified = 0;
   bool flip = false;
   bool critical = false;  // Implies flip.
 };

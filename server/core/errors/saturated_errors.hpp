@@ -27,8 +27,8 @@ namespace multitetra {
 // Bounds for a dividing point and all its descendants.
 struct ErrorBound {
   float error = 0;  // World units.
-  std::int32_t flip_spacing =
-      0;  // The largest spacing of a flip that the topology rule forbids, or 0.
+  // The largest spacing of a flip that the topology rule forbids, or 0.
+  std::int32_t flip_spacing = 0;
 };
 
 class SaturatedErrors {

@@ -44,7 +44,6 @@ struct LevelExtent {
   }
 };
 
-// The points of spacing 2^exponent, over the box of data from `first` to `last` and three units
 // Returns the extent of the points of spacing 2^exponent: the box of data from `first` to `last`,
 // enlarged by three units. Points farther away have error 0, since the diamonds of all their
 // descendants lie within three units of them.

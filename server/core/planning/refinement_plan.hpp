@@ -45,8 +45,7 @@ namespace multitetra {
 // One step of a stream: a request, and the finest spacing of its hierarchy.
 struct StepRequest {
   IsosurfaceRequest request;
-  std::int32_t finest_spacing =
-      1;  // In grid steps, a power of two. No finer dividing point is kept.
+  std::int32_t finest_spacing = 1;  // Grid steps, a power of two. No finer point is kept.
   // If set, the surface of the uniform level of this spacing, in sample shells; otherwise meshes.
   std::optional<ShellStep> shell = {};
 

@@ -63,8 +63,8 @@ using MarchingCases = std::array<std::array<MarchingCase, 2>, 16>;
       if (positives == 2) {
         c = {.corners = 4, .edges = {edge(0, 2), edge(0, 3), edge(1, 3), edge(1, 2)}};
         if (turned) std::swap(c.edges[1], c.edges[3]);
-        // The triangle faces away from a single positive corner, or towards a single negative one.
       } else {
+        // The triangle faces away from a single positive corner, or towards a single negative one.
         const std::size_t one = positives == 1 ? 0 : 3;
         c = {.corners = 3,
              .edges = {edge(one, one == 0 ? 1 : 0), edge(one, one == 0 ? 2 : 1),

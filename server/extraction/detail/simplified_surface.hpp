@@ -31,8 +31,8 @@ class SurfaceSimplifier {
                               const SimplifiedTileLimits& limits = {});
 
   [[nodiscard]] std::size_t triangles() const;
-  // Returns the tiles. With `is_resumable`, undoes the last collapses until there are about `most`
-  // triangles, if there are fewer.
+  // Returns the tiles. With `is_resumable`, undoes the last collapses as far as `most` triangles
+  // allow.
   [[nodiscard]] std::vector<TileMesh> tiles(std::size_t most = 0) const;
 
  private:

@@ -73,7 +73,7 @@ class OctreeCubeSurface {
     std::uint32_t tetrahedra = 0;
     std::uint32_t active_tetrahedra = 0;
   };
-  // Appends the triangles of the cube's own tetrahedra to the mesh, whose vertices `known` has.
+  // Appends the triangles of the cube's own tetrahedra to the mesh; `known` indexes its vertices.
   Counts append(const OctreeCubePoints& points, EdgeVertices& known, LatticeMesh& mesh) const;
 
  private:
