@@ -84,7 +84,7 @@ SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepR
           .extracted = triangles};
 }
 
-// Returns the size of a preview from the spectrum alone. Requires a finest spacing that this has.
+// Returns the size of a preview from the spectrum alone. Requires at least its finest spacing.
 SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
                          const std::stop_token& stop) {
   const int exponent = std::countr_zero(static_cast<unsigned>(step.finest_spacing)) + 1;

@@ -11,14 +11,14 @@
 //                                      kFirstLinkSeconds and kFirstClientSeconds, and needs at most
 //                                      kFirstFetchedBytes from the server's own remote store
 //     next       at most half of f     the finest that takes no longer than all previous steps, or
-//                                      else the next one if it takes at most kPatience times as long;
-//                                      none if the final step takes at most kSoonSeconds
-//     certified  f = 1                 if only simplification is slow: the request's own model, or the
-//                                      full resolution in shells, with the same bound but more
+//                                      else the next one if it takes at most kPatience times as
+//                                      long; none if the final step takes at most kSoonSeconds
+//     certified  f = 1                 if only simplification is slow: the request's own model, or
+//                                      the full resolution in shells, with the same bound but more
 //                                      triangles
-//     final      f = 1                 the request itself, once another preview would delay it by more
-//                                      than kPreviewShare of its own time, or the certified one by
-//                                      more than kCertifiedShare
+//     final      f = 1                 the request itself, once another preview would delay it by
+//                                      more than kPreviewShare of its own time, or the certified
+//                                      one by more than kCertifiedShare
 //
 // If the client decodes sample shells, previews use them, which takes a fraction of the time and
 // bytes. If it also keeps no mesh, the certified step is the final one, unless the request itself

@@ -88,7 +88,7 @@ std::optional<LevelBox> level_box(const DatasetInfo& info, const OctreeCube& cub
 }
 
 bool LevelSamples::may_be_crossed(const OctreeCube& cube) const {
-  // Ranges are of all samples: fetching them from a remote dataset does not pay off here.
+  // For coarse levels of remote datasets, fetching the ranges of all samples does not pay off.
   if (spacing_ >= kSpectrumSpacing || cube.exponent < kSpectrumExponent) return true;
   return is_crossed(volume_, cube, isovalue_);
 }
