@@ -49,8 +49,7 @@ struct Affine {
   const double d = map.determinant();
   Affine back;
   for (std::size_t row = 0; row < 3; ++row) {
-    // Row i of the inverse is the cross product of the other two columns, divided by the
-    // determinant.
+    // Row i of the inverse is the cross product of the other two columns / determinant.
     const Vec3& b = map.columns[(row + 1) % 3];
     const Vec3& c = map.columns[(row + 2) % 3];
     for (std::size_t column = 0; column < 3; ++column) {

@@ -33,7 +33,7 @@ class AtomicFile {
   // The kind of file that holds the bytes until commit().
   enum class TemporaryKind { kNameless, kHidden };
 
-  // The file keeps mode and owner of the file it replaces, or gets those of any new file. Also
+  // The file keeps mode and owner of the file it replaces; new files have the usual ones. Also
   // throws if the path is a folder or device. kHidden is also the fallback if the file system does
   // not support unnamed files.
   explicit AtomicFile(std::filesystem::path path, TemporaryKind before = TemporaryKind::kNameless);

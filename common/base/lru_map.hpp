@@ -21,7 +21,7 @@ class LruMap {
   // The total weight of the entries never exceeds `capacity`.
   explicit LruMap(std::size_t capacity) : capacity_(capacity) {}
 
-  // Returns null if there is no entry; otherwise valid until the next add(). Counts as a use.
+  // Returns the value, valid until the next add(), or null. Counts as a use.
   [[nodiscard]] const Value* find(const Key& key) {
     const auto found = entries_.find(key);
     if (found == entries_.end()) return nullptr;

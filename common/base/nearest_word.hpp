@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// Returns the word with the smallest edit distance, or one that begins with `word`; empty if none
-// is similar.
+// Returns the word with the smallest edit distance, or that begins with `word`; empty if too
+// distant.
 [[nodiscard]] std::string nearest_word(std::string_view word, std::span<const std::string> known);
 
 // Returns " Did you mean "NEAREST"?" for an error message; empty if no word is similar.

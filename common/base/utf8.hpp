@@ -7,9 +7,9 @@
 
 namespace multitetra {
 
-// Returns the length in bytes of the well-formed UTF-8 sequence at the start of `text`, which must
-// not be empty; 0 if there is none (RFC 3629: no overlong forms, no surrogates, nothing above
-// U+10FFFF).
+// Returns the length in bytes of the well-formed UTF-8 sequence at the start of `text`, or 0 (RFC
+// 3629: no overlong forms, no surrogates, nothing above U+10FFFF). Requires that `text` is not
+// empty.
 [[nodiscard]] inline std::size_t utf8_sequence(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -36,8 +36,7 @@ namespace multitetra {
   return byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE);
 }
 
-// Returns whether `text` is UTF-8 without control characters (see above), so that it may be printed
-// as is.
+// Returns whether `text` is UTF-8 without control characters (see above) and so safe to print.
 [[nodiscard]] inline bool is_plain_text(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = utf8_sequence(text);

@@ -21,8 +21,7 @@ using Json = nlohmann::ordered_json;
 // from their defaults also thresholds, max_triangles, max_bytes, simplify, embedded, normals.
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);
 
-// Keys: region_unit, combine, at_least; if present also regions, threshold_grid (a summary of its
-// samples), view.
+// Keys: region_unit, combine, at_least; if present regions, threshold_grid (a summary) and view.
 [[nodiscard]] Json json_of(const LocalThresholds& thresholds);
 
 // Keys: is_empty, triangles, vertices, euler_characteristic, components, border_edges, open_edges,

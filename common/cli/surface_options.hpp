@@ -34,8 +34,7 @@ struct SurfaceArguments {
   ThresholdFiles threshold_files = {};
 };
 
-// Adds the option of one field, such as --max-triangles for max_triangles; `parse` receives its
-// values.
+// Adds the option of one field, such as --max-triangles; `parse` receives its values.
 void add_request_option(Command& command, const RequestField& field, Command::Parse parse);
 
 // Adds the options of all fields of these groups, and --threshold-grid with kThresholds.
@@ -53,8 +52,7 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
 
-// Maps grid coordinates to the requested coordinates. Requires arguments that requests_of() accepts
-// for this dataset.
+// Maps grid coordinates to the requested ones. Requires arguments accepted by requests_of().
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
 // A surface in the requested coordinates, with normals, without components that are too small.
 struct OutputSurface {
@@ -72,8 +70,7 @@ struct OutputSurface {
 [[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);
-// Returns "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty if none was
-// removed.
+// "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty if none was removed.
 [[nodiscard]] std::string left_out_text(const OutputSurface& surface,
                                         const SurfaceArguments& arguments);
 

@@ -27,7 +27,7 @@ class ExactCuts {
   int32_t steps_;
 };
 
-// Computes them from the levels.
+// Computes the same from the levels of the ends.
 class LevelCuts {
  public:
   LevelCuts(SampleRings& rings, const LevelScale& scale) : rings_(rings), scale_(scale) {}
@@ -42,7 +42,7 @@ class LevelCuts {
   const LevelScale& scale_;
 };
 
-// Computes them from the levels and decodes the correction.
+// Computes the same from the levels and a decoded correction.
 class CorrectedCuts {
  public:
   CorrectedCuts(RangeDecoder& coder, CorrectionModel& model, SampleRings& rings,

@@ -30,8 +30,7 @@ namespace multitetra::shell {
 
 class ShellDecoder {
  public:
-  // Requires arrays with as many elements as the header declares. Their content is undefined after
-  // a failure.
+  // Requires arrays of the sizes the header declares. Their content is undefined after a failure.
   [[nodiscard]] ShellStatus decode(const uint8_t* bytes, size_t size, ShellVertex* vertices,
                                    ShellTriangle* triangles);
 

@@ -23,8 +23,7 @@ namespace multitetra::shell {
 
 namespace {
 
-// Returns t such that v > isovalue if and only if v > t, for an integer or float v; a float for
-// floats.
+// Returns t, of the type of integer or float v, such that v > isovalue if and only if v > t.
 template <typename Sample>
 [[nodiscard]] auto threshold_for(double isovalue) {
   if constexpr (std::is_floating_point_v<Sample>) {
@@ -139,7 +138,7 @@ class ShellEncoder::Work {
   LevelScale scale_;
   Marching marching_;
   std::vector<RowBits> coded_;  // The coded samples, row by row.
-  // The coded samples in order: magnitudes, or levels relative to kZeroDistance.
+  // The coded samples in order: magnitudes, or levels with kZeroDistance for v = c.
   std::vector<std::int32_t> magnitudes_;
   std::vector<std::uint32_t> histogram_;
 };

@@ -8,8 +8,8 @@
 
 namespace multitetra {
 
-using Pixel =
-    std::array<std::uint8_t, 4>;  // Red, green, blue in sRGB, and opacity, not premultiplied.
+// Red, green, blue in sRGB, and opacity, not premultiplied.
+using Pixel = std::array<std::uint8_t, 4>;
 
 struct Picture {
   int width = 0;

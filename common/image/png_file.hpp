@@ -8,7 +8,7 @@
 namespace multitetra {
 
 enum class PngCompression {
-  kSmall,  // The smallest file libpng can make.
+  kSmall,  // libpng's default compression.
   // Several times as fast, and somewhat larger: for interactive use.
   kQuick,
 };

@@ -28,8 +28,7 @@ struct MeshComponents {
 // Requires that every vertex is used by a triangle.
 [[nodiscard]] MeshComponents components_of(const LatticeMesh& mesh);
 
-// Returns the components with at least this diagonal, in the mesh's order, with normals and
-// scalars.
+// Returns the components with at least this diagonal, in order, with normals and scalars.
 [[nodiscard]] LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
                                           double least_diagonal);
 

@@ -1,8 +1,8 @@
 // The lattice on which all vertices lie.
 //
-// Grid points have integer coordinates. Every edge of the framework is divided into steps of delta
-// = 2^-r grid steps, and a vertex lies at one of the divisions, never at an end. So a vertex is
-// three integers, its "lattice coordinates" (grid coordinates times 2^r), it lies exactly on its
+// Grid points have integer coordinates. Every edge of the framework is divided into steps of
+// delta = 2^-r grid steps, and a vertex lies at one of the divisions, never at an end. So a vertex
+// is three integers, its "lattice coordinates" (grid coordinates times 2^r), it lies exactly on its
 // edge, and vertices on different edges differ. Equal integers mean the same vertex: tiles are
 // welded by comparison, and rounding cannot open cracks.
 //

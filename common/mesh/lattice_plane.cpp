@@ -48,8 +48,7 @@ bool stays_beyond(const LatticeTriangle& t, const Sides& sides, const LatticeTri
   return true;
 }
 
-// Returns twice the signed area of a triangle in the plane, projected along the normal's largest
-// axis.
+// Returns twice the signed area of a triangle in the plane, projected along the normal's main axis.
 Number turn(const LatticePlane& plane, const LatticePoint& p, const LatticePoint& q,
             const LatticePoint& r) {
   const auto size = [&](std::size_t i) {
@@ -143,8 +142,7 @@ bool intersect(const LatticePlane& a, const LatticePlane& b) {
   if (stays_beyond(o, o_sides, t)) return false;
   const int common = is_corner(t[0], o) + is_corner(t[1], o) + is_corner(t[2], o);
   if (common == 3) return true;
-  // With a common edge, triangles intersect only if coplanar: otherwise their planes share just its
-  // line.
+  // With a common edge, triangles intersect only if coplanar: else their planes share just a line.
   if (common == 2) {
     return t_sides == Sides{0, 0, 0} && lie_on_each_other(t, o);
   }

@@ -60,8 +60,7 @@ MeshTopology topology(std::size_t vertices, std::span<const TriangleIndices> tri
 
 std::int64_t nonmanifold_vertices(std::size_t vertices,
                                   std::span<const TriangleIndices> triangles) {
-  // Unites corners at a vertex whose triangles share an edge there. Corner 3 t + i belongs to
-  // triangle t.
+  // Unites a vertex's corners whose triangles share an edge there. Corner 3 t + i is of triangle t.
   struct Side {
     std::uint32_t upper;
     std::uint32_t lower_corner;

@@ -28,7 +28,7 @@ struct MeshTopology {
   std::int64_t edges = 0;
   std::int64_t triangles = 0;
   std::int64_t euler_characteristic = 0;  // vertices - edges + triangles
-  std::int64_t components = 0;            // Vertices are connected by triangles.
+  std::int64_t components = 0;            // Connected by shared vertices.
   std::int64_t border_edges = 0;          // Edges of a single triangle, on the data's border.
   std::int64_t open_edges = 0;            // Edges of a single triangle, elsewhere: cracks.
   // Edges of more than two triangles, or of two with inconsistent orientation.
@@ -46,8 +46,7 @@ struct MeshTopology {
 // Assumes that every vertex is used by a triangle, as in the results of index_triangles() and
 // weld(). Takes O(triangles) time and about 24 bytes per triangle.
 [[nodiscard]] MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border);
-// Does the same for arbitrary coordinates. Calls `is_on_border` with the ends of edges of a single
-// triangle.
+// Does the same for arbitrary coordinates. Calls `is_on_border` for edges of a single triangle.
 [[nodiscard]] MeshTopology topology(
     std::size_t vertices, std::span<const TriangleIndices> triangles,
     const std::function<bool(std::uint32_t, std::uint32_t)>& is_on_border);

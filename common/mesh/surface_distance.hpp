@@ -1,12 +1,10 @@
-// Distances between two surfaces, measured from sample points on each to all triangles of the
-// other.
+// Distances between two surfaces, from sample points on each to the triangles of the other.
 //
 //   const NearestTriangle full(std::move(full_triangles));
 //   const DistanceStatistics there = distances(sampled_points(mesh, 20'000), full, limit);
 //
 // Surfaces are sets of triangles in any coordinates and unit of length; degenerate triangles count
-// as points or segments. Only the choice of samples depends on the order of triangles.
-// Deterministic.
+// as points or segments. Deterministic; only the choice of samples depends on the triangles' order.
 #pragma once
 
 #include <array>
@@ -26,8 +24,7 @@ using SurfaceTriangle = std::array<Vec3, 3>;
 [[nodiscard]] double distance_to_triangle(const Vec3& point, const SurfaceTriangle& triangle);
 
 // Returns `count` points distributed over the surface by area: the sequence of triangles is divided
-// into `count` parts of equal area, and each part gives one point. Empty for a surface without
-// area.
+// into `count` parts of equal area, and each part gives one point. Empty if the area is 0.
 [[nodiscard]] std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface,
                                                std::size_t count, std::uint64_t seed = 1);
 

@@ -1,5 +1,4 @@
-// Assigns indices to lattice points in the order they first appear, so that triangles share
-// vertices.
+// Assigns indices to lattice points in order of appearance, so that triangles share vertices.
 #pragma once
 
 #include <bit>

@@ -1,5 +1,4 @@
-// Coroutines and timers without templates: each direct use of Asio's costs a second of compile
-// time.
+// Coroutines and timers without templates, as each use of Asio costs a second of compile time.
 #pragma once
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// The only file that includes Boost.Asio: all code with sockets, timers or coroutines includes this
-// instead. Headers that only name an io_context include net_fwd.hpp.
+// Includes Boost.Asio: all code with sockets, timers or coroutines includes this header instead of
+// Asio's. Headers that only name an io_context include net_fwd.hpp.
 #pragma once
 
 #include <utility>  // Boost 1.74's coroutines use std::exchange without it.

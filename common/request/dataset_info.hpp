@@ -60,8 +60,7 @@ struct DatasetInfo {
   std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps per side.
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
-  // Equal if and only if samples and error bins are equal, so equal requests get equal replies; 0:
-  // unknown.
+  // Equal if and only if samples and error bins are equal, and so replies; 0: unknown.
   std::uint64_t content_id = 0;
   std::optional<SeriesMember> member = std::nullopt;  // Absent if it belongs to no series.
   // The extent of the member's label; absent: unknown.

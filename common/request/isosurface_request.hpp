@@ -68,8 +68,8 @@ struct IsosurfaceRequest {
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
 };
 
-// Fails with kInvalidArgument, or with kLimitExceeded for excessive counts, if a field is out of
-// its documented range. The error names the field, its value and the range.
+// Returns the request. Fails if a field is out of its documented range, naming the field, its value
+// and the range: with kLimitExceeded for excessive counts, otherwise with kInvalidArgument.
 [[nodiscard]] Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request);
 
 }  // namespace multitetra

@@ -28,8 +28,7 @@ struct PhysicalMeaning {
 
 inline constexpr std::size_t kMaxUnitBytes = 64;
 
-// Returns whether a text is a valid unit: UTF-8 of at most kMaxUnitBytes without control
-// characters.
+// Returns whether a text is a valid unit: UTF-8, at most kMaxUnitBytes, no control characters.
 [[nodiscard]] bool is_unit_text(std::string_view text);
 
 }  // namespace multitetra

@@ -20,7 +20,7 @@ struct ProbeRequest {
   friend bool operator==(const ProbeRequest&, const ProbeRequest&) = default;
 };
 
-// Fails with kInvalidArgument or kLimitExceeded, naming the place, if a value is out of range.
+// Returns the request, or kInvalidArgument or kLimitExceeded, naming the place out of range.
 [[nodiscard]] Result<ProbeRequest> validated(const ProbeRequest& probe);
 
 struct ProbedPlace {

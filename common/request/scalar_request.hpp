@@ -14,8 +14,7 @@ namespace multitetra {
 inline constexpr int kDefaultScalarBits = 16;
 
 // Encodes values as codes: value = low + code * step, the largest code for no value (NaN). Values
-// within the range are off by at most half a step; values beyond it have the code of the nearest
-// end.
+// in the range are off by at most half a step; others have the code of the nearest end.
 struct ScalarRange {
   double low = 0;                 // Finite.
   double high = 0;                // Finite, >= low.
@@ -42,7 +41,7 @@ struct ScalarRequest {
   friend bool operator==(const ScalarRequest&, const ScalarRequest&) = default;
 };
 
-// Fails with kInvalidArgument, naming the field and its range, if a field is out of range.
+// Returns the request, or kInvalidArgument, naming the field out of range and its range.
 [[nodiscard]] Result<ScalarRequest> validated(const ScalarRequest& request);
 
 [[nodiscard]] ScalarRange range_for(const ScalarRequest& request, const DatasetInfo& field);

@@ -29,8 +29,7 @@ struct ShellStep {
 // Returns the largest displacement of a vertex by the shells' values, in world units and without
 // rounding to the lattice: (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a cell diagonal of the
 // level, for quantized values, otherwise 0. At spacing 1 it bounds the two-sided Hausdorff distance
-// to the full-resolution surface: vertices move along their edges, and points between them no
-// farther.
+// to the full-resolution surface: vertices move along edges, and points between them no farther.
 [[nodiscard]] double error_bound(const ShellStep& step, const Vec3& sample_spacing,
                                  std::int32_t finest_spacing);
 

@@ -25,8 +25,7 @@ inline constexpr std::uint32_t kUsualSlicePixels = 1024;
 [[nodiscard]] SliceRequest axis_slice(const DatasetInfo& info, std::size_t axis, double at,
                                       const SlicePixels& pixels);
 
-// A plane through `centre` whose `normal` points to the viewer. Directions and lengths are in
-// `coordinates`.
+// A plane through `centre` whose `normal` points to the viewer, with lengths in `coordinates`.
 struct ObliquePlane {
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Vec3 centre = {0, 0, 0};

@@ -48,8 +48,7 @@ struct SliceRequest {
   friend bool operator==(const SliceRequest&, const SliceRequest&) = default;
 };
 
-// Fails with kInvalidArgument or kLimitExceeded, naming the field and its range, if a field is out
-// of range.
+// Returns the request, or kInvalidArgument or kLimitExceeded, naming the field and its range.
 [[nodiscard]] Result<SliceRequest> validated(const SliceRequest& slice);
 
 // Converts the slice to sample indices. Requires an invertible index_to_world.

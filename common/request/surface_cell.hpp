@@ -26,7 +26,7 @@ struct SurfaceCell {
 // Cubes have at least 2^4 grid steps per side, or are the whole grid.
 inline constexpr std::int32_t kMinCellExponent = 4;
 
-// Fails with kInvalidArgument, naming the valid range, if the cell is invalid in any grid.
+// Fails with kInvalidArgument, naming the valid range, unless the cell is valid in some grid.
 [[nodiscard]] Result<void> check_cell(const SurfaceCell& cell);
 // Also fails if the cell is outside the dataset's grid or too small for it. Requires a valid cell.
 [[nodiscard]] Result<void> check_cell(const SurfaceCell& cell, const DatasetInfo& info);

@@ -74,8 +74,7 @@ struct RequestField {
 [[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
                                                                   const DatasetInfo& info);
 
-// Returns the validated field that colors the surfaces, or nullopt. Fails with kInvalidArgument,
-// naming the field.
+// Returns the validated field that colors the surfaces, nullopt for none, or kInvalidArgument.
 [[nodiscard]] Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query);
 
 // Fails with kInvalidArgument and the reason unless the dataset of color_by may color the surfaces:

@@ -21,15 +21,13 @@ inline constexpr std::string_view kMeshFileTitle = "Multi-Tetra isosurface";
 struct MeshFileFacts {
   // ", lattice R": the vertices lie at multiples of 2^-R grid steps.
   std::optional<int> lattice = std::nullopt;
-  // ", min_component SAMPLES": components with a shorter bounding-box diagonal were removed. 0:
-  // none.
+  // ", min_component SAMPLES": components with a shorter bounding-box diagonal are removed.
   double min_component = 0;
 };
 
 enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };
 
-// Parses a suffix of either case: "ply", "stl", "obj", "glb", "drc", "vtp", with or without the
-// dot.
+// Parses "ply", "stl", "obj", "glb", "drc" or "vtp", in either case, with or without a dot.
 [[nodiscard]] std::optional<MeshFormat> mesh_format_from(std::string_view suffix);
 // Returns "model/stl" and so on, for HTTP.
 [[nodiscard]] std::string_view media_type(MeshFormat format);

@@ -257,8 +257,7 @@ using ServerMessage =
 [[nodiscard]] std::string serialize(const ServerMessage& message);
 
 // kMalformedMessage if the bytes are no message; kInvalidArgument or kLimitExceeded if a field is
-// out of range, with the request's id if it could be read. The connection can stay open after the
-// latter.
+// out of range, with the request's id if known: then the connection can stay open.
 struct ParseError {
   Error error;
   std::uint64_t request_id = 0;

@@ -212,8 +212,7 @@ std::optional<std::vector<UnitVector>> unwelded_normals(const draco::Mesh& mesh,
   return normals;
 }
 
-// Returns whether the copies of split vertices have equal normals. Welding keeps the triangles'
-// order.
+// Returns whether copies of split vertices have equal normals. Welding keeps triangles in order.
 bool has_one_normal_a_vertex(const LatticeMesh& welded, const LatticeMesh& split) {
   for (std::size_t i = 0; i < split.triangles.size(); ++i) {
     for (std::size_t corner = 0; corner < 3; ++corner) {

@@ -77,8 +77,7 @@ struct TileNormals {
 
 // Decodes a tile and checks it against the manifest: counts, digest, vertices inside the cube and
 // on the lattice. Memory is proportional to `promised` and the payload (about 100 bytes per
-// triangle), whatever the payload claims. Fails with kDamagedData, naming the tile and the first
-// difference.
+// triangle), whatever the payload claims. Fails with kDamagedData, naming the tile and the fault.
 //
 // The mesh has normals if and only if `normal_bits` is not 0. Payloads with unrequested normals,
 // without requested ones, with other bits, or with several normals at a vertex are damaged.

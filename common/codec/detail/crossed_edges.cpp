@@ -16,7 +16,7 @@ void CrossedEdges::begin(const BitField& signs, const BitField* present,
   even_ = {even, even};
   for (int slice = 0; slice < 2; ++slice) {
     for (int y = 0; y < signs.size(1); ++y) {
-      any_[slice][y] = true;  // Clears the previous tile's rows.
+      any_[slice][y] = true;  // Makes find() clear the previous tile's rows.
       active_[slice][y] = {};
     }
   }

@@ -14,7 +14,7 @@
 
 namespace multitetra::shell {
 
-// Identifies an edge by the end from which it ascends in z, or else in y, or else in x.
+// The direction of an edge, from the end at which it ascends in z, or else in y, or else in x.
 struct EdgeDirection {
   int8_t x;
   int8_t y;

@@ -5,9 +5,8 @@
 //
 //   t = 1 / (1 + 2^((level(b) - level(a)) / L))     from a
 //
-// To predict levels from their neighbours, they are converted to integers about proportional to |v
-// - c|, with 2^10 for the tile's median. All arithmetic is in integers, so it is the same on every
-// machine.
+// For predictions, levels are converted to integers about proportional to |v - c|, with 2^10 for
+// the tile's median. Integer arithmetic makes them the same on every machine.
 #pragma once
 
 #include <stdint.h>

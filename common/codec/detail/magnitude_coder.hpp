@@ -38,8 +38,7 @@ struct SampleRings {
 
   // Returns a sample or margin of a slice; x and y start at -1.
   [[nodiscard]] KnownSample* known(int y, int z) { return known_[z & 1] + (y + 1) * kRow + 1; }
-  // The input of marching at active samples, layers included: values of exact shells, levels of
-  // others.
+  // The input of marching at active samples and layers: values of exact shells, levels of others.
   [[nodiscard]] float* values(int y, int z) { return values_[z & 1] + y * kRow; }
   [[nodiscard]] int32_t* levels(int y, int z) { return levels_[z & 1] + y * kRow; }
 
@@ -194,8 +193,7 @@ struct SignsAround {
 }
 
 // Codes a residual: whether it is 0, its sign, its number of bits, and these bits. `place` is the
-// class of the prediction's distance to 0; `can_be_less` tells whether the residual can be
-// negative.
+// class of the prediction's distance to 0; `can_be_less`: the residual can be negative.
 template <typename Coder>
 [[nodiscard]] int32_t code_residual(Coder& coder, ValueModel& model, int32_t residual, int context,
                                     int place, bool can_be_less) {
@@ -263,8 +261,7 @@ class LevelMagnitudes {
   template <typename Coder>
   int32_t code(Coder& coder, ValueModel& model, const Prediction& prediction, int32_t level,
                int32_t& for_predictions) const {
-    // The logarithm of a prediction near 0 is useless as context; uses the typical residual
-    // instead.
+    // The logarithm of a prediction near 0 is no useful context; uses the typical residual instead.
     const int32_t least = prediction.scale / 8;
     const int32_t magnitude = prediction.magnitude < least ? least : prediction.magnitude;
     const int32_t predicted = scale_.level(magnitude);

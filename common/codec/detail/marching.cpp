@@ -124,7 +124,7 @@ bool Marching::add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriang
   if (!mixed.any()) return true;
   const RowOfCells there(kHasVoid ? *present_ : *signs_, y, z, odd_y, odd_z);
 
-  // The vertex indices of a cell's edges, for cells with even and odd x.
+  // Where the vertex indices of a cell's edges are stored, for cells with even and odd x.
   const EdgeOfCell* const edges[2] = {cell_edge_table().of[odd_y << 1 | odd_z << 2],
                                       cell_edge_table().of[1U | odd_y << 1 | odd_z << 2]};
   uint32_t* numbers[2][kCellEdges];

@@ -29,9 +29,9 @@ class Marching {
  public:
   void begin(const BitField& signs, const BitField* present, const ShellHeader& header);
 
-  // Adds vertices on the crossed edges of slice z with directions first .. end - 1. `cut(x, y,
-  // direction)` returns the steps from the edge's start to its cut. With void samples, some crossed
-  // edges have no complete tetrahedron, so vertices are created when the first triangle uses them.
+  // Adds vertices on the crossed edges of slice z with directions first .. end - 1. The steps from
+  // an edge's start to its cut are `cut(x, y, direction)`. With void samples, some crossed edges
+  // have no complete tetrahedron, so vertices are created when the first triangle uses them.
   // Returns false if there are more than the header declares.
   template <typename Cut>
   [[nodiscard]] bool add_vertices(const CrossedEdges& edges, int z, int first, int end,

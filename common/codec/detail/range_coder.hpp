@@ -1,5 +1,4 @@
-// Adaptive binary range coding in 32-bit integers. Bits that are not worth modelling go to a second
-// stream.
+// Adaptive binary range coding in 32-bit integers, with a second stream for incompressible bits.
 //
 // The coder keeps an interval of numbers. A bit divides it at (range >> 15) * P(1) and keeps the
 // lower part for a 1, the upper one for a 0; whenever the range has fewer than 24 bits, a byte is
@@ -100,8 +99,7 @@ class RangeDecoder {
            raw_.missing == 0;
   }
 
-  // Returns whether more bits were read than the bytes can hold, so all further samples are
-  // meaningless.
+  // Returns whether more bits were read than the bytes can hold: further samples are meaningless.
   [[nodiscard]] bool is_overrun() const { return bytes_.missing > kMaxMissing || raw_.missing > 0; }
 
  private:

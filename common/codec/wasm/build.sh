@@ -1,10 +1,9 @@
 #!/bin/bash
-# Compiles the decoder of sample shells to WebAssembly: bash build.sh OUT.wasm. Needs clang with its
-# wasm32 target and wasm-ld (packages clang and lld), but no other headers or libraries.
+# Compiles the decoder of sample shells to WebAssembly: bash build.sh OUT.wasm. Needs clang with its wasm32 target and
+# wasm-ld (packages clang and lld), but no other headers or libraries.
 #
-# shell_decoder.wasm in this folder is the output of clang 14 (Debian 12); the viewer is built with
-# it, so the build needs no second compiler. After changing the decoder run: bash build.sh
-# common/codec/wasm/shell_decoder.wasm
+# shell_decoder.wasm in this folder is the output of clang 14 (Debian 12), so that building the viewer needs no second
+# compiler. After changing the decoder: bash build.sh common/codec/wasm/shell_decoder.wasm
 set -euo pipefail
 out=$(realpath "$1")
 cd "$(dirname "$0")/../../.."

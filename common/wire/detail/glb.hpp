@@ -14,8 +14,7 @@ namespace multitetra {
 [[nodiscard]] nlohmann::json surface_material();
 // Returns the file up to its binary chunk, whose `binary` bytes (a multiple of 4) the caller
 // appends: a 12-byte header, a JSON chunk padded with spaces and, unless `binary` is 0, the header
-// of the binary chunk. Reserves space for the whole file. Throws std::system_error beyond glTF's 4
-// GiB.
+// of the binary chunk. Reserves space for it. Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string glb_beginning(const nlohmann::json& json, std::size_t binary);
 
 }  // namespace multitetra

@@ -41,7 +41,7 @@ struct TilePayloadClaims {
 // above or their numbers contradict each other.
 [[nodiscard]] Result<TilePayloadClaims> read_claims(std::string_view payload);
 
-// The bytes from the number of attributes to an attribute's prediction.
+// The bytes from the number of attributes up to the prediction of an attribute.
 inline constexpr std::string_view kTileAttribute("\1\0\5\3\0\0\1", 7);
 inline constexpr std::string_view kTileAttributesWithNormals("\2\0\5\3\0\0\1\x9\3\0\1\1\3", 13);
 

@@ -36,8 +36,7 @@ Wire to_wire(Ours value) {
   return static_cast<Wire>(static_cast<int>(value) - static_cast<int>(kFirst<Ours>) + 1);
 }
 
-// Keeps the first fault of a message. Values are converted even if a check fails, and then
-// discarded.
+// Keeps the first fault of a message. Values are still converted after a fault, but discarded.
 class FieldChecks {
  public:
   void fail(ErrorCode code, std::string text) {
