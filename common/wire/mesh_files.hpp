@@ -21,7 +21,7 @@ inline constexpr std::string_view kMeshFileTitle = "Multi-Tetra isosurface";
 struct MeshFileFacts {
   // ", lattice R": the vertices lie at multiples of 2^-R grid steps.
   std::optional<int> lattice = std::nullopt;
-  // ", min_component SAMPLES": components with a shorter bounding-box diagonal are removed.
+  // ", min_component SAMPLES": removed components with a shorter bounding-box diagonal; 0: none.
   double min_component = 0;
 };
 

@@ -80,7 +80,7 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "A row's bytes hold its
   return word >> (bit & 7);
 }
 
-// Tells whether all samples of a row have the same bit.
+// The kind of a row: all bits clear, all set, or mixed.
 enum class RowKind : uint8_t { kZeros = 0, kOnes = 1, kMixed = 2 };
 
 class BitField {
