@@ -56,7 +56,7 @@ class Option {
   // Not settable by --config or the environment.
   Option* flag_only();
   Option* envname(const std::string& variable);
-  // The name of the value in the help text.
+  // The presentation in the help text:
   Option* type_name(const std::string& name);
   Option* group(const std::string& title);
   Option* capture_default_str();  // Shows the current value as the default.
@@ -87,7 +87,7 @@ class Command {
   [[nodiscard]] Option option(const std::string& name);  // Requires that the option exists.
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand();
-  // Sets the group of the options added from now on. Without a group they are everyday options.
+  // Sets the group of the options added from now on; the default is that of everyday options.
   void begin_group(const std::string& title = "Options");
   // The text after the options in --help. A paragraph "Examples:" in it, with indented lines, is
   // moved before them.
