@@ -6,8 +6,8 @@
 
 namespace multitetra {
 
-// Addresses ("https://user:password@host/path") inside `text` with *** instead of what stands in
-// front of the @; other text as it is.
+// Returns `text` with the user and password of every address in it
+// ("https://user:password@host/path") replaced by ***.
 [[nodiscard]] inline std::string without_password(std::string_view text) {
   std::string shown;
   for (std::size_t scheme = text.find("://"); scheme != std::string_view::npos;

@@ -20,7 +20,7 @@ struct Affine {
     return y;
   }
 
-  // Negative when the map mirrors: triangles must then be turned over to keep their outside.
+  // Negative if the map mirrors: triangles must then be reversed to keep their outside.
   [[nodiscard]] constexpr double determinant() const {
     const auto& [a, b, c] = columns;
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
@@ -49,7 +49,7 @@ struct Affine {
   const double d = map.determinant();
   Affine back;
   for (std::size_t row = 0; row < 3; ++row) {
-    // Row i of the inverse is the cross product of the other two columns, by the determinant.
+    // Row i of the inverse is the cross product of the other two columns / determinant.
     const Vec3& b = map.columns[(row + 1) % 3];
     const Vec3& c = map.columns[(row + 2) % 3];
     for (std::size_t column = 0; column < 3; ++column) {

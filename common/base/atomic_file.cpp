@@ -27,14 +27,14 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-// What the names of all hidden files of `path` begin with.
+// Returns the common prefix of the names of all hidden files of `path`.
 std::string hidden_begin(const fs::path& path) {
-  // Below the 255 bytes that file systems allow.
+  // Stays below the 255 bytes that file systems allow.
   constexpr std::size_t kMaxNameBytes = 200;
   return "." + path.filename().string().substr(0, kMaxNameBytes) + ".";
 }
 
-// A name in the same folder, and so on the same disk: only there a file takes a name in one step.
+// Returns a name in the same folder, and so on the same file system, where rename() is atomic.
 fs::path hidden_beside(const fs::path& path) {
   std::random_device random;
   std::array<char, kDigits + 1> digits{};
@@ -51,10 +51,10 @@ bool is_hidden_name(std::string_view name, std::string_view begin) {
   return digits.find_first_not_of("0123456789abcdef") == std::string_view::npos;
 }
 
-// The way to a file that is open, which may be followed while it has no name of its own.
+// Returns a path to an open file, which also works for a file without a name.
 std::string path_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
 
-// Negative where the file system knows no files without names, or none that could get one.
+// Returns a negative number if the file system does not support unnamed files, or cannot link them.
 int open_nameless(const fs::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
   if (descriptor < 0 || ::access(path_of(descriptor).c_str(), F_OK) == 0) return descriptor;
@@ -65,7 +65,7 @@ int open_nameless(const fs::path& folder) {
 // A writer keeps its hidden file locked, so that others can detect whether it is alive.
 bool lock(int descriptor) { return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0; }
 
-// A writer locks its file right after creating it: an older file without a lock is abandoned.
+// A writer locks its file right after creating it: an old file without a lock is abandoned.
 bool is_abandoned(const fs::path& file) {
   constexpr std::time_t kLockedBySeconds = 60;
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -78,7 +78,7 @@ bool is_abandoned(const fs::path& file) {
   return is_nobodys;
 }
 
-// Never fails: what cannot be removed stays.
+// Never fails: skips files that cannot be removed.
 void remove_abandoned(const fs::path& path) {
   const std::string begin = hidden_begin(path);
   std::error_code error;
@@ -103,7 +103,7 @@ AtomicFile::AtomicFile(fs::path path, TemporaryKind before) : path_(std::move(pa
   if (before == TemporaryKind::kNameless) descriptor_ = open_nameless(folder_of(path_));
   if (descriptor_ < 0) create_hidden();
   if (!is_there) return;
-  // As far as this user may: the file stays readable to all users that could read it.
+  // Best effort: the file stays readable to all users that could read it.
   (void)!::fchown(descriptor_, there.st_uid, there.st_gid);
   (void)!::fchmod(descriptor_, there.st_mode & 0777);
 }
@@ -115,7 +115,7 @@ void AtomicFile::create_hidden() {
     hidden_.clear();
     fail("Cannot create");
   }
-  // Without locks no process takes the file for abandoned.
+  // If locking is not supported, no process can mistake the file for an abandoned one.
   (void)lock(descriptor_);
 }
 
@@ -142,7 +142,7 @@ void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> into) const 
     const ssize_t count =
         ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
-    // The file was truncated meanwhile.
+    // The file was truncated in the meantime.
     if (count == 0) errno = EIO;
     if (count <= 0) fail("Cannot read");
     offset += static_cast<std::uint64_t>(count);
@@ -155,14 +155,14 @@ void AtomicFile::commit(Durability durability) {
   const bool durable = durability == Durability::kMachineStop;
   if (durable && ::fsync(descriptor_) != 0) fail("Cannot bring to the disk:");
   if (hidden_.empty()) link_hidden_name();
-  // Some network disks report only here that they are full.
+  // Some network file systems report a full disk only here.
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("Cannot finish");
   if (::rename(hidden_.c_str(), path_.c_str()) != 0) fail("Cannot replace");
   hidden_.clear();
   if (durable) sync_folder();
 }
 
-// A file without a name can get a new one only; replacing is for files with names.
+// linkat() cannot replace an existing file, so an unnamed file first gets a hidden name.
 void AtomicFile::link_hidden_name() {
   (void)lock(descriptor_);
   const fs::path hidden = hidden_beside(path_);
@@ -178,8 +178,8 @@ void AtomicFile::fail(const std::string& what) const {
   throw std::system_error(reason, std::generic_category(), what + " " + path_.string());
 }
 
-// The name itself. A folder that may be written but not read, and file systems that know no such
-// thing, keep the name without this as well as they can.
+// Makes the new name durable. Ignores folders that are writable but not readable, and file systems
+// that cannot synchronize folders.
 void AtomicFile::sync_folder() const {
   const int descriptor = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return;

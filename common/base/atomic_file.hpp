@@ -1,15 +1,15 @@
-// A file that appears under its name whole or not at all.
+// A file that appears under its name completely or not at all.
 //
 //   AtomicFile file("head.mtd");
 //   file.write_at(4096, samples);
 //   file.write_at(0, head);
 //   file.commit(Durability::kMachineStop);
-// Bytes are written to an unnamed file on the same disk, which gets the name at the end.
-// Guaranteed: a reader that opens the name, at any moment, finds the old file (or none) or the new
-// one; and a file that is open never changes. Any number of writers of one name may work at the
-// same time: the last commit wins. Of a writer that is killed nothing stays, except on file systems
-// that know no files without names (some network disks): there ".NAME.<16 digits>.tmp", until
-// require_writable is called for the name.
+// Bytes are written to an unnamed file on the same disk, which commit() gives its name. Guarantees:
+// a reader that opens the name, at any time, gets the old file (or none) or the new one, and an
+// open file never changes. Several writers of one name may work at the same time; the last commit
+// wins. A killed writer leaves nothing behind, except on file systems without unnamed files (some
+// network file systems), where ".NAME.<16 digits>.tmp" remains until require_writable() is called
+// for the name.
 #pragma once
 
 #include <cstddef>
@@ -22,30 +22,30 @@ namespace multitetra {
 
 // The failures that a committed file survives.
 enum class Durability {
-  kProcessEnd,   // The end of the writer. Costs nothing.
-  kMachineStop,  // The machine stopping at once. Waits for the disk.
+  kProcessEnd,   // Survives the end of the writing process. Costs nothing.
+  kMachineStop,  // Also survives a crash of the machine. Waits for the disk.
 };
 
-// All functions throw std::system_error, which names the file and the system's reason. To be used
-// by one thread at a time, but for read_at.
+// All functions throw std::system_error with the file's name and the system's reason. Not
+// thread-safe, except for read_at().
 class AtomicFile {
  public:
-  // Where the files live until they have their name.
+  // The kind of file that holds the bytes until commit().
   enum class TemporaryKind { kNameless, kHidden };
 
-  // The file gets mode and owner of the one that was there, and a new one those of any new file.
-  // Throws also where something is that no file shall replace: a folder, a device. kHidden is what
-  // is done anyway where there are no files without names.
+  // The file keeps mode and owner of the file it replaces; new files have the usual ones. Also
+  // throws if the path is a folder or device. kHidden is also the fallback if the file system does
+  // not support unnamed files.
   explicit AtomicFile(std::filesystem::path path, TemporaryKind before = TemporaryKind::kNameless);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  // In any order; what is never written reads as zero. Requires that nothing is committed yet.
+  // Accepts any order; bytes never written read as zero. Requires that nothing is committed yet.
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
 
-  // Reads written bytes. From several threads at once, also while one writes elsewhere. Requires
-  // that nothing is committed yet, and throws when the file ends before.
+  // Reads written bytes. May be called from several threads, also while one writes elsewhere.
+  // Requires that nothing is committed yet. Throws if the file ends too early.
   void read_at(std::uint64_t offset, std::span<std::byte> into) const;
 
   // Gives the file its name. Requires that nothing is committed yet.
@@ -58,12 +58,12 @@ class AtomicFile {
   void sync_folder() const;
 
   std::filesystem::path path_;
-  std::filesystem::path hidden_;  // Its name until the commit; empty while it has none.
+  std::filesystem::path hidden_;  // The temporary name; empty if there is none.
   int descriptor_ = -1;           // Negative once closed.
 };
 
-// For programs that write a file after long work: throws, before it, as writing the file would.
-// Removes files that killed writers of this name have left.
+// Throws if writing the file would fail, for programs that write it only after long work. Also
+// removes the files of killed writers of this name.
 void require_writable(const std::filesystem::path& path);
 
 }  // namespace multitetra

@@ -34,7 +34,7 @@ std::array<int, 2> connected_ends() {
 [[noreturn]] void run_child(const std::function<void(ChildChannel&)>& body, int descriptor,
                             std::uint64_t memory_bytes, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // It died before that was set.
+  if (getppid() != parent) _exit(1);  // The parent ended before prctl().
   signal(SIGPIPE, SIG_IGN);
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, stream);
@@ -148,7 +148,7 @@ ChildProcess::~ChildProcess() {
 void ChildProcess::fail() {
   int status = 0;
   pid_t ended = 0;
-  // Its end of the sockets closes a moment before it ends.
+  // The child's socket closes shortly before the process ends.
   for (int tries = 0; tries < 100 && ended == 0; ++tries) {
     ended = waitpid(id_, &status, WNOHANG);
     if (ended == 0) usleep(1000);
@@ -167,7 +167,7 @@ void ChildProcess::fail() {
   throw ChildProcessError("its reader gave up");
 }
 
-// ---- the simple use
+// ---- run_in_child_process
 
 std::string run_in_child_process(const std::function<std::string()>& work,
                                  std::uint64_t memory_bytes, std::chrono::milliseconds time) {

@@ -1,5 +1,5 @@
-// Runs code on untrusted bytes in a process of its own, with bounded memory and time. A crash, a
-// hang or excessive memory there is an error here.
+// Runs code on untrusted bytes in a separate process with bounded memory and time. A crash, a hang
+// or excessive memory use of the child becomes an error in the parent.
 //
 //   ChildProcess child([](ChildChannel& parent) { parent.send('h', header_of(file)); }, limits);
 //   const ChildMessage message = child.receive(std::chrono::seconds(30));
@@ -32,7 +32,7 @@ struct ChildMessage {
   std::string bytes;
 };
 
-// One end of a pair of connected sockets. A message is its kind, its length and its bytes.
+// One end of a pair of connected sockets. A message consists of kind, length and bytes.
 class ChildChannel {
  public:
   explicit ChildChannel(int descriptor) : descriptor_(descriptor) {}
@@ -40,14 +40,15 @@ class ChildChannel {
   ChildChannel(const ChildChannel&) = delete;
   ChildChannel& operator=(const ChildChannel&) = delete;
 
-  // False when the other end is gone.
+  // Returns false if the other end is closed.
   bool send(char kind, std::string_view bytes);
-  // False when the other end is gone, or is silent for `silence`, or announces more than `most`.
+  // Returns false if the other end is closed, sends nothing for `silence`, or announces a message
+  // of more than `most` bytes.
   bool receive(ChildMessage& message, std::chrono::milliseconds silence,
                std::uint64_t most = std::uint64_t{1} << 24);
-  // The bytes of a message of this kind and exactly this length, without a copy; a message of
-  // another kind or length goes to `other` and the result is false, as it is when nothing comes
-  // (then other.kind is 0).
+  // Receives the bytes of a message of this kind and exactly this length without a copy. Returns
+  // false after a message of another kind or length, which is stored in `other`, and if no message
+  // arrives (other.kind is then 0).
   bool receive_into(char kind, std::span<std::byte> into, ChildMessage& other,
                     std::chrono::milliseconds silence);
 
@@ -59,22 +60,21 @@ class ChildChannel {
 
 class ChildProcess {
  public:
-  // `memory_bytes` is what the child may have beyond what the parent has at the fork; the child may
-  // change it later with set_memory_limit. Throws ChildProcessError when there is no process to be
-  // had.
+  // `memory_bytes` is the child's limit beyond the parent's memory at the fork; the child can
+  // change it with set_memory_limit(). Throws ChildProcessError if no process can be created.
   ChildProcess(const std::function<void(ChildChannel&)>& body, std::uint64_t memory_bytes);
-  // Ends the child if it has not ended.
+  // Kills the child if it is still running.
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
   [[nodiscard]] ChildChannel& channel() { return channel_; }
 
-  // Throws what happened to a child that does not answer; ends it first if need be.
+  // Throws the reason why the child does not answer; kills it first if necessary.
   [[noreturn]] void fail();
 
  private:
-  // Takes the two ends, for they are made before the fork.
+  // Takes both ends, which must be created before the fork.
   ChildProcess(const std::function<void(ChildChannel&)>& body, std::uint64_t memory_bytes,
                std::array<int, 2> ends);
 
@@ -82,14 +82,14 @@ class ChildProcess {
   ChildChannel channel_;
 };
 
-// The bytes that `work` returns, from a child process that may have `memory_bytes` and take `time`.
-// An exception that it throws is a std::runtime_error with its text here; throws ChildProcessError
-// when the child crashes or does not come to an end.
+// Runs `work` in a child process limited to `memory_bytes` and `time`, and returns its result.
+// Rethrows exceptions of `work` as std::runtime_error with the same text. Throws ChildProcessError
+// if the child crashes or exceeds its time.
 [[nodiscard]] std::string run_in_child_process(const std::function<std::string()>& work,
                                                std::uint64_t memory_bytes,
                                                std::chrono::milliseconds time);
 
-// In the child: what it may have from now on, beyond what it has.
+// In the child: limits its memory to what it uses now plus `more_bytes`.
 void set_memory_limit(std::uint64_t more_bytes);
 
 }  // namespace multitetra

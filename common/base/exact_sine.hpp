@@ -1,5 +1,5 @@
-// Sine and cosine that have the same bits on every machine: the C library's may differ between its
-// versions.
+// Sine and cosine with the same bits on every machine, unlike those of the C library, which may
+// differ between versions.
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The exit codes of our programs, which --help lists, and the exceptions with a code of their own.
+// The exit codes of our programs, as listed by --help, and the exceptions that carry them.
 #pragma once
 
 #include <stdexcept>
@@ -7,22 +7,22 @@
 namespace multitetra {
 
 enum ExitCode {
-  // Done; a server: stopped by request.
+  // Success; for servers: stopped on request.
   kOk = 0,
-  kFailed = 1,  // Failures without a code of their own.
-  kUsage = 2,   // Wrong options, in whatever place they stand.
+  kFailed = 1,  // A failure without a code of its own.
+  kUsage = 2,   // Invalid command-line options.
   // For programs that check surfaces:
-  kCheckFailed = 3,  // A surface is not what was promised.
+  kCheckFailed = 3,  // A surface violates its guarantees.
   // For servers:
-  kNoSecrets = 4,  // Certificate, key or tokens file cannot be used.
+  kNoSecrets = 4,  // The certificate, key or token file cannot be used.
   kNoDataset = 5,  // None of the datasets can be served.
   // For programs that write surfaces:
   kEmptySurface = 6,  // The surface has no triangle, and the options do not allow that.
   // For servers:
-  kNoAddress = 7,  // An address cannot be listened on, as when another server has it.
+  kNoAddress = 7,  // Cannot listen on an address, for example because another server uses it.
 };
 
-// An error of the environment (disk, port, files) that ends a program with that code.
+// An error of the environment (disk, port, files) that ends a program with the given code.
 class ExitError : public std::runtime_error {
  public:
   ExitError(ExitCode code, const std::string& text) : std::runtime_error(text), code_(code) {}

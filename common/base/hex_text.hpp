@@ -1,4 +1,4 @@
-// Bytes and numbers in hexadecimal digits, in lower case.
+// Bytes and numbers as lower-case hexadecimal digits.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace multitetra {
 
-// Two digits a byte.
+// Returns two digits per byte.
 [[nodiscard]] inline std::string hex_text(std::span<const std::byte> bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string text;
@@ -22,14 +22,14 @@ namespace multitetra {
   return text;
 }
 
-// Sixteen digits, the highest first.
+// Returns sixteen digits, the most significant first.
 [[nodiscard]] inline std::string hex_text(std::uint64_t number) {
   std::string text;
   for (int shift = 60; shift >= 0; shift -= 4) text += "0123456789abcdef"[number >> shift & 15];
   return text;
 }
 
-// The value of a digit of either case; nullopt for anything else.
+// Returns the value of a digit of either case; nullopt for any other character.
 [[nodiscard]] inline std::optional<unsigned> value_of_hex_digit(char digit) {
   if (digit >= '0' && digit <= '9') return static_cast<unsigned>(digit - '0');
   if (digit >= 'a' && digit <= 'f') return static_cast<unsigned>(digit - 'a' + 10);
@@ -37,7 +37,7 @@ namespace multitetra {
   return std::nullopt;
 }
 
-// nullopt unless all of the text is pairs of digits.
+// Returns nullopt unless the text consists of pairs of digits.
 [[nodiscard]] inline std::optional<std::vector<std::byte>> bytes_from_hex(std::string_view text) {
   if (text.size() % 2 != 0) return std::nullopt;
   std::vector<std::byte> bytes(text.size() / 2);

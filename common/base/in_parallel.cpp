@@ -17,9 +17,8 @@ namespace multitetra {
 
 #if defined(__SANITIZE_THREAD__)
 
-// The thread sanitizer cannot see how the distribution's oneTBB synchronizes and takes every result
-// that is handed over for a race. So under it the same work runs on plain threads, whose every race
-// is then really one.
+// The thread sanitizer cannot see the synchronization inside the distribution's oneTBB and reports
+// false races. Under it the work runs on plain threads, so every reported race is real.
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop) {
   std::atomic<std::size_t> next = 0;

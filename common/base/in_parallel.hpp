@@ -1,4 +1,4 @@
-// The threads behind core's ForEach: oneTBB.
+// Parallel loops on oneTBB, the implementation of core's ForEach.
 #pragma once
 
 #include <cstddef>
@@ -7,20 +7,20 @@
 
 namespace multitetra {
 
-// Thrown out of long work whose stop token was triggered.
+// Thrown by long operations after their stop token was triggered.
 struct Cancelled {};
 
 inline void throw_if_stopped(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Cancelled{};
 }
 
-// Calls body(0) ... body(count - 1) on all threads that oneTBB may use here, and returns when all
-// have returned. Between two of them it looks at `stop` and throws Cancelled when it was triggered.
-// Never runs work of other calls meanwhile, so the caller may hold a lock.
+// Calls body(0) ... body(count - 1) on all threads oneTBB may use here, and returns when all calls
+// have returned. Checks `stop` before each call and throws Cancelled if it was triggered. Never
+// runs unrelated work in the meantime, so the caller may hold a lock.
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop = {});
 
-// The number of those threads.
+// Returns the number of threads in_parallel() uses.
 [[nodiscard]] std::size_t parallel_threads();
 
 }  // namespace multitetra

@@ -4,7 +4,7 @@
 //   pictures.add("a", picture, picture.bytes());
 //   if (const Picture* picture = pictures.find("a")) show(*picture);
 //
-// One thread at a time. Operations cost O(log size).
+// Not thread-safe. Operations cost O(log size).
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ namespace multitetra {
 template <typename Key, typename Value>
 class LruMap {
  public:
-  // The weights of all entries together never exceed `capacity`.
+  // The total weight of the entries never exceeds `capacity`.
   explicit LruMap(std::size_t capacity) : capacity_(capacity) {}
 
-  // Null when it is not there; otherwise valid until the next add(). Counts as a use.
+  // Returns the value, valid until the next add(), or null. Counts as a use.
   [[nodiscard]] const Value* find(const Key& key) {
     const auto found = entries_.find(key);
     if (found == entries_.end()) return nullptr;
@@ -32,8 +32,8 @@ class LruMap {
   // Does not count as a use.
   [[nodiscard]] bool contains(const Key& key) const { return entries_.contains(key); }
 
-  // The entry of the least key that is not less than `key` and that is
-  // wanted(key), looked for as long as goes_on(key). Null when there is none. Counts as a use.
+  // Returns the first entry with a key of at least `key` for which wanted() is true, or null. Stops
+  // at the first key for which goes_on() is false. Counts as a use.
   template <typename GoesOn, typename Wanted>
   [[nodiscard]] const Value* find_from(const Key& key, const GoesOn& goes_on,
                                        const Wanted& wanted) {
@@ -50,8 +50,8 @@ class LruMap {
   };
   using Evicted = std::list<Entry>;
 
-  // Replaces an entry of that key. What is heavier than the whole map is not kept. Returns what had
-  // to go, for callers that free it without holding a lock.
+  // Adds or replaces an entry. Ignores values heavier than the capacity. Returns the evicted
+  // entries, which callers can then free without holding a lock.
   Evicted add(const Key& key, Value value, std::size_t weight) {
     Evicted evicted;
     remove(key);
@@ -67,20 +67,20 @@ class LruMap {
     if (const auto found = entries_.find(key); found != entries_.end()) taken_out(found->second);
   }
 
-  // Those of all keys from `begin` to before `end`.
+  // Removes the entries with keys in [begin, end).
   void remove_between(const Key& begin, const Key& end) {
     const auto last = entries_.lower_bound(end);
     for (auto at = entries_.lower_bound(begin); at != last;) taken_out((at++)->second);
   }
 
-  // Whether there was one.
+  // Returns false if the map is empty.
   bool drop_oldest() {
     if (by_use_.empty()) return false;
     taken_out(oldest());
     return true;
   }
 
-  // The one used last comes first.
+  // The most recently used entry is first.
   [[nodiscard]] const std::list<Entry>& entries() const { return by_use_; }
 
   [[nodiscard]] std::size_t size() const { return entries_.size(); }
@@ -102,7 +102,7 @@ class LruMap {
 
   std::size_t capacity_;
   std::size_t weight_ = 0;
-  std::list<Entry> by_use_;  // The last used one first.
+  std::list<Entry> by_use_;  // The most recently used is first.
   std::map<Key, Place> entries_;
 };
 

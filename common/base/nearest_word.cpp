@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// Letters to replace, insert or delete between two words.
+// Returns the edit distance: letters to replace, insert or delete.
 std::size_t edits(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -26,7 +26,7 @@ std::size_t edits(std::string_view from, std::string_view to) {
 }  // namespace
 
 std::string nearest_word(std::string_view word, std::span<const std::string> known) {
-  constexpr std::size_t kLongest = 256;  // The effort is the product of the lengths.
+  constexpr std::size_t kLongest = 256;  // The cost is the product of the lengths.
   std::string nearest;
   if (word.size() > kLongest) return nearest;
   std::size_t least = std::max<std::size_t>(2, word.size() / 4) + 1;

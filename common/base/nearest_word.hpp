@@ -1,4 +1,4 @@
-// The known word nearest to an unknown one, for "did you mean".
+// The known word most similar to an unknown one, for "did you mean".
 #pragma once
 
 #include <span>
@@ -7,11 +7,11 @@
 
 namespace multitetra {
 
-// The known word with the smallest edit distance, or that begins with `word`; empty where none is
-// near.
+// Returns the word with the smallest edit distance, or that begins with `word`; empty if too
+// distant.
 [[nodiscard]] std::string nearest_word(std::string_view word, std::span<const std::string> known);
 
-// " Did you mean "NEAREST"?", to be appended to an error; empty where none is near.
+// Returns " Did you mean "NEAREST"?" for an error message; empty if no word is similar.
 [[nodiscard]] std::string did_you_mean(std::string_view word, std::span<const std::string> known);
 
 }  // namespace multitetra

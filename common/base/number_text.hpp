@@ -1,4 +1,4 @@
-// Numbers in texts for people.
+// Numbers formatted for people.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-// The shortest decimal that reads back as the same number; "NaN", "infinity", "-infinity".
+// Returns the shortest decimal that parses to the same number, or "NaN", "infinity", "-infinity".
 [[nodiscard]] inline std::string shortest_text(double value) {
   if (std::isnan(value)) return "NaN";
   if (std::isinf(value)) return value > 0 ? "infinity" : "-infinity";
@@ -16,7 +16,7 @@ namespace multitetra {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
-// With six digits at most: "0.05", "1e+300".
+// Returns at most six significant digits: "0.05", "1e+300".
 [[nodiscard]] inline std::string rounded_text(double value) {
   std::array<char, 32> text{};
   const auto digits = std::chars_format::general;

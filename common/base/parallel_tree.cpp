@@ -9,13 +9,13 @@
 
 namespace multitetra {
 
-// Each node that ends lets at most one begin, its parent. So a thread that finds none is not needed
-// any more, and returns instead of waiting.
+// Each finished node makes at most one node ready, its parent. So a thread that finds no ready node
+// is no longer needed and returns instead of waiting.
 void in_parallel_upwards(std::span<const std::size_t> parents,
                          const std::function<void(std::size_t)>& body, std::stop_token stop) {
   if (parents.empty()) return;
   const std::size_t root = parents.size() - 1;
-  std::mutex mutex;  // Guards all that follows.
+  std::mutex mutex;  // Guards all variables below.
   std::vector<std::size_t> children_left(parents.size(), 0);
   std::priority_queue<std::size_t, std::vector<std::size_t>, std::greater<>> ready;
   bool is_failed = false;

@@ -1,4 +1,4 @@
-// The nodes of a tree on all threads, each after its children.
+// Processes the nodes of a tree on all threads, children before parents.
 #pragma once
 
 #include <cstddef>
@@ -8,11 +8,10 @@
 
 namespace multitetra {
 
-// Calls body(i) for all nodes i as in_parallel() does, each after those whose parent it is.
-// Requires parents[i] > i for all nodes but the last one, which is the root. Of nodes that may
-// begin, the one with the lowest number does: numbered depth-first, the subtrees with most work
-// first, they leave threads idle for the shortest time. Throws what a body throws, and begins no
-// more then.
+// Calls body(i) for all nodes i as in_parallel() does, each after its children. Requires that
+// parents[i] > i for all nodes but the last, which is the root. Of the nodes that are ready, the
+// one with the lowest number starts first: a depth-first numbering with the largest subtrees first
+// minimizes idle time. Rethrows an exception of a body and starts no further nodes.
 void in_parallel_upwards(std::span<const std::size_t> parents,
                          const std::function<void(std::size_t)>& body, std::stop_token stop = {});
 

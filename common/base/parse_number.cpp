@@ -22,7 +22,7 @@ std::optional<std::uint64_t> scaled(std::string_view number, std::uint64_t facto
   return static_cast<std::uint64_t>(product);
 }
 
-// The letters behind the number, in lower case, and the number.
+// Returns the letters after the number, in lower case, and the number.
 std::pair<std::string, std::string_view> split_unit(std::string_view text) {
   const std::size_t last = text.find_last_of("0123456789.");
   std::string unit(text.substr(last == std::string_view::npos ? 0 : last + 1));

@@ -1,4 +1,4 @@
-// Numbers from text, where all of the text must be one.
+// Parses numbers that make up the whole text.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 
 namespace multitetra {
 
-// "12", "-3.5e2"; nullopt for anything else, including blanks around it and what does not fit.
-// `base` is for integers only.
+// Parses "12" or "-3.5e2". Returns nullopt for anything else, including surrounding blanks and
+// numbers out of range. `base` is for integers only.
 template <typename Number, typename... Base>
 [[nodiscard]] std::optional<Number> parse_number(std::string_view text, Base... base) {
   Number value{};
@@ -24,14 +24,15 @@ template <typename Number, typename... Base>
   return value;
 }
 
-// The same of a number that is neither infinite nor NaN.
+// As parse_number(), but rejects infinities and NaN.
 template <typename Number = double>
 [[nodiscard]] std::optional<Number> parse_finite(std::string_view text) {
   const std::optional<Number> number = parse_number<Number>(text);
   return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
-// Removes the number that `text` begins with; nullopt, with `text` as it was, without one.
+// Removes and returns the number at the start of `text`. Returns nullopt and leaves `text`
+// unchanged if there is none.
 template <typename Number>
 [[nodiscard]] std::optional<Number> take_number(std::string_view& text) {
   Number value{};
@@ -41,7 +42,7 @@ template <typename Number>
   return value;
 }
 
-// "1.5,-2,3e4": `least` to `most` numbers with `separator` between them; nullopt for anything else.
+// Parses `least` to `most` numbers separated by `separator`, such as "1.5,-2,3e4".
 template <typename Number>
 [[nodiscard]] std::optional<std::vector<Number>> parse_number_list(std::string_view text,
                                                                    std::size_t least,
@@ -59,7 +60,7 @@ template <typename Number>
   return numbers;
 }
 
-// The same for exactly `count` numbers.
+// Parses a list of exactly `count` numbers.
 template <typename Number>
 [[nodiscard]] std::optional<std::vector<Number>> parse_numbers(std::string_view text,
                                                                std::size_t count,
@@ -67,9 +68,8 @@ template <typename Number>
   return parse_number_list<Number>(text, count, count, separator);
 }
 
-// A whole number that may have a unit behind it: k (1 000) or M for a count such as "2M"; B, K, KB,
-// KiB (1 024) and so on up to TiB for bytes such as "500KiB"; of either case. nullopt for anything
-// else.
+// Parse a whole number with an optional unit of either case: k (1 000) or M for counts such as
+// "2M"; B, K, KB, KiB (1 024) and so on up to TiB for bytes such as "500KiB".
 [[nodiscard]] std::optional<std::uint64_t> parse_count(std::string_view text);
 [[nodiscard]] std::optional<std::uint64_t> parse_bytes(std::string_view text);
 

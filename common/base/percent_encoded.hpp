@@ -1,4 +1,4 @@
-// Text as a part of an address (RFC 3986).
+// Percent-encoding for URLs (RFC 3986).
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace multitetra {
 
-// Letters, digits, -._~ and the bytes of `kept` stay; every other byte is written as %XX.
+// Keeps letters, digits, -._~ and the bytes of `kept`; writes every other byte as %XX.
 [[nodiscard]] inline std::string percent_encoded(std::string_view text,
                                                  std::string_view kept = {}) {
   constexpr std::string_view kPlain =

@@ -1,4 +1,4 @@
-// Text from elsewhere as one short line.
+// Untrusted text as one short line.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,10 @@
 
 namespace multitetra {
 
-// As printable() without line ends, of at most `most` bytes, at least 3: a longer one ends in
-// "...". Applied twice it gives the same.
+// As printable() without line ends, cut to `most` bytes (at least 3) with "..." at the end.
+// Idempotent.
 [[nodiscard]] inline std::string printable_line(std::string_view text, std::size_t most) {
-  // What is shown is no shorter than what it is made of.
+  // The printable form is never shorter than its source.
   std::string shown = printable(text.substr(0, 4 * most), /*keeps_lines=*/false);
   if (shown.size() <= most) return shown;
   std::size_t kept = most - 3;

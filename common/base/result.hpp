@@ -1,12 +1,11 @@
-// The outcome of an operation on bytes or words from outside: a value, or an error with a code and
-// a text.
+// The result of an operation on untrusted input: a value, or an error with a code and a text.
 //
 //   Result<Volume> volume = parse(bytes);
 //   if (!volume) return tl::unexpected(volume.error());
 //
-// Three kinds of faults are handled in three ways: programming errors are asserted, untrusted input
-// gives a Result, and the environment (disk, memory, ports) throws an exception that ends in main()
-// or at a session's edge.
+// Faults are handled in three ways: programming errors are asserted, untrusted input gives a
+// Result, and failures of the environment (disk, memory, ports) throw an exception that is caught
+// in main() or at the edge of a session.
 #pragma once
 
 #include <string>
@@ -17,34 +16,33 @@
 
 namespace multitetra {
 
-// The kind of error. The numbers are those of `ErrorCode` in proto/multitetra/v1: never
-// renumber.
+// The numbers equal those of `ErrorCode` in proto/multitetra/v1 and must never change.
 enum class ErrorCode {
   kUnknown = 0,
-  kMalformedFrame = 1,      // The byte stream cannot be followed any more; the connection ends.
-  kMessageTooLarge = 2,     // A frame longer than the receiver's limit; the connection ends.
-  kMalformedMessage = 3,    // The frame is whole but is not a message we know; the connection ends.
-  kUnsupportedVersion = 4,  // No protocol version in common.
-  kUnexpectedMessage = 5,   // A message that has no place at this point of the conversation.
-  kUnknownDataset = 6,      // No dataset of that name is served.
-  kInvalidArgument =
-      7,  // A value outside its documented range: NaN isovalue, negative threshold, ...
+  kMalformedFrame = 1,      // The framing of the byte stream is broken; ends the connection.
+  kMessageTooLarge = 2,     // A frame exceeds the receiver's limit; ends the connection.
+  kMalformedMessage = 3,    // Not a valid message; ends the connection.
+  kUnsupportedVersion = 4,  // No common protocol version.
+  kUnexpectedMessage = 5,   // Not allowed at this point of the conversation.
+  kUnknownDataset = 6,      // The server has no dataset of that name.
+  // A value outside its documented range: NaN isovalue, negative threshold, ...
+  kInvalidArgument = 7,
   kLimitExceeded = 8,  // A documented limit would be exceeded.
   kCancelled = 9,      // The stream was cancelled or superseded.
-  kDamagedData = 10,   // Stored or sent bytes contradict their checksum, hash or counts.
+  kDamagedData = 10,   // Bytes contradict their checksum, digest or counts.
   // A fault of the program; the text describes it.
   kInternal = 11,
-  kUnavailable = 12,  // The server is going away or cannot be reached.
-  // The server requires a token, or another one.
+  kUnavailable = 12,  // The server is stopping, overloaded or unreachable.
+  // The token is missing or invalid.
   kUnauthenticated = 13,
 };
 
-// The code's stable name in logs and JSON, for example "unknown_dataset".
+// Returns the code's stable name in logs and JSON, such as "unknown_dataset".
 [[nodiscard]] std::string_view name(ErrorCode code);
 
 struct Error {
   ErrorCode code = ErrorCode::kUnknown;
-  std::string text;        // One sentence: what was wrong, where, and what would be right.
+  std::string text;        // One sentence: what is wrong, where, and what is expected.
   double retry_after = 0;  // Seconds after which to retry; 0: unknown.
 
   friend bool operator==(const Error&, const Error&) = default;

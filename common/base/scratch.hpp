@@ -1,4 +1,4 @@
-// Temporary storage of bytes outside of memory.
+// Temporary storage outside of memory.
 #pragma once
 
 #include <cstddef>
@@ -7,13 +7,13 @@
 
 namespace multitetra {
 
-// A place for bytes that need not stay in memory. Safe to use from several threads at once.
+// Stores bytes that need not stay in memory. Thread-safe.
 class Scratch {
  public:
   virtual ~Scratch() = default;
-  // Keeps the bytes; what it returns finds them again. Not the same from run to run.
+  // Stores the bytes and returns their offset for get(). Offsets may differ from run to run.
   [[nodiscard]] virtual std::uint64_t put(std::span<const std::byte> bytes) = 0;
-  // The bytes that begin `offset` bytes into the scratch. Requires that all of them were put.
+  // Reads the bytes at `offset`. Requires that all of them were stored.
   virtual void get(std::uint64_t offset, std::span<std::byte> into) const = 0;
 };
 

@@ -17,7 +17,7 @@ namespace {
   throw std::system_error(errno, std::generic_category(), what);
 }
 
-// File systems that know no files without names get one whose name is removed at once.
+// Falls back to a named file that is unlinked at once if the file system has no unnamed files.
 int open_scratch(const std::filesystem::path& folder) {
   const std::filesystem::path place = folder.empty() ? std::filesystem::path(".") : folder;
   const int descriptor = ::open(place.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);

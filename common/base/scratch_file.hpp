@@ -1,4 +1,4 @@
-// Temporary bytes in an unnamed file, or in memory.
+// Temporary storage in an unnamed file, or in memory.
 #pragma once
 
 #include <atomic>
@@ -13,11 +13,11 @@
 
 namespace multitetra {
 
-// A file that has no name, so that nothing is left of it when its owner ends, in whatever way. All
-// functions throw std::system_error when the disk fails.
+// An unnamed file, which disappears when its owner ends in any way. All functions throw
+// std::system_error on disk errors.
 class ScratchFile : public Scratch {
  public:
-  // On the disk of `folder`.
+  // Creates the file on the disk of `folder`.
   explicit ScratchFile(const std::filesystem::path& folder);
   ~ScratchFile() override;
   ScratchFile(const ScratchFile&) = delete;
@@ -25,7 +25,7 @@ class ScratchFile : public Scratch {
 
   [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;
   void get(std::uint64_t offset, std::span<std::byte> into) const override;
-  // In any order. Not together with put().
+  // Accepts any order. Do not combine with put().
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
 
  private:

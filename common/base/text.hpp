@@ -1,4 +1,4 @@
-// Text as people and other programs write it.
+// Basic text operations.
 #pragma once
 
 #include <algorithm>
@@ -7,14 +7,14 @@
 
 namespace multitetra {
 
-// Without the spaces and tabs at both ends.
+// Removes spaces and tabs at both ends.
 [[nodiscard]] constexpr std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-// With A to Z as a to z; other bytes stay, whatever the locale.
+// Converts A to Z to lower case and keeps other bytes, in any locale.
 [[nodiscard]] inline std::string lower_case(std::string_view text) {
   std::string lower(text);
   std::transform(lower.begin(), lower.end(), lower.begin(), [](char c) {

@@ -1,4 +1,4 @@
-// Text from outside: is it UTF-8, and may it be shown?
+// Validates UTF-8 and makes untrusted text safe to print.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,9 @@
 
 namespace multitetra {
 
-// The length in bytes of the well-formed UTF-8 sequence at the start of `text`, which is not empty;
-// 0 when there is none (RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF).
+// Returns the length in bytes of the well-formed UTF-8 sequence at the start of `text`, or 0 (RFC
+// 3629: no overlong forms, no surrogates, nothing above U+10FFFF). Requires that `text` is not
+// empty.
 [[nodiscard]] inline std::size_t utf8_sequence(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -23,9 +24,8 @@ namespace multitetra {
   return is_overlong || is_beyond ? 0 : length;
 }
 
-// Whether the well-formed sequence at the start of `text` could steer a terminal or the order in
-// which characters are shown: control characters of whatever encoding, the marks of writing
-// directions, and separators of lines.
+// Returns whether the well-formed sequence at the start of `text` could control a terminal or the
+// display order: control characters, marks of writing direction, and line separators.
 [[nodiscard]] inline bool is_control_character(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   if (byte(0) < 0x20 || byte(0) == 0x7F) return true;
@@ -36,8 +36,7 @@ namespace multitetra {
   return byte(2) == 0x8E || byte(2) == 0x8F || (byte(2) >= 0xA8 && byte(2) <= 0xAE);
 }
 
-// Whether `text` is UTF-8 in which nothing steers (see above): names and units may be printed as
-// they are.
+// Returns whether `text` is UTF-8 without control characters (see above) and so safe to print.
 [[nodiscard]] inline bool is_plain_text(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = utf8_sequence(text);
@@ -47,8 +46,8 @@ namespace multitetra {
   return true;
 }
 
-// Text from elsewhere as it may be printed: what is no UTF-8 or could steer (see above) is written
-// as \\xNN. Line ends stay where `keeps_lines`.
+// Returns `text` with invalid UTF-8 and control characters (see above) written as \\xNN. Keeps line
+// ends if `keeps_lines`.
 [[nodiscard]] inline std::string printable(std::string_view text, bool keeps_lines = true) {
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::string shown;

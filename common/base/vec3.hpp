@@ -1,4 +1,4 @@
-// Vectors of space.
+// Vectors in three dimensions.
 #pragma once
 
 #include <array>

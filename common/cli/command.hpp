@@ -1,5 +1,5 @@
-// A command line, as programs describe theirs. CLI11 does the work and is seen by the sources of
-// this folder alone: parsing thousands of templates once is enough.
+// A command line, as declared by programs. Wraps CLI11, which only the sources of this folder
+// include: its thousands of templates are compiled once.
 //
 //   Command program("Does this and that.", "multitetra-this");
 //   std::string file;
@@ -7,11 +7,11 @@
 //   program.footer("Examples:\n  multitetra-this -o out\n");
 //   if (const auto code = parse_command_line(program, argc, argv)) return *code;
 //
-// Values are set when the line is parsed; what they are before is their default. They must outlive
-// the parsing, options their command. Pointers are valid as long as the program.
+// Values are set during parsing; their previous values are the defaults. They must outlive the
+// parsing, and options their command. Pointers are valid as long as the program's Command.
 //
-// --help lists the options that have no group, for these are the everyday ones, each on one line:
-// its description up to the first "; " or ". ". --help-all lists all, by group.
+// --help lists the everyday options, those without a group, each on one line with its description
+// up to the first "; " or ". ". --help-all lists all, by group.
 #pragma once
 
 #include <functional>
@@ -28,38 +28,38 @@ class Option;
 
 namespace multitetra {
 
-// An invalid option that parsing cannot detect. Thrown by callbacks and reported like any other
-// usage error: "--tcp: ...".
+// An invalid option that parsing cannot detect. Thrown by callbacks and reported like other usage
+// errors: "--tcp: ...".
 class UsageError : public std::runtime_error {
  public:
   UsageError(const std::string& option, const std::string& text)
       : std::runtime_error(option + ": " + text) {}
 };
 
-// Every function returns the option itself, for chaining.
+// All functions return the option itself, for chaining.
 class Option {
  public:
   explicit Option(CLI::Option& option) : option_(&option) {}
 
   Option* one_of(const std::vector<std::string>& words);
-  // int, double or std::size_t, which names the type in the help.
+  // For int, double or std::size_t; the type is shown in the help.
   template <typename Number>
   Option* within(Number least, Number most);
-  Option* as_bytes();  // 500KiB, 2MiB
+  Option* as_bytes();  // Accepts 500KiB, 2MiB.
   Option* required();
   Option* expected(int count);
   Option* delimiter(char between);
-  // Each time it is named it takes one value, and all of them count.
+  // May be given several times, with one value each.
   Option* repeatable();
   Option* needs(const Option* other);
   Option* excludes(const std::string& other);
-  // Cannot be set by --config or the environment.
+  // Not settable by --config or the environment.
   Option* flag_only();
   Option* envname(const std::string& variable);
-  // The presentation in the help text.
+  // The presentation in the help text:
   Option* type_name(const std::string& name);
   Option* group(const std::string& title);
-  Option* capture_default_str();  // Shows its present value as the default.
+  Option* capture_default_str();  // Shows the current value as the default.
   Option* default_text(const std::string& text);
 
  private:
@@ -68,37 +68,36 @@ class Option {
 
 class Command {
  public:
-  // A program.
+  // The top-level command of a program.
   Command(const std::string& description, const std::string& name);
   ~Command();
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
 
-  // T is a number, a string, std::optional<int> or <double>, or a vector of numbers or strings. A
-  // name without dashes is that of a positional argument.
+  // T is a number, a string, std::optional<int> or <double>, or a vector of numbers or strings.
+  // Names without dashes declare positional arguments.
   template <typename T>
   Option* add_option(const std::string& names, T& value, const std::string& help);
   Option* add_flag(const std::string& names, bool& value, const std::string& help);
-  // An option whose every value `parse` takes, or says what is wrong with it, such as "must be
-  // voxel or world". A switch has no value behind it, and is parsed as "on".
+  // Adds an option whose values are passed to `parse`, which returns nullopt or what is wrong, such
+  // as "must be voxel or world". A switch has no value and is parsed as "on".
   using Parse = std::function<std::optional<std::string>(const std::string& text)>;
   Option* add_parsed(const std::string& names, Parse parse, const std::string& help);
   Option* add_switch(const std::string& names, Parse parse, const std::string& help);
-  [[nodiscard]] Option option(const std::string& name);  // One that there is.
+  [[nodiscard]] Option option(const std::string& name);  // Requires that the option exists.
   Command* add_subcommand(const std::string& name, const std::string& description);
   void require_subcommand();
-  // The group of the options that are added from now on, unless they have one of their own; none:
-  // they are everyday options.
+  // Sets the group of the options added from now on; the default is that of everyday options.
   void begin_group(const std::string& title = "Options");
-  // What follows the options in --help; a paragraph "Examples:" in it, whose lines are indented,
-  // precedes them.
+  // The text after the options in --help. A paragraph "Examples:" in it, with indented lines, is
+  // moved before them.
   void footer(std::string text);
   // Called after parsing if this command was chosen. May throw UsageError.
   void callback(std::function<void()> parsed);
 
   [[nodiscard]] bool got_subcommand(const std::string& name) const;
 
-  // For the sources that know CLI11.
+  // For sources that include CLI11.
   [[nodiscard]] CLI::App& app() { return *app_; }
   [[nodiscard]] const CLI::App& app() const { return *app_; }
 

@@ -16,19 +16,19 @@
 namespace multitetra {
 namespace {
 
-// The subcommand that was chosen, or the program itself.
+// Returns the chosen subcommand, or the program itself.
 const CLI::App& chosen(const CLI::App& app) {
   const auto subcommands = app.get_subcommands();
   return subcommands.empty() ? app : *subcommands.front();
 }
 
-// The first unexpected word; empty if there is none.
+// Returns the first unexpected word; empty if there is none.
 std::string unknown_word(const CLI::App& app) {
   const auto words = app.remaining(/*recurse=*/true);
   return words.empty() ? "" : words.front().substr(0, words.front().find('='));
 }
 
-// The option or subcommand nearest to an unknown word; empty when none is near.
+// Returns the option or subcommand most similar to an unknown word; empty if none is similar.
 std::string nearest_in(const CLI::App& app, const std::string& word) {
   std::vector<std::string> known;
   if (word.starts_with("-")) {

@@ -1,4 +1,4 @@
-// The command line of every program: --version, --help, --help-all, and errors.
+// Parses the command line of every program: --version, --help, --help-all, and errors.
 //
 //   Command program("Does this and that.", "multitetra-this");
 //   add_program_flags(program);
@@ -13,12 +13,12 @@
 
 namespace multitetra {
 
-// To be called before subcommands are added, which take over how help is written.
+// Call before adding subcommands, which inherit the help formatter.
 void add_program_flags(Command& program);
 
-// The exit code with which the program ends at once: 0 after --help and the like, 2 after a usage
-// error, which is printed with the nearest known word. Without arguments a program with subcommands
-// prints its help.
+// Returns an exit code if the program must end now: 0 after --help and the like, 2 after a usage
+// error, which is printed with the most similar known word. Without arguments, prints the help of
+// programs with subcommands.
 [[nodiscard]] std::optional<int> parse_command_line(Command& program, int argc, char** argv);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// Numbers as people read them.
+// Numbers formatted for people.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@ namespace multitetra {
 
 [[nodiscard]] std::string human_bytes(std::uint64_t bytes);  // "12.3 MiB"
 [[nodiscard]] std::string human_count(std::uint64_t count);  // "1 234 567"
-// "1 tile", "2 345 tiles", of a noun whose plural only has an s.
+// "1 tile", "2 345 tiles"; for nouns whose plural adds an s.
 [[nodiscard]] std::string human_count_of(std::uint64_t count, const std::string& noun);
-// "0.45", "3.2", "1 234": with two digits where that is all that a speed is good for.
+// "0.45", "3.2", "1 234": two digits below 10.
 [[nodiscard]] std::string human_speed(double per_second);
 [[nodiscard]] std::string human_seconds(double seconds);  // "24 ms", "1.25 s", "3 min 05 s"
-[[nodiscard]] std::string human_number(double value);     // Shortest of up to 6 digits: "500.5"
+[[nodiscard]] std::string human_number(double value);     // Up to 6 digits: "500.5"
 
 // "0.24 mm"; without a unit "0.24 units".
 [[nodiscard]] std::string human_length(double length, const std::string& unit);
-// A length in world coordinates, in the unit of the request and in world units: "0.5 voxels (0.24
-// mm)", or "0.24 mm".
+// Formats a length in world units in the request's unit and in world units: "0.5 voxels (0.24 mm)",
+// or "0.24 mm".
 [[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
 
-// "heart", field p, time 0.25 s, label 3 (liver, #dd8265): what of it is known.
+// "heart", field p, time 0.25 s, label 3 (liver, #dd8265); omits unknown parts.
 [[nodiscard]] std::string human_member(const SeriesMember& member);
 
 }  // namespace multitetra

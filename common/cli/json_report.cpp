@@ -36,7 +36,7 @@ Json json_of(const ThresholdGrid& grid) {
   std::size_t silent = 0;
   for (const float threshold : grid.thresholds) {
     silent += std::isnan(threshold);
-    least = std::min(least, threshold);  // NaN changes neither.
+    least = std::min(least, threshold);  // Ignores NaN.
     largest = std::max(largest, threshold);
   }
   const bool is_silent = silent == grid.thresholds.size();
@@ -120,7 +120,7 @@ Json json_of(const SeriesMember& member) {
 
 namespace {
 
-// Samples, box and centroid of a label are null where they are unknown.
+// Samples, box and centroid of a label are null if unknown.
 Json member_json(const DatasetInfo& info) {
   Json json = json_of(*info.member);
   if (!info.member->label) return json;

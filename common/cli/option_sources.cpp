@@ -22,7 +22,7 @@ std::string environment_name(const CLI::Option& option) {
   return name;
 }
 
-// In lines of a comment.
+// Returns the text as comment lines.
 std::string commented(const std::string& text) {
   std::istringstream lines(wrapped(text, 98));
   std::string comment;
@@ -30,7 +30,7 @@ std::string commented(const std::string& text) {
   return comment;
 }
 
-// CLI11's marks for the begin and end of a section.
+// CLI11's markers of the beginning and end of a section.
 bool is_section_mark(const CLI::ConfigItem& item) { return item.name == "++" || item.name == "--"; }
 
 std::vector<CLI::ConfigItem> items_of(const std::filesystem::path& file) {
@@ -46,7 +46,7 @@ CLI::Option& option_named(const CLI::App& command, const CLI::ConfigItem& item,
   for (const std::string& name : {"--" + item.name, item.name}) {
     const CLI::Option* const found = command.get_option_no_throw(name);
     if (found != nullptr && found->get_configurable() && item.parents.empty()) {
-      return const_cast<CLI::Option&>(*found);  // CLI11 gives options of a const App as const only.
+      return const_cast<CLI::Option&>(*found);  // CLI11 returns options of a const App as const.
     }
   }
   throw UsageError(file.string(),
@@ -54,7 +54,7 @@ CLI::Option& option_named(const CLI::App& command, const CLI::ConfigItem& item,
                        "\"; --print-config prints those that there are, without dashes.");
 }
 
-// Addresses have a scheme.
+// Keeps URLs, recognized by their scheme.
 std::string absolute_path(const std::string& text) {
   if (text.empty() || text.find("://") != std::string::npos) return text;
   return std::filesystem::absolute(text).lexically_normal().string();
@@ -112,14 +112,14 @@ std::string config_text(const Command& command, const std::vector<std::string>& 
   std::istringstream lines(
       command.app().config_to_str(/*default_also=*/true, /*write_description=*/true));
   std::string text;
-  // The comment of the command, a group or the next option.
+  // The comment of the command, of a group or of the next option.
   std::string comment;
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("#")) {
       text += comment;
       comment = (text.empty() ? "" : "\n") + commented(line.substr(1));
     } else if (!line.empty()) {
-      // Options without a value are left out.
+      // Skips options without a value.
       if (!line.ends_with("=\"\"")) text += comment + line + "\n";
       comment.clear();
     }

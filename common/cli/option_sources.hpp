@@ -22,18 +22,18 @@ struct OptionSources {
   bool print_config = false;
 };
 
-// Adds --config and --print-config, and a name in the environment to every option that the command
-// has by now: --max-regions is MULTITETRA_MAX_REGIONS. Those two alone are flags only.
+// Adds --config and --print-config, which can only be set as flags, and an environment variable for
+// every option the command has so far: MULTITETRA_MAX_REGIONS for --max-regions.
 void add_option_sources(Command& command, OptionSources& sources);
 
-// Sets from the file the options that neither a flag nor the environment has set. Call it after
-// parsing, before the options are read. Throws UsageError, which names the file and the option: the
-// file cannot be read, names an option that there is not, or twice, or a value is no good.
+// Sets the options that neither a flag nor the environment has set from the file. Call it after
+// parsing and before reading options. Throws UsageError with the file and the option if the file is
+// unreadable, or contains an unknown, repeated or invalid option.
 void read_config_file(const Command& command, const std::filesystem::path& file);
 
-// All options as they are now, in the file's form, each with its description as a comment. The
-// values of `path_options`, by their long names without dashes, are absolute, so that the file
-// means the same in every folder; addresses, as https://host/a.mtd, stay.
+// Returns all options with their current values in the file's form, each with its description as a
+// comment. The values of `path_options` (long names without dashes) are made absolute, so that the
+// file means the same in every folder; URLs such as https://host/a.mtd are kept.
 [[nodiscard]] std::string config_text(const Command& command,
                                       const std::vector<std::string>& path_options = {});
 

@@ -1,4 +1,4 @@
-// The files that a command will write, looked at before its work begins.
+// Checks the files that a command will write before its work begins.
 #pragma once
 
 #include <filesystem>
@@ -7,15 +7,15 @@
 
 namespace multitetra {
 
-// A file and the option that names it. Those without a name are passed over.
+// A file and the option that names it. Entries with an empty file are ignored.
 struct NamedFile {
   std::string option;
   std::filesystem::path file;
 };
 
-// Throws ExitError (kUsage) when an output is one of the inputs, under whatever name, or there are
-// two of one name; std::system_error when one cannot be written. What earlier runs have left of it
-// that were killed is removed.
+// Throws ExitError (kUsage) if an output is also an input, under any name, or two outputs are the
+// same file; std::system_error if an output cannot be written. Removes temporary files of killed
+// runs.
 void require_outputs(const std::vector<NamedFile>& outputs,
                      const std::vector<NamedFile>& inputs = {});
 

@@ -36,7 +36,7 @@ int run_program(const std::string& program, const std::function<int()>& body) {
   } catch (const ExitError& error) {
     print_error(program, error.what());
     return error.code();
-  } catch (const std::invalid_argument& error) {  // An option that only the work could judge.
+  } catch (const std::invalid_argument& error) {  // Options only the work can check.
     print_error(program, error.what());
     return kUsage;
   } catch (const std::bad_alloc&) {

@@ -17,7 +17,7 @@ std::string option_name(std::string_view field) {
   return name;
 }
 
-// That the mesh can be written in the requested space.
+// Checks that the mesh can be written in the requested space.
 Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.space == "native") return {};
   if (arguments.query.coordinates != CoordinateSystem::kWorld) {
@@ -102,7 +102,7 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
 
 namespace {
 
-// Whether world coordinates change from LPS to RAS or back: then x and y change their directions.
+// Returns whether the output converts between LPS and RAS, which negates x and y.
 bool is_turned(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.query.coordinates != CoordinateSystem::kWorld || arguments.space == "native")
     return false;

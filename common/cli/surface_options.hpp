@@ -1,5 +1,5 @@
-// Command line options that request an isosurface: the same for the server's `extract` and
-// the client's commands, made from the table of request fields.
+// Command-line options that request an isosurface, generated from the table of request fields, for
+// the server's `extract` and the client's commands.
 #pragma once
 
 #include <filesystem>
@@ -17,11 +17,11 @@
 
 namespace multitetra {
 
-// Readers of the file of --threshold-grid: programs support different formats.
+// The reader of --threshold-grid files: programs support different formats.
 struct ThresholdFiles {
   std::string formats = {};  // For --help: "A NRRD file".
-  // Reads the thresholds of an image, shrunk until a request may contain them; `elsewhere` is the
-  // threshold where the image has none. They need not be checked.
+  // Reads an image of thresholds and shrinks it until it fits into a request; `elsewhere` is the
+  // threshold where the image has none. Need not validate the thresholds.
   std::function<Result<ThresholdGrid>(const std::filesystem::path& file, double elsewhere)> read =
       {};
 };
@@ -34,45 +34,43 @@ struct SurfaceArguments {
   ThresholdFiles threshold_files = {};
 };
 
-// The option of one field, as --max-triangles of max_triangles; `parse` takes its values.
+// Adds the option of one field, such as --max-triangles; `parse` receives its values.
 void add_request_option(Command& command, const RequestField& field, Command::Parse parse);
 
-// The options of all fields of these groups, and with kThresholds --threshold-grid.
+// Adds the options of all fields of these groups, and --threshold-grid with kThresholds.
 void add_request_options(Command& command, SurfaceArguments& arguments,
                          std::initializer_list<FieldGroup> groups);
-// For commands that write a surface: the group kFile, --space, --allow-empty.
+// For commands that write a surface: adds the group kFile, --space and --allow-empty.
 void add_output_options(Command& command, SurfaceArguments& arguments);
 
-// The requests, at least one, checked. kInvalidArgument or kLimitExceeded where a value is out of
-// its range, the dataset's world has no space that could become the requested one, the grid's file
-// cannot be read, or no isovalue is given and the dataset suggests none.
+// Returns at least one validated request. Fails with kInvalidArgument or kLimitExceeded if a value
+// is out of range, the dataset's world axes cannot be converted to the requested space, the
+// threshold grid cannot be read, or no isovalue is given and the dataset suggests none.
 [[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& arguments,
                                                                  const DatasetInfo& info);
-// For commands about one surface: also kInvalidArgument where several isovalues are given.
+// For commands on one surface: also fails with kInvalidArgument if several isovalues are given.
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
 
-// Grid coordinates -> the requested coordinates. Requires arguments that requests_of accepts for
-// this dataset.
+// Maps grid coordinates to the requested ones. Requires arguments accepted by requests_of().
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
-// A surface there, with its normals, without the components that are too small.
+// A surface in the requested coordinates, with normals, without components that are too small.
 struct OutputSurface {
   PositionedMesh mesh;
   int lattice = kDefaultLatticeResolution;  // Vertices are at multiples of 2^-lattice grid steps.
-  double min_component = 0;  // Components with a shorter diagonal are left out, in samples.
-  // Components in the mesh.
+  double min_component = 0;  // In samples: components with a shorter diagonal were removed.
+  // The number of components in the mesh.
   std::size_t components = 0;
-  // Components of the whole surface.
+  // The number of components of the whole surface.
   std::size_t components_of = 0;
-  // The vertices of large components: those with a diagonal of at least an eighth of the largest
+  // The vertices of large components: those whose diagonal is at least an eighth of the largest
   // one's.
   std::vector<std::uint32_t> large = {};
 };
 [[nodiscard]] OutputSurface output_surface(const LatticeMesh& mesh,
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);
-// "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty when it is all of
-// them.
+// "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty if none was removed.
 [[nodiscard]] std::string left_out_text(const OutputSurface& surface,
                                         const SurfaceArguments& arguments);
 

@@ -1,5 +1,5 @@
-// Terminal output. Colors are used on terminals only: none in files and pipes, none where
-// NO_COLOR is set (https://no-color.org), none on terminals that have none.
+// Terminal output. Colors are used only on terminals that support them, and not if NO_COLOR is set
+// (https://no-color.org).
 #pragma once
 
 #include <string>
@@ -12,17 +12,17 @@ namespace multitetra {
 
 enum class Style { kBold, kRed, kYellow };
 
-// Whether what is written to the descriptor, as STDERR_FILENO, may be colored.
+// Returns whether output to the descriptor, such as STDERR_FILENO, may be colored.
 [[nodiscard]] bool has_colors(int descriptor);
 
-// The text in that style if the descriptor has colors, else as it is.
+// Returns the text in that style if the descriptor supports colors, otherwise unchanged.
 [[nodiscard]] std::string styled(Style style, std::string_view text, int descriptor);
 
-// Rows of equally many cells, in columns as wide as their widest cells, two spaces apart. No line
+// Formats rows of equal length in columns as wide as their widest cells, two spaces apart. No line
 // ends with spaces.
 [[nodiscard]] std::string text_table(const std::vector<std::vector<std::string>>& rows);
 
-// Warnings, printed to the standard error, each sentence once.
+// Prints warnings to standard error, each sentence once.
 class Notices {
  public:
   void add(const std::string& text);

@@ -7,7 +7,7 @@ namespace multitetra::shell {
 
 namespace {
 
-// Steps from where an edge begins to its vertex, by the values at its ends.
+// Computes the steps from an edge's start to its vertex from the values at its ends.
 class ExactCuts {
  public:
   ExactCuts(SampleRings& rings, const ShellHeader& header)
@@ -27,7 +27,7 @@ class ExactCuts {
   int32_t steps_;
 };
 
-// The same by their levels.
+// Computes the same from the levels of the ends.
 class LevelCuts {
  public:
   LevelCuts(SampleRings& rings, const LevelScale& scale) : rings_(rings), scale_(scale) {}
@@ -42,7 +42,7 @@ class LevelCuts {
   const LevelScale& scale_;
 };
 
-// The same with what the levels miss by.
+// Computes the same from the levels and a decoded correction.
 class CorrectedCuts {
  public:
   CorrectedCuts(RangeDecoder& coder, CorrectionModel& model, SampleRings& rings,
@@ -63,7 +63,7 @@ class CorrectedCuts {
   int32_t steps_;
 };
 
-// Takes magnitudes of exact samples as values.
+// Stores the values of exact samples, given their magnitudes.
 class ExactSamples {
  public:
   ExactSamples(SampleRings& rings, const ShellHeader& header)
@@ -101,7 +101,7 @@ class LevelSamples {
 
 }  // namespace
 
-// Goes through the slices: samples, vertices, cells.
+// Decodes slice by slice: samples, vertices, cells.
 template <typename Magnitudes, typename Kept, typename Cuts>
 bool ShellDecoder::decode_slices(RangeDecoder& coder, const ShellHeader& header,
                                  const Magnitudes& magnitudes, const Kept& kept, const Cuts& cuts,

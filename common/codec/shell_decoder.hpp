@@ -1,4 +1,4 @@
-// Bytes of a sample shell -> the surface in its box.
+// Decodes sample shells to the surface in their box.
 //
 //   ShellHeader header;
 //   if (read_shell_header(bytes, size, header) != ShellStatus::kOk) ...
@@ -7,10 +7,10 @@
 //   auto decoder = std::make_unique<ShellDecoder>();   // 0.8 MB: keep it for the next tile
 //   if (decoder->decode(bytes, size, vertices.data(), triangles.data()) != ShellStatus::kOk) ...
 //
-// Any bytes are refused or give a mesh whose indices are below the number of vertices and whose
-// vertices lie on edges of the box. Time and memory are bounded by the box, at most 64^3 cells,
-// whatever the bytes are; the decoder allocates nothing and uses no part of the standard library.
-// Same bytes, same arrays, on every machine.
+// Arbitrary bytes either fail or give a mesh whose indices are below the number of vertices and
+// whose vertices lie on edges of the box. Time and memory are bounded by the box, at most 64^3
+// cells. The decoder allocates nothing and does not use the standard library. Deterministic on
+// every machine.
 #pragma once
 
 #include <stddef.h>
@@ -30,8 +30,7 @@ namespace multitetra::shell {
 
 class ShellDecoder {
  public:
-  // The arrays must hold as many elements as the header declares. After a failure their content is
-  // undefined.
+  // Requires arrays of the sizes the header declares. Their content is undefined after a failure.
   [[nodiscard]] ShellStatus decode(const uint8_t* bytes, size_t size, ShellVertex* vertices,
                                    ShellTriangle* triangles);
 

@@ -23,7 +23,7 @@ namespace multitetra::shell {
 
 namespace {
 
-// For an integer or float v: v > isovalue exactly when v > this, for floats as floats.
+// Returns t, of the type of integer or float v, such that v > isovalue if and only if v > t.
 template <typename Sample>
 [[nodiscard]] auto threshold_for(double isovalue) {
   if constexpr (std::is_floating_point_v<Sample>) {
@@ -35,13 +35,13 @@ template <typename Sample>
                : nearest;
   } else {
     using Limits = std::numeric_limits<Sample>;
-    // One below the least where all are above.
+    // One below the minimum if all values are above the isovalue.
     return static_cast<std::int32_t>(
         std::clamp(std::floor(isovalue), double{Limits::min()} - 1, double{Limits::max()}));
   }
 }
 
-// Bit i is whether holds(first[i]), eight samples at a time.
+// Sets bit i to holds(first[i]), eight samples at a time.
 template <typename Sample, typename Holds>
 [[nodiscard]] RowBits bits_of_row(const Sample* first, int count, const Holds& holds) {
   std::uint64_t words[2] = {};
@@ -57,7 +57,7 @@ template <typename Sample, typename Holds>
   return of_previous({words[0], words[1]});
 }
 
-// The bits of all samples; whether any is not set.
+// Sets the bits of all samples; returns whether any is clear.
 template <typename Sample, typename Holds>
 bool fill_field(const SampleBlock<Sample>& block, const std::array<std::int32_t, 3>& size,
                 const Holds& holds, BitField& field) {
@@ -74,8 +74,8 @@ bool fill_field(const SampleBlock<Sample>& block, const std::array<std::int32_t,
   return !all;
 }
 
-// Gives void samples the side of the sample before them, in x, else in y, else in z, which costs
-// least.
+// Gives void samples the sign of the previous sample in x, or else in y, or else in z, which is
+// cheapest to code.
 void continue_into_void(const BitField& present, BitField& signs) {
   for (int z = 0; z < signs.size(2); ++z) {
     for (int y = 0; y < signs.size(1); ++y) {
@@ -116,7 +116,7 @@ class ShellEncoder::Work {
   void code_corrections(const SampleBlock<Sample>& block, const ShellOptions& options, int z,
                         int first, int end, RangeEncoder& coder);
 
-  // Converts the data's samples, by coordinates of the box.
+  // Returns a sample of the data, given coordinates in the box.
   template <typename Sample>
   [[nodiscard]] double value_at(const SampleBlock<Sample>& block, int x, int y, int z) const {
     return static_cast<double>(
@@ -128,7 +128,7 @@ class ShellEncoder::Work {
 
   ShellHeader header_;
   SignBlocks blocks_;
-  BitField unlayered_signs_;  // Before layers are put around the data.
+  BitField unlayered_signs_;  // Before layers are added around the data.
   BitField unlayered_present_;
   BitField signs_;
   BitField present_;
@@ -137,8 +137,8 @@ class ShellEncoder::Work {
   SampleRings rings_;
   LevelScale scale_;
   Marching marching_;
-  std::vector<RowBits> coded_;  // Which samples are, row by row.
-  // The coded samples, in their order: magnitudes, or levels that start at kZeroDistance.
+  std::vector<RowBits> coded_;  // The coded samples, row by row.
+  // The coded samples in order: magnitudes, or levels with kZeroDistance for v = c.
   std::vector<std::int32_t> magnitudes_;
   std::vector<std::uint32_t> histogram_;
 };
@@ -173,7 +173,7 @@ void ShellEncoder::Work::find_signs(const SampleBlock<Sample>& block, const Shel
   if (header_.has_void) enclose(unlayered_present_, true, present_);
 }
 
-// Vertices, triangles, and which samples are coded.
+// Counts vertices and triangles, and determines the coded samples.
 void ShellEncoder::Work::count_surface() {
   const DataBox data(header_);
   const int ny = header_.samples[1];
@@ -183,7 +183,7 @@ void ShellEncoder::Work::count_surface() {
   header_.triangles = max_triangles(header_);
   edges_.begin(signs_, present(), header_.origin);
   marching_.begin(signs_, present(), header_);
-  // Only where samples are void do counts depend on more than signs: then cells are gone through.
+  // With void samples, counts depend on more than signs, so the cells are marched.
   std::vector<ShellVertex> vertices(header_.has_void ? header_.vertices : 0);
   std::vector<ShellTriangle> found(header_.has_void ? header_.triangles : 0);
   std::uint32_t crossed = 0;
@@ -211,15 +211,15 @@ void ShellEncoder::Work::count_surface() {
     has_room = has_room &&
                marching_.add_vertices(edges_, z, 0, kDirectionsInSlice, vertices.data(), anywhere);
     if (z > 0) has_room = has_room && marching_.add_cells(z - 1, vertices.data(), found.data());
-    assert(has_room);  // There is room for all.
+    assert(has_room);  // The arrays have the maximum size.
     if (!has_room) break;
   }
   header_.vertices = header_.has_void ? marching_.vertices() : crossed;
   header_.triangles = header_.has_void ? marching_.triangles() : triangles;
 }
 
-// The magnitudes of all coded samples; for exact shells as they are coded, else as levels, v = c
-// being kZeroDistance.
+// Finds the magnitudes of all coded samples: for exact shells as they are coded, otherwise as
+// levels, where v = c gives kZeroDistance.
 constexpr std::int32_t kZeroDistance = std::numeric_limits<std::int32_t>::min();
 
 template <typename Sample>
@@ -293,7 +293,7 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
     ++histogram_[static_cast<std::size_t>(level)];
   }
   header_.layer_level = number(layer_level);
-  // 2^10 units are the median's octave.
+  // Maps the median's octave to 2^10 units.
   std::size_t median = 0;
   for (std::size_t seen = histogram_[0]; 2 * seen < magnitudes_.size();)
     seen += histogram_[++median];

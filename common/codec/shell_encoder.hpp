@@ -1,18 +1,18 @@
-// Samples of a box -> bytes of a sample shell.
+// Encodes the samples of a box as a sample shell.
 //
 //   const Result<std::vector<std::uint8_t>> bytes = encode_shell(
 //       {.samples = SampleBlock<std::uint8_t>{.first = brick, .row = 65, .slice = 65 * 65},
 //        .data_samples = {65, 65, 65}, .origin = {128, 64, 0}},
 //       {.isovalue = 80.5, .values = ShellValues::kExact});
 //
-// What decodes is the surface that marching tetrahedra give inside the box at the uniform level
-// whose samples these are, with the vertices of core:
+// Decoding gives the surface of marching tetrahedra inside the box at the uniform level of these
+// samples, with the vertices of core:
 //
-// * exact and lattice-exact shells: bit for bit the vertices of these samples;
-// * quantized shells: the same triangles, with every vertex moved along its edge by at most
-//   displacement_bound(L) spacings, rounding to the lattice apart.
+//  * exact and lattice-exact shells: the same vertices, bit for bit;
+//  * quantized shells: the same triangles, with every vertex moved along its edge by at most
+//    displacement_bound(L) spacings, plus rounding to the lattice.
 //
-// Same samples, same bytes, on every machine.
+// Deterministic on every machine.
 #pragma once
 
 #include <array>
@@ -42,10 +42,11 @@ struct ShellBox {
   AnySampleBlock samples;  // NaN is void.
   // The extent of the block; each at least 1.
   std::array<std::int32_t, 3> data_samples;
-  // Grid coordinates of the box's lowest corner in spacings, layers included; >= 0.
+  // The box's lowest corner, layers included, in grid coordinates divided by the spacing; >= 0.
   std::array<std::int32_t, 3> origin;
-  // Layers one sample thick around the data, as in byte 3 of the format: where the surface closes
-  // at the value outside of the data. With them each axis has 2 .. kMaxShellSamples samples.
+  // Layers one sample thick around the data, as in byte 3 of the format, in which the surface
+  // closes at the value outside the data. Including them, each axis has 2 .. kMaxShellSamples
+  // samples.
   std::uint32_t layers = 0;
   float layer_value = 0;  // Finite.
 };
@@ -58,11 +59,11 @@ struct ShellOptions {
   int spacing_exponent = 0;
 };
 
-// The largest displacement of vertices of quantized shells, in spacings along the longest edges
-// (cube diagonals): sqrt(3) (1/2 - 1 / (1 + 2^(1 / L))).
+// Returns the largest displacement of vertices in quantized shells, in spacings and along the
+// longest edges (cube diagonals): sqrt(3) (1/2 - 1 / (1 + 2^(1 / L))).
 [[nodiscard]] double displacement_bound(int levels_per_octave);
 
-// Encodes tiles one after another in memory that it keeps, about 2 MB.
+// Encodes successive tiles in memory that it keeps, about 2 MB.
 class ShellEncoder {
  public:
   ShellEncoder();
@@ -70,9 +71,10 @@ class ShellEncoder {
   ShellEncoder(ShellEncoder&&) noexcept;
   ShellEncoder& operator=(ShellEncoder&&) noexcept;
 
-  // kInvalidArgument for what the format has no place for: a box too large or off the lattice;
-  // active samples that are infinite or, in exact shells, no integers of at most kMaxExactValue; an
-  // isovalue that is not finite; lattice-exact with more than kMaxExactSteps.
+  // Fails with kInvalidArgument for input the format cannot represent: a box too large or off the
+  // lattice; active samples that are infinite or, in exact shells, not integers of at most
+  // kMaxExactValue; an isovalue that is not finite; lattice-exact shells with more than
+  // kMaxExactSteps.
   [[nodiscard]] Result<std::vector<std::uint8_t>> encode(const ShellBox& box,
                                                          const ShellOptions& options);
 
@@ -81,7 +83,7 @@ class ShellEncoder {
   std::unique_ptr<Work> work_;
 };
 
-// The same for a single tile.
+// Encodes a single tile.
 [[nodiscard]] inline Result<std::vector<std::uint8_t>> encode_shell(const ShellBox& box,
                                                                     const ShellOptions& options) {
   return ShellEncoder().encode(box, options);

@@ -4,7 +4,7 @@ namespace multitetra::shell {
 
 namespace {
 
-// Bytes from the front; after the end it gives zeros and remembers that.
+// Reads bytes from the front; after the end it returns zeros and fails.
 class HeaderReader {
  public:
   HeaderReader(const uint8_t* bytes, size_t size) : bytes_(bytes), size_(size) {}
@@ -14,7 +14,7 @@ class HeaderReader {
     is_good_ = false;
     return 0;
   }
-  // At most 5 bytes, in the shortest form.
+  // Accepts at most 5 bytes, in the shortest form.
   uint32_t varint() {
     uint32_t value = 0;
     for (int shift = 0; shift < 35; shift += 7) {
@@ -53,7 +53,7 @@ class HeaderReader {
   bool is_good_ = true;
 };
 
-// NaN is in no range.
+// False for NaN.
 template <typename Number>
 bool is_within(Number value, Number low, Number high) {
   return value >= low && value <= high;
@@ -122,7 +122,7 @@ bool read_values(HeaderReader& in, ShellHeader& header) {
   const uint32_t layer = in.varint();
   header.layer_is_positive = (layer & 1U) != 0;
   header.layer_level = static_cast<int32_t>(layer >> 1);
-  // What is positive is above the isovalue.
+  // A positive layer is above the isovalue.
   return header.layer_level < header.levels &&
          (header.layer_level > 0 || !header.layer_is_positive);
 }

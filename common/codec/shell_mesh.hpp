@@ -1,5 +1,5 @@
-// The result of decoding a sample shell: the same layout as LatticePoint and TriangleIndices,
-// without their headers.
+// The result of decoding a sample shell. Has the layout of LatticePoint and TriangleIndices,
+// without including their headers.
 #pragma once
 
 #include <stdint.h>
@@ -13,7 +13,7 @@ struct ShellVertex {
   int32_t z = 0;
 };
 
-// Indices of vertices, in the order that faces the low values.
+// Vertex indices, oriented towards low values.
 struct ShellTriangle {
   uint32_t corners[3] = {};
 };

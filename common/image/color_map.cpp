@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<std::string_view, 4> kNames = {"gray", "viridis", "cividis", "coolwarm"};
 
-// Colors at equal distances along each map; between them it is linear.
+// Equally spaced colors of each map; linear in between.
 constexpr std::array<Rgb, 2> kGrayColors = {{{0, 0, 0}, {255, 255, 255}}};
 // S. van der Walt and N. Smith.
 constexpr std::array<Rgb, 10> kViridisColors = {{{68, 1, 84},

@@ -10,8 +10,7 @@
 namespace multitetra {
 namespace {
 
-// Removes the first line and its end from `text` and returns it without the end; nullopt when there
-// is none.
+// Removes the first line and its line end from `text` and returns it; nullopt if there is none.
 std::optional<std::string_view> take_line(std::string_view& text) {
   if (text.empty()) return std::nullopt;
   const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
@@ -21,7 +20,7 @@ std::optional<std::string_view> take_line(std::string_view& text) {
   return line;
 }
 
-// The spelling with a space of a field that has two spellings.
+// Returns the field's name in lower case; of two spellings the one with a space.
 std::string field_name(std::string_view written) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSpellings = {
       {{"datafile", "data file"},

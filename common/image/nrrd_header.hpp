@@ -1,5 +1,5 @@
-// The header of a NRRD file as fields and keys (http://teem.sourceforge.net/nrrd/format.html).
-// Their meaning is up to the reader.
+// The fields and keys of a NRRD file's header (http://teem.sourceforge.net/nrrd/format.html),
+// without their interpretation.
 #pragma once
 
 #include <cstddef>
@@ -11,25 +11,25 @@
 namespace multitetra {
 
 struct NrrdHeader {
-  std::string text;                                        // Up to the empty line at its end.
+  std::string text;  // Up to the empty line that ends the header.
   std::map<std::string, std::string, std::less<>> fields;  // "name: value"; names in lower case.
   std::map<std::string, std::string, std::less<>> keys;    // "name:=value"
   std::vector<std::string> listed_files;                   // The lines after "data file: LIST".
-  std::size_t bytes = 0;  // With the empty line: where attached samples begin.
-  bool has_end = false;   // Whether there is an empty line. Only a detached header may lack it.
+  std::size_t bytes = 0;  // Includes the empty line: the offset of attached samples.
+  bool has_end = false;   // Whether there is an empty line; only detached headers may lack it.
 
-  // The value of the field; empty without it.
+  // Returns the field's value; empty if it is absent.
   [[nodiscard]] std::string field(std::string_view name) const;
   [[nodiscard]] std::string key(std::string_view name) const;
-  // A word of the field for each axis: a number, a name, a vector in brackets, a text in quotes;
-  // none when the field has not as many words as there are axes.
+  // Returns one word of the field per axis: a number, a name, a vector in parentheses, a quoted
+  // text. Returns nothing if the number of words differs from `axes`.
   [[nodiscard]] std::vector<std::string> axis_words(std::string_view name, std::size_t axes) const;
 };
 
 inline constexpr std::size_t kMostNrrdHeaderBytes = std::size_t{1} << 22;
 
-// `text` is the beginning of a file. Lines end in LF, CR LF or CR; of a field that comes twice the
-// last line counts. Nothing is refused.
+// Parses the header at the start of a file. Lines end in LF, CR LF or CR; of repeated fields the
+// last one counts. Never fails.
 [[nodiscard]] NrrdHeader parse_nrrd_header(std::string_view text);
 
 }  // namespace multitetra

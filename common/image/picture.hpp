@@ -8,13 +8,13 @@
 
 namespace multitetra {
 
-using Pixel =
-    std::array<std::uint8_t, 4>;  // Red, green, blue in sRGB, and opacity, not multiplied.
+// Red, green, blue in sRGB, and opacity, not premultiplied.
+using Pixel = std::array<std::uint8_t, 4>;
 
 struct Picture {
   int width = 0;
   int height = 0;
-  std::vector<Pixel> pixels = {};  // Rows from above, each from the left.
+  std::vector<Pixel> pixels = {};  // Row by row from the top, each from the left.
 
   [[nodiscard]] const Pixel& at(int x, int y) const {
     return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +

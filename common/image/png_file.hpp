@@ -1,4 +1,4 @@
-// Pictures as PNG: the one file that sees libpng.
+// Writes PNG images; the only user of libpng.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 namespace multitetra {
 
 enum class PngCompression {
-  kSmall,  // As small as libpng makes it.
+  kSmall,  // libpng's default compression.
   // Several times as fast, and somewhat larger: for interactive use.
   kQuick,
 };
 
-// The whole file's bytes; the same for the same picture and effort. Throws std::runtime_error when
-// libpng does not make it, as when memory runs out. Requires at least one pixel.
+// Returns the bytes of the file; deterministic. Throws std::runtime_error if libpng fails, for
+// example when memory runs out. Requires at least one pixel.
 [[nodiscard]] std::string png_file(const Picture& picture,
                                    PngCompression effort = PngCompression::kSmall);
 

@@ -1,4 +1,4 @@
-// The types of numbers that files store, and their names.
+// The number types of volume files, and their names.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,17 @@
 
 namespace multitetra {
 
-// The types that samples have in files. The first five are those of SampleType, in its order.
+// The types of samples in files. The first five equal those of SampleType, in the same order.
 enum class StoredType { kU8, kI8, kU16, kI16, kF32, kU32, kI32, kU64, kI64, kF64 };
 
 [[nodiscard]] std::size_t bytes_of(StoredType type);
 [[nodiscard]] std::string_view name(StoredType type);  // "u8" ... "f64"
 [[nodiscard]] std::optional<StoredType> stored_type_from(std::string_view name);
-// The same of the words of C and of formats: "unsigned short int", "uint16_t", "UInt16", "ushort",
-// "unsigned_short", "MET_USHORT". A long has 64 bits.
+// Parses the type names of C and of file formats: "unsigned short int", "uint16_t", "UInt16",
+// "ushort", "unsigned_short", "MET_USHORT". A long has 64 bits.
 [[nodiscard]] std::optional<StoredType> stored_type_from_word(std::string_view word);
 
-// action.operator()<Number>(), with the type of C++ that numbers of `type` have.
+// Calls action.operator()<Number>() with the C++ type of `type`.
 template <typename Action>
 decltype(auto) with_number_type(StoredType type, Action&& action) {
   switch (type) {

@@ -43,7 +43,7 @@ BoxTree::BoxTree(std::span<const Box3> boxes) {
   for (const Entry& entry : entries) order_.push_back(entry.number);
 }
 
-// Splits at the median along the longest side, so the depth is the logarithm of the number.
+// Splits at the median along the longest side, so the depth is logarithmic.
 void BoxTree::build(std::span<const Box3> boxes, std::span<Entry> entries, std::uint32_t first) {
   const std::size_t self = nodes_.size();
   nodes_.emplace_back();

@@ -1,4 +1,4 @@
-// A bounding volume hierarchy: boxes in space, found by place without looking at all of them.
+// A bounding volume hierarchy: finds boxes by location without testing all of them.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Box3 {
 
   void add(const Vec3& point);
   void add(const Box3& box);
-  [[nodiscard]] bool meets(const Box3& other) const {  // Closed boxes.
+  [[nodiscard]] bool meets(const Box3& other) const {  // Boxes are closed.
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (low[axis] > other.high[axis] || high[axis] < other.low[axis]) return false;
     }
@@ -30,16 +30,16 @@ struct Box3 {
   [[nodiscard]] double squared_distance(const Vec3& point) const;
 };
 
-// Immutable, so that any thread may search it. About 30 bytes a box.
+// Immutable and therefore thread-safe. Takes about 30 bytes per box.
 class BoxTree {
  public:
   explicit BoxTree(std::span<const Box3> boxes);
 
-  // The numbers of all boxes in the order of the leaves. Searches name boxes by their places in
-  // this order, so that what is kept in the same order is near in memory where it is near in space.
+  // Returns the indices of the boxes in leaf order. Searches identify boxes by their place in this
+  // order: data stored in the same order is close in memory where it is close in space.
   [[nodiscard]] const std::vector<std::uint32_t>& order() const { return order_; }
 
-  // Calls `visit(place)` for all boxes that may meet `box`: those of the leaves that do.
+  // Calls `visit(place)` for all boxes in leaves that meet `box`, a superset of the boxes that do.
   template <typename Visit>
   void visit_near(const Box3& box, const Visit& visit) const {
     if (nodes_.empty()) return;
@@ -62,15 +62,15 @@ class BoxTree {
     double squared_distance = std::numeric_limits<double>::infinity();
     std::uint32_t place = std::numeric_limits<std::uint32_t>::max();
   };
-  // The box with the least `squared_distance(place)`, a number that must not be less than that of
-  // the point from the box; without boxes it is infinitely far.
+  // Returns the place with the least `squared_distance(place)`, which must be at least the squared
+  // distance of the point from the box. The distance is infinite if there are no boxes.
   template <typename SquaredDistance>
   [[nodiscard]] Nearest nearest(const Vec3& point, const SquaredDistance& squared_distance) const {
     Nearest best;
     if (nodes_.empty()) return best;
     struct Waiting {
       std::uint32_t node;
-      double distance;  // Squared, to its box.
+      double distance;  // Squared, to the node's box.
     };
     Stack<Waiting> waiting;
     waiting.push({0, nodes_[0].box.squared_distance(point)});
@@ -95,19 +95,19 @@ class BoxTree {
   }
 
  private:
-  // Inner nodes are split in two, the first of which follows at once.
+  // The first child of an inner node is the next node.
   struct Node {
     Box3 box;
-    // The first box of a leaf; the second child of an inner node.
+    // The place of a leaf's first box, or the index of an inner node's second child.
     std::uint32_t first = 0;
-    // The number of boxes of a leaf; 0 for an inner node.
+    // The number of boxes in a leaf; 0 for an inner node.
     std::uint32_t count = 0;
   };
   struct Entry {
     Vec3 centre;
     std::uint32_t number;
   };
-  // One entry for each level at most: there are fewer than 33.
+  // Holds at most one entry per level, of which there are fewer than 33.
   template <typename T>
   class Stack {
    public:

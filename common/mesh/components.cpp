@@ -10,7 +10,7 @@
 namespace multitetra {
 namespace {
 
-// In lattice steps.
+// A box in lattice steps.
 struct LatticeBox {
   std::array<std::int32_t, 3> low;
   std::array<std::int32_t, 3> high;
@@ -26,8 +26,8 @@ struct LatticeBox {
       high[axis] = std::max(high[axis], place[axis]);
     }
   }
-  // The root of a sum that is exact up to 2^25 lattice steps a side: rounded once, and so the same
-  // wherever it is computed, which std::hypot does not promise.
+  // The sum is exact up to 2^25 lattice steps per side, so the only rounding is that of the root:
+  // the result is the same everywhere, which std::hypot does not guarantee.
   [[nodiscard]] double diagonal() const {
     double squares = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -61,7 +61,7 @@ MeshComponents components_of(const LatticeMesh& mesh) {
   components.of_vertex.resize(mesh.vertices.size());
   std::vector<LatticeBox> boxes;
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
-    const std::uint32_t root = sets.root(v);  // The least of its set: it comes first.
+    const std::uint32_t root = sets.root(v);  // The least vertex of its set, so it comes first.
     if (root == v) {
       components.of_vertex[v] = static_cast<std::uint32_t>(boxes.size());
       boxes.emplace_back();

@@ -1,5 +1,5 @@
-// The connected components of a surface: which of them are large, and the surface without the
-// others. Noise in scans makes thousands of small ones around the main surface.
+// The connected components of a surface, and removal of the small ones. Noise in scans creates
+// thousands of small components around the main surface.
 //
 //   const MeshComponents parts = components_of(mesh);
 //   const LatticeMesh organs = with_components(mesh, parts, /*least_diagonal=*/10);
@@ -14,21 +14,21 @@
 namespace multitetra {
 
 struct MeshComponents {
-  std::vector<std::uint32_t> of_vertex;  // The component of each vertex that a triangle has.
-  // The diagonal of each component's bounding box, in grid steps. Components are in the order of
-  // their first vertices.
+  std::vector<std::uint32_t> of_vertex;  // The component of each vertex.
+  // The diagonal of each component's bounding box, in grid steps. Components are ordered by their
+  // first vertices.
   std::vector<double> diagonals;
 
-  // The one with the longest diagonal, the first of several; 0 where there is none.
+  // Returns the component with the longest diagonal (the first of several); 0 if there is none.
   [[nodiscard]] std::uint32_t largest() const;
-  // The number of components with at least that diagonal.
+  // Returns the number of components with at least this diagonal.
   [[nodiscard]] std::size_t count_from(double least_diagonal) const;
 };
 
-// Requires that every vertex has a triangle.
+// Requires that every vertex is used by a triangle.
 [[nodiscard]] MeshComponents components_of(const LatticeMesh& mesh);
 
-// The mesh's components with at least that diagonal, in the mesh's order, with their normals.
+// Returns the components with at least this diagonal, in order, with normals and scalars.
 [[nodiscard]] LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
                                           double least_diagonal);
 

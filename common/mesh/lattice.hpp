@@ -1,10 +1,10 @@
 // The lattice on which all vertices lie.
 //
-// Grid points have integer coordinates. Between two of them, every edge of the framework is cut
-// into steps of delta = 2^-r grid steps, and a vertex sits at one of the cuts, never at an end. So
-// a vertex is three integers, "lattice coordinates" = grid coordinates times 2^r, it lies exactly
-// on its edge, and vertices on different edges differ. Equality of integers is identity of
-// vertices: tiles weld by comparing, and no rounding can tear them.
+// Grid points have integer coordinates. Every edge of the framework is divided into steps of
+// delta = 2^-r grid steps, and a vertex lies at one of the divisions, never at an end. So a vertex
+// is three integers, its "lattice coordinates" (grid coordinates times 2^r), it lies exactly on its
+// edge, and vertices on different edges differ. Equal integers mean the same vertex: tiles are
+// welded by comparison, and rounding cannot open cracks.
 //
 //   grid step      |-------------------------------|
 //   lattice, r = 3 |   .   .   .   .   .   .   .   |    2^3 lattice steps to a grid step
@@ -17,8 +17,8 @@
 
 namespace multitetra {
 
-// Lattice steps per grid step are 2^r. A grid of 2^N steps a side has lattice coordinates from 0 to
-// 2^(N + r).
+// r: there are 2^r lattice steps per grid step. A grid of 2^N steps per side has lattice
+// coordinates from 0 to 2^(N + r).
 inline constexpr int kMinLatticeResolution = 1;
 inline constexpr int kMaxLatticeResolution = 8;
 inline constexpr int kDefaultLatticeResolution = 5;
@@ -31,8 +31,8 @@ struct LatticePoint {
 
   friend constexpr auto operator<=>(const LatticePoint&, const LatticePoint&) = default;
 
-  // All three coordinates in one integer that orders as (z, y, x): 21 bits each, x lowest. Requires
-  // 0 <= x,y,z < 2^21.
+  // Returns all coordinates in one integer that orders by (z, y, x): 21 bits each, x lowest.
+  // Requires 0 <= x, y, z < 2^21.
   [[nodiscard]] constexpr std::uint64_t key() const {
     return static_cast<std::uint64_t>(x) | static_cast<std::uint64_t>(y) << 21 |
            static_cast<std::uint64_t>(z) << 42;
@@ -44,7 +44,7 @@ struct LatticePoint {
   return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x <= kLimit && p.y <= kLimit && p.z <= kLimit;
 }
 
-// Lattice coordinates -> grid coordinates.
+// Converts lattice coordinates to grid coordinates.
 [[nodiscard]] constexpr Vec3 grid_coordinates(const LatticePoint& p, int resolution) {
   const double delta = 1.0 / static_cast<double>(1 << resolution);
   return {p.x * delta, p.y * delta, p.z * delta};

@@ -15,7 +15,7 @@ struct LatticeIntersections {
   friend bool operator==(const LatticeIntersections&, const LatticeIntersections&) = default;
 };
 
-// Exact. Takes time like the number of triangles when these are of similar size.
+// Exact. Takes linear time for triangles of similar size.
 [[nodiscard]] LatticeIntersections lattice_intersections(const LatticeMesh& mesh);
 
 }  // namespace multitetra

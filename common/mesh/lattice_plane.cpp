@@ -32,8 +32,8 @@ bool is_corner(const LatticePoint& p, const LatticeTriangle& t) {
   return p == t[0] || p == t[1] || p == t[2];
 }
 
-// Whether a triangle with its corners on these sides of the other's plane meets that plane only in
-// corners that both have: then they have nothing else in common.
+// Returns whether a triangle, whose corners lie on these sides of the other's plane, meets that
+// plane only in shared corners. The triangles then have nothing else in common.
 bool stays_beyond(const LatticeTriangle& t, const Sides& sides, const LatticeTriangle& other) {
   bool is_above = false;
   bool is_below = false;
@@ -48,7 +48,7 @@ bool stays_beyond(const LatticeTriangle& t, const Sides& sides, const LatticeTri
   return true;
 }
 
-// Twice the area of a triangle in the plane, as seen along the axis that shows most of it.
+// Returns twice the signed area of a triangle in the plane, projected along the normal's main axis.
 Number turn(const LatticePlane& plane, const LatticePoint& p, const LatticePoint& q,
             const LatticePoint& r) {
   const auto size = [&](std::size_t i) {
@@ -59,15 +59,15 @@ Number turn(const LatticePlane& plane, const LatticePoint& p, const LatticePoint
   return product(direction(p, q), direction(p, r))[axis];
 }
 
-// Whether the triangle contains a point of its plane.
+// Returns whether the triangle contains a point of its plane.
 bool contains(const LatticePlane& plane, const LatticePoint& p) {
   const LatticeTriangle& t = plane.triangle();
   return is_around(turn(plane, t[0], t[1], p), turn(plane, t[1], t[2], p),
                    turn(plane, t[2], t[0], p));
 }
 
-// Whether a segment in the triangle's plane meets the triangle. One that lies along an edge meets
-// another edge too, or has an end in the triangle.
+// Returns whether a segment in the triangle's plane meets the triangle. Edges collinear with the
+// segment can be skipped: it then also meets another edge or has an end in the triangle.
 bool meets_in_plane(const LatticePlane& plane, const LatticePoint& p, const LatticePoint& q) {
   if (contains(plane, p) || contains(plane, q)) return true;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -83,7 +83,7 @@ bool meets_in_plane(const LatticePlane& plane, const LatticePoint& p, const Latt
   return false;
 }
 
-// Whether a segment meets the triangle, whose ends are on these sides.
+// Returns whether a segment, whose ends lie on these sides of the plane, meets the triangle.
 bool meets(const LatticePlane& plane, const LatticePoint& p, const LatticePoint& q,
            Number side_of_p, Number side_of_q) {
   if (are_beyond(side_of_p, side_of_q)) return false;
@@ -96,7 +96,7 @@ bool meets(const LatticePlane& plane, const LatticePoint& p, const LatticePoint&
                    product_along(along, product(c, a)));
 }
 
-// Whether an edge of `t` meets the other triangle, of those that end in no corner of it.
+// Returns whether an edge of `t` that ends in no corner of the other triangle meets that triangle.
 bool an_edge_meets(const LatticeTriangle& t, const Sides& sides, const LatticePlane& other) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -106,8 +106,8 @@ bool an_edge_meets(const LatticeTriangle& t, const Sides& sides, const LatticePl
   return false;
 }
 
-// Whether triangles with two common corners overlap: they do if both are in one plane, on the same
-// side of their edge.
+// Returns whether triangles in one plane with two common corners overlap: they do if they lie on
+// the same side of their common edge.
 bool lie_on_each_other(const LatticeTriangle& a, const LatticeTriangle& b) {
   LatticePoint first, second;  // The corners that are not common.
   for (const LatticePoint& p : a) {
@@ -142,11 +142,11 @@ bool intersect(const LatticePlane& a, const LatticePlane& b) {
   if (stays_beyond(o, o_sides, t)) return false;
   const int common = is_corner(t[0], o) + is_corner(t[1], o) + is_corner(t[2], o);
   if (common == 3) return true;
-  // Beyond a common edge triangles meet in their plane only: else their planes share just the line.
+  // With a common edge, triangles intersect only if coplanar: else their planes share just a line.
   if (common == 2) {
     return t_sides == Sides{0, 0, 0} && lie_on_each_other(t, o);
   }
-  // Beyond a common corner what they share ends on the edge opposite to it in one of them.
+  // With a common corner, a further intersection ends on the edge opposite to it in one of them.
   return an_edge_meets(t, t_sides, b) || an_edge_meets(o, o_sides, a);
 }
 

@@ -1,4 +1,4 @@
-// Whether triangles on the lattice meet: exactly, in integers.
+// Exact intersection tests for triangles on the lattice, in integers.
 //
 //   const LatticePlane a(one), b(other);
 //   if (intersect(a, b)) ...
@@ -11,11 +11,11 @@
 
 namespace multitetra {
 
-// A triangle with an area, and its plane. Lattice coordinates are within 0 .. 2^kMaxLatticeBits.
+// A non-degenerate triangle and its plane. Lattice coordinates are within 0 .. 2^kMaxLatticeBits.
 class LatticePlane {
  public:
-  // Differences of lattice coordinates are at most 2^20, so products of three of them, six in a
-  // determinant, stay below 2^63.
+  // Coordinate differences are at most 2^20, so a determinant, a sum of six products of three of
+  // them, stays below 2^63.
   static_assert(kMaxLatticeBits <= 20);
   using Number = std::int64_t;
   using Direction = std::array<Number, 3>;
@@ -24,7 +24,7 @@ class LatticePlane {
 
   [[nodiscard]] const LatticeTriangle& triangle() const { return triangle_; }
   [[nodiscard]] const Direction& normal() const { return normal_; }
-  // On which side of the plane it is: 0 in it, positive where the normal points.
+  // Returns the point's side: 0 on the plane, positive in the normal's direction.
   [[nodiscard]] Number side(const LatticePoint& p) const {
     return normal_[0] * (p.x - triangle_[0].x) + normal_[1] * (p.y - triangle_[0].y) +
            normal_[2] * (p.z - triangle_[0].z);
@@ -35,8 +35,8 @@ class LatticePlane {
   Direction normal_;
 };
 
-// Whether the triangle meets the plane only in corners that both triangles have, and is on one side
-// of it otherwise: then they do not intersect. Quickly found.
+// A quick test: returns whether the triangle meets the plane only in corners shared by both
+// triangles and otherwise lies on one side. The triangles then do not intersect.
 [[nodiscard]] inline bool is_beyond(const LatticePlane& plane, const LatticeTriangle& triangle) {
   bool is_above = false;
   bool is_below = false;
@@ -50,7 +50,7 @@ class LatticePlane {
   return is_above != is_below;
 }
 
-// Whether two triangles have a point in common beyond the vertices, or the edge, that they share.
+// Returns whether two triangles have a common point outside the vertices or edge they share.
 // Touching counts.
 [[nodiscard]] bool intersect(const LatticePlane& a, const LatticePlane& b);
 

@@ -15,14 +15,14 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-// What a tile has in common with others, and the counts of what it has alone.
+// The vertices and edges a tile may share with others, and the counts of the rest.
 struct TileSeam {
-  std::vector<std::uint32_t> vertices;              // On the cube's faces.
-  std::vector<std::array<std::uint32_t, 2>> edges;  // Directed, between two of these.
-  // The component of each of these vertices.
+  std::vector<std::uint32_t> vertices;              // Lie on the cube's faces.
+  std::vector<std::array<std::uint32_t, 2>> edges;  // Directed, between `vertices`.
+  // The component of each of `vertices`.
   std::vector<std::uint32_t> component_of;
   std::uint32_t components = 0;
-  std::vector<std::uint32_t> number_of;  // In the whole mesh; kNone until it is known.
+  std::vector<std::uint32_t> number_of;  // The index in the merged mesh; kNone until assigned.
   MeshTopology alone;
 };
 
@@ -35,7 +35,7 @@ bool is_on_face(const LatticePoint& p, const OctreeCube& cube, int resolution) {
 
 bool is_proper(const TriangleIndices& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
 
-// In which faces of a marched box a point lies: bit 2 axis + (0 low, 1 high).
+// Returns the faces of a marched box that contain the point: bit 2 axis + (0 low, 1 high).
 std::uint8_t faces_of_box(const LatticePoint& p, const MarchedBox& box) {
   unsigned faces = 0;
   faces |= (p.x == box.low.x ? 1U : 0U) | (p.x == box.high.x ? 2U : 0U);
@@ -44,7 +44,7 @@ std::uint8_t faces_of_box(const LatticePoint& p, const MarchedBox& box) {
   return static_cast<std::uint8_t>(faces);
 }
 
-// Finds the seam's edges and counts all others by comparing every edge with its uses.
+// Finds the seam's edges and counts the others by comparing the uses of every edge.
 class ComparedEdges {
  public:
   ComparedEdges(const LatticeMesh& mesh, const std::vector<bool>& is_shared,
@@ -86,7 +86,7 @@ class ComparedEdges {
   const DataBorder& border_;
 };
 
-// The same of a mesh that was marched in a box: only edges in its faces are looked at.
+// Does the same for a mesh marched in a box, examining only edges in the box's faces.
 void add_marched_edges(const LatticeMesh& mesh, const MarchedBox& box,
                        const std::vector<bool>& is_shared, const DataBorder& border,
                        TileSeam& seam) {
@@ -119,7 +119,7 @@ void find_components(const LatticeMesh& mesh, TileSeam& seam) {
     connected.join(t[0], t[1]);
     connected.join(t[1], t[2]);
   }
-  // By number, in the order of their first vertices, which are the roots.
+  // Components are numbered in the order of their first vertices, which are the roots.
   std::vector<std::uint32_t> number(mesh.vertices.size(), kNone);
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     if (connected.root(v) == v) number[v] = seam.components++;

@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Whether each of them has something for each of its vertices.
+// Returns whether every mesh has a value for each vertex.
 template <typename Values>
 bool all_have(std::span<const LatticeMesh* const> meshes, Values LatticeMesh::*member) {
   return std::all_of(meshes.begin(), meshes.end(), [member](const LatticeMesh* mesh) {

@@ -1,8 +1,8 @@
 // Triangle meshes on the lattice.
 //
-// A `LatticeMesh` has every vertex once: two corners with equal coordinates have the same index.
-// Triangles face the side of low values (their normal, by the right-hand rule in grid coordinates,
-// points from high values to low).
+// A `LatticeMesh` contains each vertex once: corners with equal coordinates have the same index.
+// Triangles face low values (their normal, by the right-hand rule in grid coordinates, points from
+// high values to low).
 #pragma once
 
 #include <array>
@@ -20,46 +20,46 @@ using TriangleIndices = std::array<std::uint32_t, 3>;
 using UnitVector = std::array<float, 3>;
 
 struct LatticeMesh {
-  int resolution = kDefaultLatticeResolution;  // r: lattice steps per grid step are 2^r.
+  int resolution = kDefaultLatticeResolution;  // r: there are 2^r lattice steps per grid step.
   std::vector<LatticePoint> vertices;
   std::vector<TriangleIndices> triangles;
-  // Either none, or one a vertex: the directions in which the field falls, in world coordinates.
+  // Empty, or one per vertex: the direction of steepest descent of the field, in world coordinates.
   std::vector<UnitVector> normals = {};
-  // Either none, or one a vertex: values of a field that colors the surface; NaN for none.
+  // Empty, or one per vertex: values of a field that colors the surface; NaN for none.
   std::vector<float> scalars = {};
 };
 
-// The triangles with shared vertices; vertices are numbered in the order they first appear.
-// Requires lattice coordinates within 0 .. 2^kMaxLatticeBits.
+// Returns the triangles with shared vertices, numbered in the order they first appear. Requires
+// lattice coordinates within 0 .. 2^kMaxLatticeBits.
 [[nodiscard]] LatticeMesh index_triangles(std::span<const LatticeTriangle> triangles,
                                           int resolution);
 
-// The same mesh in the order that its triangles alone decide: vertices by their coordinates,
-// triangles from their first vertex on and by their vertices. Encoding and decoding, which keeps no
-// order, changes nothing of it.
+// Returns the mesh in an order that depends only on its triangles: vertices sorted by coordinates,
+// triangles rotated to their first vertex and sorted. Encoding and decoding, which keep no order,
+// do not affect it.
 [[nodiscard]] LatticeMesh in_canonical_order(const LatticeMesh& mesh);
 
-// One mesh of several, of one resolution, welded by comparing integers. Vertices and triangles keep
-// their order. It has normals or scalars when all meshes have; a vertex has those of the first mesh
-// it is in.
+// Welds meshes of one resolution by comparing integers. Keeps the order of vertices and triangles.
+// The result has normals or scalars if all meshes have them; a vertex takes those of the first mesh
+// that contains it.
 [[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution);
 
-// A mesh in world (or sample index) coordinates, for files and screens.
+// A mesh in world (or sample index) coordinates, for files and display.
 struct PositionedMesh {
   std::vector<std::array<float, 3>> positions;
   std::vector<TriangleIndices> triangles;
-  std::vector<UnitVector> normals = {};  // Either none, or one a position.
-  std::vector<float> scalars = {};       // The same; NaN for no value.
-  // The same: red, green, blue in sRGB.
+  std::vector<UnitVector> normals = {};  // Empty, or one per position.
+  std::vector<float> scalars = {};       // Empty, or one per position; NaN for no value.
+  // Empty, or one per position: red, green, blue in sRGB.
   std::vector<std::array<std::uint8_t, 3>> colors = {};
 };
 
-// Applies `grid_to_world`. Where that map mirrors, triangles are turned over so that they still
-// face low values. Positions are rounded to float after the map was applied in double. Normals are
-// copied: they are in world coordinates before and after. So are scalars.
+// Applies `grid_to_world` in double and rounds positions to float. Reverses triangles if the map
+// mirrors, so they still face low values. Copies normals, which are in world coordinates already,
+// and scalars.
 [[nodiscard]] PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world);
 
-// Whether the vector has length 1 up to rounding. False for NaN.
+// Returns whether the vector has length 1 up to rounding. False for NaN.
 [[nodiscard]] bool is_unit(const UnitVector& v);
 
 }  // namespace multitetra

@@ -60,8 +60,7 @@ MeshTopology topology(std::size_t vertices, std::span<const TriangleIndices> tri
 
 std::int64_t nonmanifold_vertices(std::size_t vertices,
                                   std::span<const TriangleIndices> triangles) {
-  // Corners at a vertex belong together when their triangles share an edge there. Corner 3 t + i is
-  // that of triangle t.
+  // Unites a vertex's corners whose triangles share an edge there. Corner 3 t + i is of triangle t.
   struct Side {
     std::uint32_t upper;
     std::uint32_t lower_corner;
@@ -94,7 +93,7 @@ std::int64_t nonmanifold_vertices(std::size_t vertices,
       fans.join(side->upper_corner, (side - 1)->upper_corner);
     }
   }
-  // The fans of each vertex are counted once, at their first corners.
+  // Counts the fans of each vertex once, at their first corners.
   std::vector<std::uint8_t> fans_of(vertices, 0);
   std::int64_t result = 0;
   for (std::uint32_t corner = 0; corner < 3 * triangles.size(); ++corner) {

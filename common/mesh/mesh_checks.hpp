@@ -1,4 +1,4 @@
-// Topological checks of a welded mesh, which clients make before they show it.
+// Topological checks of a welded mesh, made by clients before they display it.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@
 
 namespace multitetra {
 
-// Where a surface may end: on the six faces of a box, or up to `inset` inside of it.
+// The places where a surface may end: the faces of a box, or up to `inset` inside them.
 struct DataBorder {
-  LatticePoint low;  // The box, in lattice coordinates.
+  LatticePoint low;  // The corners of the box, in lattice coordinates.
   LatticePoint high;
-  std::int32_t inset =
-      0;  // Lattice steps; an edge is on the border when both ends are this near to one face.
-  bool anywhere =
-      false;  // The data has void samples of its own (masks): a surface may end at any of them.
+  // In lattice steps. An edge is on the border if both ends are this close to one face.
+  std::int32_t inset = 0;
+  // The data has void samples (masks), at any of which a surface may end.
+  bool anywhere = false;
 
   [[nodiscard]] bool contains_edge(const LatticePoint& a, const LatticePoint& b) const;
 };
@@ -29,13 +29,13 @@ struct MeshTopology {
   std::int64_t triangles = 0;
   std::int64_t euler_characteristic = 0;  // vertices - edges + triangles
   std::int64_t components = 0;            // Connected by shared vertices.
-  std::int64_t border_edges = 0;          // Edges of one triangle, on the data's border.
-  std::int64_t open_edges = 0;            // Edges of one triangle, elsewhere: cracks.
-  std::int64_t nonmanifold_edges =
-      0;  // Edges of more than two triangles, or of two that disagree on the outside.
-  std::int64_t degenerate_triangles = 0;  // Two corners are the same vertex.
+  std::int64_t border_edges = 0;          // Edges of a single triangle, on the data's border.
+  std::int64_t open_edges = 0;            // Edges of a single triangle, elsewhere: cracks.
+  // Edges of more than two triangles, or of two with inconsistent orientation.
+  std::int64_t nonmanifold_edges = 0;
+  std::int64_t degenerate_triangles = 0;  // Triangles with two equal corners.
 
-  // No crack, no fold, nothing degenerate: what every state that is shown must be.
+  // No crack, no fold, no degenerate triangle: required of every mesh that is displayed.
   [[nodiscard]] bool is_sound() const {
     return open_edges == 0 && nonmanifold_edges == 0 && degenerate_triangles == 0;
   }
@@ -43,17 +43,17 @@ struct MeshTopology {
   friend bool operator==(const MeshTopology&, const MeshTopology&) = default;
 };
 
-// Every vertex is taken to be used by a triangle, as in the results of index_triangles and weld.
-// Time O(triangles), memory about 24 bytes a triangle.
+// Assumes that every vertex is used by a triangle, as in the results of index_triangles() and
+// weld(). Takes O(triangles) time and about 24 bytes per triangle.
 [[nodiscard]] MeshTopology topology(const LatticeMesh& mesh, const DataBorder& border);
-// The same of a mesh with any coordinates; `is_on_border` is called for the ends of edges of one
-// triangle.
+// Does the same for arbitrary coordinates. Calls `is_on_border` for edges of a single triangle.
 [[nodiscard]] MeshTopology topology(
     std::size_t vertices, std::span<const TriangleIndices> triangles,
     const std::function<bool(std::uint32_t, std::uint32_t)>& is_on_border);
 
-// Vertices whose triangles form several fans, which have nothing but the vertex in common. Requires
-// triangles of three different vertices, less than 2^32 / 3. Memory about 48 bytes a triangle.
+// Returns the number of vertices whose triangles form several fans that share only the vertex.
+// Requires fewer than 2^32 / 3 triangles, each with three different vertices. Takes about 48 bytes
+// per triangle.
 [[nodiscard]] std::int64_t nonmanifold_vertices(std::size_t vertices,
                                                 std::span<const TriangleIndices> triangles);
 

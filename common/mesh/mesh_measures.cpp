@@ -7,11 +7,11 @@
 namespace multitetra {
 namespace {
 
-// Sums of numbers of 64 bits.
+// Holds sums of 64-bit numbers.
 __extension__ using Wide = __int128;
 
-// Six times the volume of the tetrahedron of the triangle and the origin. Lattice coordinates have
-// 20 bits, so that each of its six products has 60.
+// Returns six times the signed volume of the tetrahedron formed by the triangle and the origin.
+// Lattice coordinates have 20 bits, so each of the six products has 60.
 std::int64_t six_volumes(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
   const auto product = [](std::int64_t x, std::int64_t y) { return x * y; };
   return a.x * (product(b.y, c.z) - product(b.z, c.y)) -
@@ -19,7 +19,7 @@ std::int64_t six_volumes(const LatticePoint& a, const LatticePoint& b, const Lat
          a.z * (product(b.x, c.y) - product(b.y, c.x));
 }
 
-// Whether each component has a border: an edge without one that goes the other way.
+// Returns for each component whether it has a border: an edge without an opposite one.
 std::vector<bool> have_borders(const LatticeMesh& mesh, const MeshComponents& components) {
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * mesh.triangles.size());
@@ -45,7 +45,7 @@ std::vector<SurfaceMeasures> measures_of(const LatticeMesh& mesh, const MeshComp
                                          const Affine& grid_to_world) {
   std::vector<SurfaceMeasures> measures(components.diagonals.size());
   std::vector<Wide> six_times(components.diagonals.size(), 0);
-  // Directions alone: where the world's origin is does not matter.
+  // Applies only the linear part: the position of the world's origin does not matter.
   const double step = std::ldexp(1.0, -mesh.resolution);
   const auto side = [&](const LatticePoint& from, const LatticePoint& to) {
     const Vec3 v = {step * (to.x - from.x), step * (to.y - from.y), step * (to.z - from.z)};
@@ -60,7 +60,7 @@ std::vector<SurfaceMeasures> measures_of(const LatticeMesh& mesh, const MeshComp
     six_times[component] += six_volumes(a, b, c);
   }
   const std::vector<bool> have_border = have_borders(mesh, components);
-  // A map that mirrors turns triangles over, which leaves what is inside inside.
+  // A mirroring map also reverses triangles, so the inside stays the inside.
   const double scale = std::abs(grid_to_world.determinant()) * step * step * step / 6;
   for (std::size_t i = 0; i < measures.size(); ++i) {
     if (!have_border[i]) measures[i].volume = scale * static_cast<double>(six_times[i]);

@@ -1,4 +1,4 @@
-// Area of a surface, and the volume that it encloses.
+// The area of a surface, and the volume it encloses.
 #pragma once
 
 #include <optional>
@@ -10,22 +10,22 @@
 namespace multitetra {
 
 struct SurfaceMeasures {
-  double area = 0;  // In square units of the world.
-  // In cubic units of the world; positive around high values, negative around low ones, as of a
-  // hole. None where the surface has a border: it encloses nothing then.
+  double area = 0;  // In square world units.
+  // In cubic world units; positive around high values, negative around low ones (holes). Absent if
+  // the surface has a border and so encloses nothing.
   std::optional<double> volume = {};
 };
 
-// One for each component, in their order. Volumes are exact before they are rounded once: vertices
-// are integers. Areas are sums of one rounded number a triangle.
+// Returns the measures of each component, in order. Volumes are computed exactly in integers and
+// rounded once. Areas are sums of one rounded number per triangle.
 [[nodiscard]] std::vector<SurfaceMeasures> measures_of(const LatticeMesh& mesh,
                                                        const MeshComponents& components,
                                                        const Affine& grid_to_world);
 
-// All of them together: a volume only where each of them has one.
+// Returns the total; it has a volume only if every component has one.
 [[nodiscard]] SurfaceMeasures sum_of(const std::vector<SurfaceMeasures>& measures);
 
-// Measures of the components with at least that diagonal, in grid steps.
+// Returns the total of the components with at least this diagonal, in grid steps.
 [[nodiscard]] SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
                                             const Affine& grid_to_world);
 

@@ -1,5 +1,5 @@
-// An aligned cube of the grid: side 2^exponent grid steps, at (x, y, z) times its side. It names a
-// tile.
+// An aligned cube of the grid with side 2^exponent grid steps, located at (x, y, z) times its side.
+// Identifies a tile.
 #pragma once
 
 #include <compare>
@@ -11,8 +11,8 @@
 namespace multitetra {
 
 struct OctreeCube {
-  std::int32_t exponent = 0;  // Side length is 2^exponent grid steps, 0 to kMaxLatticeBits.
-  std::int32_t x = 0;         // Position in units of the side.
+  std::int32_t exponent = 0;  // The side is 2^exponent grid steps; 0 to kMaxLatticeBits.
+  std::int32_t x = 0;         // The position in units of the side.
   std::int32_t y = 0;
   std::int32_t z = 0;
 
@@ -20,11 +20,11 @@ struct OctreeCube {
   [[nodiscard]] constexpr OctreeCube parent() const {
     return {exponent + 1, x >> 1, y >> 1, z >> 1};
   }
-  // Child `index` in 0..7: bit 0 is the upper half in x, bit 1 in y, bit 2 in z.
+  // Returns child `index` in 0..7: bit 0 selects the upper half in x, bit 1 in y, bit 2 in z.
   [[nodiscard]] constexpr OctreeCube child(int index) const {
     return {exponent - 1, 2 * x + (index & 1), 2 * y + (index >> 1 & 1), 2 * z + (index >> 2 & 1)};
   }
-  // Whether the lattice point of resolution r lies in the closed cube.
+  // Returns whether the lattice point of resolution r lies in the closed cube.
   [[nodiscard]] constexpr bool contains(const LatticePoint& p, int resolution) const {
     const auto within = [this, resolution](std::int32_t value, std::int32_t position) {
       const std::int64_t low = static_cast<std::int64_t>(position) << (exponent + resolution);
@@ -37,7 +37,7 @@ struct OctreeCube {
   friend constexpr auto operator<=>(const OctreeCube&, const OctreeCube&) = default;
 };
 
-// For logs and error texts, for example "cube 5:3/0/7" (exponent, then x/y/z).
+// For logs and error texts, such as "cube 5:3/0/7" (exponent, then x/y/z).
 [[nodiscard]] inline std::string to_string(const OctreeCube& cube) {
   return "cube " + std::to_string(cube.exponent) + ":" + std::to_string(cube.x) + "/" +
          std::to_string(cube.y) + "/" + std::to_string(cube.z);

@@ -20,8 +20,8 @@ double squared_distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) 
   return dot(rest, rest);
 }
 
-// To the plane where the foot of the perpendicular lies inside, else to the nearest side. A
-// triangle so thin that its plane is uncertain is taken for its sides.
+// The distance to the plane if the perpendicular's foot lies inside, otherwise to the nearest side.
+// A triangle too thin to have a reliable plane counts as its sides.
 double squared_distance_to_triangle(const Vec3& p, const SurfaceTriangle& t) {
   const Vec3 normal = cross(difference(t[1], t[0]), difference(t[2], t[0]));
   const double area = dot(normal, normal);
@@ -43,7 +43,7 @@ double area_of(const SurfaceTriangle& t) {
   return 0.5 * std::sqrt(dot(normal, normal));
 }
 
-// SplitMix64: a number in [0, 1) from 53 bits, the same with every standard library.
+// SplitMix64: numbers in [0, 1) from 53 bits, the same with every standard library.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -59,7 +59,7 @@ class Random {
   std::uint64_t state_;
 };
 
-// Evenly over the triangle: a point of the parallelogram, folded over the diagonal.
+// Returns a uniformly distributed point: one of the parallelogram, folded at the diagonal.
 Vec3 point_in(const SurfaceTriangle& t, Random& random) {
   double u = random();
   double v = random();

@@ -1,11 +1,10 @@
-// Distances between two surfaces, from sampled points of each to all triangles of the other.
+// Distances between two surfaces, from sample points on each to the triangles of the other.
 //
 //   const NearestTriangle full(std::move(full_triangles));
 //   const DistanceStatistics there = distances(sampled_points(mesh, 20'000), full, limit);
 //
-// Surfaces are sets of triangles in any coordinates and unit of length; degenerate triangles are
-// points or segments and do no harm. Nothing depends on the order of the triangles but the choice
-// of samples, and nothing on a clock: the same arguments give the same numbers.
+// Surfaces are sets of triangles in any coordinates and unit of length; degenerate triangles count
+// as points or segments. Deterministic; only the choice of samples depends on the triangles' order.
 #pragma once
 
 #include <array>
@@ -24,30 +23,30 @@ using SurfaceTriangle = std::array<Vec3, 3>;
 
 [[nodiscard]] double distance_to_triangle(const Vec3& point, const SurfaceTriangle& triangle);
 
-// `count` points spread over the surface in proportion to its area: its triangles in their order
-// are cut into `count` parts of equal area, and each part gives one point. None of a surface
-// without area.
+// Returns `count` points distributed over the surface by area: the sequence of triangles is divided
+// into `count` parts of equal area, and each part gives one point. Empty if the area is 0.
 [[nodiscard]] std::vector<Vec3> sampled_points(std::span<const SurfaceTriangle> surface,
                                                std::size_t count, std::uint64_t seed = 1);
 
-// Finds the distance of points to a surface. Immutable, so any thread may use it. Takes about 110
-// bytes a triangle; a query costs O(log triangles) when the point is near.
+// Finds the distance of points to a surface. Immutable and therefore thread-safe. Takes about 110
+// bytes per triangle; a query costs O(log triangles) if the point is near.
 class NearestTriangle {
  public:
   explicit NearestTriangle(std::span<const SurfaceTriangle> triangles);
 
   struct Found {
     double distance = std::numeric_limits<double>::infinity();
-    const SurfaceTriangle* triangle = nullptr;  // As long as this object; none: there is none.
+    // Valid as long as this object; null if there is no triangle.
+    const SurfaceTriangle* triangle = nullptr;
   };
   [[nodiscard]] Found nearest(const Vec3& point) const;
-  // Infinite when there is no triangle.
+  // Infinite if there is no triangle.
   [[nodiscard]] double distance(const Vec3& point) const { return nearest(point).distance; }
   [[nodiscard]] bool is_empty() const { return triangles_.empty(); }
 
  private:
   BoxTree tree_;
-  std::vector<SurfaceTriangle> triangles_;  // In the order of the tree.
+  std::vector<SurfaceTriangle> triangles_;  // In the tree's order.
 };
 
 // The allowed distance at a place, in the surfaces' coordinates and unit.
@@ -58,15 +57,15 @@ struct DistanceStatistics {
   double maximum = 0;
   double percentile_99 = 0;
   double mean = 0;
-  // Where the distance is largest against what is allowed there, and what is allowed there.
+  // The sample with the largest excess over its allowed distance, and that allowed distance.
   double worst_distance = 0;
   double worst_limit = 0;
   Vec3 worst_place = {0, 0, 0};
-  std::uint64_t above_limit = 0;  // Samples that are farther than allowed.
+  std::uint64_t above_limit = 0;  // Samples farther than allowed.
 };
 
-// The distances of the points from the surface. All zero without points; without surface all are
-// infinite.
+// Returns statistics of the points' distances from the surface. All zero without points; infinite
+// without a surface.
 [[nodiscard]] DistanceStatistics distances(std::span<const Vec3> points,
                                            const NearestTriangle& surface,
                                            const DistanceLimit& limit);

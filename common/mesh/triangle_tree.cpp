@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-// The bits of a coordinate, two zeros after each.
+// Spreads the bits of a coordinate, with two zeros after each.
 std::uint64_t spread(std::int32_t coordinate) {
   auto v = static_cast<std::uint64_t>(coordinate) & 0x1FFFFFU;
   v = (v | v << 32) & 0x001F00000000FFFFU;
@@ -16,7 +16,7 @@ std::uint64_t spread(std::int32_t coordinate) {
   return (v | v << 2) & 0x1249249249249249U;
 }
 
-// On a curve through space that leaves no octree cube before it has been everywhere in it.
+// Returns the position on a Z-order curve, which visits each octree cube contiguously.
 std::uint64_t along_curve(const TriangleBox& box) {
   const auto middle = [](std::int32_t a, std::int32_t b) { return a + (b - a) / 2; };
   return spread(middle(box.low.x, box.high.x)) | spread(middle(box.low.y, box.high.y)) << 1 |

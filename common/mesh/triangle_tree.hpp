@@ -1,13 +1,13 @@
-// Finds the triangles of a mesh on the lattice that are near a box: a tree of boxes, eight to a
-// node, whose triangles may change.
+// Finds the triangles of a lattice mesh near a box: a tree of bounding boxes, eight per node, whose
+// triangles may change.
 //
 //   TriangleTree tree(boxes);                             // Numbered as they come.
 //   tree.visit_near(box, [](std::uint32_t t) { ...; return false; });
 //   tree.set(t, box_of(moved));
 //
-// Triangles keep their places in the tree, which are near to each other where the triangles were at
-// first. The boxes of nodes are always those around what is in them, so the tree stays good while
-// triangles vanish and their neighbours grow to fill the gaps.
+// Triangles keep their places in the tree, which are close together where the triangles were
+// initially. Node boxes always fit their content tightly, so searches stay fast while triangles
+// vanish and their neighbours grow to fill the gaps.
 #pragma once
 
 #include <array>
@@ -21,7 +21,7 @@
 
 namespace multitetra {
 
-// Closed, in lattice steps.
+// A closed box in lattice steps.
 struct TriangleBox {
   LatticePoint low;
   LatticePoint high;
@@ -39,18 +39,18 @@ class TriangleTree {
   explicit TriangleTree(std::span<const TriangleBox> boxes);
 
   void set(std::uint32_t triangle, const TriangleBox& box);
-  // Requires that it is there.
+  // Requires that the triangle is in the tree.
   void remove(std::uint32_t triangle);
 
-  // Calls visit(triangle) for those whose box touches `box`, until one returns true; whether one
-  // did.
+  // Calls visit(triangle) for all triangles whose box touches `box` until one call returns true,
+  // and returns whether one did.
   template <typename Visit>
   bool visit_near(const TriangleBox& box, const Visit& visit) const {
     return visit_places(box, [&](std::uint32_t place) { return visit(order_[place]); });
   }
 
-  // Calls visit(a, b) for all pairs whose boxes touch, each once. Those of different `parts` below
-  // part_count() are different, so threads may share the work.
+  // Calls visit(a, b) once for each pair whose boxes touch. Each `part` below part_count() yields
+  // different pairs, so threads can share the work.
   template <typename Visit>
   void visit_pairs(std::uint32_t part, const Visit& visit) const {
     const Node& leaf = nodes_[part];
@@ -72,13 +72,12 @@ class TriangleTree {
 
  private:
   static constexpr std::uint32_t kWidth = 8;
-  static constexpr std::size_t kLevels = 11;  // 8^11 is more than 32 bits can number.
+  static constexpr std::size_t kLevels = 11;  // 8^11 exceeds the range of 32-bit indices.
   static constexpr std::int32_t kHighest = std::numeric_limits<std::int32_t>::max();
   static constexpr std::int32_t kLowest = std::numeric_limits<std::int32_t>::min();
 
   using Eight = std::array<std::int32_t, kWidth>;
-  // The boxes of eight triangles, or of eight nodes of the level below. What is not there touches
-  // nothing.
+  // The boxes of eight triangles, or of eight nodes of the level below. Unused boxes touch nothing.
   struct Node {
     std::array<Eight, 3> low = {no_low(), no_low(), no_low()};
     std::array<Eight, 3> high = {no_high(), no_high(), no_high()};
@@ -87,11 +86,11 @@ class TriangleTree {
       return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}};
     }
     void set(std::uint32_t i, const TriangleBox& box);
-    // Around all of them.
+    // Returns the box around all of them.
     [[nodiscard]] TriangleBox box() const;
-    // A bit for each box that touches this one.
+    // Returns one bit for each box that touches `box`.
     [[nodiscard]] std::uint32_t touching(const TriangleBox& box) const {
-      Eight apart;  // Written so that compilers compare several at once.
+      Eight apart;  // Written so that compilers vectorize the comparisons.
       for (std::uint32_t i = 0; i < kWidth; ++i) {
         apart[i] = static_cast<std::int32_t>(low[0][i] > box.high.x) |
                    static_cast<std::int32_t>(high[0][i] < box.low.x) |
@@ -117,11 +116,11 @@ class TriangleTree {
 
   void add_level();
 
-  // Places count the triangles in the order of the leaves.
+  // A place is the index of a triangle in leaf order.
   template <typename Visit>
   bool visit_places(const TriangleBox& box, const Visit& visit) const {
     if (nodes_.empty()) return false;
-    // By level: which boxes of the node there are still to be looked at.
+    // For each level, the boxes of its current node still to be visited.
     struct Waiting {
       std::uint32_t node = 0, bits = 0;
     };
@@ -146,8 +145,8 @@ class TriangleTree {
     }
   }
 
-  std::vector<std::uint32_t> order_;   // The triangle at each place,
-  std::vector<std::uint32_t> places_;  // and the place of each triangle.
+  std::vector<std::uint32_t> order_;   // The triangle at each place.
+  std::vector<std::uint32_t> places_;  // The place of each triangle.
   std::vector<Node> nodes_;            // Leaves first, the root last.
   std::vector<std::size_t> first_of_level_;
   std::size_t leaf_count_ = 0;

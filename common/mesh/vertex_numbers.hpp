@@ -1,4 +1,4 @@
-// Numbers for lattice points in the order they first appear, so that triangles share vertices.
+// Assigns indices to lattice points in order of appearance, so that triangles share vertices.
 #pragma once
 
 #include <bit>
@@ -11,14 +11,14 @@
 
 namespace multitetra {
 
-// Open addressing with linear probing, at most half full; the points themselves are kept by the
-// caller. Requires lattice coordinates within 0 .. 2^kMaxLatticeBits.
+// A hash table with linear probing, at most half full; the caller stores the points. Requires
+// lattice coordinates within 0 .. 2^kMaxLatticeBits.
 class VertexNumbers {
  public:
   explicit VertexNumbers(std::size_t expected_vertices = 0) { reserve(expected_vertices); }
 
-  // The index of the point in `vertices`, which it is added to unless it is known. Points that the
-  // caller added to `vertices` on its own are not found.
+  // Returns the index of the point in `vertices`, appending it if it is new. Does not find points
+  // that the caller appended itself.
   std::uint32_t number(const LatticePoint& point, std::vector<LatticePoint>& vertices) {
     if (2 * (known_.size() + 1) > slots_.size()) grow(vertices);
     std::uint32_t& slot = find(point, vertices);

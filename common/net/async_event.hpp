@@ -1,10 +1,10 @@
-// Wakes coroutines that wait for something to change. There is no memory of past notifications: a
-// coroutine checks its condition before waiting, and again when woken.
+// Wakes coroutines that wait for a condition. Past notifications are not remembered: a coroutine
+// checks its condition before waiting and again after waking up.
 //
 //   while (queue.empty()) co_await changed.wait();      // One coroutine, or several.
 //   queue.push(x);  changed.notify_all();               // Another one.
 //
-// For one thread. The event must outlive all that wait.
+// Single-threaded. The event must outlive all waiting coroutines.
 #pragma once
 
 #include <chrono>
@@ -26,7 +26,7 @@ class AsyncEvent {
   void notify_all();
 
   [[nodiscard]] asio::awaitable<void> wait() { return wait_until(Clock::time_point::max()); }
-  // Until it is notified, or until then.
+  // Waits until the next notification, or until `time`.
   [[nodiscard]] asio::awaitable<void> wait_until(Clock::time_point time);
 
  private:

@@ -1,4 +1,4 @@
-// Those parts of Boost.Asio and Boost.Beast that are no templates.
+// Compiles the parts of Boost.Asio and Boost.Beast that are not templates.
 #include <utility>
 
 #include <boost/asio/impl/src.hpp>

@@ -16,11 +16,12 @@ bool is_address(const std::string& host) {
   return !error;
 }
 
-// Before the handshake: sends `host` as server name and, unless the context skips verification,
-// requires its certificate.
+// Before the handshake: sends `host` as the server name and, unless the context skips verification,
+// requires a certificate for it.
 void expect_host(SSL* tls, const std::string& host) {
   const bool by_address = is_address(host);
-  // A macro of OpenSSL's with a cast of its own. Addresses are not sent as server names.
+  // Calls SSL_ctrl() since OpenSSL's macro contains an old-style cast. Addresses are not sent as
+  // server names.
   if (!by_address) {
     SSL_ctrl(tls, SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name,
              const_cast<char*>(host.c_str()));
@@ -77,7 +78,7 @@ asio::awaitable<Result<void>> ByteStream::handshake_as_client(std::string host,
   error_code error;
   co_await socket_->async_handshake(asio::ssl::stream_base::client, use_error(error));
   if (!error) co_return Result<void>();
-  // A lost server may return; an invalid certificate stays invalid.
+  // A lost server may come back; an invalid certificate stays invalid.
   const bool is_tls_fault = error.category() == asio::error::get_ssl_category();
   co_return fail(is_tls_fault ? ErrorCode::kInvalidArgument : ErrorCode::kUnavailable,
                  handshake_fault(socket_->native_tls(), error, host, ca_option));

@@ -5,8 +5,8 @@
 //   const Transfer got = co_await stream.read_some(asio::buffer(bytes));
 //   if (got.error) ...
 //
-// As with any socket: at most one read and one write are under way at a time, everything runs on
-// the executor of the TCP socket, and the stream outlives what is under way.
+// As with any socket, at most one read and one write may be in progress, everything runs on the
+// executor of the TCP socket, and the stream must outlive its operations.
 #pragma once
 
 #include <array>
@@ -40,37 +40,37 @@ class ByteStream {
   [[nodiscard]] tcp::socket& socket();
   [[nodiscard]] bool is_tls() const;
 
-  // Must be over before the first read or write. Nothing to do for plain TCP.
+  // Must complete before the first read or write. Does nothing for plain TCP.
   [[nodiscard]] asio::awaitable<error_code> handshake_as_server();
-  // Whether that failed because HTTP without TLS came.
+  // Returns whether the handshake failed because of plain HTTP.
   [[nodiscard]] static bool was_plain_http(const error_code& error);
-  // The handshake of a client, which sends `host` as server name and, unless the context skips
-  // verification, requires its certificate. The error is the end of a sentence; kInvalidArgument
-  // when a retry is useless. `ca_option` is the option that names an authority.
+  // The client's handshake. Sends `host` as the server name and, unless the context skips
+  // verification, requires a certificate for it. Errors end a sentence; kInvalidArgument means that
+  // retrying is useless. `ca_option` is the name of the option for a certificate authority.
   [[nodiscard]] asio::awaitable<Result<void>> handshake_as_client(std::string host,
                                                                   std::string ca_option);
 
   [[nodiscard]] asio::awaitable<Transfer> read_some(asio::mutable_buffer into);
-  // All of both, in one go; the bytes stay where they are.
+  // Writes both buffers completely. The bytes must stay valid until then.
   [[nodiscard]] asio::awaitable<Transfer> write(asio::const_buffer first,
                                                 asio::const_buffer second = {});
-  // The bytes that were written and not yet sent; 0 if unknown. Bytes under way are not counted,
-  // since their acknowledgement may be late.
+  // Returns the number of bytes written but not yet sent; 0 if unknown. Excludes bytes in flight,
+  // whose acknowledgement may be late.
   [[nodiscard]] std::size_t unsent();
-  // Ends the sending direction: TLS's close_notify, or TCP's FIN. With TLS it completes when the
-  // other side has done the same, which browsers never do: limit the wait.
+  // Ends the sending direction with TLS's close_notify or TCP's FIN. With TLS it completes only
+  // when the peer does the same, which browsers never do: limit the wait.
   [[nodiscard]] asio::awaitable<error_code> shut_down();
-  // Running operations end with an error.
+  // Pending operations end with an error.
   void close();
 
-  // For what is spoken over it.
+  // For protocols on top of this stream.
   [[nodiscard]] StreamSocket& layer() { return *socket_; }
 
  private:
   std::unique_ptr<StreamSocket> socket_;
 };
 
-// Socket options of all connections: no delay for small messages, and keep-alive.
+// Sets the options of all connections: no delay for small messages, and keep-alive.
 void set_socket_options(tcp::socket& socket);
 
 }  // namespace multitetra

@@ -12,14 +12,13 @@
 namespace multitetra {
 
 struct ChannelOptions {
-  TlsContextPtr tls = nullptr;  // Needed for tls:// and wss://.
+  TlsContextPtr tls = nullptr;  // Required for tls:// and wss://.
   std::uint32_t max_message_bytes = kMaxServerFrameBytes;
   std::size_t read_buffer_bytes = 64 * 1024;
-  // Bytes that the other machine does not acknowledge for so long mean that it is lost; 0: the
-  // system decides.
+  // Closes the connection if sent bytes stay unacknowledged for this long; 0: the system's default.
   std::chrono::milliseconds unacknowledged{0};
-  std::string from = {};           // The address to connect from; empty: the system decides.
-  std::string ca_option = "--ca";  // The option that names an authority.
+  std::string from = {};  // The local address to connect from; empty: chosen by the system.
+  std::string ca_option = "--ca";  // The option for a certificate authority, for error texts.
 };
 
 }  // namespace multitetra

@@ -16,9 +16,9 @@ namespace {
 struct Scheme {
   std::string_view prefix;
   Transport transport;
-  std::uint16_t port;  // Where none is written.
+  std::uint16_t port;  // The default port.
 };
-// Where two have one transport, the first is written.
+// If two schemes have the same transport, the first is used for output.
 constexpr std::array<Scheme, 6> kSchemes = {{{"tcp://", Transport::kTcp, kDefaultPort},
                                              {"tls://", Transport::kTls, kDefaultPort},
                                              {"ws://", Transport::kWebSocket, 80},
@@ -43,12 +43,12 @@ std::optional<std::pair<std::string_view, std::string_view>> split_host(std::str
   return std::pair(text.substr(0, colon), text.substr(colon));
 }
 
-// What stands in a request line as it is: no blank, no control character, nothing but ASCII.
+// Returns whether `text` can be part of a request line: printable ASCII without blanks.
 bool is_path(std::string_view text) {
   return std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < '\x7f'; });
 }
 
-// The host and the port, of `text` without its scheme and its path.
+// Parses host and port from `text`, which has no scheme and no path.
 std::optional<Endpoint> address_from(std::string_view text, const Scheme& scheme) {
   const auto parts = split_host(text);
   if (!parts || parts->first.empty() || parts->first.find('/') != std::string_view::npos) {

@@ -1,5 +1,4 @@
-// An address to listen on or connect to: a host and a port, and the transport,
-// as users write them.
+// An address to listen on or connect to: a host, a port and a transport, as users write them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@
 namespace multitetra {
 
 inline constexpr std::uint16_t kDefaultPort = 7410;
-inline constexpr std::string_view kStreamPath = "/v1/stream";  // For WebSockets of a gateway.
+inline constexpr std::string_view kStreamPath = "/v1/stream";  // The path of WebSocket connections.
 inline constexpr std::string_view kSubprotocol = "multitetra.v1";
 
 enum class Transport {
@@ -22,10 +21,10 @@ enum class Transport {
 };
 
 struct Endpoint {
-  std::string host;  // A name or an address; an IPv6 address stands here without brackets.
+  std::string host;  // A name or an address; IPv6 addresses have no brackets here.
   std::uint16_t port = kDefaultPort;
   Transport transport = Transport::kTcp;
-  // The path of a WebSocket, from its "/" on; empty for the others.
+  // The path of a WebSocket, including its leading "/"; empty for other transports.
   std::string path = {};
 
   [[nodiscard]] bool is_web_socket() const {
@@ -37,21 +36,22 @@ struct Endpoint {
   friend bool operator==(const Endpoint&, const Endpoint&) = default;
 };
 
-// Parses an address to listen on: "HOST", "HOST:PORT", "PORT" of this machine or one of them behind
-// "tcp://"; an IPv6 address is written in brackets, as in "tcp://[::1]:7410". Port 0 is allowed: a
-// listener then takes a free one. kInvalidArgument, with the text and an example, otherwise.
+// Parses an address to listen on: "HOST", "HOST:PORT" or "PORT" of this machine, with or without
+// "tcp://". IPv6 addresses are written in brackets, as in "tcp://[::1]:7410". Port 0 makes a
+// listener take a free port. The error is kInvalidArgument, and quotes the text and an example.
 [[nodiscard]] Result<Endpoint> parse_endpoint(std::string_view text);
 
-// Parses an address to connect to: the same, or "tls://HOST:PORT", "ws://HOST:PORT/PATH",
-// "wss://HOST:PORT/PATH"; "http://" and "https://", the address of the viewer, are taken as "ws://"
-// and "wss://". Without a port WebSockets have those of HTTP, 80 and 443; without a path
-// or with one that ends in "/", where a proxy shows the server, kStreamPath follows.
+// Parses an address to connect to: as parse_endpoint(), or "tls://HOST:PORT",
+// "ws://HOST:PORT/PATH", "wss://HOST:PORT/PATH". "http://" and "https://", the viewer's addresses,
+// mean "ws://" and "wss://". The default ports of WebSockets are those of HTTP, 80 and 443.
+// kStreamPath is appended to an empty path and to one that ends in "/", under which a proxy may
+// serve the server.
 [[nodiscard]] Result<Endpoint> parse_server_url(std::string_view text);
 
-// Whether only this machine is meant: "localhost", 127.0.0.0/8 or ::1.
+// Returns whether `host` is this machine: "localhost", 127.0.0.0/8 or ::1.
 [[nodiscard]] bool is_this_machine(std::string_view host);
 
-// "tcp://HOST:PORT" and the like, which parse_server_url reads back.
+// Returns "tcp://HOST:PORT" or the like, which parse_server_url() accepts.
 [[nodiscard]] std::string to_string(const Endpoint& endpoint);
 
 }  // namespace multitetra

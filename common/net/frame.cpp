@@ -20,8 +20,8 @@ std::uint32_t content_length(const char* header) {
   return length;
 }
 
-// What speaks another language at its first four bytes, which would be absurd lengths; empty for a
-// frame.
+// Recognizes other protocols by their first four bytes, which would be absurd lengths. Returns an
+// error text, or nothing for a frame.
 std::string other_language(std::string_view header) {
   if (header == "HTTP") {
     return "The server at this port uses HTTP: write ws:// (with TLS wss://) instead of "
@@ -46,7 +46,7 @@ std::string other_language(std::string_view header) {
 }  // namespace
 
 void FrameReader::feed(std::string_view bytes) {
-  // What was returned is dropped once it is the larger part, so that bytes move O(1) times each.
+  // Drops returned bytes once they are the larger part, so that each byte moves O(1) times.
   if (consumed_ > 0 && consumed_ >= buffer_.size() - consumed_) {
     buffer_.erase(0, consumed_);
     consumed_ = 0;
@@ -57,7 +57,7 @@ void FrameReader::feed(std::string_view bytes) {
 Result<std::optional<std::string>> FrameReader::next() {
   if (buffered() < kFrameHeaderBytes) return std::nullopt;
   const std::uint32_t length = content_length(buffer_.data() + consumed_);
-  // The header stays in the buffer when it is refused: every later call refuses it again.
+  // Invalid headers stay in the buffer, so every later call rejects them again.
   if (length == 0) {
     return fail(ErrorCode::kMalformedFrame,
                 "A frame has length 0; every frame holds a message of at least 1 byte.");

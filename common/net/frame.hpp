@@ -4,7 +4,7 @@
 //   |   length (u32 LE)  |  length bytes       |
 //   +----+----+----+----+----------------------+
 //
-// A frame of length 0 is malformed: no message is empty. No I/O happens here.
+// A frame of length 0 is malformed, as no message is empty. This file does no I/O.
 #pragma once
 
 #include <cstddef>
@@ -18,30 +18,30 @@
 namespace multitetra {
 
 inline constexpr std::size_t kFrameHeaderBytes = 4;
-// Default limits on the length of one frame's content. A client's longest message is a request with
-// all the regions, grid thresholds and held tiles that are allowed, about 1.4 million bytes.
-inline constexpr std::uint32_t kMaxClientFrameBytes = 2 * 1024 * 1024;   // What a server accepts.
+// Default limits of a frame's content. The longest client message is a request with the maximum
+// number of regions, grid thresholds and cached tiles, about 1.4 million bytes.
+inline constexpr std::uint32_t kMaxClientFrameBytes = 2 * 1024 * 1024;   // Accepted by servers.
 inline constexpr std::uint32_t kMaxHelloFrameBytes = 16 * 1024;          // Before Hello.
-inline constexpr std::uint32_t kMaxServerFrameBytes = 16 * 1024 * 1024;  // What a client accepts.
+inline constexpr std::uint32_t kMaxServerFrameBytes = 16 * 1024 * 1024;  // Accepted by clients.
 
-// The 4 bytes that precede `content_bytes` bytes.
+// Returns the 4 bytes that precede `content_bytes` bytes.
 [[nodiscard]] std::string frame_header(std::uint32_t content_bytes);
 
-// Cuts a stream of bytes, fed in any portions, into frames.
+// Splits a byte stream, fed in chunks of any size, into frames.
 class FrameReader {
  public:
   explicit FrameReader(std::uint32_t max_content_bytes) : max_content_bytes_(max_content_bytes) {}
 
   void feed(std::string_view bytes);
-  // From the next frame on.
+  // Takes effect with the next frame.
   void set_limit(std::uint32_t max_content_bytes) { max_content_bytes_ = max_content_bytes; }
 
-  // The next whole frame's content; nullopt when more bytes are needed. kMessageTooLarge or
-  // kMalformedFrame as soon as the header shows it, and from then on: the stream cannot be followed
-  // any more.
+  // Returns the content of the next complete frame; nullopt if more bytes are needed. Fails with
+  // kMessageTooLarge or kMalformedFrame as soon as the header is invalid, and in all later calls,
+  // since the framing is then lost.
   [[nodiscard]] Result<std::optional<std::string>> next();
 
-  // Bytes fed and not yet returned. Memory is proportional to it.
+  // Returns the number of bytes fed but not yet returned. Memory use is proportional to it.
   [[nodiscard]] std::size_t buffered() const { return buffer_.size() - consumed_; }
 
  private:

@@ -34,7 +34,7 @@ asio::awaitable<Result<void>> MessageChannel::connect() {
   } else {
     const auto found = co_await resolver_.async_resolve(server_.host, std::to_string(server_.port),
                                                         use_error(error));
-    // Trying several addresses would open the socket again, without the address it is bound to.
+    // Trying several addresses would reopen the socket without the address it is bound to.
     if (!error && is_open_ && !options_.from.empty()) {
       co_await socket_.async_connect(found.begin()->endpoint(), use_error(error));
     } else if (!error && is_open_) {
@@ -123,7 +123,7 @@ tl::unexpected<Error> MessageChannel::closed(Error error) {
   return tl::unexpected(std::move(error));
 }
 
-// What a transport says of a lost connection becomes a sentence.
+// Completes a transport's description of a lost connection to a sentence.
 tl::unexpected<Error> MessageChannel::lost_in_use(Error error) {
   if (error.code == ErrorCode::kUnavailable) {
     error.text = "The connection to " + to_string(server_) + " was lost: " + error.text + ".";

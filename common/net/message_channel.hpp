@@ -1,19 +1,18 @@
-// A client's messages with one server, over whatever its address says: frames over TCP or TLS, or
-// WebSocket messages over either. For coroutines; client/library/message_socket.hpp is the blocking
-// one on top, server/gateway/upstream_link.hpp what a gateway makes of it.
+// A client's message connection to one server, over the transport its address names: frames over
+// TCP or TLS, or WebSocket messages over either. Coroutine-based; client/library/message_socket.hpp
+// wraps it with blocking calls, server/gateway/upstream_link.hpp uses it in gateways.
 //
 //   MessageChannel channel(io.get_executor(), server, {.tls = tls});
 //   if (const auto opened = co_await channel.open(); !opened) ...
 //   co_await channel.send(serialize(Hello{}));
 //   const Result<std::string> content = co_await channel.receive();
 //
-// At most one send and one receive are under way at a time, and everything runs on the one thread
-// of the executor. No wait has a limit: a caller that times out calls close(), and
-// what is under way ends with kUnavailable. The channel must outlive what is under way.
+// At most one send and one receive may be in progress, and everything runs on the single thread of
+// the executor. No operation has a timeout: to abort, call close(), which ends pending operations
+// with kUnavailable. The channel must outlive its operations.
 //
-// Errors are whole sentences: those of message_transport.hpp; kUnavailable when the server cannot
-// be reached, kInvalidArgument when it is not to be trusted. After one of them the channel is
-// closed.
+// Errors are complete sentences: those of message_transport.hpp; kUnavailable if the server is
+// unreachable, kInvalidArgument if it is not trusted. After an error the channel is closed.
 #pragma once
 
 #include <chrono>
@@ -30,26 +29,26 @@ namespace multitetra {
 
 class MessageChannel {
  public:
-  // Requires options.tls if the server's address is a secure one.
+  // Requires options.tls if the server's address is secure.
   MessageChannel(asio::any_io_executor executor, Endpoint server, ChannelOptions options);
   ~MessageChannel();
   MessageChannel(const MessageChannel&) = delete;
   MessageChannel& operator=(const MessageChannel&) = delete;
 
-  // Connects, shakes hands, becomes a WebSocket: once.
+  // Connects and performs all handshakes. Call once.
   [[nodiscard]] asio::awaitable<Result<void>> open();
   [[nodiscard]] asio::awaitable<Result<void>> send(std::string content);
   [[nodiscard]] asio::awaitable<Result<std::string>> receive();
-  // Bytes as they are on TCP or TLS, whatever is spoken above. Not while something is sent.
+  // Writes raw bytes to TCP or TLS, below the message transport. Not while a send is in progress.
   [[nodiscard]] asio::awaitable<Result<void>> send_bytes(std::string bytes);
-  // Says goodbye if the transport has a word for it, and waits for the other side's. Receiving may
-  // be under way, nothing else.
+  // Closes the transport in an orderly way, if it supports that, and waits for the other side. A
+  // receive may be in progress, but nothing else.
   [[nodiscard]] asio::awaitable<void> leave();
   void close();
 
   [[nodiscard]] bool is_open() const { return is_open_; }
   [[nodiscard]] const Endpoint& server() const { return server_; }
-  // When bytes came or a message was sent last.
+  // Returns when bytes were last received or a message was last sent.
   [[nodiscard]] std::chrono::steady_clock::time_point last_sign() const;
   [[nodiscard]] std::uint64_t bytes_received() const;
 
@@ -63,7 +62,7 @@ class MessageChannel {
 
   Endpoint server_;
   ChannelOptions options_;
-  tcp::socket socket_;  // Until the stream has it.
+  tcp::socket socket_;  // Moved into the stream after connecting.
   tcp::resolver resolver_;
   std::optional<ByteStream> stream_;
   std::unique_ptr<MessageTransport> transport_;

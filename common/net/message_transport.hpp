@@ -1,14 +1,14 @@
-// Messages over a byte stream: frames, or the binary messages of a WebSocket. The same for a client
-// and a server; websocket_transport.hpp opens WebSockets.
+// Messages over a byte stream: frames, or the binary messages of a WebSocket, for clients and
+// servers. websocket_transport.hpp opens WebSockets.
 //
 //   const auto transport = frames_over(stream, {});
 //   const Result<std::string> content = co_await transport->receive();
 //   const auto sent = co_await transport->send(serialize(message));
 //
-// At most one receive and one send are under way at a time. No wait is limited: close the stream to
-// end one. Errors are kUnavailable when the connection is lost, with the reason as the end of a
-// sentence, and kMalformedFrame, kMessageTooLarge or kMalformedMessage when the received bytes are
-// invalid: from then on only drain() may be called.
+// At most one receive and one send may be in progress. No operation has a timeout: close the stream
+// to abort. The error is kUnavailable if the connection is lost, with the reason as the end of a
+// sentence, and kMalformedFrame, kMessageTooLarge or kMalformedMessage if the received bytes are
+// invalid; only drain() may be called after that.
 #pragma once
 
 #include <chrono>
@@ -33,21 +33,21 @@ class MessageTransport {
 
   virtual ~MessageTransport() = default;
 
-  // The content of the next message.
+  // Returns the content of the next message.
   [[nodiscard]] virtual asio::awaitable<Result<std::string>> receive() = 0;
-  // Gives how many bytes that took.
+  // Returns the number of bytes sent.
   [[nodiscard]] virtual asio::awaitable<Result<std::size_t>> send(std::string content) = 0;
-  // Reads and drops what still comes, until the other side closes: closing with unread bytes
-  // would reset the connection and take our last words away from it.
+  // Reads and discards further bytes until the other side closes: closing with unread bytes would
+  // reset the connection and lose our last messages.
   [[nodiscard]] virtual asio::awaitable<void> drain() = 0;
-  // Says that nothing more comes, and waits for the same word of the other side where there is one.
+  // Announces the end of our messages, and waits for the other side's announcement if there is one.
   [[nodiscard]] virtual asio::awaitable<void> leave() = 0;
-  // From the next message on.
+  // Takes effect with the next message.
   virtual void set_limit(std::uint32_t max_message_bytes) = 0;
-  // Whether the connection was lost before the other side had come to an end.
+  // Returns whether the connection was lost before the other side ended it.
   [[nodiscard]] virtual bool was_cut_off() const = 0;
 
-  // When bytes came, or a message was sent last.
+  // Returns when bytes were last received or a message was last sent.
   [[nodiscard]] Clock::time_point last_sign() const { return last_sign_; }
   [[nodiscard]] std::uint64_t bytes_received() const { return bytes_received_; }
 
@@ -62,11 +62,11 @@ class MessageTransport {
   std::uint64_t bytes_received_ = 0;
 };
 
-// As frame.hpp draws them. The stream outlives the transport.
+// Frames as in frame.hpp. The stream must outlive the transport.
 [[nodiscard]] std::unique_ptr<MessageTransport> frames_over(ByteStream& stream,
                                                             const TransportOptions& options);
 
-// A connection that was lost, in receive() and send().
+// The error of receive() and send() for a lost connection.
 [[nodiscard]] inline tl::unexpected<Error> lost(const error_code& why) {
   return fail(ErrorCode::kUnavailable, why.message());
 }

@@ -1,11 +1,11 @@
-// The one file that includes Boost.Asio: everything that touches a socket, a timer or a coroutine
-// includes this instead. Headers that only name an io_context include net_fwd.hpp.
+// Includes Boost.Asio: all code with sockets, timers or coroutines includes this header instead of
+// Asio's. Headers that only name an io_context include net_fwd.hpp.
 #pragma once
 
-#include <utility>  // Boost 1.74 uses std::exchange in its coroutines without including it.
+#include <utility>  // Boost 1.74's coroutines use std::exchange without it.
 
 #if defined(__SANITIZE_THREAD__)
-#define BOOST_ASIO_DISABLE_FENCED_BLOCK  // GCC's thread sanitizer does not know fences.
+#define BOOST_ASIO_DISABLE_FENCED_BLOCK  // GCC's thread sanitizer does not support fences.
 #endif
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
@@ -30,8 +30,7 @@ namespace asio = boost::asio;
 using boost::asio::ip::tcp;
 using boost::system::error_code;
 
-// co_await operation(use_error(error)): the operation reports its failure in `error` and does not
-// throw.
+// co_await operation(use_error(error)): reports failures in `error` instead of throwing.
 [[nodiscard]] inline auto use_error(error_code& error) {
   return asio::redirect_error(asio::use_awaitable, error);
 }

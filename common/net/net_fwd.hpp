@@ -1,4 +1,4 @@
-// Names of Boost.Asio for headers that only pass them on.
+// Forward declarations of Boost.Asio for headers.
 #pragma once
 
 namespace boost::asio {

@@ -1,11 +1,10 @@
 // The implementation of ByteStream. Private to this folder.
 //
-// Models Asio's AsyncReadStream and AsyncWriteStream, so that asio::async_write and Beast take a
-// StreamSocket& as they take a tcp::socket&. Neither copied nor moved: operations under way know
-// its address.
+// Models Asio's AsyncReadStream and AsyncWriteStream, so that asio::async_write and Beast accept a
+// StreamSocket& like a tcp::socket&. Not movable, as pending operations refer to it.
 //
-// As with any socket: at most one read and one write are under way at a time, and everything runs
-// on the executor of the TCP socket.
+// As with any socket, at most one read and one write may be in progress, and everything runs on the
+// executor of the TCP socket.
 #pragma once
 
 #include <array>
@@ -26,8 +25,8 @@ class TlsContext : public asio::ssl::context {
   using asio::ssl::context::context;
 };
 
-// What an operation of the socket calls when it is over, whatever its type: TLS is compiled once,
-// not once for each operation that uses it. It keeps the handler's executor.
+// A type-erased completion handler that keeps the handler's executor. With it TLS is compiled once
+// instead of once per operation.
 class IoHandler {
  public:
   using executor_type = asio::any_io_executor;
@@ -42,7 +41,7 @@ class IoHandler {
   }
 
   [[nodiscard]] executor_type get_executor() const noexcept { return executor_; }
-  // Once.
+  // Call once.
   void operator()(error_code error, std::size_t bytes = 0) {
     const std::unique_ptr<Call> call = std::move(call_);
     call->run(error, bytes);
@@ -72,7 +71,7 @@ class IoHandler {
   std::unique_ptr<Call> call_;
 };
 
-// The first buffers of a sequence of any type: enough for an operation on some of the bytes.
+// The first buffers of a sequence of any type, which suffice for reading or writing some bytes.
 template <typename Buffer>
 class FirstBuffers {
  public:
@@ -112,7 +111,7 @@ class StreamSocket {
   // For SNI and verification, before the handshake. Requires is_tls().
   [[nodiscard]] SSL* native_tls() { return tls_->native_handle(); }
 
-  // Must be over before the first read or write. Nothing to do for plain TCP.
+  // Must complete before the first read or write. Does nothing for plain TCP.
   template <typename Token>
   auto async_handshake(asio::ssl::stream_base::handshake_type role, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(
@@ -140,15 +139,15 @@ class StreamSocket {
         token, buffers);
   }
 
-  // Ends the sending direction: TLS's close_notify, or TCP's FIN. With TLS it completes when the
-  // other side has done the same, which browsers never do: limit the wait.
+  // Ends the sending direction with TLS's close_notify or TCP's FIN. With TLS it completes only
+  // when the peer does the same, which browsers never do: limit the wait.
   template <typename Token>
   auto async_shutdown(Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(
         [this](auto handler) { shut_down(erased<Takes::kError>(std::move(handler))); }, token);
   }
 
-  // Running operations end with an error.
+  // Pending operations end with an error.
   void close() {
     boost::system::error_code ignored;
     socket_.close(ignored);

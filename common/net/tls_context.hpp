@@ -1,5 +1,5 @@
-// The context of TLS connections: a certificate and its key, or the authorities that are
-// trusted. Opaque: tls_files.hpp and trust.hpp make one, ByteStream uses it.
+// The context of TLS connections: a certificate and its key, or the trusted authorities. Opaque:
+// created by tls_files.hpp and trust.hpp, used by ByteStream.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@ namespace multitetra {
 
 class TlsContext;
 
-// Shared by the connections that were made with it: a listener may take another for the next ones.
+// Shared by the connections made with it; a listener may use another one for new connections.
 using TlsContextPtr = std::shared_ptr<TlsContext>;
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
-// The servers that a client trusts over TLS: by default those with a certificate for the requested
-// host that is signed by an authority which this machine trusts.
+// The servers a client trusts over TLS: by default those with a certificate for the requested host
+// signed by an authority this machine trusts.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 namespace multitetra {
 
 struct Trust {
-  std::string ca_file = {};  // PEM, instead of the machine's authorities; empty: those.
-  bool insecure = false;     // Certificates are not checked. For trials only.
+  std::string ca_file = {};  // PEM file of authorities; empty: those of the machine.
+  bool insecure = false;     // Disables certificate checks. For tests only.
 };
 
-// The context of a client's connections; TLS 1.2 or later. kInvalidArgument when the file has no
-// certificate.
+// Returns the context for a client's connections; TLS 1.2 or later. Fails with kInvalidArgument if
+// the file has no certificate.
 [[nodiscard]] Result<TlsContextPtr> client_tls(const Trust& trust);
 
 }  // namespace multitetra

@@ -15,7 +15,7 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 namespace websocket = boost::beast::websocket;
 
-// Beast finds this by its argument when a WebSocket has been closed.
+// Called by Beast, through argument-dependent lookup, after a WebSocket has been closed.
 template <typename Handler>
 void async_teardown(beast::role_type role, StreamSocket& stream, Handler&& handler) {
   if (stream.is_tls()) {
@@ -25,7 +25,7 @@ void async_teardown(beast::role_type role, StreamSocket& stream, Handler&& handl
   }
 }
 
-// The same when a limit on time is exceeded.
+// Likewise, after a timeout.
 inline void beast_close_socket(StreamSocket& stream) { stream.close(); }
 
 namespace {
@@ -37,9 +37,9 @@ class WebSocket final : public MessageTransport {
   WebSocket(ByteStream& stream, const TransportOptions& options)
       : socket_(stream.layer()), options_(options) {
     socket_.binary(true);
-    socket_.auto_fragment(false);  // A message is one frame, written from where it lies.
+    socket_.auto_fragment(false);  // Sends each message as one frame, without copying it.
     socket_.write_buffer_bytes(16 * 1024);
-    socket_.read_message_max(0);  // The limit is ours, in receive().
+    socket_.read_message_max(0);  // receive() enforces the limit.
   }
 
   // ---- handshakes
@@ -75,7 +75,7 @@ class WebSocket final : public MessageTransport {
     co_return size;
   }
 
-  // The close frame is among what is read.
+  // Reading also processes the close frame.
   asio::awaitable<void> drain() override {
     error_code error;
     while (!error && socket_.is_open()) {
@@ -187,7 +187,7 @@ asio::awaitable<Result<void>> WebSocket::accept(UpgradeRequest request, WebSocke
     response.set(http::field::sec_websocket_protocol, kSubprotocolField);
     response.set(http::field::server, "multitetra/" MULTITETRA_VERSION);
   }));
-  // The close code of the WebSocket informs the client.
+  // Beast then sends clients the close code for messages that are too large.
   is_server_ = true;
   socket_.read_message_max(options_.max_message_bytes);
   error_code error;

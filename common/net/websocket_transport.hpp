@@ -1,7 +1,7 @@
-// Messages over a WebSocket (RFC 6455): a binary message is one message of the conversation.
-// Without permessage-deflate, since tiles are compressed already.
+// Messages over a WebSocket (RFC 6455), each as one binary message. permessage-deflate is off since
+// tiles are compressed already.
 //
-// The one place of Beast's WebSocket, which takes half a minute to compile.
+// The only user of Beast's WebSocket, which takes half a minute to compile.
 #pragma once
 
 #include <chrono>
@@ -17,20 +17,19 @@ namespace multitetra {
 
 using TransportPtr = std::unique_ptr<MessageTransport>;
 
-// As the client, behind the handshakes of TCP and TLS. An error of open() is a whole sentence:
-// kUnavailable when the server may be there later, kInvalidArgument or kUnsupportedVersion when
-// trying again is no use.
+// Opens the client's side, after the handshakes of TCP and TLS. Errors are complete sentences:
+// kUnavailable if retrying later may help, kInvalidArgument or kUnsupportedVersion if not.
 [[nodiscard]] asio::awaitable<Result<TransportPtr>> open_web_socket(ByteStream& stream,
                                                                     Endpoint server,
                                                                     TransportOptions options);
 
 struct WebSocketTimes {
   std::chrono::milliseconds handshake{10'000};
-  // A client that answers no ping for so long is disconnected.
+  // Clients that answer no ping for this long are disconnected.
   std::chrono::milliseconds idle{120'000};
 };
 
-// As the server, for a request that passed the checks of server/http/upgrade.hpp.
+// Opens the server's side, for a request that passed the checks of server/http/upgrade.hpp.
 using UpgradeRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 [[nodiscard]] asio::awaitable<Result<TransportPtr>> accept_web_socket(ByteStream& stream,
                                                                       UpgradeRequest request,

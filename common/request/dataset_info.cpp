@@ -70,8 +70,8 @@ DataBorder data_border(const DatasetInfo& info, int lattice_resolution, double t
   border.low = {low, low, low};
   border.high = {low + (info.dims[0] - 1) * step, low + (info.dims[1] - 1) * step,
                  low + (info.dims[2] - 1) * step};
-  std::int32_t longest =
-      finest_spacing;  // Extent of the tetrahedra that may reach over the border.
+  // The extent of the tetrahedra that may reach beyond the border.
+  std::int32_t longest = finest_spacing;
   for (std::int32_t spacing = 1;
        spacing <= topology_tolerance && spacing <= (1 << info.grid_exponent); spacing *= 2) {
     longest = std::max(longest, 2 * spacing);

@@ -1,4 +1,4 @@
-// The facts about a dataset that a client has before it requests a surface.
+// The description of a dataset, from which a client can choose its requests.
 #pragma once
 
 #include <array>
@@ -22,16 +22,16 @@ enum class SampleType { kU8, kI8, kU16, kI16, kF32 };
 [[nodiscard]] int bytes_per_sample(SampleType type);
 
 struct Histogram {
-  double low = 0;   // Lower end of the first bin.
-  double high = 0;  // Upper end of the last bin; bins are of equal width.
+  double low = 0;   // The lower end of the first bin.
+  double high = 0;  // The upper end of the last bin; bins have equal width.
   std::vector<std::uint64_t> counts;
 
   friend bool operator==(const Histogram&, const Histogram&) = default;
 };
 
-// What is known of the samples with a label's value in its label map.
+// The samples with a label's value in its label map.
 struct LabelExtent {
-  struct Place {  // As indices of samples.
+  struct Place {  // In sample indices.
     std::array<std::int32_t, 3> least{};
     std::array<std::int32_t, 3> greatest{};
     Vec3 centroid{};
@@ -39,7 +39,7 @@ struct LabelExtent {
     friend bool operator==(const Place&, const Place&) = default;
   };
   std::uint64_t samples = 0;                  // At least 1.
-  std::optional<Place> place = std::nullopt;  // None: prepared by an earlier release.
+  std::optional<Place> place = std::nullopt;  // Absent in datasets prepared by earlier releases.
 
   friend bool operator==(const LabelExtent&, const LabelExtent&) = default;
 };
@@ -49,44 +49,44 @@ struct DatasetInfo {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
   SampleType type = SampleType::kU8;
   Vec3 spacing = {1, 1, 1};  // World units between samples, > 0.
-  Affine index_to_world;     // Sample index -> world: origin, direction and spacing.
+  Affine index_to_world;     // Sample index -> world: origin, directions and spacing.
   // The meaning of world coordinates and values.
   PhysicalMeaning meaning = {};
-  double min = 0;  // Range of the samples that are not void.
+  double min = 0;  // The range of the samples that are not void.
   double max = 0;
-  std::uint64_t void_samples = 0;  // NaN samples: places without field.
-  std::optional<double> outside;   // The value beyond the data; none means void.
-  std::int32_t margin = 0;         // Grid steps between the grid's origin and the first sample.
-  std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps a side.
+  std::uint64_t void_samples = 0;  // The number of NaN samples, where there is no field.
+  std::optional<double> outside;   // The value beyond the data; absent means void.
+  std::int32_t margin = 0;         // Grid steps from the grid's origin to the first sample.
+  std::int32_t grid_exponent = 1;  // The grid has 2^grid_exponent steps per side.
   Histogram histogram;
   std::vector<double> suggested_isovalues;  // Best first.
-  // Equal exactly if samples and bins of errors are equal, so that equal requests have equal
-  // responses; 0: unknown.
+  // Equal if and only if samples and error bins are equal, and so replies; 0: unknown.
   std::uint64_t content_id = 0;
-  std::optional<SeriesMember> member = std::nullopt;       // None: a dataset of its own.
-  std::optional<LabelExtent> label_extent = std::nullopt;  // Of member's label; none: unknown.
+  std::optional<SeriesMember> member = std::nullopt;  // Absent if it belongs to no series.
+  // The extent of the member's label; absent: unknown.
+  std::optional<LabelExtent> label_extent = std::nullopt;
 
   friend bool operator==(const DatasetInfo&, const DatasetInfo&) = default;
 };
 
-// The smallest grid that holds `dims` samples with `margin` grid steps around them: its exponent N
-// >= 1.
+// Returns the exponent N >= 1 of the smallest grid that holds `dims` samples with `margin` grid
+// steps around them.
 [[nodiscard]] std::int32_t grid_exponent_for(const std::array<std::int32_t, 3>& dims,
                                              std::int32_t margin);
 
-// The length of "1 voxel" in world units: the smallest spacing.
+// Returns the length of "1 voxel" in world units: the smallest spacing.
 [[nodiscard]] double voxel_length(const DatasetInfo& info);
 
-// Grid coordinates -> world: the data's own map behind a shift by the margin.
+// Maps grid coordinates to world coordinates: a shift by the margin, then index_to_world.
 [[nodiscard]] Affine grid_to_world(const DatasetInfo& info);
-// Grid coordinates -> sample index coordinates.
+// Maps grid coordinates to sample indices.
 [[nodiscard]] Affine grid_to_index(const DatasetInfo& info);
 
-// The places where an isosurface of this dataset may end. With a value outside: where the grid
-// ends. With void outside: at the last samples; in a preview also inside, because a tetrahedron
-// that reaches over the data's border carries no surface. Tetrahedra left there are at most twice
-// the tolerated flip's spacing long, or `finest_spacing`, and at least one step of that lies
-// outside. Requires topology_tolerance >= 0 (grid steps) and finest_spacing a power of two.
+// Returns the places where an isosurface of this dataset may end. With a value outside: at the
+// faces of the grid. With void outside: at the last samples; in previews also further inside,
+// because a tetrahedron that reaches beyond the data carries no surface. Such tetrahedra are at
+// most `finest_spacing` or twice the tolerated flip's spacing long, and at least one step of that
+// lies outside. Requires topology_tolerance >= 0 (grid steps) and finest_spacing a power of two.
 [[nodiscard]] DataBorder data_border(const DatasetInfo& info, int lattice_resolution,
                                      double topology_tolerance, std::int32_t finest_spacing = 1);
 

@@ -1,8 +1,8 @@
-// The allowed error where a request names none: quality "fine".
+// The allowed error of requests that name none: quality "fine".
 #pragma once
 
 namespace multitetra {
 
-inline constexpr double kDefaultError = 0.25;  // Voxels.
+inline constexpr double kDefaultError = 0.25;  // In voxels.
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// How many triangles a surface has for which an estimate was made.
+// The expected range of a surface's size, given its estimate.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// An estimate is mostly within a third of the real number; tests/bench/budgets.py measures it. The
-// viewer has the same factors (client/web/src/shared/quantities.ts); a test compares them.
+// Estimates are mostly within a third of the real number, as measured by tests/bench/budgets.py.
+// The viewer uses the same factors (client/web/src/shared/quantities.ts); a test compares them.
 inline constexpr double kLeastOfEstimate = 0.75;
 inline constexpr double kMostOfEstimate = 1.5;
 
@@ -17,8 +17,8 @@ struct TriangleRange {
   std::uint64_t most = 0;
 };
 
-// With two significant digits, the range rounded outward. `budget`: the most triangles that were
-// allowed, which surfaces keep; 0: any number.
+// Returns the range, rounded outward to two significant digits. `budget` is the maximum number of
+// triangles, which surfaces never exceed; 0: no limit.
 [[nodiscard]] inline TriangleRange expected_triangles(std::uint64_t estimate,
                                                       std::uint64_t budget) {
   const auto in_two_digits = [](double count, double (*rounded)(double)) {

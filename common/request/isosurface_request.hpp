@@ -1,4 +1,4 @@
-// A request for a surface: an isovalue, the allowed error at every place, and the guarantees.
+// A request for an isosurface: the isovalue, the allowed error at every place, and the guarantees.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@ namespace multitetra {
 
 // The error of a dividing point that is compared with the threshold.
 enum class ErrorMeasure {
-  kCertified,  // Bounds the two-sided distance between the mesh and the full-resolution isosurface.
+  kCertified,  // Bounds the two-sided Hausdorff distance to the full-resolution surface.
   kPaper,      // The error of Zhou, Chen and Kaufman 1997; the real distance may exceed it.
 };
 
-// The changes of sign at a dividing point that forbid its fusion.
+// The changes of sign at a dividing point that prevent its fusion.
 enum class TopologyRule {
   kExact,  // Those that change the topology of the isosurface.
   kPaper,  // All of them (Zhou, Chen and Kaufman 1997).
 };
 
 enum class LengthUnit {
-  kVoxel,  // 1 is the dataset's smallest spacing.
+  kVoxel,  // 1 is the smallest spacing of the dataset.
   kWorld,  // The unit of the dataset's spacing.
 };
 
@@ -40,38 +40,36 @@ inline constexpr int kMinNormalBits = 8;
 inline constexpr int kMaxNormalBits = 10;
 
 struct IsosurfaceRequest {
-  double isovalue = 0;  // Finite. Outside the data's range the mesh is empty; that is no error.
-  // The threshold where `thresholds` say nothing else, >= 0 and finite, in `unit`. 0 is the
+  double isovalue = 0;  // Finite. Outside the data's range the mesh is empty, without an error.
+  // The threshold where `thresholds` define none, >= 0 and finite, in `unit`. 0 gives the
   // full-resolution surface.
   double error = 1;
   // The unit of all thresholds.
   LengthUnit unit = LengthUnit::kVoxel;
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule topology_rule = TopologyRule::kExact;
-  double topology_tolerance =
-      0;  // >= 0, voxels. Features up to this spacing may vanish; 0 preserves the topology.
-  int lattice_resolution =
-      kDefaultLatticeResolution;    // r, kMinLatticeResolution to kMaxLatticeResolution.
+  // In voxels, >= 0. Features up to this spacing may vanish; 0 preserves the topology.
+  double topology_tolerance = 0;
+  // r, from kMinLatticeResolution to kMaxLatticeResolution.
+  int lattice_resolution = kDefaultLatticeResolution;
   LocalThresholds thresholds = {};  // Allowed errors that differ from `error` in some places.
-  // A budget: the largest mesh and the most payload bytes that the final step may have; 0: as large
-  // as the thresholds make it.
+  // A budget: the maximum triangles and payload bytes of the final step; 0: no limit.
   std::uint64_t max_triangles = 0;
   std::uint64_t max_bytes = 0;
-  // Whether meshes get rid of triangles that the error does not need: see
-  // server/core/simplification.
+  // Removes triangles that the error does not require: see server/core/simplification.
   bool simplify = false;
-  // With `simplify`: whether meshes may nowhere cut themselves; two to three times as long.
+  // With `simplify`: meshes have no self-intersections; takes two to three times as long.
   bool embedded = false;
-  // The bits of each of a normal's two octahedral coordinates, 8 to 10; 0: no normals.
+  // Bits per octahedral coordinate of normals, 8 to 10; 0: no normals.
   int normal_bits = 0;
-  // Only what lies in this cell; it comes in one step. None: everything. Goes with no budget.
+  // Restricts the surface to this cell, in one step. Absent: the whole surface. Excludes a budget.
   std::optional<SurfaceCell> cell = std::nullopt;
 
   friend bool operator==(const IsosurfaceRequest&, const IsosurfaceRequest&) = default;
 };
 
-// kInvalidArgument, or kLimitExceeded where there is too much of something, naming the field, its
-// value and the range, unless every field is within its documented range.
+// Returns the request. Fails if a field is out of its documented range, naming the field, its value
+// and the range: with kLimitExceeded for excessive counts, otherwise with kInvalidArgument.
 [[nodiscard]] Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// The finest lattice that a dataset's grid allows.
+// The finest lattice a dataset's grid permits.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// kInvalidArgument unless lattice coordinates fit: grid exponent + lattice resolution <=
+// Fails with kInvalidArgument unless lattice coordinates fit: grid exponent + lattice resolution <=
 // kMaxLatticeBits.
 [[nodiscard]] inline Result<void> check_lattice(const IsosurfaceRequest& request,
                                                 const DatasetInfo& info) {

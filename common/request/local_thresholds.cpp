@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Keeps the first thing that is wrong.
+// Collects faults and keeps the first.
 class Faults {
  public:
   void add(ErrorCode code, std::string text) {
@@ -109,7 +109,7 @@ void check(const ThresholdGrid& grid, Faults& faults) {
                  "has columns that do not span space; they must be independent.");
   const auto wrong =
       std::find_if(grid.thresholds.begin(), grid.thresholds.end(), [](float threshold) {
-        return std::isinf(threshold) || threshold < 0;  // NaN is neither.
+        return std::isinf(threshold) || threshold < 0;  // False for NaN.
       });
   if (wrong != grid.thresholds.end()) {
     faults.require(false,

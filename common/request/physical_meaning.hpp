@@ -1,5 +1,5 @@
-// The physical meaning of a dataset's numbers: whose axes world coordinates run along, and in which
-// units lengths and values are. Nothing is converted by it.
+// The physical meaning of a dataset's numbers: the anatomical directions of the world axes, and the
+// units of lengths and values. For information only: nothing is converted.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-// The directions of the world axes in a patient: x, y, z grow to the Left, Posterior, Superior
-// (LPS), or to the Right, Anterior, Superior (RAS). Unnamed: the file's own axes.
+// The anatomical directions of the world axes: x, y, z grow to the Left, Posterior, Superior (LPS),
+// or to the Right, Anterior, Superior (RAS). Unnamed: the file's own axes.
 enum class WorldSpace { kUnnamed, kLps, kRas };
 
 [[nodiscard]] std::string_view name(WorldSpace space);  // "", "LPS", "RAS"
@@ -28,7 +28,7 @@ struct PhysicalMeaning {
 
 inline constexpr std::size_t kMaxUnitBytes = 64;
 
-// Whether a text can be a unit: UTF-8 of at most kMaxUnitBytes without control characters.
+// Returns whether a text is a valid unit: UTF-8, at most kMaxUnitBytes, no control characters.
 [[nodiscard]] bool is_unit_text(std::string_view text);
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
-// The name of a preview within its stream: where the model's hierarchy ends, and whether its
-// surface is simplified or comes in sample shells. Everything else follows from the request.
+// Identifies a preview of a request by its finest spacing, and by whether it is unsimplified or has
+// sample shells. Everything else follows from the request.
 #pragma once
 
 #include <cstddef>
@@ -11,17 +11,17 @@
 namespace multitetra {
 
 struct Preview {
-  // Grid steps, a power of two up to kMaxPreviewSpacing; 1 only where it is unsimplified or has
-  // shells: what is simplified as well is the request itself.
+  // In grid steps: a power of two up to kMaxPreviewSpacing. 1 only if the preview is unsimplified
+  // or has shells; otherwise it would be the final step.
   std::int32_t finest_spacing = 2;
-  bool is_unsimplified = false;         // Though the request simplifies.
-  std::optional<ShellStep> shell = {};  // None: Draco.
+  bool is_unsimplified = false;         // Although the request simplifies.
+  std::optional<ShellStep> shell = {};  // Absent: Draco.
 
   friend bool operator==(const Preview&, const Preview&) = default;
 };
 
 inline constexpr std::int32_t kMaxPreviewSpacing = 1 << 19;
-// The most previews of one stream: each refines the one before.
+// The maximum number of previews in a stream: each refines the previous one.
 inline constexpr std::size_t kMaxPreviews = 20;
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// A request for the field at given places, and the values.
+// A request for the field at given places, and its reply.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +20,14 @@ struct ProbeRequest {
   friend bool operator==(const ProbeRequest&, const ProbeRequest&) = default;
 };
 
-// kInvalidArgument or kLimitExceeded, saying which place and why, unless all is within its range.
+// Returns the request, or kInvalidArgument or kLimitExceeded, naming the place out of range.
 [[nodiscard]] Result<ProbeRequest> validated(const ProbeRequest& probe);
 
 struct ProbedPlace {
   Vec3 world = {0, 0, 0};
-  Vec3 index = {0, 0, 0};             // In sample indices.
-  std::optional<double> value = {};   // Trilinear, in sample values; none where there is no field.
-  std::optional<Vec3> gradient = {};  // In sample values by world unit; there with a value.
+  Vec3 index = {0, 0, 0};            // In sample indices.
+  std::optional<double> value = {};  // Trilinear, in sample values; absent where there is no field.
+  std::optional<Vec3> gradient = {};  // In sample values per world unit; present with a value.
 
   friend bool operator==(const ProbedPlace&, const ProbedPlace&) = default;
 };

@@ -8,14 +8,14 @@
 namespace multitetra {
 namespace {
 
-// Builds a key of parts, which have a known length or are preceded by it.
+// Builds a key from parts that have a known length or are preceded by their length.
 class Key {
  public:
   template <typename Number>
   requires std::is_arithmetic_v<Number> || std::is_enum_v<Number>
   void add(Number number) {
     if constexpr (std::is_floating_point_v<Number>) {
-      if (number == 0) number = 0;  // There are two zeros.
+      if (number == 0) number = 0;  // Replaces negative zero.
       if (std::isnan(number)) number = std::numeric_limits<Number>::quiet_NaN();
     }
     bytes_.append(reinterpret_cast<const char*>(&number), sizeof number);

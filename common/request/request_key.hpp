@@ -1,4 +1,4 @@
-// Requests as keys of caches.
+// Cache keys for requests.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace multitetra {
 
-// Bytes that are equal exactly for equal requests, within one process. All places of a threshold
-// grid without a threshold (NaN) are equal.
+// Returns bytes that are equal if and only if the requests are, within one process. All NaNs of a
+// threshold grid are equal.
 [[nodiscard]] std::string key_of(const IsosurfaceRequest& request);
 
-// The same for datasets whose answers are equal: also of one that was replaced under its name.
+// Returns a key for datasets that give equal replies; it changes if a dataset is replaced.
 [[nodiscard]] std::string key_of(const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -33,7 +33,7 @@ bool are_apart(const BoxShape& a, const BoxShape& b) {
   return false;
 }
 
-// The samples, and one more on every side, in sample indices.
+// Returns the box of the samples in sample indices, extended by one sample on every side.
 BoxShape data_box(const DatasetInfo& info) {
   BoxShape box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -43,8 +43,8 @@ BoxShape data_box(const DatasetInfo& info) {
   return box;
 }
 
-// Whether a shape has no place in common with the box. `map` takes the box to the shape's
-// coordinates; two boxes are compared in both, which finds more than one of them would.
+// Tests whether a shape is disjoint from the box. `map` maps the box to the shape's coordinates.
+// Boxes are compared in both coordinate systems, which detects more cases than one.
 class IsApart {
  public:
   IsApart(const BoxShape& data, const Affine& map)

@@ -1,5 +1,5 @@
-// Warnings about valid requests that are hardly meant so: an isovalue without a surface, an error
-// for places outside the data. One sentence for each.
+// Warnings about valid but probably unintended requests: an isovalue without a surface, an error
+// for places outside the data. One sentence each.
 #pragma once
 
 #include <string>
@@ -10,18 +10,17 @@
 
 namespace multitetra {
 
-// Decided before anything is computed: the isovalue is not among the dataset's values, or a region
-// or the grid of thresholds lies wholly outside its samples (more than one sample away). Not every
-// such region is found where the data's axes are oblique; one that is reported is outside. Requires
-// a valid request.
+// Checks in advance whether the isovalue is outside the dataset's values, and whether a region or
+// the threshold grid lies completely outside its samples (by more than one sample). Misses some
+// such regions if the data's axes are oblique, but never reports others. Requires a valid request.
 [[nodiscard]] std::vector<std::string> request_notices(const IsosurfaceRequest& request,
                                                        const DatasetInfo& info);
 
-// Why a surface without a triangle is empty, for people.
+// Explains why a surface has no triangles.
 [[nodiscard]] std::string empty_surface_text(const IsosurfaceRequest& request,
                                              const DatasetInfo& info);
 
-// The notice that a file was not written for it.
+// Returns the notice that the file was not written because the surface is empty.
 [[nodiscard]] std::string not_written_text(const std::string& file);
 
 }  // namespace multitetra

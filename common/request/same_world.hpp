@@ -1,5 +1,5 @@
-// Whether two datasets lie in one world, so that the values of one can color a surface of the
-// other.
+// Checks whether two datasets lie in one world, so that the values of one can color a surface of
+// the other.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace multitetra {
 
-// Why they do not: a sentence; empty when they do. Their world axes and length units are the same
-// as far as both are known, and the boxes of their samples overlap. Two datasets without names of
-// axes and units pass by their boxes alone.
+// Returns the reason why they do not, as a sentence, or nothing if they do: world axes and length
+// units are equal where both are known, and the boxes of the samples overlap. For two datasets
+// without known axes and units only the boxes count.
 [[nodiscard]] std::string world_mismatch(const DatasetInfo& surface, const DatasetInfo& values);
 
 }  // namespace multitetra

@@ -1,5 +1,5 @@
-// The values of a field at the vertices of a surface, to color it: which field, and how they are
-// rounded to codes.
+// The values of a field at the vertices of a surface, to color it: the requested field, and the
+// encoding of its values.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ namespace multitetra {
 
 inline constexpr int kDefaultScalarBits = 16;
 
-// The encoding of values as codes: low + code * step, the largest code for no value (NaN). So a
-// value within the range is off by half a step at most, and what is beyond has the code of the end.
+// Encodes values as codes: value = low + code * step, the largest code for no value (NaN). Values
+// in the range are off by at most half a step; others have the code of the nearest end.
 struct ScalarRange {
   double low = 0;                 // Finite.
   double high = 0;                // Finite, >= low.
@@ -32,21 +32,21 @@ struct ScalarRequest {
   std::string dataset = {};
   int bits = kDefaultScalarBits;  // 8 or 16.
   struct Limits {
-    double low = 0;  // Finite, below high.
+    double low = 0;  // Finite, less than high.
     double high = 1;
     friend bool operator==(const Limits&, const Limits&) = default;
   };
-  std::optional<Limits> limits = {};  // None: those of the dataset's samples.
+  std::optional<Limits> limits = {};  // Absent: the range of the dataset's samples.
 
   friend bool operator==(const ScalarRequest&, const ScalarRequest&) = default;
 };
 
-// kInvalidArgument, naming the field and its range, unless every field is within it.
+// Returns the request, or kInvalidArgument, naming the field out of range and its range.
 [[nodiscard]] Result<ScalarRequest> validated(const ScalarRequest& request);
 
 [[nodiscard]] ScalarRange range_for(const ScalarRequest& request, const DatasetInfo& field);
 
-// kInvalidArgument if the two datasets are in different worlds: their space and unit must agree
+// Fails with kInvalidArgument if the datasets are in different worlds: space and unit must be equal
 // where both are known.
 [[nodiscard]] Result<void> check_same_world(const DatasetInfo& surface, const DatasetInfo& field);
 

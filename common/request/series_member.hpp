@@ -1,6 +1,6 @@
-// The role of a dataset in its series: several datasets on the same grid, such as the times of a
-// scan, the fields of a simulation, the labels of a segmentation. Each is a dataset of its own;
-// dims, spacing, index_to_world, margin, outside and space are common to all of them.
+// The place of a dataset in a series: datasets on the same grid, such as the times of a scan, the
+// fields of a simulation, the labels of a segmentation. They have equal dims, spacing,
+// index_to_world, margin, outside and space.
 #pragma once
 
 #include <cstddef>
@@ -13,36 +13,36 @@
 
 namespace multitetra {
 
-// One label of a label map.
+// A label of a label map.
 struct Label {
-  double value = 0;       // In the label map: whole, of at most kMaxLabelValue.
+  double value = 0;       // In the label map: an integer, at most kMaxLabelValue in magnitude.
   std::string name = {};  // May be empty.
-  std::optional<std::uint32_t> color = std::nullopt;  // 0xRRGGBB; none: the file has none.
+  std::optional<std::uint32_t> color = std::nullopt;  // 0xRRGGBB; absent if the file defines none.
 
   friend bool operator==(const Label&, const Label&) = default;
 };
 
 struct SeriesMember {
-  std::string series;      // Valid as a dataset's name.
-  std::string field = {};  // The name in its file; empty: the only one.
-  std::optional<double> time =
-      std::nullopt;  // In time_unit; finite. None: not one of several times.
-  // Such as "s"; empty: unknown, then times are numbers of frames.
+  std::string series;      // A valid dataset name.
+  std::string field = {};  // The name in the source file; empty if the series has one field.
+  // In time_unit; finite. Absent if the series has no times.
+  std::optional<double> time = std::nullopt;
+  // Such as "s"; empty: unknown, and times are frame numbers.
   std::string time_unit = {};
-  std::optional<Label> label =
-      std::nullopt;  // Whose smooth field the dataset is; the boundary is at 0.5.
+  // The label whose smooth field the dataset is; the boundary is at 0.5.
+  std::optional<Label> label = std::nullopt;
 
   friend bool operator==(const SeriesMember&, const SeriesMember&) = default;
 };
 
-// For names of fields and labels.
+// The limit of names of fields and labels.
 inline constexpr std::size_t kMaxMemberTextBytes = 255;
-inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53; either sign.
+inline constexpr double kMaxLabelValue = 9007199254740992.0;  // 2^53, for either sign.
 
-// kInvalidArgument, with the field and what is allowed, unless every field is within its range.
+// Fails with kInvalidArgument, naming the field and the valid range, if a field is out of range.
 [[nodiscard]] Result<void> check_member(const SeriesMember& member);
 
-// "#dd8265" for 0xdd8265, and back; none for other texts.
+// Converts 0xdd8265 to "#dd8265" and back; nullopt for other texts.
 [[nodiscard]] std::string color_text(std::uint32_t color);
 [[nodiscard]] std::optional<std::uint32_t> color_from(std::string_view text);
 

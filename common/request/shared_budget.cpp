@@ -13,7 +13,7 @@ std::vector<std::uint64_t> shares_of(std::uint64_t budget, std::span<const std::
   double all = 0;
   for (const std::uint64_t size : sizes)
     all += static_cast<double>(std::max<std::uint64_t>(size, 1));
-  // One for each, and the rest in proportion: so rounding down never makes a share none.
+  // One for each, and the rest in proportion, so rounding down never makes a share 0.
   const auto rest = static_cast<double>(budget - sizes.size());
   std::vector<std::uint64_t> shares;
   for (const std::uint64_t size : sizes) {

@@ -10,27 +10,27 @@
 
 namespace multitetra {
 
-// The shares of a budget, in proportion to what each surface would take without it; together at
-// most the budget, and each at least 1. A budget of 0 stands for no limit, and so do its shares.
-// Requires no more surfaces than a budget that is none has triangles or bytes.
+// Divides a budget in proportion to the sizes of the surfaces without it. The shares sum to at most
+// the budget, and each is at least 1. A budget of 0 means no limit, and so do its shares. Requires
+// at most `budget` surfaces unless it is 0.
 [[nodiscard]] std::vector<std::uint64_t> shares_of(std::uint64_t budget,
                                                    std::span<const std::uint64_t> sizes);
 
-// A server's estimate of the size of a surface without a budget.
+// A server's estimate of a surface's size without a budget.
 struct EstimatedSize {
   std::uint64_t triangles = 0;
   std::uint64_t bytes = 0;
 };
 
-// Whether the requests, of which there is at least one and which all have the first one's budget,
-// are several that must share it.
+// Returns whether there are several requests with a budget to share. Requires at least one request,
+// all with the same budget.
 [[nodiscard]] bool needs_shared_budget(std::span<const IsosurfaceRequest> requests);
 
-// kInvalidArgument where they must, and are more than the budget has triangles or bytes.
+// Fails with kInvalidArgument if there are more requests to share a budget than it has units.
 [[nodiscard]] Result<void> check_shared_budget(std::span<const IsosurfaceRequest> requests);
 
-// Gives each of them its share. Requires needs_shared_budget(), a good check_shared_budget(), and
-// the size of each.
+// Gives each request its share. Requires needs_shared_budget(), a successful check_shared_budget(),
+// and the size of each surface.
 void share_budget(std::span<IsosurfaceRequest> requests, std::span<const EstimatedSize> sizes);
 
 }  // namespace multitetra

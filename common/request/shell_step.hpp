@@ -1,5 +1,5 @@
-// The parameters of a step of sample shells, besides request and finest spacing: the values of its
-// shells. Its surface is that of the uniform level of the spacing.
+// The parameters of a step of sample shells besides request and finest spacing. Its surface is that
+// of the uniform level of that spacing.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace multitetra {
 
 struct ShellStep {
   shell::ShellValues values = shell::ShellValues::kExact;
-  int levels_per_octave = 0;  // 1, 2, 4 or 8 of quantized values, else 0.
+  int levels_per_octave = 0;  // 1, 2, 4 or 8 for quantized values, otherwise 0.
 
   friend bool operator==(const ShellStep&, const ShellStep&) = default;
 };
@@ -26,10 +26,10 @@ struct ShellStep {
   return levels == 1 || levels == 2 || levels == 4 || levels == 8;
 }
 
-// The largest displacement of a vertex by the shells, in world units, rounding to the lattice
-// apart: quantized ones (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a diagonal of a cell of the
-// level, others 0. At spacing 1 it bounds the two-sided Hausdorff distance to the full-resolution
-// surface: vertices move along their edges, and what lies between them moves no farther.
+// Returns the largest displacement of a vertex by the shells' values, in world units and without
+// rounding to the lattice: (1/2 - 1 / (1 + 2^(1/L))) of the longest edge, a cell diagonal of the
+// level, for quantized values, otherwise 0. At spacing 1 it bounds the two-sided Hausdorff distance
+// to the full-resolution surface: vertices move along edges, and points between them no farther.
 [[nodiscard]] double error_bound(const ShellStep& step, const Vec3& sample_spacing,
                                  std::int32_t finest_spacing);
 

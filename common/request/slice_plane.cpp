@@ -7,12 +7,12 @@
 namespace multitetra {
 namespace {
 
-// A rectangle of the plane, in the slice's coordinates: the middles of its outermost pixels.
+// A rectangle of the plane in the slice's coordinates, between the centers of its outermost pixels.
 struct Rectangle {
-  Vec3 first;  // Above, left.
-  // From the left to the right, of length 1.
+  Vec3 first;  // The top left corner.
+  // From left to right, of length 1.
   Vec3 right;
-  // From above to below, of length 1.
+  // From top to bottom, of length 1.
   Vec3 down;
   double width = 0;
   double height = 0;
@@ -20,12 +20,12 @@ struct Rectangle {
   double height_in_world = 0;
 };
 
-// At least one pixel a side.
+// Returns at least one pixel.
 std::uint32_t pixels_along(double length, double apart) {
-  constexpr double kMost = 1e6;  // More than any slice may have: refused where it is validated.
-  // A whole number of steps is not lost to rounding.
+  constexpr double kMost = 1e6;  // More than any slice may have: rejected by validation.
+  // Tolerates rounding in an integral number of steps.
   const double steps = length / apart + 1e-6;
-  // What is no number is refused where it is validated, too.
+  // NaN is rejected by validation, too.
   return steps >= 0 ? 1 + static_cast<std::uint32_t>(std::min(steps, kMost)) : 1;
 }
 
@@ -63,7 +63,7 @@ Vec3 unit(std::size_t axis, double length) {
   return v;
 }
 
-// How far the data reaches from the centre along a direction, to either side.
+// Returns how far the data extends from the centre along a direction, to either side.
 double reach(const DatasetInfo& info, const ObliquePlane& plane, const Vec3& direction) {
   double farthest = 0;
   for (int corner = 0; corner < 8; ++corner) {

@@ -1,4 +1,4 @@
-// Planes as people name them, an axis and a sample, or a place and a direction, as slices.
+// Slices specified by users: by an axis and a sample, or by a place and a direction.
 #pragma once
 
 #include <cstdint>
@@ -10,39 +10,37 @@
 
 namespace multitetra {
 
-// The size of a slice in pixels. None for either: as fine as the finest samples, as far as
-// kUsualSlicePixels on a side suffice for that; for one of them: what square pixels make of the
-// other.
+// The size of a slice in pixels. If both are absent, the finest samples or kUsualSlicePixels per
+// side determine it, whichever gives fewer pixels; if one is absent, it follows from square pixels.
 struct SlicePixels {
   std::optional<std::uint32_t> width = {};  // At least 2.
   std::optional<std::uint32_t> height = {};
 };
 inline constexpr std::uint32_t kUsualSlicePixels = 1024;
 
-// The layer of samples with index `at` along an axis (0 to 2); between two samples it is between
-// their layers. The sides of the picture are the other two axes of the data, x or y to the right; y
-// goes down in layers along z, and z goes up in the others. Its first and last pixels are the first
+// Returns the layer of samples at index `at` along an axis (0 to 2); fractional indices lie between
+// layers. The picture's sides are the data's other two axes, with x or y to the right; y points
+// down in layers along z, and z points up in the others. The first and last pixels are the first
 // and last samples, and pixels are square in the world.
 [[nodiscard]] SliceRequest axis_slice(const DatasetInfo& info, std::size_t axis, double at,
                                       const SlicePixels& pixels);
 
-// A plane through `centre` whose `normal` points to the viewer. Directions and lengths are those of
-// `coordinates`.
+// A plane through `centre` whose `normal` points to the viewer, with lengths in `coordinates`.
 struct ObliquePlane {
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
   Vec3 centre = {0, 0, 0};
   Vec3 normal = {0, 0, 1};      // Not 0; of any length.
-  std::optional<Vec3> up = {};  // In the picture; none: the third axis, or the second.
-  // The width of the visible part, > 0; absent: all of the data.
+  std::optional<Vec3> up = {};  // In the picture; absent: the third axis, or the second.
+  // The size of the visible part, > 0; absent: all data.
   std::optional<double> width = {};
   std::optional<double> height = {};
 };
-// kInvalidArgument where the normal has no direction, or up is along it.
+// Fails with kInvalidArgument if the normal is zero or parallel to `up`.
 [[nodiscard]] Result<SliceRequest> oblique_slice(const DatasetInfo& info, const ObliquePlane& plane,
                                                  const SlicePixels& pixels);
 
-// A slice as it is typed: its plane is named in one of three ways, or is the middle layer along the
-// third axis.
+// A slice as typed by users. The plane is specified in one of three ways; the default is the middle
+// layer along the third axis.
 struct NamedSlice {
   // The axis of the plane, 0 to 2.
   std::optional<std::size_t> axis = {};
@@ -51,13 +49,13 @@ struct NamedSlice {
   std::optional<Vec3> normal = {}, centre = {}, up = {};
   std::optional<std::vector<double>> extent = {};  // Width, or width and height, > 0.
   std::optional<Vec3> origin = {}, right = {}, down = {};
-  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // For all but `at`.
+  CoordinateSystem coordinates = CoordinateSystem::kWorld;  // Of everything but `at`.
   SlicePixels pixels = {};
   Interpolation interpolation = Interpolation::kLinear;
   SliceDetail detail = SliceDetail::kAuto;
 };
-// The slice of a dataset, checked as one that came over the wire. kInvalidArgument where names do
-// not go together or are of no place in the data.
+// Returns the validated slice of a dataset. Fails with kInvalidArgument if the fields contradict
+// each other or the place is outside the data.
 [[nodiscard]] Result<SliceRequest> slice_for(const NamedSlice& named, const DatasetInfo& info);
 
 }  // namespace multitetra

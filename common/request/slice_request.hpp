@@ -12,33 +12,33 @@
 
 namespace multitetra {
 
-// The most pixels of one slice; 4 bytes each.
+// The maximum number of pixels of a slice; 4 bytes each.
 inline constexpr std::uint32_t kMaxSlicePixels = std::uint32_t{1} << 21;
 
 enum class Interpolation {
-  kNearest,  // The sample that is nearest, exactly as it is stored.
-  kLinear,   // Trilinear between the eight samples around a place.
+  kNearest,  // The nearest sample, exactly as stored.
+  kLinear,   // Trilinear between the eight surrounding samples.
 };
 
-// The samples that a slice is made of.
+// The samples used for a slice.
 enum class SliceDetail {
-  kAuto,    // All of them, or every eighth where that is as good or all would cost too much.
-  kFull,    // All of them.
-  kCoarse,  // Every eighth along each axis, where there are some.
+  kAuto,    // All, or every eighth along each axis if that suffices or all would cost too much.
+  kFull,    // All samples.
+  kCoarse,  // Every eighth along each axis, if the dataset has them.
 };
 
 [[nodiscard]] std::string_view name(SliceDetail detail);  // "auto", "full", "coarse"
 [[nodiscard]] std::optional<Interpolation> interpolation_from(std::string_view name);
 [[nodiscard]] std::optional<SliceDetail> slice_detail_from(std::string_view name);
 
-// Pixel (i, j), from the left and from above, is the field at origin + i right + j down.
+// Pixel (i, j), counted from the left and from the top, is the field at origin + i right + j down.
 struct SliceRequest {
   // The coordinates of the three vectors.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
-  Vec3 origin = {0, 0, 0};  // Coordinates from -kMaxCoordinate to kMaxCoordinate, as of the others.
+  Vec3 origin = {0, 0, 0};  // All coordinates are from -kMaxCoordinate to kMaxCoordinate.
   Vec3 right = {1, 0, 0};
   Vec3 down = {0, 1, 0};
-  // Pixels, at least 1; width times height is at most kMaxSlicePixels.
+  // In pixels, at least 1; width * height is at most kMaxSlicePixels.
   std::uint32_t width = 1;
   std::uint32_t height = 1;
   Interpolation interpolation = Interpolation::kLinear;
@@ -48,11 +48,10 @@ struct SliceRequest {
   friend bool operator==(const SliceRequest&, const SliceRequest&) = default;
 };
 
-// kInvalidArgument or kLimitExceeded, naming the field and its range, unless every field is within
-// it.
+// Returns the request, or kInvalidArgument or kLimitExceeded, naming the field and its range.
 [[nodiscard]] Result<SliceRequest> validated(const SliceRequest& slice);
 
-// The same slice in sample indices. Requires a dataset whose map to the world can be inverted.
+// Converts the slice to sample indices. Requires an invertible index_to_world.
 [[nodiscard]] SliceRequest in_indices(const SliceRequest& slice, const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -1,10 +1,9 @@
-// A part of a surface that can be requested by itself: the one in an octree cube.
+// The part of a surface in one octree cube, which can be requested separately.
 //
 // The model is refined until every tetrahedron lies in one cube of that size, and edges on the
-// cube's faces stay as the model has them. So the cells of one size fit together: their surfaces
-// share only vertices on the faces, which are the same lattice points on both sides, and together
-// they are the whole surface. A cell's surface is a function of the dataset and the request alone,
-// independent of other requests.
+// cube's faces stay as the model has them. So cells of one size fit together: their surfaces share
+// only vertices on the faces, which are the same lattice points on both sides, and together they
+// form the whole surface. A cell's surface depends only on the dataset and the request.
 #pragma once
 
 #include <cstdint>
@@ -17,19 +16,19 @@ namespace multitetra {
 
 struct SurfaceCell {
   OctreeCube cube = {};
-  // Where the hierarchy ends, as in a preview: grid steps, a power of two, at most half the cube's
-  // side. 1: at the samples.
+  // The finest spacing of the hierarchy, as in a preview: grid steps, a power of two, at most half
+  // the cube's side. 1 is that of the samples.
   std::int32_t finest_spacing = 1;
 
   friend bool operator==(const SurfaceCell&, const SurfaceCell&) = default;
 };
 
-// Cubes have 2^4 grid steps a side or more, or are the whole grid.
+// Cubes have at least 2^4 grid steps per side, or are the whole grid.
 inline constexpr std::int32_t kMinCellExponent = 4;
 
-// kInvalidArgument, saying what would be right, unless it can be a cell of some grid.
+// Fails with kInvalidArgument, naming the valid range, unless the cell is valid in some grid.
 [[nodiscard]] Result<void> check_cell(const SurfaceCell& cell);
-// The same unless the cell, which is valid, lies in the dataset's grid and is large enough there.
+// Also fails if the cell is outside the dataset's grid or too small for it. Requires a valid cell.
 [[nodiscard]] Result<void> check_cell(const SurfaceCell& cell, const DatasetInfo& info);
 
 }  // namespace multitetra

@@ -16,7 +16,7 @@ using Q = SurfaceQuery;
 using R = IsosurfaceRequest;
 using T = LocalThresholds;
 
-// ---- what a value becomes
+// ---- parsers of values
 
 template <auto Member>
 auto& member_of(Q& query) {
@@ -31,7 +31,7 @@ auto& member_of(Q& query) {
   }
 }
 
-// "voxel|world" as "voxel or world".
+// Converts "voxel|world" to "voxel or world".
 std::string alternatives(std::string_view form) {
   std::string text(form);
   const std::size_t last = text.rfind('|');

@@ -35,7 +35,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   }
 }
 
-// The shape of `kind` from its numbers, which are as many as it needs.
+// Returns the shape of `kind`. Requires the right number of numbers.
 decltype(ThresholdRegion::shape) shape_of(std::string_view kind, const std::vector<double>& n) {
   if (kind == "ball") return BallShape{.centre = {n[0], n[1], n[2]}, .radius = n[3]};
   if (kind == "halfspace") return HalfSpaceShape{.normal = {n[0], n[1], n[2]}, .offset = n[3]};
@@ -44,12 +44,12 @@ decltype(ThresholdRegion::shape) shape_of(std::string_view kind, const std::vect
 
 using NamedNumbers = std::map<std::string_view, std::vector<double>>;
 
-// How many numbers each part of a view has.
+// The number of numbers of each part of a view.
 const std::map<std::string_view, std::size_t> kViewParts = {
     {"eye", 3},  {"fov", 1}, {"height", 1}, {"pixels", 1},
     {"look", 3}, {"up", 3},  {"aspect", 1}, {"outside", 1}};
 
-// The parts of a view by name, each with all its numbers; those that must be there are.
+// Returns the numbers of each part of a view by name. All required parts are present.
 Result<NamedNumbers> numbers_of_view(std::string_view word) {
   const auto wrong = [word](std::string problem) {
     return refuse("view", word, std::move(problem), kViewForm);
@@ -139,7 +139,8 @@ Result<ThresholdView> parse_view(std::string_view word) {
   if (given.contains("up")) {
     view.frustum->up = place("up");
   } else if (look[0] == view.eye[0] && look[1] == view.eye[1]) {
-    view.frustum->up = {0, 1, 0};  // Straight along z, where the usual upward direction is none.
+    // Looking straight along z, which is the default upward direction.
+    view.frustum->up = {0, 1, 0};
   }
   if (given.contains("aspect")) view.frustum->aspect = given["aspect"][0];
   return view;

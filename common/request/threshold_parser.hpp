@@ -1,4 +1,4 @@
-// Parses thresholds as they are typed: regions and a view, one word each.
+// Parses thresholds as typed by users: regions and a view, one word each.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace multitetra {
 
-// box:X0,Y0,Z0,X1,Y1,Z1=TAU (no low coordinate above its high one), ball:X,Y,Z,R=TAU,
-// halfspace:NX,NY,NZ,D=TAU. kInvalidArgument, quoting the word, what is wrong with it and what
-// would be right. Ranges are checked where the whole request is.
+// Parses box:X0,Y0,Z0,X1,Y1,Z1=TAU (low corner first), ball:X,Y,Z,R=TAU or
+// halfspace:NX,NY,NZ,D=TAU. Fails with kInvalidArgument, quoting the word, the fault and the
+// expected form. Ranges are checked with the whole request.
 [[nodiscard]] Result<ThresholdRegion> parse_region(std::string_view word);
 
-// eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE, in any order, and for a frustum
-// look=X,Y,Z and outside=TAU, with which up=X,Y,Z and aspect=RATIO may be given.
+// Parses eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE, in any order. look=X,Y,Z and
+// outside=TAU add a frustum, with optional up=X,Y,Z and aspect=RATIO.
 [[nodiscard]] Result<ThresholdView> parse_view(std::string_view word);
 
 }  // namespace multitetra

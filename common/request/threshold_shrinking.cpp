@@ -19,7 +19,7 @@ Counts blocks_of(const Counts& dims, const Counts& side) {
   return blocks;
 }
 
-// Samples of a block along each axis.
+// Returns the number of samples of a block along each axis.
 Counts block_side(const ThresholdSamples& image, std::size_t limit) {
   Counts side = {1, 1, 1};
   for (;;) {
@@ -35,12 +35,12 @@ Counts block_side(const ThresholdSamples& image, std::size_t limit) {
         shortest = axis;
       }
     }
-    if (shortest == 3) return side;  // One block, or lengths that are no numbers.
+    if (shortest == 3) return side;  // One block, or NaN lengths.
     ++side[shortest];
   }
 }
 
-// Block indices -> world: a block's middle in its samples' indices.
+// Maps block indices to world coordinates; a block's index is its center.
 Affine block_map(const ThresholdSamples& image, const Counts& side) {
   Affine map = image.index_to_world;
   Vec3 first_middle = {};
@@ -83,7 +83,7 @@ float block_threshold(const ThresholdSamples& image, const Counts& low, const Co
   return is_whole ? least : std::min(least, elsewhere);
 }
 
-// The largest float that is not above `value`.
+// Returns the largest float that is at most `value`.
 float float_below(double value) {
   if (value >= static_cast<double>(std::numeric_limits<float>::max())) {
     return std::numeric_limits<float>::max();

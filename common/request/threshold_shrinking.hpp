@@ -1,4 +1,4 @@
-// A grid of thresholds made coarser until a request may carry it.
+// Coarsens a grid of thresholds until it fits into a request.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@ namespace multitetra {
 struct ThresholdSamples {
   std::array<std::int32_t, 3> dims = {};  // Each at least 1.
   Affine index_to_world;
-  // x fastest, as many as the dims say; NaN: no threshold.
+  // x fastest, as many as `dims` requires; NaN: no threshold.
   std::span<const float> thresholds;
 };
 
-// Joins blocks of neighbouring samples, about as long on all axes, until at most `limit` are left;
-// an image that fits is unchanged. A block has the least threshold of its samples, and at most
-// `elsewhere` where one of them has none or is missing at the image's end: no place allows more
-// than the image does. A block without any threshold has none.
+// Merges blocks of neighbouring samples, of similar length along all axes, until at most `limit`
+// remain. Images that fit are unchanged. A block gets the least threshold of its samples, and at
+// most `elsewhere` if a sample has none or lies beyond the image, so no place allows more than the
+// image does. A block without thresholds gets none.
 [[nodiscard]] ThresholdGrid shrunk(const ThresholdSamples& image, double elsewhere,
                                    std::size_t limit = kMaxGridThresholds);
 

@@ -19,7 +19,7 @@ constexpr std::size_t kMaxTokenBytes = 4096;
 constexpr std::size_t kMaxBehalfBytes = 512;
 constexpr std::size_t kDigestBytes = 16;
 
-// Digests, 16 bytes each: high then low, little-endian.
+// A digest has 16 bytes: high then low, little-endian.
 void append_u64(std::uint64_t value, std::string& bytes) {
   for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xFF));
 }
@@ -187,8 +187,8 @@ void write(const Probe& probe, v1::ClientMessage& message) {
   wire::write(probe, *message.mutable_probe());
 }
 
-// Regions are counted before the parser spends memory on them; the refusal names the request all
-// the same, so that the connection remains open.
+// Counts regions before the parser allocates memory for them. The error still has the request's id,
+// so the connection remains open.
 std::optional<ParseError> too_many_regions(std::string_view bytes) {
   for (const auto& [kind, request, id] :
        {std::tuple<int, int, int>(v1::ClientMessage::kOpenStreamFieldNumber,
@@ -216,7 +216,7 @@ std::string serialize(const ClientMessage& message) {
 }
 
 void record_started_step(const StepBegin& step, OpenStream& open) {
-  if (step.step < open.resumed_previews.size()) return;  // It has come again.
+  if (step.step < open.resumed_previews.size()) return;  // A resumed preview, sent again.
   if (step.is_final && !step.shell) {
     open.steps = StepPolicy::kFinalOnly;
   } else if (open.resumed_previews.size() < kMaxPreviews) {

@@ -1,4 +1,4 @@
-// Meshes of other programs' Draco files. Our own tiles are decoded with more care: see tile.hpp.
+// Decodes other programs' Draco files. For our own tiles see tile.hpp, which checks more.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,9 @@ struct DracoMesh {
   std::vector<TriangleIndices> triangles;
 };
 
-// `position_id` names the attribute as glTF does; none: the file's only positions. kDamagedData
-// when it is no triangle mesh that Draco decodes. Draco allocates the memory that the bytes claim:
-// run this where memory is bounded (child_process.hpp).
+// `position_id` identifies the attribute as in glTF; absent: the file's only positions. Fails with
+// kDamagedData unless Draco decodes the bytes to a triangle mesh. Draco allocates as much memory as
+// the bytes claim: call this only with bounded memory (child_process.hpp).
 [[nodiscard]] Result<DracoMesh> decode_draco_mesh(std::string_view bytes,
                                                   std::optional<std::uint32_t> position_id);
 

@@ -1,4 +1,4 @@
-// Meshes on integers as Draco bytes for the formats of others.
+// Encodes meshes with integer positions in Draco for the formats of other programs.
 #pragma once
 
 #include <array>
@@ -14,21 +14,20 @@ namespace multitetra {
 // The fields of a glTF primitive with Draco compression.
 struct DracoPrimitive {
   std::string bytes;
-  // As a decoder finds them: vertices that Draco splits count as several.
+  // The numbers a decoder finds: vertices split by Draco count several times.
   std::uint32_t points = 0;
   std::uint32_t triangles = 0;
   std::uint32_t position_id = 0;
-  std::uint32_t normal_id = 1;  // Where the mesh has normals.
+  std::uint32_t normal_id = 1;  // If the mesh has normals.
 };
 
-// With positions as floats that are the lattice coordinates exactly: quantized with a step of one,
-// so that the same vertex is the same in every cell. Requires what encode_tile() requires of a mesh
-// in that cube.
+// Encodes positions as floats that equal the lattice coordinates exactly, quantized with a step of
+// one, so a shared vertex is the same in every cell. Has the requirements of encode_tile().
 [[nodiscard]] DracoPrimitive encode_draco_primitive(const LatticeMesh& mesh,
                                                     const OctreeCube& cube);
 
-// With positions as integers, not quantized, and nothing else: none of them negative. Requires 1 to
-// kMaxTileTriangles triangles of three different vertices each.
+// Encodes positions as integers without quantization, and nothing else. Requires positions >= 0,
+// and 1 to kMaxTileTriangles triangles, each with three different vertices.
 [[nodiscard]] std::string encode_draco_integers(
     const std::vector<std::array<std::int32_t, 3>>& positions,
     const std::vector<TriangleIndices>& triangles);

@@ -55,7 +55,7 @@ std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube, const V
                         {"indices", 0},
                         {"material", 0},
                         {"extensions", {{kDraco, {{"bufferView", 0}, {"attributes", ids}}}}}}}}}};
-  // Column-major: lattice steps to lengths, and z up to y up.
+  // Column-major: scales lattice steps to lengths and converts z-up to y-up.
   const double delta = 1.0 / static_cast<double>(1 << mesh.resolution);
   const double x = delta * grid_step[0];
   const double y = delta * grid_step[1];

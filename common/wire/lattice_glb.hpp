@@ -1,8 +1,8 @@
 // A cell's surface as binary glTF with Draco (KHR_draco_mesh_compression).
 //
-// Positions are lattice coordinates of the whole grid, exactly, and every file of one resolution
-// has the same transform, which only makes lengths of them: so a vertex on the face between two
-// cells is the same number in both and lands on the same place of the screen.
+// Positions are the exact lattice coordinates of the whole grid, and all files of one resolution
+// have the same transform, which scales them to lengths. So a vertex on the face between two cells
+// has the same numbers in both files and is drawn at the same place.
 #pragma once
 
 #include <string>
@@ -13,9 +13,9 @@
 
 namespace multitetra {
 
-// `grid_step` is the length of a step of the grid along each axis, z up. The mesh's normals, of
-// grid coordinates, are in the file where it has some. An empty mesh gives a scene without a mesh;
-// otherwise requires what encode_tile() requires of a mesh in that cube.
+// `grid_step` is the length of a grid step along each axis, z up. Includes the mesh's normals,
+// which must be in grid coordinates, if it has any. An empty mesh gives a scene without a mesh;
+// otherwise has the requirements of encode_tile().
 [[nodiscard]] std::string lattice_glb(const LatticeMesh& mesh, const OctreeCube& cube,
                                       const Vec3& grid_step);
 

@@ -39,7 +39,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kSuffixAn
     {"vtp", "application/vnd.vtk.polydata+xml"},
 }};
 
-// A millionth of the longest side: finer than any lattice step that we send.
+// A millionth of the longest side, which is finer than the lattice steps we send.
 constexpr int kDracoFileBits = 20;
 
 template <typename T>
@@ -76,8 +76,8 @@ std::string ply(const PositionedMesh& mesh, const std::string& title) {
   return file;
 }
 
-// An 80-byte header that must not begin with "solid", the number of triangles, then 50 bytes each:
-// normal, three corners, two unused bytes.
+// An 80-byte header that must not begin with "solid", the number of triangles, then 50 bytes per
+// triangle: normal, three corners, two unused bytes.
 std::string stl(const PositionedMesh& mesh, const std::string& title) {
   std::string file = title;
   file.resize(80, ' ');
@@ -94,7 +94,7 @@ std::string stl(const PositionedMesh& mesh, const std::string& title) {
   return file;
 }
 
-// The shortest decimal that reads back as the same number.
+// Appends the shortest decimal that parses to the same number.
 template <typename Number>
 void append_text(std::string& file, Number number) {
   std::array<char, 32> text{};
@@ -102,7 +102,7 @@ void append_text(std::string& file, Number number) {
   file.append(text.data(), static_cast<std::size_t>(end - text.data()));
 }
 
-// A line for each: its name and three numbers.
+// Appends a line for each vector: its name and three numbers.
 void append_lines(std::string& file, std::string_view name, const std::vector<Position>& vectors) {
   for (const Position& vector : vectors) {
     file += name;
@@ -124,7 +124,7 @@ std::string obj(const PositionedMesh& mesh, const std::string& title) {
     file += 'f';
     for (const std::uint32_t corner : t) {
       file += ' ';
-      append_text(file, std::uint64_t{corner} + 1);  // OBJ counts from 1.
+      append_text(file, std::uint64_t{corner} + 1);  // OBJ indices start at 1.
       if (mesh.normals.empty()) continue;
       file += "//";
       append_text(file, std::uint64_t{corner} + 1);

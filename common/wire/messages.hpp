@@ -1,5 +1,5 @@
-// The conversation as plain structs, and their bytes. No generated protobuf code is seen from here:
-// client_messages.cpp, server_messages.cpp and their wire_* helpers keep it to themselves.
+// The messages of the protocol as plain structs, and their bytes. Only client_messages.cpp,
+// server_messages.cpp and their wire_* helpers use the generated protobuf code.
 //
 //   client                               server
 //   Hello                       ->
@@ -14,8 +14,8 @@
 //   Estimate, Slice, Probe      ->
 //                               <-       EstimateReply, SliceReply, ProbeReply
 //
-// parse_* are the entry point for untrusted bytes: every field is checked for its documented range,
-// and what they return is safe to use. Unknown fields are ignored, so that old peers keep working.
+// The parse_*() functions are the entry points for untrusted bytes: they check the documented range
+// of every field, so their results are safe to use. They ignore unknown fields, for compatibility.
 #pragma once
 
 #include <cstdint>
@@ -45,15 +45,15 @@ enum class PayloadCodec { kDracoLattice = 1, kSampleShell = 2 };
 // ---- client to server
 
 struct Hello {
-  std::uint32_t min_version =
-      kProtocolVersion;  // Inclusive range of protocol versions the client speaks.
+  // The range of protocol versions the client speaks, inclusive.
+  std::uint32_t min_version = kProtocolVersion;
   std::uint32_t max_version = kProtocolVersion;
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
-  std::string token = {};  // Bearer token, empty without; at most 4096 bytes.
+  std::string token = {};  // Bearer token, or empty; at most 4096 bytes.
   std::string agent = {};  // Program and version, for logs; at most 255 bytes.
-  // From a gateway: the identity of its client, for servers that trust it; at most 512 bytes.
+  // Set by gateways: identifies the gateway's client to servers that trust it; at most 512 bytes.
   std::string on_behalf_of = {};
-  // Likewise: the address of its client, for the log; at most 255 bytes.
+  // Set by gateways: the address of the gateway's client, for the log; at most 255 bytes.
   std::string client_address = {};
 };
 
@@ -63,36 +63,36 @@ struct ListDatasets {
 
 // The steps of a stream.
 enum class StepPolicy {
-  kProgressive,  // Previews chosen by the server, then the request itself.
+  kProgressive,  // Previews chosen by the server, then the final step.
   kFinalOnly,
-  kPreviewsOnly,  // The request itself only where it is there as soon as a preview.
+  kPreviewsOnly,  // The final step only if it is available as soon as a preview.
 };
 
 // The client's use of the meshes of a stream.
 enum class MeshUse {
-  kKeep,     // The final step is the request itself.
-  kDisplay,  // The final step may be a full-resolution shell that is within all thresholds.
+  kKeep,     // The final step meets the request exactly.
+  kDisplay,  // The final step may be a full-resolution shell within all thresholds.
 };
 
 enum class Priority {
-  kNormal,      // A client waits for it.
-  kBackground,  // It comes after all that is normal.
+  kNormal,      // A client waits for the reply.
+  kBackground,  // Served after all normal requests.
 };
 
 struct OpenStream {
-  std::uint64_t request_id =
-      0;  // Chosen by the client, > 0, greater than those before on this connection.
+  // Chosen by the client; > 0, and greater than all earlier ones of this connection.
+  std::uint64_t request_id = 0;
   std::string dataset = {};
   IsosurfaceRequest request = {};
   StepPolicy steps = StepPolicy::kProgressive;
-  // Tiles that the client has already, at most kMaxHeldDigests.
+  // Tiles the client already has, at most kMaxHeldDigests.
   std::vector<ContentDigest> cached_tile_digests = {};
-  // The previews that the stream began with elsewhere, at most kMaxPreviews, each finer than the
-  // one before: exactly these previews come again, and then those of `steps`.
+  // The previews received before the stream was interrupted, at most kMaxPreviews, each finer than
+  // the one before. Exactly these are sent again, followed by the steps of `steps`.
   std::vector<Preview> resumed_previews = {};
   Priority priority = Priority::kNormal;
   std::optional<ScalarRequest> scalars = {};
-  // The client's speed of decoding, checking and showing; finite, >= 0. 0: unknown.
+  // The client's speed of decoding, checking and displaying; finite, >= 0. 0: unknown.
   double triangles_per_second = 0;
   MeshUse use = MeshUse::kKeep;
 };
@@ -122,7 +122,7 @@ struct Slice {
   Priority priority = Priority::kNormal;
 };
 
-// Requests the field at some places.
+// Requests the field at the given places.
 struct Probe {
   std::uint64_t request_id = 0;
   std::string dataset = {};
@@ -135,52 +135,54 @@ using ClientMessage =
 // ---- server to client
 
 struct Welcome {
-  std::uint32_t version = kProtocolVersion;  // The version both speak from now on.
+  std::uint32_t version = kProtocolVersion;  // The version both sides use.
   // The codecs of payloads on this connection.
   std::vector<PayloadCodec> codecs = {PayloadCodec::kDracoLattice};
   std::string agent = {};
-  std::uint32_t max_message_bytes = 0;  // The longest client message that the server accepts.
+  std::uint32_t max_message_bytes = 0;  // The longest client message the server accepts.
 };
 
 struct DatasetList {
   std::uint64_t request_id = 0;
-  std::vector<DatasetInfo> datasets = {};  // By name.
+  std::vector<DatasetInfo> datasets = {};  // Sorted by name.
 };
 
-// A step is a complete conforming model. It replaces the one before as a whole, when its StepEnd
-// has come.
+// A step is a complete conforming model. It replaces the previous step as a whole once its StepEnd
+// has arrived.
 struct StepBegin {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;  // 0, 1, ... within the stream.
-  bool is_final = false;   // This step is the request itself, or all that MeshUse::kDisplay needs.
-  IsosurfaceRequest request = {};  // This step's own parameters; `error` in the request's unit.
-  // The largest threshold anywhere, world units. It bounds the distance to the full surface
-  // (lattice snapping excluded) when the measure is certified, topology_tolerance is 0 and
-  // finest_spacing is 1. Of shells: what quantized values move a vertex by at most, 0 with others.
+  // The step meets the request, or suffices for MeshUse::kDisplay.
+  bool is_final = false;
+  IsosurfaceRequest request = {};  // The parameters of this step; `error` in the request's unit.
+  // The largest threshold anywhere, in world units. Bounds the distance to the full-resolution
+  // surface (excluding lattice snapping) if the measure is certified, topology_tolerance is 0 and
+  // finest_spacing is 1. With shells: the largest displacement of a vertex by quantized values, 0
+  // with other values.
   double error_bound_world = 0;
-  std::int32_t finest_spacing = 1;      // Grid steps; no finer dividing point takes part.
-  std::optional<ShellStep> shell = {};  // For sample shells; none: Draco.
+  std::int32_t finest_spacing = 1;      // In grid steps: the model has no finer dividing points.
+  std::optional<ShellStep> shell = {};  // Set for sample shells; absent: Draco.
   // Tetrahedra of the model; 0 with shells.
   std::uint64_t tetrahedra = 0;
-  // Those that the surface crosses; 0 with shells.
+  // Tetrahedra the surface crosses; 0 with shells.
   std::uint64_t active_tetrahedra = 0;
-  // All tiles of the step, those that the client holds included.
+  // All tiles of the step, including those the client has.
   std::vector<TileSummary> tiles = {};
-  bool is_unsimplified = false;  // No tile is simplified, though the request allows it.
-  // For a request with a cell: bit i is set where OctreeCube::child(i) of its cube may have a
-  // surface at any error.
+  bool is_unsimplified = false;  // Although the request allows simplification.
+  // For a request with a cell: bit i is set if OctreeCube::child(i) of its cube may contain a
+  // surface at some error.
   std::uint32_t crossed_octants = 0;
-  // For the tiles' vertices; none: no scalars.
+  // For the tiles' vertices; absent: no scalars.
   std::optional<ScalarRange> scalars = {};
 };
 
-// The request that resumes a stream of which that much was received, on any server.
+// Updates the request so that it resumes the stream, on any server, after `step` was received.
 void record_started_step(const StepBegin& step, OpenStream& open);
 
 struct Tile {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;
-  std::uint32_t index = 0;  // Into StepBegin::tiles.
+  std::uint32_t index = 0;  // Index into StepBegin::tiles.
   std::shared_ptr<const std::string> payload = {};
 };
 
@@ -188,22 +190,22 @@ struct Tile {
 struct TileScalars {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;
-  std::uint32_t index = 0;  // Into StepBegin::tiles.
+  std::uint32_t index = 0;  // Index into StepBegin::tiles.
   std::shared_ptr<const std::string> codes = {};
-  // The largest difference that was found between the field and what is interpolated between the
-  // corners of a triangle, without rounding to codes. In sample values.
+  // The largest difference found between the field and its linear interpolation over the triangles,
+  // in sample values, excluding rounding to codes.
   double largest_deviation = 0;
 };
 
 struct StepEnd {
   std::uint64_t request_id = 0;
   std::uint32_t step = 0;
-  std::uint32_t tiles_sent = 0;  // Without those that the client held.
-  // The payloads of the tiles sent.
+  std::uint32_t tiles_sent = 0;  // Excludes tiles the client has.
+  // The total size of the tiles sent.
   std::uint64_t payload_bytes = 0;
-  // The digest of the whole step.
+  // The sum of the digests of all tiles.
   ContentDigest digest = {};
-  double seconds = 0;  // The server's time for this step.
+  double seconds = 0;  // The time the server took for this step.
 };
 
 enum class StreamOutcome { kComplete = 1, kCancelled = 2, kSuperseded = 3 };
@@ -211,11 +213,11 @@ enum class StreamOutcome { kComplete = 1, kCancelled = 2, kSuperseded = 3 };
 struct StreamEnd {
   std::uint64_t request_id = 0;
   StreamOutcome outcome = StreamOutcome::kComplete;
-  std::uint32_t steps = 0;  // Steps that were ended.
+  std::uint32_t steps = 0;  // The number of steps whose StepEnd was sent.
 };
 
 struct ErrorReply {
-  std::uint64_t request_id = 0;  // 0 when it concerns the connection.
+  std::uint64_t request_id = 0;  // 0 if the error concerns the connection.
   Error error = {};
 };
 
@@ -225,9 +227,9 @@ struct Pong {
 
 struct EstimateReply {
   std::uint64_t request_id = 0;
-  std::uint64_t triangles = 0;  // About as many as the final step would have,
-  std::uint64_t bytes = 0;      // and payload bytes.
-  double threshold_world = 0;   // The largest threshold anywhere, world units.
+  std::uint64_t triangles = 0;  // The estimated number of triangles of the final step.
+  std::uint64_t bytes = 0;      // The estimated number of payload bytes.
+  double threshold_world = 0;   // The largest threshold anywhere, in world units.
 };
 
 struct SliceReply {
@@ -235,8 +237,8 @@ struct SliceReply {
   // As requested.
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::uint32_t sample_spacing = 1;  // 1, or 8 where every eighth sample was used.
-  // A float for each pixel, row by row, NaN where there is no field: 4 bytes each, little-endian.
+  std::uint32_t sample_spacing = 1;  // 1, or 8 if every eighth sample was used.
+  // A little-endian float per pixel, row by row; NaN where there is no field.
   std::shared_ptr<const std::string> values = {};
 };
 
@@ -250,13 +252,12 @@ using ServerMessage =
     std::variant<Welcome, DatasetList, StepBegin, Tile, StepEnd, StreamEnd, ErrorReply, Pong,
                  EstimateReply, SliceReply, ProbeReply, TileScalars>;
 
-// The content of one frame or one WebSocket message.
+// Returns the content of one frame or WebSocket message.
 [[nodiscard]] std::string serialize(const ClientMessage& message);
 [[nodiscard]] std::string serialize(const ServerMessage& message);
 
-// kMalformedMessage when the bytes are no message; kInvalidArgument or kLimitExceeded, with the
-// request id where one could be read, when a field is outside its range: the connection can remain
-// open after those.
+// kMalformedMessage if the bytes are no message; kInvalidArgument or kLimitExceeded if a field is
+// out of range, with the request's id if known: then the connection can stay open.
 struct ParseError {
   Error error;
   std::uint64_t request_id = 0;

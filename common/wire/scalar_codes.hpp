@@ -1,8 +1,8 @@
 // Encodes and decodes the scalars of a tile.
 //
-// Draco keeps no order of vertices, so scalars have an order of their own: that of the vertices'
-// lattice coordinates, by z, then y, then x. So they are a function of a tile's geometry and the
-// field, and are sent apart from it: a client that has the tile receives its codes alone.
+// Since Draco does not keep the order of vertices, scalars are ordered by the vertices' lattice
+// coordinates: by z, then y, then x. So they depend only on a tile's geometry and the field, and
+// are sent separately: a client that has the tile receives only its codes.
 #pragma once
 
 #include <span>
@@ -16,11 +16,11 @@
 
 namespace multitetra {
 
-// The codes of `values`, one a vertex, NaN for none.
+// Encodes `values`, one per vertex, NaN for none.
 [[nodiscard]] std::string encode_scalars(std::span<const LatticePoint> vertices,
                                          std::span<const double> values, const ScalarRange& range);
 
-// The values of the vertices, in their order. kDamagedData unless there is a code for each.
+// Returns the values in the vertices' order. Fails with kDamagedData unless each vertex has a code.
 [[nodiscard]] Result<std::vector<float>> decode_scalars(std::string_view codes,
                                                         std::span<const LatticePoint> vertices,
                                                         const ScalarRange& range);

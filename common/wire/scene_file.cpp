@@ -21,13 +21,13 @@ static_assert(std::endian::native == std::endian::little,
 
 using Triple = std::array<float, 3>;
 
-// glTF's numbers for types of components and targets of views.
+// glTF's constants for component types and buffer view targets.
 constexpr int kFloat = 5126;
 constexpr int kUnsignedInt = 5125;
 constexpr int kVertexBuffer = 34962;
 constexpr int kIndexBuffer = 34963;
 
-// Red, green and blue of materials, one after the other.
+// The red, green and blue of the materials, in this order.
 constexpr std::array<std::array<double, 3>, 6> kPartColors = {{{0.8, 0.76, 0.7},
                                                                {0.85, 0.45, 0.35},
                                                                {0.35, 0.6, 0.85},
@@ -35,7 +35,7 @@ constexpr std::array<std::array<double, 3>, 6> kPartColors = {{{0.8, 0.76, 0.7},
                                                                {0.9, 0.75, 0.35},
                                                                {0.65, 0.5, 0.8}}};
 
-// Normals at the vertices, weighted by the areas of the triangles around them.
+// Returns vertex normals, weighted by the areas of the surrounding triangles.
 std::vector<Triple> smooth_normals(const PositionedMesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
   for (const TriangleIndices& t : mesh.triangles) {
@@ -72,10 +72,10 @@ std::pair<Triple, Triple> bounds(const std::vector<Triple>& positions) {
   return box;
 }
 
-// The JSON and the binary chunk, array by array.
+// Builds the JSON and the binary chunk, array by array.
 class SceneWriter {
  public:
-  // `unit` is the length of 1.
+  // `unit` is the length of one unit of the mesh.
   void add(const ScenePart& part, std::size_t color, double unit = 1) {
     const PositionedMesh& mesh = *part.mesh;
     if (mesh.triangles.empty()) return;
@@ -109,7 +109,7 @@ class SceneWriter {
     json_["scenes"][0]["nodes"].push_back(number);
   }
 
-  // All parts so far are one surface at several levels of detail.
+  // Turns the parts added so far into levels of detail of one surface.
   void make_levels(std::span<const LevelOfDetail> levels) {
     nlohmann::json coarser = nlohmann::json::array();
     nlohmann::json coverage = nlohmann::json::array();
@@ -131,7 +131,7 @@ class SceneWriter {
   }
 
  private:
-  // The number of its accessor.
+  // Returns the index of the accessor.
   template <typename T>
   std::size_t add_array(const std::vector<T>& values, int component, const char* type, int target) {
     static_assert(sizeof(T) % 4 == 0);
@@ -152,7 +152,7 @@ class SceneWriter {
     return what;
   }
 
-  // Colors of vertices count as they are.
+  // Vertex colors are multiplied with the base color, which is then white.
   static nlohmann::json material_of(const PositionedMesh& mesh, std::size_t color) {
     nlohmann::json material = surface_material();
     auto base = part_color(color);

@@ -27,7 +27,7 @@ static_assert(static_cast<int>(ErrorCode::kUnauthenticated) == v1::ERROR_CODE_UN
                   v1::ErrorCode_MAX == v1::ERROR_CODE_UNAUTHENTICATED,
               "Error codes have the same numbers in common/base/result.hpp and on the wire.");
 
-// Error texts may quote the world (file names, messages of libraries); the wire wants UTF-8.
+// Error texts may quote external text (file names, library messages), but the wire requires UTF-8.
 std::string as_utf8(std::string_view text) {
   std::string result;
   result.reserve(text.size());
@@ -224,8 +224,8 @@ void write(const ErrorReply& reply, v1::ServerMessage& message) {
   wire.set_retry_after(reply.error.retry_after);
 }
 
-// What a server says of a failure is taken as far as it makes sense: there is nothing to fall back
-// on. Its text is one line that steers no terminal.
+// Never fails, as there is no fallback for an error reply: replaces invalid fields by defaults. The
+// text is one line without control characters.
 ErrorReply read(const v1::ErrorReply& wire) {
   constexpr std::size_t kMostText = 1000;
   const bool known = v1::ErrorCode_IsValid(wire.code());

@@ -52,7 +52,7 @@ bool has_form(const ShellHeader& header, const ShellTileForm& form) {
           header.levels_per_octave == form.shell.levels_per_octave);
 }
 
-// Where a thread decodes.
+// Buffers that are reused by all decoding calls of a thread.
 struct ShellMemory {
   shell::ShellDecoder decoder;
   std::vector<shell::ShellVertex> vertices;

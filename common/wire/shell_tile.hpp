@@ -1,4 +1,4 @@
-// A tile in a sample shell, decoded: the samples are marched. Does not see Draco.
+// Decodes a tile from a sample shell by marching its samples. Does not include Draco.
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,26 @@
 
 namespace multitetra {
 
-// Parameters that all shells of a step share.
+// The parameters that all shells of a step share.
 struct ShellTileForm {
   int lattice_resolution = kDefaultLatticeResolution;
   std::int32_t finest_spacing = 1;
   ShellStep shell = {};
 };
 
-// Whether the payload has the digest, and its header the counts, the form and a place in the cube,
-// that were promised. kDamagedData, naming the tile and the first difference, otherwise.
+// Checks the payload's digest, and its header's counts, form and position in the cube. Fails with
+// kDamagedData, naming the tile and the first difference from `promised` and `form`.
 [[nodiscard]] Result<void> check_shell_tile(std::string_view payload, const TileSummary& promised,
                                             const ShellTileForm& form);
 
-// The box of cells that decode_shell_tile() marches, in lattice coordinates: what it then returns
-// is as TileInCube::marched says. None where samples are void, so that tetrahedra are left out, or
-// where the payload has no header.
+// Returns the box of cells that decode_shell_tile() marches, in lattice coordinates; its result
+// then has the guarantees of TileInCube::marched. Absent if samples are void, so that tetrahedra
+// are skipped, or if the header is invalid.
 [[nodiscard]] std::optional<MarchedBox> marched_box(std::string_view payload);
 
 // Checks and decodes. Takes memory in proportion to `promised`, and time in proportion to the
-// cube's cells. Every vertex lies in the cube, is used, and is there once; every edge within the
-// cube has one or two triangles, which agree on the outside.
+// cube's cells. Every vertex lies in the cube, is used and occurs once; every edge inside the cube
+// has one or two triangles, which are consistently oriented.
 [[nodiscard]] Result<LatticeMesh> decode_shell_tile(std::string_view payload,
                                                     const TileSummary& promised,
                                                     const ShellTileForm& form);

@@ -20,7 +20,7 @@
 namespace multitetra {
 namespace {
 
-// One value a point.
+// Adds an attribute with one value per point.
 template <typename Value>
 void add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type kind, draco::DataType type,
                    std::span<const Value> values) {
@@ -32,7 +32,7 @@ void add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type kind, draco
                                        static_cast<std::int64_t>(values.size_bytes()));
 }
 
-// A Draco mesh whose points are numbered as `positions`, and as `normals` unless there are none.
+// Returns a Draco mesh whose points are numbered as `positions` and, unless empty, `normals`.
 template <typename Position>
 std::unique_ptr<draco::Mesh> draco_mesh(const std::vector<Position>& positions,
                                         draco::DataType type,
@@ -53,11 +53,11 @@ std::unique_ptr<draco::Mesh> draco_mesh(const std::vector<Position>& positions,
   return mesh;
 }
 
-// Below this number of triangles the valence traversal costs more than it saves.
+// With fewer triangles the valence traversal costs more than it saves.
 constexpr std::size_t kMinValenceTriangles = 1000;
 
 // The valence traversal makes tiles 10 % smaller than the standard one and encoding 15 % slower.
-// Draco itself would take it only at speeds below 5.
+// Draco itself uses it only at speeds below 5.
 draco::Encoder edgebreaker(std::size_t triangles, int speed) {
   draco::Encoder encoder;
   encoder.SetSpeedOptions(speed, speed);
@@ -69,9 +69,9 @@ draco::Encoder edgebreaker(std::size_t triangles, int speed) {
   return encoder;
 }
 
-// Normals are walked together with the positions: a point of theirs is a vertex. With 8 bits on a
-// noisy head, differences to the normal before take 0.5 to 0.6 bytes a triangle; Draco's geometric
-// prediction takes 0.8 and several times as long, as triangles say little about noise.
+// Traverses normals together with positions: each vertex has one normal. With 8 bits on a noisy
+// head, differences to the previous normal take 0.5 to 0.6 bytes per triangle; Draco's geometric
+// prediction takes 0.8 and several times as long, as triangles predict noise poorly.
 void add_normals(draco::Encoder& encoder, int bits) {
   encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, bits);
   encoder.SetAttributePredictionScheme(draco::GeometryAttribute::NORMAL,
@@ -119,8 +119,8 @@ tl::unexpected<Error> miscounted(const TileSummary& tile, const char* what, std:
                            "; the manifest promises " + std::to_string(promised) + ".");
 }
 
-// Draco's decoder, stopped before it allocates for attributes that we never write: each further one
-// would cost memory for all points and hardly a byte.
+// Draco's decoder, stopped before it allocates memory for attributes we never write: each of them
+// would cost memory for all points, but hardly a byte of payload.
 class PromisedAttributesDecoder : public draco::MeshEdgebreakerDecoder {
  public:
   explicit PromisedAttributesDecoder(std::string_view attributes) : attributes_(attributes) {}
@@ -136,7 +136,7 @@ class PromisedAttributesDecoder : public draco::MeshEdgebreakerDecoder {
   std::string_view attributes_;
 };
 
-// The bytes as Draco's mesh, normals as octahedral integers; none when Draco refuses them.
+// Decodes to Draco's mesh, with normals as octahedral integers; null if Draco fails.
 std::unique_ptr<draco::Mesh> draco_decoded(std::string_view payload, bool has_normals) {
   try {
     draco::DecoderBuffer buffer;
@@ -147,14 +147,14 @@ std::unique_ptr<draco::Mesh> draco_decoded(std::string_view payload, bool has_no
     options.SetAttributeBool(draco::GeometryAttribute::NORMAL, "skip_attribute_transform", true);
     return decoder.Decode(options, &buffer, mesh.get()).ok() ? std::move(mesh) : nullptr;
   } catch (const std::bad_alloc&) {
-    throw;  // Out of memory: what the payload claims was compared with its manifest.
+    throw;  // Really out of memory, as the payload's claims were compared with the manifest.
   } catch (const std::exception&) {
     return nullptr;
   }
 }
 
-// Points and triangles as Draco has them: vertices may occur several times. None when the mesh
-// contradicts itself.
+// Returns Draco's points and triangles, in which a vertex may occur several times. nullopt if the
+// mesh contradicts itself.
 std::optional<LatticeMesh> unwelded(const draco::Mesh& mesh, int resolution) {
   const draco::PointAttribute* position =
       mesh.GetNamedAttribute(draco::GeometryAttribute::POSITION);
@@ -184,7 +184,7 @@ std::optional<LatticeMesh> unwelded(const draco::Mesh& mesh, int resolution) {
   return result;
 }
 
-// One a point. None when they have other bits, or coordinates beyond the octahedron.
+// Returns one normal per point; nullopt if the bits differ or a coordinate is out of range.
 std::optional<std::vector<UnitVector>> unwelded_normals(const draco::Mesh& mesh, int bits) {
   const draco::PointAttribute* normal = mesh.GetNamedAttribute(draco::GeometryAttribute::NORMAL);
   draco::AttributeOctahedronTransform transform;
@@ -212,7 +212,7 @@ std::optional<std::vector<UnitVector>> unwelded_normals(const draco::Mesh& mesh,
   return normals;
 }
 
-// Whether vertices that Draco split have one normal each. Welding keeps the order of triangles.
+// Returns whether copies of split vertices have equal normals. Welding keeps triangles in order.
 bool has_one_normal_a_vertex(const LatticeMesh& welded, const LatticeMesh& split) {
   for (std::size_t i = 0; i < split.triangles.size(); ++i) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -338,12 +338,12 @@ DracoPrimitive encode_draco_primitive(const LatticeMesh& mesh, const OctreeCube&
   assert(is_encodable(mesh));
   std::vector<std::array<float, 3>> positions;
   positions.reserve(mesh.vertices.size());
-  for (const LatticePoint& p : mesh.vertices) {  // Below 2^24, so exact.
+  for (const LatticePoint& p : mesh.vertices) {  // Coordinates below 2^24 are exact.
     positions.push_back(
         {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)});
   }
   draco::Encoder encoder = edgebreaker(mesh.triangles.size(), kSimplifiedEncodingSpeed);
-  // Both are integers, so Draco's six decimals say them exactly, and the step is one.
+  // Origin and range are integers, which Draco's six decimals hold exactly, and the step is one.
   const int bits = cube.exponent + mesh.resolution + 1;
   const auto side = static_cast<float>(std::int64_t{cube.side()} << mesh.resolution);
   const std::array<float, 3> origin = {static_cast<float>(cube.x) * side,
@@ -371,8 +371,8 @@ std::string encode_draco_integers(const std::vector<std::array<std::int32_t, 3>>
 std::string encode_draco_file(const PositionedMesh& mesh, int position_bits) {
   assert(position_bits >= 1 && position_bits <= 30);
   draco::Encoder encoder = edgebreaker(mesh.triangles.size(), kDefaultEncodingSpeed);
-  // One mesh alone needs no lattice in common with others, and Draco keeps explicit ranges with six
-  // decimals only.
+  // A single mesh needs no lattice in common with others, and Draco stores explicit ranges with
+  // only six decimals.
   encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, position_bits);
   if (!mesh.normals.empty()) add_normals(encoder, kMaxNormalBits);
   return encoded(encoder,

@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kColumn = 36;  // Where descriptions begin.
 constexpr std::size_t kWidth = 100;
 
-// "[0.1 - 86400]" of a checked type's name; empty without.
+// Returns "0.1 to 86400" from a type name with a range; empty without.
 std::string range_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const auto begin = type.find(" in [");
@@ -23,7 +23,7 @@ std::string range_of(const CLI::Option& option) {
   return range;
 }
 
-// A footer's paragraph "Examples:", whose lines are indented, and the rest of the footer.
+// The footer's paragraph "Examples:", with indented lines, and the rest of the footer.
 struct Footer {
   std::string examples;
   std::string rest;
@@ -39,7 +39,7 @@ Footer footer_of(const CLI::App& app) {
   return footer;
 }
 
-// The group of options that were given none.
+// CLI11's group of options without an explicit group.
 constexpr const char* kEveryday = "Options";
 
 bool is_rare(const CLI::Option* option) {
@@ -47,7 +47,7 @@ bool is_rare(const CLI::Option* option) {
          option->get_group() != kEveryday;
 }
 
-// All options, by group.
+// Prints all options, by group.
 class FullHelp : public CLI::Formatter {
  public:
   FullHelp() { column_width(kColumn); }
@@ -145,7 +145,7 @@ std::string full_description(const CLI::Option& option) {
 
 std::string wrapped(const std::string& text, std::size_t width) {
   std::string lines;
-  // The used columns of the line.
+  // The columns used in the current line.
   std::size_t used = 0;
   std::istringstream words(text);
   for (std::string word; words >> word;) {

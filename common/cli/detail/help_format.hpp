@@ -1,5 +1,5 @@
-// Formats --help: examples first, lines that fit a terminal, no names of types.
-// --help has the options without a group, --help-all has all by group.
+// Formats help texts: examples first, lines that fit a terminal, no type names. --help prints the
+// options without a group, --help-all prints all by group.
 #pragma once
 
 #include <memory>
@@ -12,16 +12,16 @@ class Option;
 
 namespace multitetra {
 
-// The value behind the option's name: "FILE", "on|off"; empty for a flag.
+// Returns the value shown after the option's name: "FILE", "on|off"; empty for a flag.
 [[nodiscard]] std::string value_text(const CLI::Option& option);
 
-// The option's description, up to the first "; " or ". ", and its default.
+// Returns the option's description up to the first "; " or ". ", and its default.
 [[nodiscard]] std::string short_description(const CLI::Option& option);
 
-// The same with its range and environment.
+// Returns the full description with range, default and environment variable.
 [[nodiscard]] std::string full_description(const CLI::Option& option);
 
-// The words of `text` in lines of at most `width` characters, longer ones where a word is.
+// Wraps `text` at `width` characters; longer words get their own line.
 [[nodiscard]] std::string wrapped(const std::string& text, std::size_t width);
 
 [[nodiscard]] std::shared_ptr<CLI::Formatter> help_formatter();

@@ -4,7 +4,7 @@ namespace multitetra::shell {
 
 namespace {
 
-// The corners on the six ways from 0 to 7, and whether they span a negative volume.
+// The corners of the six paths from 0 to 7, and whether they span a negative volume.
 struct Way {
   uint8_t corners[4];
   bool is_negative;
@@ -27,7 +27,7 @@ uint8_t edge_between(CellCases& cases, int& known, uint8_t a, uint8_t b) {
 
 void add_polygon(CellCases& cases, int& known_edges, const Way& way, bool is_mirrored,
                  unsigned signs, CellCase& out) {
-  // Positive corners first; is that an odd permutation?
+  // Orders positive corners first and tracks whether that is an odd permutation.
   uint8_t order[4] = {};
   int positives = 0;
   int last = 4;

@@ -1,9 +1,9 @@
-// The polygons that the surface cuts out of the six tetrahedra of a cell.
+// The polygons in which the surface cuts the six tetrahedra of a cell.
 //
-// Seen from its corner with even coordinates every cell looks the same: tetrahedra are the six
-// shortest ways from corner 0 to corner 7. Corners have numbers x + 2 y + 4 z in that view; a cell
-// whose even corner is elsewhere is mirrored along those axes, which turns polygons over when their
-// number is odd. The polygon of a tetrahedron is core's MarchingCase.
+// Seen from its corner with even coordinates every cell looks the same: its tetrahedra are the six
+// shortest paths from corner 0 to corner 7, where corners have numbers x + 2 y + 4 z in that view.
+// A cell whose even corner is elsewhere is mirrored along those axes, which reverses polygons if
+// their number is odd. The polygon of a tetrahedron is core's MarchingCase.
 #pragma once
 
 #include <stdint.h>
@@ -14,7 +14,7 @@ inline constexpr int kCellEdges = 19;
 
 struct CellPolygon {
   uint8_t corners = 0;      // 3 or 4.
-  uint8_t tetrahedron = 0;  // Bits of its corners.
+  uint8_t tetrahedron = 0;  // One bit per corner.
   uint8_t edges[4] = {};
 };
 struct CellCase {
@@ -24,11 +24,11 @@ struct CellCase {
 };
 
 struct CellCases {
-  uint8_t edge_ends[kCellEdges][2];  // Corners, the lower one first.
+  uint8_t edge_ends[kCellEdges][2];  // Cell corners, the lower number first.
   CellCase of[2][256];               // [is mirrored][bits of positive corners]
 };
 
-// Made once.
+// Computed once.
 [[nodiscard]] const CellCases& cell_cases();
 
 }  // namespace multitetra::shell

@@ -1,10 +1,10 @@
-// Lattice-exact shells: the distance in lattice steps of a vertex from the place that the levels of
-// its edge's ends predict.
+// Corrections of lattice-exact shells: the distance in lattice steps of a vertex from the position
+// predicted by the levels of its edge's ends.
 //
-// From the end with the lower level (of equal ones: from the beginning of the edge), levels
-// determine the vertex up to an interval; a correction is coded only where the interval holds more
-// than one lattice point. The context is the difference of levels: it decides how near the cut is
-// to a rounding.
+// From the end with the lower level (if equal: from the start of the edge), levels determine the
+// vertex up to an interval. A correction is coded only if the interval contains more than one
+// lattice point. The context is the difference of levels, which determines how close the cut is to
+// a rounding boundary.
 #pragma once
 
 #include <stdint.h>
@@ -14,7 +14,7 @@
 
 namespace multitetra::shell {
 
-// Steps from a to the vertex on the edge from a to b. `exact` is that when encoding.
+// Codes the steps from a to the vertex on the edge from a to b: `exact` when encoding.
 template <typename Coder>
 int32_t code_cut(Coder& coder, CorrectionModel& model, const LevelScale& scale, int32_t steps,
                  int32_t level_a, int32_t level_b, int32_t exact) {

@@ -11,12 +11,12 @@ void CrossedEdges::begin(const BitField& signs, const BitField* present,
   inside_ = signs.inside();
   not_last_ = samples_from_to(0, nx - 1);
   not_first_ = samples_from_to(1, nx);
-  // Sample x has bit x + 1.
+  // Sample x is bit x + 1.
   const uint64_t even = (origin[0] & 1) == 0 ? 0xaaaaaaaaaaaaaaaaU : 0x5555555555555555U;
   even_ = {even, even};
   for (int slice = 0; slice < 2; ++slice) {
     for (int y = 0; y < signs.size(1); ++y) {
-      any_[slice][y] = true;  // So that what the last tile left is cleared.
+      any_[slice][y] = true;  // Makes find() clear the previous tile's rows.
       active_[slice][y] = {};
     }
   }
@@ -50,8 +50,8 @@ void CrossedEdges::find_in_row(int y, int z) {
     const RowBits to = signs_->row(to_y, to_z);
     const RowBits to_there = kHasVoid ? presence(to_y, to_z) & inside_ : inside_;
     RowBits& to_active = active_[to_z & 1][to_y];
-    // Face diagonals in planes across y or z, and cube diagonals: x has the parity of the
-    // coordinate that changes.
+    // Face diagonals in planes across y or z, and cube diagonals: they exist where x has the parity
+    // of the changing coordinate.
     const int parity = to_y != y ? y + origin_[1] : z + origin_[2];
     const RowBits diagonals = (parity & 1) == 0 ? even_ : ~even_;
     RowBits straight = (from ^ to) & inside_;

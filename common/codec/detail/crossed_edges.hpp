@@ -1,11 +1,11 @@
-// The edges of the cells that begin at a slice's samples, and those that the surface crosses: from
-// the signs alone, whole rows at a time.
+// Finds the edges that start at a slice's samples and are crossed by the surface, from the signs
+// alone and a row at a time.
 //
-// At a uniform level every cell is cut into six tetrahedra around the diagonal from its corner with
-// even coordinates to the one with odd ones. So every sample begins edges along the axes; between
-// (x, y, z) and its neighbour along a face diagonal there is an edge when both coordinates that
-// change have the same parity, along a cube diagonal when all three have. That is in units of the
-// spacing, in coordinates of the grid.
+// At a uniform level every cell is divided into six tetrahedra around the diagonal from its corner
+// with even coordinates to the one with odd coordinates. So every sample has edges along the axes;
+// it has an edge to the neighbour along a face diagonal if both changing coordinates have the same
+// parity, along a cube diagonal if all three have. Coordinates are those of the grid, in units of
+// the spacing.
 #pragma once
 
 #include <stdint.h>
@@ -14,31 +14,31 @@
 
 namespace multitetra::shell {
 
-// Every edge is known by the end from which it goes up in z, else in y, else in x.
+// The direction of an edge, from the end at which it ascends in z, or else in y, or else in x.
 struct EdgeDirection {
   int8_t x;
   int8_t y;
   int8_t z;
 };
 inline constexpr int kEdgeDirections = 13;
-inline constexpr int kDirectionsInSlice = 4;  // The first ones; the others go to the next slice.
+inline constexpr int kDirectionsInSlice = 4;  // The first ones; the others lead to the next slice.
 inline constexpr EdgeDirection kEdgeDirection[kEdgeDirections] = {
     {1, 0, 0}, {0, 1, 0}, {1, 1, 0},  {-1, 1, 0}, {0, 0, 1},  {1, 0, 1},  {-1, 0, 1},
     {0, 1, 1}, {1, 1, 1}, {-1, 1, 1}, {0, -1, 1}, {1, -1, 1}, {-1, -1, 1}};
 
-// Where core's lattice_vertex calls the other end the first one.
+// Returns whether core's lattice_vertex takes the other end as the first.
 [[nodiscard]] constexpr bool begins_at_other_end(EdgeDirection d) {
   return 4 * d.x + 2 * d.y + d.z < 0;
 }
 
-// The crossed edges of two slices at a time: z and, above it, z - 1 or z + 1.
+// The crossed edges of two adjacent slices, z and either z - 1 or z + 1.
 class CrossedEdges {
  public:
-  // `origin`: grid coordinates of the box's lowest corner, in spacings.
+  // `origin` is the box's lowest corner in grid coordinates, in spacings.
   void begin(const BitField& signs, const BitField* present, const int32_t (&origin)[3]);
 
-  // Finds the crossed edges that begin in slice z, and with them all active samples of the slice:
-  // those at the end of a crossed edge. Slices in ascending order.
+  // Finds the crossed edges that start in slice z, and thereby all active samples of the slice,
+  // those at an end of a crossed edge. Requires ascending slices.
   void find(int z);
 
   [[nodiscard]] bool any(int y, int z) const { return any_[z & 1][y]; }
@@ -56,12 +56,12 @@ class CrossedEdges {
   }
 
   const BitField* signs_ = nullptr;
-  const BitField* present_ = nullptr;  // Without void samples there is none.
+  const BitField* present_ = nullptr;  // Null without void samples.
   int32_t origin_[3] = {};
   RowBits inside_;
   RowBits not_last_;
   RowBits not_first_;
-  RowBits even_;  // Samples with even x.
+  RowBits even_;  // The samples with even x.
   bool any_[2][kMaxShellSamples] = {};
   RowBits crossed_[2][kMaxShellSamples][kEdgeDirections];
   RowBits active_[2][kMaxShellSamples];

@@ -1,4 +1,4 @@
-// Makes a shell's header from its options, and encodes it.
+// Creates a shell's header from its options, and encodes it.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ namespace multitetra::shell {
   return fail(ErrorCode::kInvalidArgument, std::move(why));
 }
 
-// With all that is known before the samples are looked at. kInvalidArgument for what the format has
-// no place for.
+// Sets everything that does not depend on the samples. Fails with kInvalidArgument for input the
+// format cannot represent.
 [[nodiscard]] Result<ShellHeader> header_for(const ShellBox& box, const ShellOptions& options);
 
 [[nodiscard]] std::vector<std::uint8_t> written_header(const ShellHeader& header,

@@ -1,4 +1,4 @@
-// Levels of distances |v - c|, by comparing: no logarithm whose last bit depends on the machine.
+// Levels of distances |v - c|, found by comparisons: logarithms may differ between machines.
 #pragma once
 
 #include <array>
@@ -25,10 +25,10 @@ template <std::size_t kCount>
   return below;
 }
 
-// L log2(distance), rounded. Requires 0 < distance < infinity.
+// Returns L log2(distance), rounded. Requires 0 < distance < infinity.
 [[nodiscard]] inline std::int32_t level_of_distance(double distance, int levels_per_octave) {
   int scaled = 0;
-  if (distance < 0x1p-1022) {  // Has no leading one.
+  if (distance < 0x1p-1022) {  // A subnormal number has no leading one.
     distance *= 0x1p100;
     scaled = 100;
   }

@@ -4,19 +4,19 @@ namespace multitetra::shell {
 
 namespace {
 
-// 2^(eighths / 8) in units of 2^-30, eighths >= 0; what is more than two octaves above all lattice
-// steps is that.
+// Returns 2^(eighths / 8) in units of 2^-30, for eighths >= 0, limited to two octaves above the
+// largest number of lattice steps.
 uint64_t power(int32_t eighths) {
   constexpr int32_t kMost = 8 * (kMaxShellLatticeBits + 2);
   const int32_t bounded = eighths < kMost ? eighths : kMost;
   return uint64_t{kEighthPowers[bounded % 8]} << (bounded / 8);
 }
 
-// steps / (1 + 2^(difference / L)) + 1/2 + about 2^-20 times `nudge`, rounded down and clamped to
-// an edge's inner lattice points.
+// Returns steps / (1 + 2^(difference / L)) + 1/2 + about 2^-20 times `nudge`, rounded down and
+// clamped to the edge's inner lattice points.
 int32_t cut_at(int32_t steps, int32_t eighths, int nudge) {
   constexpr uint64_t kOne = uint64_t{1} << 30;
-  // t < 1/2 for the end with the lower level would need a negative exponent: by symmetry.
+  // Avoids negative exponents by symmetry.
   const uint64_t divisor = kOne + power(eighths < 0 ? -eighths : eighths);
   const uint64_t dividend = eighths < 0 ? divisor - kOne : kOne;
   uint64_t twice = 2 * static_cast<uint64_t>(steps) * dividend + divisor;
@@ -33,7 +33,7 @@ void LevelScale::begin(const ShellHeader& header) {
   levels_ = header.levels;
   steps_ = header.steps();
   const int32_t eighths_a_level = 8 >> levels_log2_;
-  // 2^unit_exponent is magnitude 1.
+  // The level of 2^unit_exponent, which is magnitude 1.
   const int32_t unit_level = header.unit_exponent * header.levels_per_octave;
   first_ = unit_level - header.first_level + 1;
   magnitudes_[0] = 0;

@@ -1,13 +1,12 @@
-// Values on a logarithmic scale: |v - c| as the number of a level, L of them an octave.
+// A logarithmic scale for |v - c|, with L levels per octave.
 //
-// Level i >= 1 stands for |v - c| near 2^((first_level + i - 1) / L), level 0 for v = c. Where a
-// crossed edge is cut then depends on the difference of its ends' levels alone:
+// Level i >= 1 stands for |v - c| near 2^((first_level + i - 1) / L), level 0 for v = c. The cut of
+// a crossed edge then depends only on the difference of its ends' levels:
 //
 //   t = 1 / (1 + 2^((level(b) - level(a)) / L))     from a
 //
-// To predict levels from their neighbours, they are turned into integers, about in proportion to
-// |v - c|, with 2^10 for the tile's median. All of it is integer arithmetic: the same on every
-// machine.
+// For predictions, levels are converted to integers about proportional to |v - c|, with 2^10 for
+// the tile's median. Integer arithmetic makes them the same on every machine.
 #pragma once
 
 #include <stdint.h>
@@ -24,9 +23,9 @@ class LevelScale {
   void begin(const ShellHeader& header);
 
   [[nodiscard]] int32_t levels() const { return levels_; }
-  // 0 for level 0, else 1 .. kMaxMagnitude.
+  // Returns 0 for level 0, otherwise 1 .. kMaxMagnitude.
   [[nodiscard]] int32_t magnitude(int32_t level) const { return magnitudes_[level]; }
-  // The level of a magnitude >= 0, about.
+  // Returns the approximate level of a magnitude >= 0.
   [[nodiscard]] int32_t level(int32_t magnitude) const {
     if (magnitude < 1) return 0;
     const auto value = static_cast<uint32_t>(magnitude);
@@ -36,10 +35,10 @@ class LevelScale {
     const int32_t level = ((eighths + (4 >> levels_log2_)) >> (3 - levels_log2_)) + first_;
     return level < 0 ? 0 : level >= levels_ ? levels_ - 1 : level;
   }
-  // By how many half octaves a magnitude's half octaves rise to become those of levels.
+  // Returns the half octaves to add to those of a magnitude to obtain those of levels.
   [[nodiscard]] int half_octaves_of_levels() const { return 2 * levels_log2_; }
 
-  // Steps from a, 1 .. steps - 1, to the vertex on the edge from a to b.
+  // Returns the steps from a, 1 .. steps - 1, to the vertex on the edge from a to b.
   [[nodiscard]] int32_t cut(int32_t level_a, int32_t level_b) const {
     if (level_a == 0) return 1;
     if (level_b == 0) return steps_ - 1;
@@ -49,8 +48,8 @@ class LevelScale {
     return cuts_[difference > kMaxDifference ? kMaxDifference : difference];
   }
 
-  // Where the exact vertex can lie when a has the lower level, so that 0 <= difference: the least
-  // and greatest distance from a. Lattice-exact shells only.
+  // The least and greatest possible distance of the exact vertex from a, if a has the lower level
+  // (difference >= 0). For lattice-exact shells only.
   struct RoundingMargin {
     int16_t least = 1;
     int16_t greatest = 1;
@@ -60,7 +59,7 @@ class LevelScale {
   }
 
  private:
-  // From there on all cuts are next to an end: 2^(difference / L) > the lattice steps of an edge.
+  // Beyond it all cuts are next to an end: 2^(difference / L) exceeds the lattice steps of an edge.
   static constexpr int32_t kMaxDifference = 8 * (kMaxShellLatticeBits + 2);
   static constexpr int32_t kMaxDoubtful = 8 * (8 + 2);
   // The logarithms of 1 + (i + 1/2) / 32, in eighths of an octave, rounded.

@@ -1,14 +1,14 @@
-// The magnitudes |v - c| of active samples, in the order z, y, x: predicted from what is known
-// around them and from the signs of what is to come, and the residual coded.
+// Codes the magnitudes |v - c| of active samples, in the order z, y, x: predicts them from already
+// coded neighbours and from the signs of later ones, and codes the residuals.
 //
-// A magnitude m >= 0 is an integer: of exact samples how many integers lie between v and the
-// isovalue, of others LevelScale::magnitude. Predictions work with w = +-(2 m + 1), positive where
-// the sample is. Of the seven neighbours before a sample
+// A magnitude m >= 0 is an integer: for exact samples the number of integers between v and the
+// isovalue, for others LevelScale::magnitude. Predictions use w = +-(2 m + 1), positive for
+// positive samples. Of the seven neighbours before a sample
 //
 //   0: x - 1    1: y - 1    2: z - 1    3: x, y - 1    4: x, z - 1    5: y, z - 1    6: x, y, z - 1
 //
-// those that are active give their w, the others +-g by their sign, g being the mean |w| of the
-// active ones; the three next neighbours along the axes give +-g and so does the sample itself. The
+// active ones contribute their w, others +-g by their sign, where g is the mean |w| of the active
+// ones. The three next neighbours along the axes and the sample itself contribute +-g, too. The
 // weights depend on which of the seven are active.
 #pragma once
 
@@ -26,20 +26,19 @@ namespace multitetra::shell {
   return v < low ? low : v > high ? high : v;
 }
 
-// The active samples of slices z - 1 and z, with margins. A sample that is not
-// active, or lies in a layer beyond the data, is all zeros.
+// An active sample of slice z - 1 or z. Samples that are not active, or lie in a layer beyond the
+// data or in a margin, are all zeros.
 struct KnownSample {
   int32_t w = 0;
-  int32_t missed = 0;  // |m - what was predicted|, at most kMaxMagnitude.
+  int32_t missed = 0;  // |m - prediction|, at most kMaxMagnitude.
 };
 
 struct SampleRings {
   static constexpr int kRow = kMaxShellSamples + 2;
 
-  // A sample or margin of a slice; x and y from -1.
+  // Returns a sample or margin of a slice; x and y start at -1.
   [[nodiscard]] KnownSample* known(int y, int z) { return known_[z & 1] + (y + 1) * kRow + 1; }
-  // What marching needs at active samples, layers included: values of exact shells, levels of
-  // others.
+  // The input of marching at active samples and layers: values of exact shells, levels of others.
   [[nodiscard]] float* values(int y, int z) { return values_[z & 1] + y * kRow; }
   [[nodiscard]] int32_t* levels(int y, int z) { return levels_[z & 1] + y * kRow; }
 
@@ -68,16 +67,17 @@ struct SampleRings {
   bool is_used_[2][kMaxShellSamples];
 };
 
-// Indices of weights: 0 to 6 of neighbours, 7 to 9 of the next ones along x, y, z, 10 of the sample
-// itself; in units of 2^-8.
+// The indices of weights: 0 to 6 for the neighbours, 7 to 9 for the next samples along x, y, z, 10
+// for the sample itself; in units of 2^-8.
 inline constexpr int kWeights = 11;
 
-// The means of what is around a sample weigh neighbours by 8 along axes, 3 along face diagonals and
-// 1 along the cube diagonal.
+// The means around a sample weigh neighbours by 8 along axes, 3 along face diagonals and 1 along
+// the cube diagonal.
 struct PredictionContext {
   uint64_t reciprocal = 0;  // ceil(2^32 / weight): x / weight is x * this >> 32 for x < 2^26.
   uint8_t weight = 0;
-  uint8_t kind = 0;  // 0: none, 1: one or two, 2: three or four, 3: more neighbours.
+  // Class of the number of neighbours: 0 for none, 1 for 1-2, 2 for 3-4, 3 for more.
+  uint8_t kind = 0;
 };
 struct PredictionContexts {
   PredictionContext of[128];
@@ -106,21 +106,21 @@ inline constexpr PredictionContexts kSupports = make_supports();
 // Running means, for samples without active neighbours.
 struct RunningMeans {
   int32_t w = 16;
-  int32_t missed = 8;  // Twice.
+  int32_t missed = 8;  // Twice the mean.
 };
 
 // The inputs of a prediction, which is their weighted sum.
 struct Inputs {
-  unsigned mask = 0;  // Which of the seven neighbours are active.
+  unsigned mask = 0;  // One bit for each active neighbour.
   bool is_positive = false;
   int32_t g = 0;
-  int32_t missed = 0;  // Twice what the neighbours missed by.
+  int32_t missed = 0;  // Twice the neighbours' mean error.
   int32_t of[kWeights];
 };
 
 struct Prediction {
   int32_t magnitude = 0;  // >= 0
-  int32_t scale = 0;      // About what it misses by.
+  int32_t scale = 0;      // Its typical error, approximately.
   int support = 0;        // 0 to 3.
 };
 
@@ -142,7 +142,7 @@ struct SignsAround {
         next_z(&signs.row(y, z + 1)) {}
 };
 
-// `current` and `before` point at the sample in its slice and in the one before.
+// `current` and `before` point to the sample in its slice and in the previous one.
 [[nodiscard]] inline Inputs inputs_around(const SignsAround& signs, int x,
                                           const KnownSample* current, const KnownSample* before,
                                           const RunningMeans& recent) {
@@ -192,19 +192,19 @@ struct SignsAround {
           .support = kSupports.of[inputs.mask].kind};
 }
 
-// A residual: 0 or not, its sign, the number of its bits, these. `places` is where the prediction
-// lies, `can_be_less` whether the residual can be negative.
+// Codes a residual: whether it is 0, its sign, its number of bits, and these bits. `place` is the
+// class of the prediction's distance to 0; `can_be_less`: the residual can be negative.
 template <typename Coder>
 [[nodiscard]] int32_t code_residual(Coder& coder, ValueModel& model, int32_t residual, int context,
                                     int place, bool can_be_less) {
   constexpr int kMaxBits = 26;
-  constexpr int kModelled = 2;  // Bits behind the first that are worth it.
+  constexpr int kModelled = 2;  // The number of bits after the first that are worth modelling.
   if (!coder.bit(model.is_missed[context][place], residual != 0)) return 0;
   const bool is_less = can_be_less && coder.bit(model.is_too_high[context][place], residual < 0);
   const auto size = static_cast<uint32_t>(residual < 0 ? -residual : residual);
   const int sign = is_less ? 1 : 0;
   const int known_bits = Coder::kEncodes ? floor_log2(size) : 0;
-  int bits = 0;  // Behind the first.
+  int bits = 0;  // The number of bits after the first.
   Probability* const is_longer = model.is_longer[context][sign];
   const auto at = [](int i) { return i < ValueModel::kExponents ? i : ValueModel::kExponents - 1; };
   while (bits < kMaxBits && coder.bit(is_longer[at(bits)], bits < known_bits)) ++bits;
@@ -220,14 +220,14 @@ template <typename Coder>
   return is_less ? -static_cast<int32_t>(value) : static_cast<int32_t>(value);
 }
 
-// Exact integers: m = v - floor(c) - 1 above the isovalue, floor(c) - v below.
+// Magnitudes of exact integers: m = v - floor(c) - 1 above the isovalue, floor(c) - v below.
 class ExactMagnitudes {
  public:
   static constexpr int32_t kMax = (1 << 25) - 1;
 
   [[nodiscard]] static RunningMeans start() { return {.w = 16, .missed = 8}; }
 
-  // Codes one; returns it, and what predictions are made from.
+  // Codes a magnitude; returns it, and the number to predict from.
   template <typename Coder>
   int32_t code(Coder& coder, ValueModel& model, const Prediction& prediction, int32_t magnitude,
                int32_t& for_predictions) const {
@@ -251,7 +251,7 @@ class ExactMagnitudes {
   }
 };
 
-// Numbers of levels.
+// Magnitudes as level numbers.
 class LevelMagnitudes {
  public:
   explicit LevelMagnitudes(const LevelScale& scale) : scale_(scale) {}
@@ -261,12 +261,11 @@ class LevelMagnitudes {
   template <typename Coder>
   int32_t code(Coder& coder, ValueModel& model, const Prediction& prediction, int32_t level,
                int32_t& for_predictions) const {
-    // The logarithm of a prediction near 0 is useless as context; the prediction's typical residual
-    // is used instead.
+    // The logarithm of a prediction near 0 is no useful context; uses the typical residual instead.
     const int32_t least = prediction.scale / 8;
     const int32_t magnitude = prediction.magnitude < least ? least : prediction.magnitude;
     const int32_t predicted = scale_.level(magnitude);
-    // What it misses by, in levels: scale / magnitude * L, about.
+    // The typical error in levels, approximately scale / magnitude * L.
     const int relative = half_octaves(static_cast<uint32_t>(prediction.scale)) -
                          half_octaves(static_cast<uint32_t>(magnitude)) +
                          scale_.half_octaves_of_levels() + 8;
@@ -285,8 +284,8 @@ class LevelMagnitudes {
   const LevelScale& scale_;
 };
 
-// Codes the active samples of one row. `next()` gives the magnitude or level of the next one when
-// encoding; `keep(x, m)` takes it.
+// Codes the active samples of a row. When encoding, `next()` returns the next magnitude or level;
+// `keep(x, m)` receives each coded one.
 template <typename Coder, typename Magnitudes, typename Next, typename Keep>
 void code_row_of_samples(Coder& coder, ValueModel& model, const Magnitudes& magnitudes,
                          const BitField& signs, RowBits coded, int y, int z, SampleRings& rings,

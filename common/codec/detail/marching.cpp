@@ -13,12 +13,12 @@ bool is_less(const ShellVertex& a, const ShellVertex& b) {
   return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
 }
 
-// The bits of a cell's corners along x, the other way round.
+// Returns a cell's corner bits, mirrored along x.
 uint32_t mirrored_along_x(uint32_t corners) {
   return (corners & 0x55U) << 1 | (corners & 0xaaU) >> 1;
 }
 
-// From where an edge of a cell goes up, as seen from the cell's lowest corner.
+// The start of a cell's edge, relative to the cell's lowest corner, and its direction.
 struct EdgeOfCell {
   int x;
   int y;
@@ -46,7 +46,7 @@ EdgeOfCell edge_of_cell(const CellCases& cases, int edge, unsigned even_corner) 
 }
 
 struct CellEdgeTable {
-  EdgeOfCell of[8][kCellEdges];  // By the corner with even coordinates.
+  EdgeOfCell of[8][kCellEdges];  // Indexed by the corner with even coordinates.
 };
 const CellEdgeTable& cell_edge_table() {
   static const CellEdgeTable table = [] {
@@ -87,20 +87,20 @@ void Marching::begin(const BitField& signs, const BitField* present, const Shell
   not_last_ = samples_from_to(0, signs.size(0) - 1);
 }
 
-// Four rows of samples with the cells between them, seen from the corner with even coordinates.
+// Four rows of samples and the cells between them, seen from the corner with even coordinates.
 class Marching::RowOfCells {
  public:
   RowOfCells(const BitField& field, int y, int z, unsigned odd_y, unsigned odd_z)
       : rows_{&row(field, y, z, odd_y, odd_z), &row(field, y, z, odd_y ^ 1U, odd_z),
               &row(field, y, z, odd_y, odd_z ^ 1U), &row(field, y, z, odd_y ^ 1U, odd_z ^ 1U)} {}
 
-  // Cells with corners of both kinds.
+  // Returns the cells with corners of both signs.
   [[nodiscard]] RowBits mixed() const {
     const RowBits some = *rows_[0] | *rows_[1] | *rows_[2] | *rows_[3];
     const RowBits all = *rows_[0] & *rows_[1] & *rows_[2] & *rows_[3];
     return (some | of_next(some)) & ~(all & of_next(all));
   }
-  // The bits of a cell's corners; `is_odd`: its lower x is.
+  // Returns the bits of a cell's corners. `is_odd`: its lower x is odd.
   [[nodiscard]] uint32_t corners(int x, bool is_odd) const {
     const uint32_t bits =
         (bits_from(*rows_[0], x + 1) & 3U) | (bits_from(*rows_[1], x + 1) & 3U) << 2 |
@@ -124,7 +124,7 @@ bool Marching::add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriang
   if (!mixed.any()) return true;
   const RowOfCells there(kHasVoid ? *present_ : *signs_, y, z, odd_y, odd_z);
 
-  // Where the numbers of a cell's edges are, for cells with even and odd x.
+  // Where the vertex indices of a cell's edges are stored, for cells with even and odd x.
   const EdgeOfCell* const edges[2] = {cell_edge_table().of[odd_y << 1 | odd_z << 2],
                                       cell_edge_table().of[1U | odd_y << 1 | odd_z << 2]};
   uint32_t* numbers[2][kCellEdges];

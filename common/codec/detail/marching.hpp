@@ -1,4 +1,4 @@
-// Vertices and triangles behind the values, slice by slice: as core's OctreeCubeSurface gives them
+// Creates vertices and triangles from the values, slice by slice, as core's OctreeCubeSurface does
 // at a uniform level.
 #pragma once
 
@@ -12,16 +12,16 @@
 
 namespace multitetra::shell {
 
-// As core's lattice_vertex: steps from the edge's first end in its order, of edges with values on
-// different sides of c.
+// Returns the steps from the edge's first end to the vertex, as core's lattice_vertex does, for
+// values on different sides of c.
 [[nodiscard]] inline int32_t exact_cut(double first, double last, double c, int32_t steps) {
   const double t = (c - first) / (last - first);
   const auto nearest = static_cast<int32_t>(t * steps + 0.5);
   return nearest < 1 ? 1 : nearest > steps - 1 ? steps - 1 : nearest;
 }
 
-// The quad p, q, r, s in cyclic order is cut along its shorter diagonal; among equals along the one
-// with the least end, in the order (x, y, z). Whether that is pr.
+// Returns whether the quad p, q, r, s (in cyclic order) is cut along pr: it is cut along the
+// shorter diagonal or, if equal, the one with the least end by (x, y, z).
 [[nodiscard]] bool is_cut_along_first(const ShellVertex& p, const ShellVertex& q,
                                       const ShellVertex& r, const ShellVertex& s);
 
@@ -29,18 +29,18 @@ class Marching {
  public:
   void begin(const BitField& signs, const BitField* present, const ShellHeader& header);
 
-  // Gives the crossed edges vertices: edges of slice z with directions first .. end - 1. `cut(x, y,
-  // direction)` returns the number of steps from the edge's beginning to its cut. Where samples are
-  // void, not every crossed edge has a tetrahedron with four corners: then vertices are made when
-  // the first triangle uses them. False where there are more than the header declares.
+  // Adds vertices on the crossed edges of slice z with directions first .. end - 1. The steps from
+  // an edge's start to its cut are `cut(x, y, direction)`. With void samples, some crossed edges
+  // have no complete tetrahedron, so vertices are created when the first triangle uses them.
+  // Returns false if there are more than the header declares.
   template <typename Cut>
   [[nodiscard]] bool add_vertices(const CrossedEdges& edges, int z, int first, int end,
                                   ShellVertex* vertices, const Cut& cut);
 
-  // Triangles of the cells between slices z and z + 1.
+  // Adds the triangles of the cells between slices z and z + 1.
   [[nodiscard]] bool add_cells(int z, ShellVertex* vertices, ShellTriangle* triangles);
 
-  // How many triangles the cells between slices z and z + 1 have where no sample is void.
+  // Returns the number of triangles between slices z and z + 1 if no sample is void.
   [[nodiscard]] uint32_t count_triangles(int z) const;
 
   [[nodiscard]] uint32_t vertices() const { return vertex_count_; }
@@ -48,7 +48,7 @@ class Marching {
 
  private:
   using NumbersOfRow = uint32_t[kMaxShellSamples + 1];
-  // In place of a vertex's number until the vertex is made: with this bit, where it will be cut.
+  // Marks the entry of a vertex not created yet, which holds its cut instead of its index.
   static constexpr uint32_t kToBeMade = 1U << 31;
 
   [[nodiscard]] ShellVertex vertex_at(int x, int y, int z, int direction, int32_t cut) const {
@@ -63,7 +63,7 @@ class Marching {
   bool add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriangle* triangles);
 
   const BitField* signs_ = nullptr;
-  const BitField* present_ = nullptr;  // Without void samples there is none.
+  const BitField* present_ = nullptr;  // Null without void samples.
   const CellCases* cases_ = nullptr;
   int32_t origin_[3] = {};
   int32_t lattice_origin_[3] = {};
@@ -73,7 +73,7 @@ class Marching {
   uint32_t vertex_count_ = 0;
   uint32_t triangle_count_ = 0;
   RowBits not_last_;
-  // Numbers of vertices, by crossed edge.
+  // The vertex index of each crossed edge.
   NumbersOfRow numbers_[2][kMaxShellSamples][kEdgeDirections];
 };
 

@@ -1,4 +1,4 @@
-// Logarithms and powers of two in eighths, as integers: the same on every machine.
+// Logarithms and powers of two in eighths, as integers, so they are the same on every machine.
 #pragma once
 
 #include <stdint.h>
@@ -11,7 +11,7 @@ inline constexpr uint32_t kEighthPowers[8] = {1073741824, 1170923762, 1276901417
 
 [[nodiscard]] inline int floor_log2(uint32_t v) { return 31 - __builtin_clz(v); }
 
-// Twice the logarithm, rounded down after the half: 0 for 0, 1 for 1, 2, 3 for 2, 3, ...
+// Returns the base-2 logarithm in half octaves: 0 for 0, 1 for 1, 2, 3 for 2, 3, ...
 [[nodiscard]] inline int half_octaves(uint32_t v) {
   if (v < 2) return static_cast<int>(v);
   const int octave = floor_log2(v);

@@ -1,9 +1,8 @@
-// Adaptive binary range coding in 32-bit integers, with bits that are not worth modelling in a
-// second stream.
+// Adaptive binary range coding in 32-bit integers, with a second stream for incompressible bits.
 //
-// The coder keeps an interval of numbers. A bit cuts it at (range >> 15) * P(1) and keeps the lower
-// part for a 1, the upper for a 0; whenever fewer than 24 bits of range are left a byte leaves (or
-// enters). The encoder names some number of the last interval and leaves out zero bytes at its end,
+// The coder keeps an interval of numbers. A bit divides it at (range >> 15) * P(1) and keeps the
+// lower part for a 1, the upper one for a 0; whenever the range has fewer than 24 bits, a byte is
+// written or read. The encoder writes some number of the last interval without trailing zero bytes,
 // which the decoder supplies.
 #pragma once
 
@@ -36,10 +35,10 @@ struct Probability {
   static constexpr int kSlowRate = 7;
 };
 
-// The range at which a byte is written.
+// Below this range a byte is written or read.
 inline constexpr uint32_t kLeastRange = 1U << 24;
 
-// Bytes that are gone through once; behind their end there are zeros.
+// Reads bytes sequentially, and zeros after the end.
 struct ByteReader {
   const uint8_t* next = nullptr;
   const uint8_t* end = nullptr;
@@ -55,7 +54,7 @@ struct ByteReader {
 class RangeDecoder {
  public:
   static constexpr bool kEncodes = false;
-  // What the encoder leaves out at the end is at most what it would have flushed.
+  // The encoder omits at most as many bytes as it flushes.
   static constexpr uint32_t kMaxMissing = 4;
 
   RangeDecoder() = default;
@@ -82,7 +81,7 @@ class RangeDecoder {
     return one;
   }
 
-  // `count` bits, 1 to 25, lowest first.
+  // Reads `count` bits, 1 to 25, lowest first.
   uint32_t raw_bits(int count, uint32_t = 0) {
     while (kept_ < count) {
       raw_word_ |= raw_.byte() << kept_;
@@ -94,13 +93,13 @@ class RangeDecoder {
     return bits;
   }
 
-  // Whether the bytes were as many as the bits needed.
+  // Returns whether the bits used up exactly all bytes.
   [[nodiscard]] bool is_used_up() const {
     return bytes_.next == bytes_.end && bytes_.missing <= kMaxMissing && raw_.next == raw_.end &&
            raw_.missing == 0;
   }
 
-  // Whether more bits were read than the bytes can hold: going on would only make up samples.
+  // Returns whether more bits were read than the bytes can hold: further samples are meaningless.
   [[nodiscard]] bool is_overrun() const { return bytes_.missing > kMaxMissing || raw_.missing > 0; }
 
  private:

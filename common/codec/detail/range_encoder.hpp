@@ -29,7 +29,7 @@ class RangeEncoder {
     return one;
   }
 
-  // Only the lowest `count` of `bits`, 1 to 25, may be set.
+  // Requires that only the lowest `count` (1 to 25) of `bits` are set.
   std::uint32_t raw_bits(int count, std::uint32_t bits) {
     raw_word_ |= bits << kept_;
     kept_ += count;
@@ -41,9 +41,9 @@ class RangeEncoder {
     return bits;
   }
 
-  // Call once; then both streams are complete.
+  // Completes both streams. Call once.
   void finish() {
-    // The number of the interval with most zero bytes at its end.
+    // Selects the number in the interval with the most trailing zero bytes.
     const std::uint64_t last = low_ + range_ - 1;
     const auto rounded = [last](int bytes) { return last >> (8 * bytes) << (8 * bytes); };
     int zeros = 0;
@@ -61,8 +61,8 @@ class RangeEncoder {
   [[nodiscard]] const std::vector<std::uint8_t>& raw() const { return raw_; }
 
  private:
-  // Moves the highest byte of `low_` out. A byte is kept back, with all 255 behind it, until no
-  // carry can reach it any more.
+  // Outputs the highest byte of `low_`. A byte, and all 255s after it, are held back until no carry
+  // can reach them.
   void shift() {
     if (low_ < 0xff000000U || low_ > 0xffffffffU) {
       const auto carry = static_cast<std::uint8_t>(low_ >> 32);

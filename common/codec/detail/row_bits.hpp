@@ -1,15 +1,13 @@
-// One bit for every sample of a box: which samples are positive, which are there at all, which take
-// part.
+// One bit for each sample of a box: whether it is positive, not void, or active.
 //
-// A row has 128 bits. Bit x + 1 stands for sample x, so that bit 0 and the one behind the last
-// sample are margins, which repeat the row's ends:
+// A row has 128 bits. Bit x + 1 stands for sample x; bit 0 and the bit after the last sample are
+// margins, which repeat the row's ends:
 //
 //   bit      0   1   2   3  ...  n   n+1
 //   sample   0   0   1   2  ... n-1  n-1
 //
-// A field of such rows has margins in y and z as well. So the neighbours of every sample are there,
-// and three of a row come with one load. This header, as all that the decoder includes, needs
-// nothing but a compiler.
+// A field of rows has margins in y and z, too. So every sample has neighbours, and three in a row
+// are one load. Like all headers of the decoder, this one needs only a compiler.
 #pragma once
 
 #include <stddef.h>
@@ -45,16 +43,16 @@ struct RowBits {
   }
 };
 
-// Bit i of the result is bit i + 1 of the row: what the next sample has.
+// Returns a row whose bit i is bit i + 1 of `row`: that of the next sample.
 [[nodiscard]] constexpr RowBits of_next(RowBits row) {
   return {row.low >> 1 | row.high << 63, row.high >> 1};
 }
-// Bit i of the result is bit i - 1 of the row: what the sample before has.
+// Returns a row whose bit i is bit i - 1 of `row`: that of the previous sample.
 [[nodiscard]] constexpr RowBits of_previous(RowBits row) {
   return {row.low << 1, row.high << 1 | row.low >> 63};
 }
 
-// The bits of samples first .. end - 1.
+// Returns a row with the bits of samples first .. end - 1.
 [[nodiscard]] constexpr RowBits samples_from_to(int first, int end) {
   const auto below = [](int bit) -> RowBits {
     if (bit >= 64) return {~uint64_t{0}, (uint64_t{1} << (bit - 64)) - 1};
@@ -74,7 +72,7 @@ inline void for_each_sample(RowBits row, const Visit& visit) {
   return __builtin_popcountll(row.low) + __builtin_popcountll(row.high);
 }
 
-// The row's bits from `bit` on; at least 25 of them are there.
+// Returns at least 25 of the row's bits, starting at `bit`.
 static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "A row's bytes hold its bits in order.");
 [[nodiscard]] inline uint32_t bits_from(const RowBits& row, int bit) {
   uint32_t word = 0;
@@ -82,12 +80,12 @@ static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "A row's bytes hold its
   return word >> (bit & 7);
 }
 
-// Whether all samples of a row have the same bit.
+// The kind of a row: all bits clear, all set, or mixed.
 enum class RowKind : uint8_t { kZeros = 0, kOnes = 1, kMixed = 2 };
 
 class BitField {
  public:
-  // Forgets all bits. Every size is 1 .. kMaxShellSamples.
+  // Clears all bits. Every size is 1 .. kMaxShellSamples.
   void begin(int nx, int ny, int nz) {
     size_[0] = nx;
     size_[1] = ny;
@@ -100,7 +98,7 @@ class BitField {
 
   [[nodiscard]] int size(int axis) const { return size_[axis]; }
   [[nodiscard]] RowBits inside() const { return inside_; }
-  // y from -1 to size(1), z from -1 to size(2); the margins once they are filled.
+  // y from -1 to size(1), z from -1 to size(2); margins are valid after finish().
   [[nodiscard]] RowBits& row(int y, int z) { return rows_[z + 1][y + 1]; }
   [[nodiscard]] const RowBits& row(int y, int z) const { return rows_[z + 1][y + 1]; }
   [[nodiscard]] RowKind kind(int y, int z) const { return kinds_[z][y]; }
@@ -108,7 +106,7 @@ class BitField {
     return (bits_from(row(y, z), x + 1) & 1U) != 0;
   }
 
-  // Repeats the ends of a row whose samples have their bits.
+  // Repeats the ends of a row whose samples are set.
   void fill_row_margins(int y, int z) {
     const int nx = size_[0];
     RowBits& bits = row(y, z);
@@ -117,7 +115,7 @@ class BitField {
     bits |= of_previous(bits & samples_from_to(nx - 1, nx));
   }
 
-  // All margins, and the kinds of rows.
+  // Fills all margins and determines the kinds of rows.
   void finish() {
     for (int z = 0; z < size_[2]; ++z) {
       for (int y = 0; y < size_[1]; ++y) {
@@ -136,8 +134,8 @@ class BitField {
     }
   }
 
-  // Puts the box into a larger one: the samples keep their bits and are found `low` further along
-  // the axes, all others have the bit `around`. Margins must be filled after it.
+  // Moves the box into a larger one: samples keep their bits and are shifted by `low` along the
+  // axes; all others get the bit `around`. Margins must be filled afterwards.
   void enclose(const int (&low)[3], const int (&size)[3], bool around) {
     const int old_size[3] = {size_[0], size_[1], size_[2]};
     const RowBits old_inside = inside_;
@@ -145,7 +143,7 @@ class BitField {
     inside_ = samples_from_to(0, size[0]);
     const RowBits moved_inside = low[0] != 0 ? of_previous(old_inside) : old_inside;
     const RowBits fill = around ? inside_ & ~moved_inside : RowBits{};
-    // From the end, so that no row is overwritten before it was moved.
+    // In descending order, so that no row is overwritten before it is moved.
     for (int z = size[2] - 1; z >= 0; --z) {
       for (int y = size[1] - 1; y >= 0; --y) {
         const int old_y = y - low[1];
@@ -167,7 +165,7 @@ class BitField {
   RowKind kinds_[kMaxShellSamples][kMaxShellSamples];
 };
 
-// The samples of a box that are the data's, not of layers beyond it.
+// The samples of a box that belong to the data, not to layers beyond it.
 class DataBox {
  public:
   explicit DataBox(const ShellHeader& header)

@@ -6,7 +6,7 @@ namespace multitetra::shell {
 
 namespace {
 
-// A model is nothing but its probabilities, in the order of its members.
+// A model consists only of its probabilities, in the order of its members.
 template <typename Model, size_t kCount>
 void start_from(const uint8_t (&trained)[kCount], Model& model) {
   static_assert(sizeof(Model) == kCount * sizeof(Probability));

@@ -1,5 +1,5 @@
-// The adaptive model of the coder: probabilities by context. They start from trained values, so
-// that small tiles gain too, and follow the tile from there.
+// The adaptive model of the coder: probabilities by context. They start from trained values, which
+// helps small tiles, and adapt to the tile.
 #pragma once
 
 #include <stdint.h>
@@ -21,7 +21,7 @@ struct SignModel {
 
 // The model of the residuals of predicted values; see magnitude_coder.hpp.
 struct ValueModel {
-  static constexpr int kScales = 24;   // Half octaves of what a prediction is likely to miss by.
+  static constexpr int kScales = 24;   // Half octaves of the typical error of a prediction.
   static constexpr int kSupports = 4;  // Classes of the number of neighbors.
   static constexpr int kPlaces = 6;    // Classes of the distance to the least value.
   static constexpr int kExponents = 18;

@@ -1,15 +1,15 @@
-// A field of bits: which samples are positive, or which are there at all.
+// Codes a field of bits: which samples are positive, or which are not void.
 //
-// Blocks of 4^3 samples are all zeros, all ones or mixed, in the order z, y, x; the context are the
-// blocks at the left, in front and below. Then the samples of mixed blocks, row by row; the context
-// are twelve neighbours that are known by then (x: the sample):
+// Blocks of 4^3 samples are all zeros, all ones or mixed, in the order z, y, x; the context is the
+// blocks to the left, in front and below. The samples of mixed blocks follow, row by row; the
+// context is twelve neighbours that are already known (x: the sample):
 //
 //   slice z - 2      slice z - 1          slice z
 //       .                o                   o          y - 2, y - 1 and y from top to bottom;
 //       .              o o o               o o o        the slice before also has y + 1 below
 //       o                o              o o x
 //
-// A row or slice that is not there is replaced by the nearest that is: README.md has the rules.
+// Missing rows and slices are replaced by the nearest existing ones; README.md has the rules.
 #pragma once
 
 #include <stdint.h>
@@ -19,21 +19,21 @@
 
 namespace multitetra::shell {
 
-// The kinds of the blocks, with RowKind's numbers.
+// The kinds of the blocks, numbered as in RowKind.
 struct SignBlocks {
   static constexpr int kSide = (kMaxShellSamples + 3) / 4;
   uint8_t kinds[kSide][kSide][kSide];  // [z][y][x]
 };
 
-// The kind of a block; `empty` and `full` are the or and the and of its rows.
+// Returns the kind of a block; `any` and `all` are the disjunction and conjunction of its rows.
 [[nodiscard]] inline uint8_t kind_of_block(RowBits any, RowBits all, int block, int samples) {
   const uint32_t inside = samples < 4 ? (1U << samples) - 1 : 15U;
   if ((bits_from(any, 4 * block + 1) & inside) == 0) return 0;
   return (bits_from(all, 4 * block + 1) & inside) == inside ? 1 : 2;
 }
 
-// Codes the kinds of blocks. When decoding, `field` has no bit set before and those of the blocks
-// of ones after.
+// Codes the kinds of blocks. When decoding, requires a cleared `field` and sets the bits of the
+// blocks of ones.
 template <typename Coder>
 void code_blocks(Coder& coder, SignModel& model, SignBlocks& blocks, BitField& field) {
   const int counts[3] = {(field.size(0) + 3) / 4, (field.size(1) + 3) / 4, (field.size(2) + 3) / 4};
@@ -81,7 +81,7 @@ void code_blocks(Coder& coder, SignModel& model, SignBlocks& blocks, BitField& f
   }
 }
 
-// The rows around one whose samples are coded, each with its margins.
+// The rows around the row being coded, with their margins.
 struct RowsAround {
   static constexpr RowBits kNone = {};
   const RowBits* before_y = &kNone;   // y - 1
@@ -112,7 +112,7 @@ void code_row(Coder& coder, SignModel& model, const uint8_t* kinds, BitField& fi
     if (kinds[block] != 2) continue;
     const int first = 4 * block;
     const int end = first + 4 < nx ? first + 4 : nx;
-    // Lowest bit: the sample before the first one, where it is not the first one's own.
+    // The lowest bit belongs to the sample before the first one, or to the first one.
     uint32_t y1 = bits_from(*around.before_y, first);
     uint32_t z1 = bits_from(*around.before_z, first);
     uint32_t y2 = bits_from(*around.before_y2, first + 1);
@@ -150,8 +150,8 @@ void code_row(Coder& coder, SignModel& model, const uint8_t* kinds, BitField& fi
   }
 }
 
-// Codes a field. When encoding, all bits and margins are there; when decoding, the size; then
-// everything is.
+// Codes a field. When encoding, requires all bits and margins; when decoding, only the size, and
+// sets everything else.
 template <typename Coder>
 void code_signs(Coder& coder, SignModel& model, SignBlocks& blocks, BitField& field) {
   code_blocks(coder, model, blocks, field);

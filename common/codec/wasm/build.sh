@@ -1,9 +1,9 @@
 #!/bin/bash
-# Compiles the decoder of sample shells to WebAssembly: bash build.sh OUT.wasm. It needs clang with its wasm32 target and
-# wasm-ld (packages clang and lld), no other headers and no library.
+# Compiles the decoder of sample shells to WebAssembly: bash build.sh OUT.wasm. Needs clang with its wasm32 target and
+# wasm-ld (packages clang and lld), but no other headers or libraries.
 #
-# shell_decoder.wasm beside this script is what clang 14 (Debian 12) makes of these sources: the viewer is built with it, so
-# that no second compiler is needed for that. After a change of the decoder: bash build.sh common/codec/wasm/shell_decoder.wasm
+# shell_decoder.wasm in this folder is the output of clang 14 (Debian 12), so that building the viewer needs no second
+# compiler. After changing the decoder: bash build.sh common/codec/wasm/shell_decoder.wasm
 set -euo pipefail
 out=$(realpath "$1")
 cd "$(dirname "$0")/../../.."

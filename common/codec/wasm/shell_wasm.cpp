@@ -1,6 +1,6 @@
-// The decoder of sample shells as WebAssembly. build.sh beside it compiles it.
+// The decoder of sample shells as a WebAssembly module, compiled by build.sh.
 //
-// Usage, per tile, all numbers being 32 bits and pointers offsets into `memory`:
+// Usage, per tile (all numbers have 32 bits; pointers are offsets into `memory`):
 //
 //   const at = shell_payload(bytes.length)   // where the payload goes; memory may have grown
 //   new Uint8Array(memory.buffer, at, bytes.length).set(bytes)
@@ -9,14 +9,14 @@
 //   new Int32Array(memory.buffer, shell_vertices(), 3 * shell_vertex_count())
 //   new Uint32Array(memory.buffer, shell_triangles(), 3 * shell_triangle_count())
 //
-// The arrays are valid until the next shell_payload. Memory stays as large as the largest tile
-// needs, at most some 65 MB; a host with less checks the counts before shell_decode.
+// The arrays are valid until the next shell_payload. Memory keeps the size the largest tile needed,
+// at most about 65 MB; a host with less must check the counts before shell_decode.
 #include <stddef.h>
 #include <stdint.h>
 
 #include "common/codec/shell_decoder.hpp"
 
-extern "C" unsigned char __heap_base;  // The linker's: where memory is free.
+extern "C" unsigned char __heap_base;  // Set by the linker: the start of free memory.
 
 namespace {
 
@@ -42,7 +42,7 @@ ShellTriangle* triangles() {
   return reinterpret_cast<ShellTriangle*>(vertices() + header.vertices);
 }
 
-// False where the host gives no more memory.
+// Returns false if the host provides no more memory.
 bool grow_to(const void* end) {
   const size_t needed = (reinterpret_cast<size_t>(end) + kPage - 1) / kPage;
   const size_t now = __builtin_wasm_memory_size(0);
@@ -53,7 +53,7 @@ bool grow_to(const void* end) {
 
 #define MULTITETRA_EXPORT(name) extern "C" __attribute__((export_name(#name)))
 
-// 0 where there is no memory.
+// Returns 0 if there is no memory.
 MULTITETRA_EXPORT(shell_payload) uint8_t* shell_payload(size_t size) {
   header = {};
   payload_size = 0;
@@ -66,7 +66,7 @@ MULTITETRA_EXPORT(shell_open) int32_t shell_open() {
   if (status != ShellStatus::kOk) header = {};
   return static_cast<int32_t>(status);
 }
-// -1 where there is no memory.
+// Returns -1 if there is no memory.
 MULTITETRA_EXPORT(shell_decode) int32_t shell_decode() {
   if (!grow_to(triangles() + header.triangles)) return -1;
   return static_cast<int32_t>(decoder.decode(payload(), payload_size, vertices(), triangles()));
@@ -79,13 +79,15 @@ MULTITETRA_EXPORT(shell_lattice_resolution) int32_t shell_lattice_resolution() {
 MULTITETRA_EXPORT(shell_spacing_exponent) int32_t shell_spacing_exponent() {
   return header.spacing_exponent;
 }
-MULTITETRA_EXPORT(shell_values) int32_t shell_values() { return static_cast<int32_t>(header.values); }
-// L of quantized and lattice-exact shells, else 0.
+MULTITETRA_EXPORT(shell_values) int32_t shell_values() {
+  return static_cast<int32_t>(header.values);
+}
+// L of quantized and lattice-exact shells, otherwise 0.
 MULTITETRA_EXPORT(shell_levels_per_octave) int32_t shell_levels_per_octave() {
   return header.levels_per_octave;
 }
 MULTITETRA_EXPORT(shell_has_void) int32_t shell_has_void() { return header.has_void ? 1 : 0; }
-// The box along axis 0, 1 or 2, in lattice coordinates, which are below 2^21.
+// The box's ends along axis 0, 1 or 2, in lattice coordinates, which are below 2^21.
 MULTITETRA_EXPORT(shell_low) int32_t shell_low(int32_t axis) {
   return header.origin[axis] * header.steps();
 }

@@ -1,4 +1,4 @@
-// Disjoint sets (union-find): connected components, found by joining pairs.
+// Disjoint sets (union-find), for connected components.
 #pragma once
 
 #include <algorithm>
@@ -15,12 +15,12 @@ class DisjointSets {
     std::iota(parent_.begin(), parent_.end(), std::uint32_t{0});
   }
   void join(std::uint32_t a, std::uint32_t b) {
-    if (parent_[a] == parent_[b]) return;  // As for most neighbours in a mesh.
+    if (parent_[a] == parent_[b]) return;  // The common case for neighbours in a mesh.
     a = root(a);
     b = root(b);
     parent_[std::max(a, b)] = std::min(a, b);
   }
-  // The least thing of the set that `v` is in.
+  // Returns the least element of the set that contains `v`.
   [[nodiscard]] std::uint32_t root(std::uint32_t v) {
     while (parent_[v] != v) v = parent_[v] = parent_[parent_[v]];
     return v;

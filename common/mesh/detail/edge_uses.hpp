@@ -1,4 +1,4 @@
-// The edges of triangles, each with the triangles that use it.
+// The edges of a mesh, each with its uses by triangles.
 #pragma once
 
 #include <algorithm>
@@ -12,19 +12,19 @@
 
 namespace multitetra {
 
-// A directed edge of a triangle, seen from its lower vertex.
+// A directed edge of a triangle, stored at its lower vertex.
 struct EdgeUse {
   std::uint32_t upper;
-  bool upwards;  // The triangle runs from the lower index to the upper one.
+  bool upwards;  // The edge runs from the lower index to the upper one.
 
   friend auto operator<=>(const EdgeUse&, const EdgeUse&) = default;
 };
 
-// Calls visit(lower, uses) for every edge; `each_use` calls its argument with both ends of every
-// directed edge, and gives the same ones each time.
+// Calls visit(lower, uses) for every edge. `each_use` must call its argument with both ends of
+// every directed edge, and the same ones in every call.
 template <typename EachUse, typename Visit>
 void visit_edges(std::size_t vertices, const EachUse& each_use, const Visit& visit) {
-  // Sorted into buckets by the lower vertex: a counting sort, then a short sort in each bucket.
+  // Sorts into buckets by the lower vertex: a counting sort, then a short sort in each bucket.
   std::vector<std::uint32_t> first(vertices + 2, 0);
   each_use([&](std::uint32_t from, std::uint32_t to) { ++first[std::min(from, to) + 2]; });
   std::partial_sum(first.begin(), first.end(), first.begin());
@@ -45,7 +45,7 @@ void visit_edges(std::size_t vertices, const EachUse& each_use, const Visit& vis
   }
 }
 
-// Counts an edge with all its uses; `is_on_border` is called for one of a single triangle.
+// Counts an edge, given all its uses. Calls `is_on_border` only for edges of a single triangle.
 template <typename IsOnBorder>
 void count_edge(std::span<const EdgeUse> uses, const IsOnBorder& is_on_border,
                 MeshTopology& counts) {

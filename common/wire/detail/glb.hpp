@@ -1,4 +1,4 @@
-// The container of binary glTF 2.0, and what all our files of that kind have in common.
+// The container format of binary glTF 2.0, and the contents all our GLB files share.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace multitetra {
 
-// Asset and an empty scene.
+// Returns the asset information and an empty scene.
 [[nodiscard]] nlohmann::json empty_gltf();
-// Seen from both sides, dull.
+// Returns a double-sided, matte material.
 [[nodiscard]] nlohmann::json surface_material();
-// The file up to the bytes of its binary chunk, which has `binary` of them, a multiple of 4, for
-// the caller to append: a 12-byte header, a JSON chunk padded with spaces and, unless `binary` is
-// 0, the chunk's header. Room for all is reserved. Throws std::system_error beyond glTF's 4 GiB.
+// Returns the file up to its binary chunk, whose `binary` bytes (a multiple of 4) the caller
+// appends: a 12-byte header, a JSON chunk padded with spaces and, unless `binary` is 0, the header
+// of the binary chunk. Reserves space for it. Throws std::system_error beyond glTF's 4 GiB.
 [[nodiscard]] std::string glb_beginning(const nlohmann::json& json, std::size_t binary);
 
 }  // namespace multitetra

@@ -10,7 +10,7 @@ constexpr std::string_view kStandardTraversal("\0", 1);
 constexpr std::string_view kValenceTraversal("\2", 1);
 constexpr std::string_view kNoFurtherConnectivity("\0", 1);
 
-// Takes values off the front of the payload; the first error is kept.
+// Consumes values from the front of the payload and keeps the first error.
 class Walk {
  public:
   explicit Walk(std::string_view payload) : payload_(payload) {}
@@ -20,7 +20,7 @@ class Walk {
     at_ += wanted.size();
     return true;
   }
-  // A 32-bit number, 7 bits a byte, low ones first.
+  // Reads a 32-bit number, 7 bits per byte, lowest bits first.
   std::uint32_t varint(std::string_view what) {
     std::uint64_t value = 0;
     for (unsigned shift = 0; shift < 35 && at_ < payload_.size(); shift += 7) {

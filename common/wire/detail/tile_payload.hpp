@@ -1,8 +1,8 @@
-// Reads the counts that a tile's payload claims before anything is decoded.
+// Reads the counts a tile's payload claims before it is decoded.
 //
-// A Draco bitstream of a few bytes can claim billions of triangles, and the decoder allocates
-// memory for them. So the start of the one form that our encoder writes is parsed here, without
-// allocating; other methods and versions, metadata and further attributes are refused.
+// A Draco bitstream of a few bytes can claim billions of triangles, for which the decoder allocates
+// memory. So this parses the start of the only form our encoder writes, without allocating, and
+// rejects other methods and versions, metadata and further attributes.
 //
 //   "DRACO"  2 2  1 1  0 0       magic, version 2.2, triangle mesh, edgebreaker, no flags
 //   0 or 2                       standard or valence traversal
@@ -15,7 +15,7 @@
 //                                its id; coded as integers
 //   ...                          prediction and residuals
 //
-// In a tile with normals there are two attributes, walked together:
+// Tiles with normals have two attributes, traversed together:
 //
 //   2  0 5 3 0  0                POSITION as above,
 //      1 9 3 0  1  1 3           NORMAL, FLOAT32, 3 components, not normalized; its id; how the two
@@ -33,14 +33,15 @@ namespace multitetra {
 
 struct TilePayloadClaims {
   std::uint32_t triangles = 0;
-  std::uint32_t vertices = 0;  // After Draco's splitting of non-manifold ones: not fewer than ours.
+  // After Draco split non-manifold vertices: not fewer than in our mesh.
+  std::uint32_t vertices = 0;
 };
 
-// kDamagedData, saying what stands where, when the bytes do not start in the form above or their
-// numbers contradict each other.
+// Fails with kDamagedData, naming the position and the fault, if the bytes do not have the form
+// above or their numbers contradict each other.
 [[nodiscard]] Result<TilePayloadClaims> read_claims(std::string_view payload);
 
-// The bytes before an attribute's prediction, from the number of attributes on.
+// The bytes from the number of attributes up to the prediction of an attribute.
 inline constexpr std::string_view kTileAttribute("\1\0\5\3\0\0\1", 7);
 inline constexpr std::string_view kTileAttributesWithNormals("\2\0\5\3\0\0\1\x9\3\0\1\1\3", 13);
 

@@ -1,4 +1,4 @@
-// Normals of triangles in float positions, for mesh files.
+// Normals of triangles with float positions, for mesh files.
 #pragma once
 
 #include <array>
@@ -8,13 +8,13 @@
 
 namespace multitetra {
 
-// Twice the area times the normal by the right-hand rule.
+// Returns the normal by the right-hand rule, times twice the area.
 [[nodiscard]] inline Vec3 area_vector(const std::array<float, 3>& a, const std::array<float, 3>& b,
                                       const std::array<float, 3>& c) {
   return cross(difference(vec3(b), vec3(a)), difference(vec3(c), vec3(a)));
 }
 
-// The vector scaled to length 1; the z axis where there is no direction.
+// Returns the vector scaled to length 1, or the z axis for a zero vector.
 [[nodiscard]] inline std::array<float, 3> unit_or_upwards(const Vec3& v) {
   const double length = std::hypot(v[0], v[1], v[2]);
   if (!(length > 0)) return {0, 0, 1};

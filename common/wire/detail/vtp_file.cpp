@@ -10,7 +10,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "VTP files are written as the bytes lie in memory: little-endian.");
 
-// The arrays' descriptions, and their bytes behind them: each its length, then itself.
+// Collects the descriptions of the arrays, and their appended bytes, each preceded by its length.
 class VtpArrays {
  public:
   template <typename T>

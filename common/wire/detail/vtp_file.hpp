@@ -1,4 +1,4 @@
-// VTK's XML polygonal data, for ParaView and its kin.
+// VTK's XML polygonal data, for ParaView and similar programs.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-// The whole file's bytes: points and triangles and, where the mesh has them, the point data
+// Returns the bytes of the file: points, triangles and, if the mesh has them, the point data
 // "normals", "scalars" (NaN for no value) and "colors" (red, green, blue), as raw appended bytes.
 [[nodiscard]] std::string vtp_file(const PositionedMesh& mesh);
 

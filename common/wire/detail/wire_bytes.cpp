@@ -14,8 +14,8 @@ namespace {
 using google::protobuf::internal::WireFormatLite;
 using google::protobuf::io::CodedInputStream;
 
-// Calls `visit` behind the tag of every field at the end of `path`, which must read the field.
-// False when the message that `input` is limited to cannot be followed.
+// Calls `visit` after the tag of every field at the end of `path`; `visit` must consume the field.
+// Returns false if the message that `input` is limited to is malformed.
 using Visit = std::function<bool(CodedInputStream& input, std::uint32_t tag)>;
 bool follow(CodedInputStream& input, std::span<const int> path, WireFormatLite::WireType type,
             const Visit& visit) {

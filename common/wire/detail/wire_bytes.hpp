@@ -1,4 +1,4 @@
-// Protobuf messages as bytes and back, without trust in the bytes.
+// Serializes protobuf messages, and parses untrusted ones.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,19 @@
 
 namespace multitetra::wire {
 
-// Counts the occurrences in a message's bytes of the field at the end of `path`, field numbers from
-// the outermost message to the innermost, also where they name a message on the way several times:
-// the parser merges those. An empty message costs the parser about 100 times its two bytes, so they
-// are counted before it runs. Of bytes that are no message it counts what can be followed.
+// Returns the number of occurrences of a field in a message's bytes. `path` lists field numbers
+// from the outermost message to the innermost. Includes repeated occurrences of a submessage, which
+// the parser merges. Checked before parsing, since an empty message of two bytes costs the parser
+// about 100 times that. In malformed bytes, counts until the fault.
 [[nodiscard]] std::size_t count_entries(std::string_view bytes, std::initializer_list<int> path);
 
-// The number that the bytes of a message give last for the field at the end of `path`; 0 when none.
+// Returns the last value of the integer field at the end of `path`; 0 if there is none.
 [[nodiscard]] std::uint64_t last_number(std::string_view bytes, std::initializer_list<int> path);
 
-// From now on protobuf writes no line on stderr for strings that are not UTF-8: a way for clients
-// to fill our log.
+// Stops protobuf from reporting invalid UTF-8 on stderr, with which clients could fill our log.
 void silence_protobuf_log();
 
-// False when the bytes are no `Wire`.
+// Returns false if the bytes are not a valid `Wire`.
 template <typename Wire>
 [[nodiscard]] bool parse(std::string_view bytes, Wire& wire) {
   silence_protobuf_log();
@@ -41,7 +40,7 @@ template <typename Wire>
 
 [[nodiscard]] std::string not_a_message(std::string_view whose, std::size_t bytes);
 
-// The message, unless a check failed.
+// Returns the message, or the first fault if a check failed.
 template <typename Message>
 [[nodiscard]] tl::expected<Message, ParseError> outcome(Message message, const FieldChecks& checks,
                                                         std::uint64_t request_id) {

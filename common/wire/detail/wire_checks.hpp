@@ -1,5 +1,5 @@
-// Checks the fields of untrusted messages and translates their enumerators. Private to the files
-// that parse and serialize messages.
+// Checks the fields of untrusted messages and converts their enumerators. Private to the files that
+// parse and serialize messages.
 #pragma once
 
 #include <algorithm>
@@ -16,12 +16,12 @@
 
 namespace multitetra::wire {
 
-// For names of datasets and programs.
+// The limit of names of datasets and programs.
 inline constexpr std::size_t kMaxNameBytes = 255;
 inline constexpr std::uint64_t kMaxU32 = std::numeric_limits<std::uint32_t>::max();
 inline constexpr std::uint64_t kMaxU64 = std::numeric_limits<std::uint64_t>::max();
 
-// Enumerators: 0 is "unspecified" on the wire, our first one is 1.
+// The first enumerator of our enums, which is 1 on the wire, where 0 means "unspecified".
 template <typename Enum>
 constexpr Enum kFirst = Enum{0};
 template <>
@@ -36,8 +36,7 @@ Wire to_wire(Ours value) {
   return static_cast<Wire>(static_cast<int>(value) - static_cast<int>(kFirst<Ours>) + 1);
 }
 
-// Keeps the first fault of a message. Values are converted all the same; they are discarded when a
-// check failed.
+// Keeps the first fault of a message. Values are still converted after a fault, but discarded.
 class FieldChecks {
  public:
   void fail(ErrorCode code, std::string text) {
@@ -85,8 +84,8 @@ class FieldChecks {
     require(is_unit_text(text), field,
             "must be UTF-8 of at most 64 bytes without control characters.");
   }
-  // `number` as one of our enumerators up to `last`; 0 is `unspecified`, and refused when that is
-  // empty.
+  // Converts `number` to one of our enumerators up to `last`. 0 gives `unspecified`, and is
+  // rejected if that is empty.
   template <typename Ours>
   Ours enumerator(std::string_view field, int number, Ours last, std::optional<Ours> unspecified) {
     if (number == 0 && unspecified) return *unspecified;

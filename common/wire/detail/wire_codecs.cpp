@@ -24,12 +24,11 @@ void write_shell_step(const ShellStep& step, v1::ShellStep& wire) {
 
 ShellStep read_shell_step(std::string_view field, const v1::ShellStep& wire, FieldChecks& checks) {
   const std::string name(field);
-  const ShellStep step = {
-      .values = checks.enumerator<shell::ShellValues>(name + ".values", wire.values(),
-                                                      shell::ShellValues::kQuantized, {}),
-      // What does not fit an int is out of range anyway.
-      .levels_per_octave =
-          static_cast<int>(std::min<std::uint32_t>(wire.levels_per_octave(), 1000))};
+  const ShellStep step = {.values = checks.enumerator<shell::ShellValues>(
+                              name + ".values", wire.values(), shell::ShellValues::kQuantized, {}),
+                          // Larger numbers are out of range in any case.
+                          .levels_per_octave = static_cast<int>(
+                              std::min<std::uint32_t>(wire.levels_per_octave(), 1000))};
   checks.require(is_possible(step), name + ".levels_per_octave",
                  "must be 1, 2, 4 or 8 of quantized values, else 0.");
   return step;

@@ -1,4 +1,4 @@
-// Payload codecs and the steps of sample shells as wire messages and back.
+// Converts payload codecs and steps of sample shells to and from wire messages.
 #pragma once
 
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace multitetra::wire {
 
-// Those that are known here; others are passed over.
+// Returns the known codecs and ignores others.
 [[nodiscard]] std::vector<PayloadCodec> known_codecs(
     const google::protobuf::RepeatedField<int>& wire);
 [[nodiscard]] bool has_draco(const std::vector<PayloadCodec>& codecs);

@@ -20,7 +20,7 @@ Histogram read(const v1::Histogram& wire, FieldChecks& checks) {
           .counts = {wire.counts().begin(), wire.counts().end()}};
 }
 
-// The samples' places: dims, spacing, affine, margin, grid.
+// Reads dims, spacing, index_to_world, margin and grid.
 void read_places(const v1::DatasetInfo& wire, DatasetInfo& info, FieldChecks& checks) {
   checks.exactly("DatasetInfo.dims", wire.dims_size(), 3);
   checks.exactly("DatasetInfo.spacing", wire.spacing_size(), 3);

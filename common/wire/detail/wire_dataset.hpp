@@ -1,4 +1,4 @@
-// A dataset's description as protobuf and back.
+// Converts dataset descriptions to and from protobuf.
 #pragma once
 
 #include "common/request/dataset_info.hpp"

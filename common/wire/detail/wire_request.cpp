@@ -114,7 +114,7 @@ ThresholdView read(const v1::ThresholdView& wire, FieldChecks& checks) {
 
 // ---- the map
 
-// Defaults are left out, so that a request without a map is as short as it can be.
+// Omits defaults, to keep requests without a map short.
 void write(const LocalThresholds& thresholds, v1::ThresholdMap& wire) {
   if (thresholds.coordinates != CoordinateSystem{}) {
     wire.set_region_unit(to_wire<v1::CoordinateSystem>(thresholds.coordinates));
@@ -160,13 +160,13 @@ void write(const SurfaceCell& cell, v1::SurfaceCell& wire) {
   wire.set_finest_spacing(static_cast<std::uint32_t>(cell.finest_spacing));
 }
 
-// Converts an unsigned number of the wire to int; larger numbers are out of range in any case.
+// Converts an unsigned number of the wire to int. Larger numbers are out of range in any case.
 int to_int(std::uint32_t number) {
   return static_cast<int>(std::min<std::uint32_t>(number, 1000000));
 }
 
 SurfaceCell read(const v1::SurfaceCell& wire) {
-  // What is larger is out of range anyway.
+  // Larger numbers are out of range in any case.
   const auto within = [most = std::uint32_t{1} << kMaxLatticeBits](std::uint32_t number) {
     return static_cast<std::int32_t>(std::min(number, most));
   };

@@ -1,4 +1,4 @@
-// A request for an isosurface as protobuf and back, its thresholds included.
+// Converts isosurface requests, including their thresholds, to and from protobuf.
 #pragma once
 
 #include "common/request/isosurface_request.hpp"

@@ -1,4 +1,4 @@
-// Slices and probes as wire messages and back.
+// Converts slices and probes to and from wire messages.
 #pragma once
 
 #include "common/wire/detail/wire_checks.hpp"
@@ -14,7 +14,7 @@ void write(const Probe& probe, v1::Probe& wire);
 [[nodiscard]] Probe read(const v1::Probe& wire, FieldChecks& checks);
 
 void write(const SliceReply& reply, v1::SliceReply& wire);
-// Takes the values out of the message.
+// Moves the values out of the message.
 [[nodiscard]] SliceReply read(v1::SliceReply& wire, FieldChecks& checks);
 
 void write(const ProbeReply& reply, v1::ProbeReply& wire);

@@ -17,7 +17,7 @@ ScalarRequest read(const v1::ScalarRequest& wire, FieldChecks& checks) {
   checks.require(wire.has_low() == wire.has_high(), "ScalarRequest.low",
                  "and high must be given together.");
   ScalarRequest request{.dataset = wire.dataset()};
-  // What does not fit an int is out of range anyway.
+  // Larger numbers are out of range in any case.
   if (wire.bits() != 0) request.bits = static_cast<int>(std::min<std::uint32_t>(wire.bits(), 1000));
   if (wire.has_low()) request.limits = ScalarRequest::Limits{wire.low(), wire.high()};
   if (const auto valid = validated(request); !valid) {

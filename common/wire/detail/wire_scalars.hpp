@@ -1,4 +1,4 @@
-// Scalars as wire messages and back.
+// Converts scalars to and from wire messages.
 #pragma once
 
 #include "common/wire/detail/wire_checks.hpp"
@@ -14,7 +14,7 @@ void write(const ScalarRange& range, v1::ScalarRange& wire);
 [[nodiscard]] ScalarRange read(const v1::ScalarRange& wire, FieldChecks& checks);
 
 void write(const TileScalars& scalars, v1::TileScalars& wire);
-// Takes the codes out of the message.
+// Moves the codes out of the message.
 [[nodiscard]] TileScalars read(v1::TileScalars& wire, FieldChecks& checks);
 
 }  // namespace multitetra::wire

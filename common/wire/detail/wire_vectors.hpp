@@ -1,4 +1,4 @@
-// Vectors of space as repeated numbers; shared by the files that turn messages into bytes and back.
+// Converts vectors to and from repeated numbers.
 #pragma once
 
 #include <algorithm>
