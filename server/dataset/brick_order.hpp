@@ -12,8 +12,7 @@
 namespace multitetra {
 
 // Calls visit(brick) in Morton order: the lower half along z first, within each half the lower half
-// along y, and so on. The bricks of an aligned cube whose side is a power of two are therefore
-// contiguous.
+// along y, and so on. Aligned cubes whose side is a power of two are therefore contiguous.
 template <typename Visit>
 void in_morton_order(const BrickLayout& layout, const Visit& visit) {
   std::int32_t side = 1;

@@ -25,8 +25,7 @@ struct LabelVolume {
 
 struct DatasetMetadata {
   DatasetInfo info;
-  // Absent unless the dataset is a label of known volume; otherwise info.label_extent is its
-  // extent().
+  // Only for labels of known volume; info.label_extent is then its extent().
   std::optional<LabelVolume> label_volume = std::nullopt;
   Provenance source;
   // Of the program that wrote the file.

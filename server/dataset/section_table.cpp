@@ -67,8 +67,7 @@ Result<void> check_version(std::uint32_t version) {
                   ". Use a newer program or prepare the dataset again.");
 }
 
-// Returns the number of sections. Checks the magic and the version first, since the rest depends on
-// them.
+// Returns the number of sections. Checks the magic and the version before the rest.
 Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_bytes) {
   if (header.starts_with(kMagicOf0)) {
     return fail(ErrorCode::kUnsupportedVersion,

@@ -42,7 +42,7 @@ struct Section {
 
 using SectionTable = std::vector<Section>;  // In the order of the file.
 
-// Returns the offset of a section that follows others which end at this offset; kHeadBytes for the
+// Returns the offset of a section that follows others ending at this offset; kHeadBytes for the
 // first.
 [[nodiscard]] std::uint64_t section_begin(std::uint64_t end_of_those_before);
 

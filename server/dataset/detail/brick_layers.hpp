@@ -1,8 +1,7 @@
 // Converts slices of samples into bricks for a prepared volume.
 //
 // Slices arrive a few at a time, in order; bricks leave in the order of the dataset. If a layer of
-// bricks is too large for one slab, its slices are buffered in scratch space and then read in rows
-// of bricks.
+// bricks is too large for one slab, its slices are buffered and then read in rows of bricks.
 #pragma once
 
 #include <cstddef>

@@ -47,8 +47,7 @@ void MappedFile::Guard::replace_lost_pages(int signal, siginfo_t* info, void*) {
     errno = saved_errno;
     if (zeros != MAP_FAILED) return;
   }
-  ::sigaction(signal, &other_handler, nullptr);  // It receives the signal when this handler
-                                                 // returns.
+  ::sigaction(signal, &other_handler, nullptr);  // Receives the signal next.
   errno = saved_errno;
 }
 

@@ -35,8 +35,7 @@ class MappedFile : public ByteSource {
   [[nodiscard]] RetainedBytes bytes(std::uint64_t offset, std::size_t size) const override {
     return bytes_.subspan(static_cast<std::size_t>(offset), size);
   }
-  // Throws DatasetFileError if the file has changed since it was opened. Takes less than a
-  // microsecond.
+  // Throws DatasetFileError if the file has changed since it was opened. Takes under a microsecond.
   void check() const override;
 
  private:

@@ -17,14 +17,12 @@ namespace multitetra {
 
 inline constexpr std::size_t kPieceBytes = std::size_t{256} << 10;
 
-// Packs the `size` bytes that `read` returns in pieces; passes the packed pieces to `write` in
-// order.
+// Packs the `size` bytes that `read` returns in pieces; passes the packed pieces to `write`.
 void pack_bytes(std::uint64_t size, std::size_t item_bytes,
                 const std::function<void(std::uint64_t offset, std::span<std::byte> into)>& read,
                 const std::function<void(std::span<const std::byte>)>& write);
 
-// Unpacks exactly into.size() bytes. Returns kDamagedData, naming `section`, if `packed` is
-// damaged.
+// Unpacks exactly into.size() bytes. Returns kDamagedData with the section if that fails.
 [[nodiscard]] Result<void> unpack_bytes(const char* section, std::span<const std::byte> packed,
                                         std::span<std::byte> into);
 

@@ -8,8 +8,7 @@
 namespace multitetra {
 
 // Returns whether the samples are computed tomography: in Hounsfield units or, if the unit is
-// unknown, with a range from air to bone, which hardly any other data have. The viewer uses the
-// same rule.
+// unknown, with a range from air to bone, which is rare otherwise. The viewer uses the same rule.
 [[nodiscard]] bool is_ct(const DatasetInfo& info);
 
 // Puts known isovalues first among the suggestions: the one the source recommends, then skin and

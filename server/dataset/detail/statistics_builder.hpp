@@ -41,8 +41,7 @@ class SampleStatisticsBuilder {
 
   // Returns the distinct values, ascending. Integers: all of them. Floating-point samples: values
   // that share sign, exponent and the first 15 of 23 fraction bits are represented by the lowest of
-  // them (but none below the least sample), so there are at most 2^24. Requires a complete first
-  // pass.
+  // them (but none below the least sample), so there are at most 2^24. Requires the first pass.
   [[nodiscard]] std::vector<float> distinct_values() const;
 
  private:

@@ -89,8 +89,7 @@ std::vector<double> smoothed(const std::vector<std::uint64_t>& counts) {
   return smooth;
 }
 
-// Returns whether the histogram has a peak between two thresholds. Without one, their surfaces look
-// alike.
+// Returns whether the histogram has a peak between two thresholds; else their surfaces look alike.
 bool has_hill_between(const std::vector<double>& smooth, std::size_t a, std::size_t b) {
   constexpr double kHill = 1.25;
   const auto [low, high] = std::minmax(a, b);
@@ -100,8 +99,7 @@ bool has_hill_between(const std::vector<double>& smooth, std::size_t a, std::siz
   return hill > kHill * std::max(foot(low), foot(high));
 }
 
-// Moves thresholds whose surfaces differ from all earlier ones to the front; otherwise keeps the
-// order.
+// Moves thresholds whose surfaces differ from all earlier ones to the front; is stable otherwise.
 std::vector<std::size_t> most_informative_first(const std::vector<std::size_t>& bins,
                                                 const std::vector<std::uint64_t>& counts) {
   const std::vector<double> smooth = smoothed(counts);

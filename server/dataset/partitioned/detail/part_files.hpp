@@ -35,8 +35,7 @@ namespace multitetra {
 
 // Adds the field "checksum": XXH3-64 of the compact JSON without it, keys in alphabetical order.
 [[nodiscard]] std::string text_with_checksum(nlohmann::json& json);
-// Parses such JSON. Returns kDamagedData unless the checksum matches, "format" is `format`, and the
-// version is 1.
+// Parses such JSON. Returns kDamagedData unless checksum, "format" and version (1) match.
 [[nodiscard]] Result<nlohmann::json> json_with_checksum(std::string_view text, const char* format);
 
 // Reads a text of at most 256 MiB; nullopt if the file does not exist. Throws DatasetFileError.
@@ -84,8 +83,7 @@ class CurvesWriter : public Scratch {
 class CurvesReader : public Scratch {
  public:
   explicit CurvesReader(const std::filesystem::path& file) : source_(file) {}
-  [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;  // Must not be
-                                                                               // called.
+  [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;  // Never called.
   void get(std::uint64_t offset, std::span<std::byte> into) const override;
 
  private:
