@@ -17,7 +17,7 @@ class RunningChecksum {
  public:
   RunningChecksum();
   void add(std::span<const std::byte> bytes);
-  [[nodiscard]] std::uint64_t value() const;  // Of all bytes added so far.
+  [[nodiscard]] std::uint64_t value() const;  // Covers all bytes so far.
 
  private:
   struct Free {

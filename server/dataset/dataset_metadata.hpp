@@ -28,7 +28,7 @@ struct DatasetMetadata {
   // Only for labels of known volume; info.label_extent is then its extent().
   std::optional<LabelVolume> label_volume = std::nullopt;
   Provenance source;
-  // Of the program that wrote the file.
+  // Version of the program that wrote the file.
   std::string program_version;
 
   friend bool operator==(const DatasetMetadata&, const DatasetMetadata&) = default;

@@ -119,7 +119,7 @@ class DatasetWriter {
   // Set by finish().
   SectionTable sections_;
   std::uint64_t end_ = 0;  // End of the bytes written so far.
-  // Of the current section.
+  // Checksum of the current section.
   RunningChecksum sum_;
 };
 

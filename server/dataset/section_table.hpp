@@ -42,8 +42,7 @@ struct Section {
 
 using SectionTable = std::vector<Section>;  // In the order of the file.
 
-// Returns the offset of a section that follows others ending at this offset; kHeadBytes for the
-// first.
+// Returns the offset of a section after others that end at this offset; kHeadBytes for the first.
 [[nodiscard]] std::uint64_t section_begin(std::uint64_t end_of_those_before);
 
 // Returns the first kHeadBytes of a file. Requires 1 to kMaxSections sections at the offsets that

@@ -42,8 +42,7 @@ std::string text_of(const HttpAnswer& answer) {
                    "Give a longer prefix, or the addresses of the files");
 }
 
-// Rejects a listing that never ends. `token` names the next page, `tokens` are those of earlier
-// pages.
+// Rejects a listing that never ends. `token` names the next page, `tokens` name earlier pages.
 void check_next_page(const std::string& folder, const std::string& token,
                      const ListingLimits& limits, std::set<std::string>& tokens) {
   if (token.size() > kMostTokenBytes) {

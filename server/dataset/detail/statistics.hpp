@@ -33,8 +33,7 @@ struct SampleStatistics {
 [[nodiscard]] SampleStatistics statistics(const Volume& volume);
 
 // Describes a volume as a dataset. Throws std::invalid_argument, naming the argument and its range,
-// if the name is invalid, `margin` < 0, `outside` is not finite, or the volume is too large for a
-// grid.
+// if the name is invalid, `margin` < 0, `outside` is not finite, or the volume is too large.
 [[nodiscard]] DatasetInfo describe(const VolumeHeader& header, const SampleStatistics& facts,
                                    std::string name, std::optional<double> outside,
                                    std::int32_t margin);

@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMeasuredAfter = 16;  // Fraction of the limit: written between
-                                              // measurements.
+// The folder is measured after writing 1/16 of the limit.
+constexpr std::uint64_t kMeasuredAfter = 16;
 constexpr const char* kBlocks = "blocks";
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // The checksum, stored after the block.
 

@@ -98,8 +98,7 @@ std::string text_with_checksum(nlohmann::json& json) {
 }
 
 Result<nlohmann::json> json_with_checksum(std::string_view text, const char* format) {
-  // Skips anything nested deeper than our records: it has no valid checksum and may exhaust the
-  // stack.
+  // Skips anything nested deeper than our records: it fails the checksum and may exhaust the stack.
   const auto is_shallow = [](int depth, PartJson::parse_event_t, PartJson&) { return depth <= 4; };
   PartJson json = PartJson::parse(text, is_shallow, /*allow_exceptions=*/false);
   const auto bad = [format](const char* what) {
