@@ -44,8 +44,7 @@ class PreparedFile {
   // Returns DatasetInfo::content_id, computed from checksums without reading samples.
   [[nodiscard]] std::uint64_t content_id() const;
 
-  // Throws DatasetFileError if the file has changed since it was opened, which invalidates later
-  // reads.
+  // Throws DatasetFileError if the file has changed since it was opened; later reads are invalid.
   void check() const;
 
   // Return as many bricks as BrickLayout(info().dims) and SpectrumLayout(info()) have.
