@@ -28,8 +28,8 @@ namespace multitetra {
 
 // The box in which samples vary: all samples outside of it are equal to `elsewhere`.
 struct VariedSamples {
-  std::array<std::int32_t, 3> least = {};     // Sample indices.
-  std::array<std::int32_t, 3> greatest = {};  // Inclusive; at least `least`.
+  std::array<std::int32_t, 3> least = {};     // Least sample indices.
+  std::array<std::int32_t, 3> greatest = {};  // Greatest sample indices, at least `least`.
   float elsewhere = 0;
 };
 

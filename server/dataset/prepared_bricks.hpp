@@ -41,7 +41,7 @@ class ConcurrentSet {
 
 // State that all bricks of a dataset share.
 struct BrickFile {
-  std::string place;  // For error texts.
+  std::string place;  // Named in error texts.
   std::shared_ptr<const ByteSource> source = nullptr;
   std::shared_ptr<const PreparedStructure> structure = nullptr;
   std::shared_ptr<MemoryCache> cache = nullptr;

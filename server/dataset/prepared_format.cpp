@@ -123,7 +123,7 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto metadata = decode_metadata(source, structure.section(kMetadata));
   if (!metadata) return tl::unexpected(metadata.error());
   structure.metadata = *std::move(metadata);
-  // Below, the size of the file bounds the sizes in the metadata.
+  // From here on, sizes in the metadata are checked against the size of the file.
   const std::size_t bricks = BrickLayout(structure.metadata.info.dims).size();
   if (const auto checked =
           check_size(structure.section(kSampleIndex), std::uint64_t{bricks} * sizeof(BrickEntry));

@@ -45,7 +45,7 @@ struct StoredObject {
 struct UploadCondition {
   enum class Kind { kAnything, kNothing, kThisVersion };
   Kind kind = Kind::kNothing;
-  // For kThisVersion.
+  // ETag for kThisVersion.
   std::string etag = {};
 };
 

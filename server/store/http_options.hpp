@@ -17,7 +17,7 @@ struct HttpStoreOptions {
   std::chrono::milliseconds longest_pause{5000};
   std::chrono::seconds connecting{20};
   std::chrono::seconds stalled{30};  // Aborts attempts below 256 bytes/s for this long.
-  // For all attempts of a request together.
+  // Time limit of a request, including all attempts.
   std::chrono::milliseconds deadline{600000};
   // How long requests to a host fail at once after a request to it has failed for good.
   std::chrono::milliseconds rest_after_failure{0};

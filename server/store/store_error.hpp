@@ -1,3 +1,4 @@
+// Errors of object stores.
 #pragma once
 
 #include <stdexcept>

@@ -32,7 +32,7 @@ class FileSink final : public PreparedSink {
   void read_samples(std::size_t first, std::span<std::byte> bytes) const override {
     writer_.read_samples(first, bytes);
   }
-  // On the same disk as the file.
+  // Returns scratch space on the disk of the file.
   [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override;
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) override {
     writer_.add_spectrum_brick(index, bytes);

@@ -18,8 +18,8 @@
 namespace multitetra {
 namespace {
 
-// A JPEG in memory. libjpeg reports errors by longjmp, so functions that call it have no local
-// objects.
+// A JPEG in memory. libjpeg reports errors by longjmp, so functions that call it have no objects
+// with destructors.
 class JpegReading {
  public:
   explicit JpegReading(std::string bytes) : bytes_(std::move(bytes)) {

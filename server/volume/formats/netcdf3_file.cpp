@@ -23,8 +23,8 @@ constexpr std::uint64_t kMostEntries = 100'000;
 
 struct NetcdfAttribute {
   std::string name;
-  std::string text = {};             // Of an attribute with characters.
-  std::vector<double> numbers = {};  // Of an attribute with numbers.
+  std::string text = {};             // Value of a text attribute.
+  std::vector<double> numbers = {};  // Value of a numeric attribute.
 };
 
 struct NetcdfVariable {

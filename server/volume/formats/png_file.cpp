@@ -13,8 +13,8 @@
 namespace multitetra {
 namespace {
 
-// A PNG in memory. libpng reports errors by longjmp, so functions that call it have no local
-// objects.
+// A PNG in memory. libpng reports errors by longjmp, so functions that call it have no objects with
+// destructors.
 class PngReading {
  public:
   explicit PngReading(std::string bytes)

@@ -63,9 +63,9 @@ class StoredSlices {
 struct StoredVolume {
   ImageHeader header = {};
   std::unique_ptr<StoredSlices> slices = nullptr;
-  std::vector<std::string> notices = {};  // About opening the volume.
+  std::vector<std::string> notices = {};  // Notices about opening the volume.
   VolumeContents members = {};
-  std::int64_t channels = 1;  // For VolumeChoice::channel.
+  std::int64_t channels = 1;  // Number of channels for VolumeChoice::channel.
   // The component of the chosen time, if samples have a component for each time.
   std::optional<int> component_of_time = std::nullopt;
 };
@@ -88,8 +88,8 @@ struct VolumeChoice {
   std::string array = {};  // Path or name of an array in the source.
   // Level of a pyramid; 0 is the finest.
   std::optional<std::int64_t> level = std::nullopt;
-  std::optional<std::int64_t> time = std::nullopt;     // From 0.
-  std::optional<std::int64_t> channel = std::nullopt;  // From 0.
+  std::optional<std::int64_t> time = std::nullopt;     // Counted from 0.
+  std::optional<std::int64_t> channel = std::nullopt;  // Counted from 0.
   std::string series = {};  // DICOM: UID of a series, or its number from 1.
   ComponentChoice component = {};
   bool follow = false;    // Allows data files outside the folder of their header.

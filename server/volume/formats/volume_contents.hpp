@@ -14,7 +14,7 @@
 namespace multitetra {
 
 struct SourceTimes {
-  std::int64_t count = 1;  // For VolumeChoice::time; 1 means no series.
+  std::int64_t count = 1;  // Number of times for VolumeChoice::time; 1 means no series.
   // One finite value per time; empty if unknown, in which case frames are counted.
   std::vector<double> at = {};
   // Unit of the times; empty if unknown.
@@ -26,8 +26,8 @@ struct SourceTimes {
 // One of several arrays or channels.
 struct SourceField {
   std::string name;
-  std::string array = {};  // For VolumeChoice::array; empty if it is not selected by array.
-  std::optional<std::int64_t> channel = std::nullopt;  // For VolumeChoice::channel.
+  std::string array = {};  // Value for VolumeChoice::array; empty if not selected by array.
+  std::optional<std::int64_t> channel = std::nullopt;  // Value for VolumeChoice::channel.
   std::int64_t components = 1;                         // Numbers per sample.
 
   friend bool operator==(const SourceField&, const SourceField&) = default;

@@ -18,9 +18,9 @@ enum class GeneratorKind {
   kSphere,
   // f32: 0.25 - sqrt((sqrt(x^2 + y^2) - 0.6)^2 + z^2). Isovalue 0 is the torus of radii 0.6, 0.25.
   kTorus,
-  // f32: sin X cos Y + sin Y cos Z + sin Z cos X, two periods per side. Isovalue 0 is nearly the
+  // f32: sin X cos Y + sin Y cos Z + sin Z cos X, two periods per side. Isovalue 0 approximates the
   // gyroid: A. Schoen, "Infinite Periodic Minimal Surfaces without Self-Intersections", NASA TN
-  // D-5541.
+  // D-5541, 1970.
   kGyroid,
   // f32: the test signal of S. Marschner and R. Lobb, "An Evaluation of Reconstruction Filters for
   // Volume Rendering", IEEE Visualization 1994, with f_M = 6 and alpha = 0.25. Isovalue 0.5.

@@ -145,7 +145,7 @@ std::size_t shard_index_bytes(const ArrayLayout& layout) {
   std::size_t bytes = sizeof(ShardEntry);
   for (const std::int64_t count : layout.shards->chunk_counts)
     bytes *= static_cast<std::size_t>(count);
-  return bytes + 4 * layout.shards->index_codecs.size();  // A CRC each.
+  return bytes + 4 * layout.shards->index_codecs.size();  // Each codec adds a CRC.
 }
 
 Result<std::vector<ShardEntry>> decode_shard_index(const ArrayLayout& layout,

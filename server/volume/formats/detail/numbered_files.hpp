@@ -31,7 +31,7 @@ struct NumberedFiles {
 [[nodiscard]] bool is_numbered(std::string_view value);
 
 // Parses "<pattern> <first> <last> <step> [<dimension>]". Returns nullopt unless the pattern has
-// exactly one '%', in a conversion such as %d or %03d, and the numbers give 1 to 65536 files.
+// exactly one '%', in a conversion such as %d or %03d, and the numbers describe 1 to 65536 files.
 [[nodiscard]] std::optional<NumberedFiles> numbered_files(const std::string& value);
 
 // Returns the names of all files. Throws VolumeFileError, naming `header`, if numbered_files()

@@ -71,7 +71,7 @@ Result<void> order_pages(TiffDescription& description, std::string_view order) {
 std::string imagej_unit(std::string text) {
   const std::size_t at = text.find("\\u00B5");
   if (at != std::string::npos) text.replace(at, 6, "µ");
-  if (!text.empty() && text[0] == '\xB5') text.replace(0, 1, "µ");  // In Latin-1.
+  if (!text.empty() && text[0] == '\xB5') text.replace(0, 1, "µ");  // The micro sign in Latin-1.
   return unit_from(text);
 }
 

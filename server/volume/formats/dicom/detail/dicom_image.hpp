@@ -19,7 +19,7 @@ namespace multitetra {
 
 struct DicomImage {
   std::filesystem::path file;
-  std::int64_t frame = 0;  // In the file, from 0.
+  std::int64_t frame = 0;  // Index in the file.
   // Number of frames of the file.
   std::int64_t frames = 1;
   std::string series;
@@ -44,7 +44,7 @@ struct DicomImage {
   Vec3 spacing = {1, 1, 1};
   double slope = 1;
   double intercept = 0;
-  std::int64_t number = 0;  // In the series.
+  std::int64_t number = 0;  // Number in the series.
   double along = 0;         // Position along the normal of the plane.
 
   [[nodiscard]] std::size_t frame_bytes() const {

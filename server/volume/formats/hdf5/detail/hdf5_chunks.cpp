@@ -111,7 +111,8 @@ void Hdf5ChunkSizes::require_whole(hid_t dataset, const std::vector<hsize_t>& st
 
 void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_t>& at) {
   hsize_t bytes = 0;
-  if (H5Dget_chunk_storage_size(dataset, at.data(), &bytes) < 0 || bytes == 0) return;  // No data.
+  // Chunks that were never written have the fill value.
+  if (H5Dget_chunk_storage_size(dataset, at.data(), &bytes) < 0 || bytes == 0) return;
   if (bytes > file_bytes_) fail(at);
   std::vector<std::byte> packed(static_cast<std::size_t>(bytes));
   unsigned skipped = 0;
