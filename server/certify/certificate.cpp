@@ -44,7 +44,7 @@ class OpenPlaces {
   }
 
  private:
-  // Returns whether the tetrahedra around p, two grid steps, have void samples.
+  // Returns whether a sample of the tetrahedra around p, within two grid steps, is void.
   [[nodiscard]] bool is_near_void(const Vec3& p) const {
     GridPoint low;
     for (const double coordinate : p) {

@@ -47,7 +47,7 @@ enum class ErrorVerdict {
   kExceeded,
 };
 
-// Components that the mesh lacks, while all vertices of the other ones are within the error.
+// Components of the full surface that the mesh lacks; all other vertices are within the error.
 struct MissingComponents {
   std::uint64_t count = 0;
   double largest_diagonal = 0;  // In samples.

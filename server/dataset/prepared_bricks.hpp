@@ -2,7 +2,7 @@
 //
 // A brick's bytes are returned only if their checksum matches. Raw bricks of a mapped file are
 // returned in place and verified on first access; others are unpacked into a cache that all
-// datasets share. Safe to use from several threads; two first accesses may both unpack a brick.
+// datasets share. Safe to use from several threads; concurrent accesses may both unpack it.
 #pragma once
 
 #include <atomic>

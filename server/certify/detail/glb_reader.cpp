@@ -20,7 +20,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
-// Supported extensions that affect the positions of triangles.
+// Extensions that a file may require.
 constexpr std::array<std::string_view, 3> kKnownExtensions = {
     kDracoExtension, "KHR_mesh_quantization", "KHR_materials_unlit"};
 

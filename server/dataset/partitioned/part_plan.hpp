@@ -1,4 +1,4 @@
-// The plan for preparing a volume in parts on independent machines, which all of them read.
+// The plan of a preparation in parts, which the independent machines that prepare them read.
 //
 // A part is a box of whole cubes of 128^3 samples; its bricks are contiguous in the dataset's file.
 #pragma once

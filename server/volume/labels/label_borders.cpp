@@ -41,8 +41,8 @@ struct BorderSlice {
   std::vector<std::int32_t> labels;
   std::vector<std::uint8_t> magnitudes;
   std::vector<std::uint32_t> links_end;
-  std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;  // Indexed by number of
-                                                                   // averagings.
+  // Indexed by number of averagings.
+  std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;
   std::vector<Link> links;
 };
 

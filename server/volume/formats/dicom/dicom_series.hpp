@@ -14,7 +14,7 @@ namespace multitetra {
 [[nodiscard]] bool is_dicom(std::string_view beginning);
 
 // Returns the DICOM files below a folder, sorted by name. Skips hidden files and DICOMDIR. Throws
-// VolumeFileError for a file that is not DICOM although it is named .dcm, or its name differs from
+// VolumeFileError for a file that is not DICOM although its suffix is .dcm or its name differs from
 // that of a DICOM file only in digits.
 [[nodiscard]] std::vector<std::filesystem::path> dicom_files(const std::filesystem::path& folder);
 
