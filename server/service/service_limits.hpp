@@ -1,4 +1,4 @@
-// Limits of the worker time of one client. Zero is no limit.
+// Limits on the worker time of one client. Zero means no limit.
 #pragma once
 
 #include <chrono>
@@ -8,7 +8,7 @@ namespace multitetra {
 
 struct ServiceLimits {
   std::chrono::milliseconds request_time{0};  // Worker time for one request.
-  // The most triangles of a final step.
+  // Triangles of a final step.
   std::uint64_t max_triangles = 0;
   // Expected worker time for all pending requests of a share.
   std::chrono::milliseconds waiting_time{0};
