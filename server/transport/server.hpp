@@ -2,7 +2,7 @@
 //
 //   Server server(catalogue, {.listen = {"127.0.0.1", 7410}});
 //   Server gateway(remote_service({.upstream = ...}), {.has_tcp_listener = false}, {http_listener({})});
-//  server.run();  // Until stop() or drain() is called from another thread, or a signal arrives.
+//   server.run();  // Until stop() or drain() is called from another thread, or a signal arrives.
 //
 // The thread that calls run() does all input and output; the service has its own threads. A slow
 // client costs memory for one step and no thread.
