@@ -3,7 +3,7 @@
 //
 //   reading:  co_await until_readable(); read a message; receive(content)
 //   writing:  while (auto message = co_await next_message()) write it
-//   regularly: keep_time(now)
+//   timer:    keep_time(now), periodically
 //
 // Memory use is bounded. Replies wait in a short queue; reading pauses while it is full or contains
 // a list or a slice. Stream messages are made when the writing loop requests them. Waiting requests

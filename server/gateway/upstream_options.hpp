@@ -14,7 +14,7 @@ struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
   std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  // The longest silence of a server while a reply is pending.
+  // The longest silence of a connected server before it counts as lost.
   std::chrono::milliseconds silence{10'000};
   // How long a stream waits for a server before it fails.
   std::chrono::milliseconds failover_timeout{30'000};

@@ -6,8 +6,8 @@
 //   guests    none                               public-* only=surfaces
 //
 //   const auto list = parse_access_list(text);
-//   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: an unknown token.
-//   if (!rights->may_see("head-1")) ...                // Then it does not exist for this client.
+//   const auto rights = list->rights_of(hello.token);  // Or kUnauthenticated.
+//   if (!rights->may_see("head-1")) ...                // Hidden from this client.
 //
 // Only hashes of tokens are stored. Tokens are long and random, so a hash reveals nothing. A `none`
 // line applies to clients without a token. A name may have several lines, for example while a token

@@ -114,7 +114,7 @@ Result<ByteReservations::Reservation> ConnectionContext::reserve(std::size_t byt
                               .retry_after = kRetryAfter});
 }
 
-// ---- the admission
+// ---- admission control
 
 AdmissionControl::AdmissionControl(AdmissionOptions options)
     : options_(std::move(options)),

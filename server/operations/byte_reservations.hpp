@@ -1,7 +1,7 @@
 // Reservations of memory or disk space, limited in total and for each share (an address, a token).
 //
 //   auto reservation = queue.take("address 192.0.2.7", bytes);
-//   if (!reservation) refuse();  // Else the bytes are reserved while *reservation lives.
+//   if (!reservation) refuse();  // Otherwise reserved for the life of *reservation.
 //
 // A share may hold a fixed part of what the others leave, so a few shares never take everything: at
 // a quarter each, six of them leave 18 % free, of which the next may take a quarter. IPv6 networks

@@ -40,8 +40,8 @@ struct VolumeOptions {
   std::string space;   // LPS, RAS or none; empty: from the file.
   std::string length_unit;
 
-  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, the
-  // layout of raw samples, and the places of samples.
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and
+  // options for the layout of raw samples and the placement of samples.
   void add_to(Command& command);
   // Adds --space, for commands without another option of that name.
   void add_space_to(Command& command);

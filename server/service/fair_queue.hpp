@@ -155,7 +155,7 @@ class FairQueue {
   };
   // The shares within one network.
   struct Network {
-    int shares = 1;  // The most shares that the network counts for.
+    int shares = 1;  // The weight of all of them is at most this.
     std::size_t known = 0;
     std::size_t busy = 0;
   };

@@ -21,7 +21,7 @@ constexpr const char* kTreeForm = "1 ";
 
 constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
 constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
-constexpr int kStepsOfPreview = 6;        // A preview's cell has at most 2^6 steps a side.
+constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
 constexpr double kLeastDoubled = 0.125;   // The base of error doubling if leaves have less.
 constexpr int kTreeNormalBits = 8;
 

@@ -28,8 +28,8 @@ struct SizeCurvesOptions {
   // Sampled cubes per isovalue and error.
   std::size_t cubes = 256;
   bool simplify = false;  // Count triangles after simplification, estimated from blocks.
-  std::function<void(std::size_t done, std::size_t all)> progress =
-      {};  // Isovalues; one call at a time.
+  // Receives numbers of isovalues; calls are serialized.
+  std::function<void(std::size_t done, std::size_t all)> progress = {};
 };
 
 // Uses the certified bound and the exact topology rule. Estimates from the error spectrum and,

@@ -2,7 +2,7 @@
 // temporary file.
 //
 //   DatasetOutput output("s3://volumes/head.mtd", force);
-//   ... output.file() is written ...
+//   ... write output.file() ...
 //   output.finish();
 #pragma once
 
