@@ -102,7 +102,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   CallerPtr caller_;
   Session session_;
   ConnectionContextPtr client_;
-  // By request: datasets that exist but are hidden from the client. Only the log names them.
+  // Datasets that exist but are hidden from the client, by request id. Only the log names them.
   std::map<std::uint64_t, std::string> hidden_datasets_;
   bool is_over_ = false;
   // The dataset listing for the new client is in progress.

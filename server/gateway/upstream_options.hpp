@@ -13,7 +13,7 @@ namespace multitetra {
 struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
-  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
+  std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
   // The longest silence of a connected server before it counts as lost.
   std::chrono::milliseconds silence{10'000};
   // How long a stream waits for a server before it fails.

@@ -18,7 +18,7 @@ struct RequestContext {
   ConnectionContextPtr client = nullptr;
   std::string request_id = {};
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
-  const char* kind = "malformed";  // As from name(Route).
+  const char* kind = "malformed";  // A result of name(Route).
   // The service, for requests that need it.
   CallerPtr caller = nullptr;
   // Stops the request's work on other threads.

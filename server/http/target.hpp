@@ -12,7 +12,7 @@
 namespace multitetra {
 
 struct Target {
-  std::string raw_path;           // As received.
+  std::string raw_path;           // The path as received.
   std::vector<std::string> path;  // Decoded segments: "/v1/a%20b" is "v1", "a b"; "/" has none.
   std::vector<std::pair<std::string, std::string>> query;  // Decoded, in order.
 };

@@ -98,7 +98,7 @@ class ConnectionContext {
  private:
   AdmissionControl& admission_;
   ClientFacts facts_;
-  std::string address_;  // Of the peer, without port.
+  std::string address_;  // The peer's address, without port.
   std::string limited_;  // The name that limits apply to.
   bool has_token_ = false;
   std::string asks_for_;
@@ -157,7 +157,7 @@ class AdmissionControl {
   AccessListPtr access_;
   ConnectionLimiter connections_;
   ConnectionLimiter refused_;
-  std::set<ConnectionContext*> clients_;  // Not those that were refused.
+  std::set<ConnectionContext*> clients_;  // Excludes refused connections.
   RatePerName rates_;
   ByteReservations queue_;
   std::uint64_t last_connection_ = 0;

@@ -24,7 +24,7 @@ class HeapTrimmer {
   static constexpr std::chrono::seconds kRest{2};    // Idle time before trimming.
   static constexpr std::chrono::seconds kPause{30};  // Between trims while busy.
 
-  std::uint64_t work_ = 0;  // At the last call.
+  std::uint64_t work_ = 0;  // The value of `work` at the last call.
   bool is_owed_ = false;
   Clock::time_point idle_since_ = {};
   Clock::time_point done_ = {};

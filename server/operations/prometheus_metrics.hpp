@@ -19,18 +19,18 @@ namespace multitetra {
 struct BlockState {
   std::uint64_t memory_hits = 0;
   std::uint64_t disk_hits = 0;
-  std::uint64_t fetched = 0;  // From stores.
+  std::uint64_t fetched = 0;  // Blocks fetched from stores.
   std::uint64_t fetched_bytes = 0;
   // Repeated requests to stores.
   std::uint64_t retries = 0;
-  std::uint64_t failures = 0;   // After all retries.
-  std::uint64_t evictions = 0;  // From memory.
+  std::uint64_t failures = 0;   // Requests that failed after all retries.
+  std::uint64_t evictions = 0;  // Blocks evicted from memory.
   std::uint64_t memory_bytes = 0;
 };
 
 // The state of one upstream of a gateway.
 struct UpstreamState {
-  std::string name = {};  // Its address.
+  std::string name = {};  // The upstream's address.
   bool is_up = false;     // Reachable and not excluded.
   std::uint64_t damaged_tiles = 0;
 };

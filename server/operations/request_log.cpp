@@ -57,7 +57,7 @@ std::string without_secrets(std::string_view target) {
   std::string kept(target.substr(0, mark));
   for (std::size_t at = mark; at < target.size();) {
     const std::size_t end = std::min(target.find('&', at + 1), target.size());
-    const std::string_view parameter = target.substr(at, end - at);  // With its separator.
+    const std::string_view parameter = target.substr(at, end - at);  // Includes the separator.
     const std::size_t equals = std::min(parameter.find('='), parameter.size());
     const bool is_secret = looks_secret(parameter.substr(0, equals), parameter.substr(equals));
     kept += is_secret ? parameter.substr(0, equals) : parameter;

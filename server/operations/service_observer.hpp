@@ -25,7 +25,7 @@ struct ClientFacts {
   ProtocolName protocol = "tcp";
   std::uint64_t connection = 0;  // Unique within the process.
   std::string peer = {};         // Address and port.
-  std::string name = {};         // Of the token; empty without one.
+  std::string name = {};         // The token's name; empty without a token.
 };
 
 // A finished request and its outcome.
@@ -43,7 +43,7 @@ struct RequestFacts {
   std::uint64_t tiles = 0;
   // Bytes of tiles, or of the mesh.
   std::uint64_t bytes = 0;
-  std::optional<double> seconds_to_first_tile = {};  // From the request.
+  std::optional<double> seconds_to_first_tile = {};  // Since the request.
   std::optional<double> seconds_to_last_tile = {};
   double seconds = 0;
   // "complete", "cancelled", "superseded", "left" (the client has disconnected), or the name of an
@@ -61,7 +61,7 @@ struct HttpFacts {
   int status = 0;
   // The size of the body.
   std::uint64_t bytes = 0;
-  double seconds = 0;  // Until the last byte was sent.
+  double seconds = 0;  // Time until the last byte was sent.
   // The reason of an error, for the log only; it may contain more than the reply. Otherwise empty.
   std::string_view reason = {};
 };

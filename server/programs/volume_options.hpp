@@ -36,7 +36,7 @@ struct VolumeOptions {
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing;
   std::vector<double> origin;
-  std::string orient;  // As read by axis_directions_from().
+  std::string orient;  // Parsed by axis_directions_from().
   std::string space;   // LPS, RAS or none; empty: from the file.
   std::string length_unit;
 

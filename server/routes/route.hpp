@@ -37,7 +37,7 @@ struct TileBytes {  // /v1/tiles/{hash}
 // /v1/token/{token}, for viewers that send no header.
 struct TilesetFile {
   std::string dataset;
-  std::string settings;  // As tree_settings_from() reads them.
+  std::string settings;  // Parsed by tree_settings_from().
   std::string id;        // Empty: the dataset's current id.
   std::string file;
   std::string token;
@@ -53,7 +53,7 @@ struct NeuroglancerFile {
   std::string token;
 };
 struct ViewerFile {  // Any other path: a viewer file, or none.
-  std::string path;  // Not decoded.
+  std::string path;  // The undecoded path.
 };
 
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,

@@ -57,7 +57,7 @@ class FairQueue {
     double weight = 1;
   };
 
-  // At most `max_long` (at least 1) long jobs run at the same time.
+  // Runs at most `max_long` long jobs (at least 1) at the same time.
   explicit FairQueue(std::size_t max_long) : max_long_(std::max<std::size_t>(max_long, 1)) {}
 
   void add(const Client& client, Job job) {
@@ -186,7 +186,7 @@ class FairQueue {
   static ClientTurn turn_of(const Served& served, const Job& job, double weight) {
     return {job.is_background, served.served + job.expected_seconds / weight, served.last_turn};
   }
-  // At most 1: the busy shares of a network have at most the network's weight together.
+  // Returns a weight of at most 1. The busy shares of a network jointly have at most its weight.
   [[nodiscard]] double weight_of(const Share& share) const {
     double weight = 1;
     for (const auto& network : share.networks) {

@@ -216,7 +216,7 @@ void LocalCaller::step_made(const StreamPtr& stream, Result<StepResult> step, do
   is_making_ = false;
   stream->worker.clear();
   client()->admission().observer().step_made(seconds);
-  if (stream != stream_) {  // It was stopped; a newer stream may be waiting.
+  if (stream != stream_) {  // The stream was stopped; a newer one may be waiting.
     make_next_step();
     return;
   }

@@ -26,7 +26,7 @@ struct StartStream {
   SurfaceProviderPtr source;
   // The provider of open.scalars; null without scalars.
   SurfaceProviderPtr scalars = nullptr;
-  bool shells = false;  // Its steps may be sent as sample shells.
+  bool shells = false;  // Steps may be sent as sample shells.
 };
 // A validated query.
 struct RunQuery {

@@ -31,10 +31,10 @@ struct SurfaceTiles {
 [[nodiscard]] std::uint64_t triangles_of(const StepBegin& step);
 
 struct Surface {
-  IsosurfaceRequest request = {};  // With the error that its budget allows.
+  IsosurfaceRequest request = {};  // Its error is the one that the budget allows.
   double error_bound_world = 0;
   std::int32_t finest_spacing = 1;
-  std::uint32_t crossed_octants = 0;  // As in StepBegin.
+  std::uint32_t crossed_octants = 0;  // See StepBegin.
   std::optional<ScalarRange> scalars = {};
   ContentDigest digest = {};
   LatticeMesh mesh = {};  // Welded; the order depends on the tiles only.

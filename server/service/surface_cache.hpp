@@ -40,7 +40,7 @@ class SurfaceCache {
 
  private:
   struct Outline {
-    TiledStep step;  // Without tiles and meshes.
+    TiledStep step;  // Its tiles and meshes are empty.
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<TiledStep> remembered(const std::string& key);

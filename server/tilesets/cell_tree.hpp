@@ -26,7 +26,7 @@ namespace multitetra {
 
 struct TreeSettings {
   double isovalue = 0;
-  double error = kDefaultError;  // Of the leaves, in voxels; finite, >= 0.
+  double error = kDefaultError;  // Error of the leaves in voxels; finite, >= 0.
 
   friend bool operator==(const TreeSettings&, const TreeSettings&) = default;
 };

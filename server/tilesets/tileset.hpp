@@ -18,7 +18,7 @@ namespace multitetra {
 // Facts about a cell's surface that are known after extraction.
 struct CellFacts {
   bool is_empty = false;
-  std::uint32_t crossed_octants = 0;  // As in StepBegin.
+  std::uint32_t crossed_octants = 0;  // See StepBegin.
 };
 
 // Returns the length of a grid step along each axis, in metres. An unknown unit counts as metres.

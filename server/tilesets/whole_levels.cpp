@@ -13,7 +13,7 @@ namespace multitetra {
 namespace {
 
 constexpr double kErrorRatio = 4;
-constexpr double kLeastError = 0.25;  // In voxels; for all levels but the finest.
+constexpr double kLeastError = 0.25;  // Voxels; applies to all levels but the finest.
 // The coarsest error is at most the longest side divided by this.
 constexpr double kCoarsestShare = 16;
 constexpr int kNormalBits = 8;  // Enables normals; float formats do not round them.

@@ -12,8 +12,8 @@ namespace multitetra {
 
 // The other end of a connection.
 struct Peer {
-  std::string address;  // Without port.
-  std::string name;     // With port, for the log.
+  std::string address;  // Address without port.
+  std::string name;     // Address and port, for the log.
 };
 
 class Acceptor {

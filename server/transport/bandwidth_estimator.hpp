@@ -75,13 +75,13 @@ class BandwidthEstimator {
   }
 
   double bytes_per_second_ = kUsualBytesPerSecond;
-  bool is_measured_ = false;  // With bytes queued.
+  bool is_measured_ = false;  // A rate was measured while bytes were queued.
   std::uint64_t written_ = 0;
 
   bool has_waiting_ = false;  // Bytes are being written or queued.
   Clock::time_point since_ = {};
-  std::uint64_t sent_ = 0;   // Up to `since_`.
-  double passed_bytes_ = 0;  // Since the last measurement, without long queueing.
+  std::uint64_t sent_ = 0;   // Bytes sent up to `since_`.
+  double passed_bytes_ = 0;  // Sent without long queueing since the last measurement.
   double passed_seconds_ = 0;
 };
 

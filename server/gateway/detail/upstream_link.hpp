@@ -17,7 +17,7 @@ namespace multitetra {
 
 struct LinkOptions {
   TlsContextPtr tls = nullptr;                       // Required for tls://.
-  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
+  std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
   // The longest wait for any bytes.
   std::chrono::milliseconds silence{10'000};
 };

@@ -46,8 +46,8 @@ class UpstreamDataset : public SurfaceProvider {
 // The client on whose behalf a request is forwarded.
 struct UpstreamClient {
   std::string token = {};
-  std::string share = {};    // As ConnectionContext::share(); empty for the gateway itself.
-  std::string address = {};  // For the servers' logs.
+  std::string share = {};    // ConnectionContext::share(); empty for the gateway itself.
+  std::string address = {};  // Address for the servers' logs.
   bool shells = false;       // Decodes sample shells and may receive them.
 };
 
@@ -100,8 +100,8 @@ class UpstreamPool {
     UpstreamHealth health;
     std::uint64_t damaged_tiles = 0;
     LinkPtr watched = nullptr;
-    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until the next attempt.
-    bool requires_token = false;  // It refused a gateway without a token of its own.
+    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
+    bool requires_token = false;  // The server refused a gateway without a token.
   };
   struct CachedCatalogue {
     Clock::time_point at = {};
@@ -123,7 +123,7 @@ class UpstreamPool {
   // The datasets that one server offers for a token.
   struct Listing {
     std::vector<DatasetInfo> datasets;
-    bool shells = false;  // It sends sample shells.
+    bool shells = false;  // The server sends sample shells.
   };
   [[nodiscard]] asio::awaitable<Result<Listing>> list_of(std::size_t upstream, std::string token);
   [[nodiscard]] std::vector<std::size_t> by_preference(std::vector<std::size_t> replicas) const;
@@ -136,7 +136,7 @@ class UpstreamPool {
   asio::any_io_executor executor_;
   UpstreamOptions options_;
   std::vector<Upstream> upstreams_;
-  std::map<std::string, CachedCatalogue> catalogues_;  // By token.
+  std::map<std::string, CachedCatalogue> catalogues_;  // Keyed by token.
   std::map<std::string, std::shared_ptr<PendingListing>> pending_listings_;
   std::size_t datasets_ = 0;
   TileCache tiles_;

@@ -112,7 +112,7 @@ void draw_curve(Svg& svg, const Frame& frame, const SizeCurves& curves, std::siz
 void draw_suggestions(Svg& svg, const Frame& above, const Frame& below, const DatasetInfo& info) {
   std::vector<double> sorted = info.suggested_isovalues;
   std::sort(sorted.begin(), sorted.end());
-  double free_from = 0;  // Where the lower row of labels has space.
+  double free_from = 0;  // Left end of the free space in the lower row of labels.
   for (const double isovalue : sorted) {
     const double x = above.x(isovalue);
     svg.line(x, above.top - 6, x, below.bottom, kMark, 1.2, "4 4");

@@ -14,9 +14,9 @@ class SurfaceExtractor;
 
 struct SizeCurves {
   std::vector<double> isovalues;  // Ascending.
-  // In voxels, as requested.
+  // Requested errors, in voxels.
   std::vector<double> errors;
-  std::vector<std::vector<double>> triangles;  // By error, then isovalue.
+  std::vector<std::vector<double>> triangles;  // Indexed by error, then isovalue.
 };
 
 // Returns `count` isovalues, evenly spaced over the range of values. For integer data they are

@@ -72,7 +72,7 @@ std::vector<PrepareJob> LabelJobs::of_layers(const PrepareJob& volume) const {
   for (const auto& [layer, segments] : layers) {
     PrepareJob map = volume;  // Each layer is a label map.
     map.choice.component = {.kind = ComponentChoice::Kind::kIndex, .index = layer};
-    // With "all", empty labels are skipped.
+    // --label all skips empty labels.
     std::vector<double> there;
     if (arguments_.series.wants_all_labels()) there = found_in(map);
     for (const auto& [label, stored, of_layer] : segments) {

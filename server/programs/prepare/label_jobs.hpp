@@ -44,7 +44,7 @@ class LabelJobs {
   std::vector<SourceLabel> named_;
   bool has_layers_ = false;
   std::string notice_;
-  // From --label-names.
+  // Names from --label-names, by label.
   std::map<double, Label> renamed_;
 };
 

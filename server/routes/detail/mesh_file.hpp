@@ -33,7 +33,7 @@ struct MeshForm {
   double min_component = 0;  // Diagonal in samples below which components are removed.
 };
 
-// Where a mesh is stored.
+// The storage for a mesh file.
 struct MeshPlace {
   std::filesystem::path folder;
   // Reserves disk space for a number of bytes.

@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-constexpr double kPartOfAShare = 0.25;  // Of the unreserved disk space.
+constexpr double kPartOfAShare = 0.25;  // Fraction of the unreserved disk space.
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }

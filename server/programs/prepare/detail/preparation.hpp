@@ -97,7 +97,8 @@ class Preparation {
   LatestLabelMap& maps_;
   std::stop_token stop_;
   std::map<std::string, Provenance> notes_;
-  std::map<std::string, std::pair<Places, std::string>> first_;  // By series, with its input.
+  // The first member's placement and input, by series.
+  std::map<std::string, std::pair<Places, std::string>> first_;
 };
 
 }  // namespace multitetra
