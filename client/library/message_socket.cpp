@@ -44,10 +44,10 @@ struct MessageSocket::State {
   // A started receive continues during other operations and across calls.
   bool is_receiving = false;
   std::optional<Result<std::string>> received;
-  Clock::time_point asked =
-      Clock::now();  // When a message was last awaited, however long it takes.
-  Clock::time_point progress =
-      Clock::now();  // A request was sent, or a message other than Pong came.
+  // When the current wait for a message began.
+  Clock::time_point asked = Clock::now();
+  // When a request was last sent or a message other than Pong last arrived.
+  Clock::time_point progress = Clock::now();
   std::uint64_t bytes_at_progress = 0;
 
   void note_progress() {

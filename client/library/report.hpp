@@ -28,8 +28,8 @@ struct FetchReport {
   std::uint64_t tiles_held = 0;  // Cached from earlier fetches.
   ReceivedTiles received = {};   // Over all connections.
   int reconnections = 0;         // Retries after a lost connection.
-  std::optional<Error> error =
-      std::nullopt;  // The error that ended the fetch before its final step.
+  // The error that ended the fetch before its final step.
+  std::optional<Error> error = std::nullopt;
 };
 
 // Returns indented JSON that ends with a newline: server, dataset, parameters, notices, final_only,
