@@ -1,7 +1,21 @@
 // Stores tiles on disk, so that an interrupted fetch can continue where it stopped.
 //
 //   TileDiskCache folder("head.tiles");
-//    folder.load(tiles);                            // DecodedTileCache tiles, from earlier runs.
+//   folder.load(tiles);                            // DecodedTileCache tiles, from earlier runs.
+//   client.fetch(info, open, on_step, {.tiles = &tiles, .on_tile = ...});  // keep()s it.
+//
+// Each tile is one file named by its content, "<32 hexadecimal digits>.tile": two lines of text,
+// then the payload as received:
+//
+//   multitetra tile 1
+//   lattice 5 cube 4 1 0 0 triangles 812 vertices 410 bytes 957 normals 0
+//   <957 bytes>
+//
+// The cube is written as exponent, x, y, z. Files are written atomically (atomic_file.hpp). Files
+// are not trusted: a file that is not a tile, does not decode to its counts, or whose content does
+// not match its name is skipped, and the tile is fetched again. Files with other names are ignored.
+// Tiles serve any request that needs them, so several requests may share a folder. Files are never
+// deleted.
 #pragma once
 
 #include <cstdint>

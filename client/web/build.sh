@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the browser viewer into a folder served by the server's HTTP port.
 #
-#    bash client/web/build.sh OUTPUT_FOLDER
+#   bash client/web/build.sh OUTPUT_FOLDER
 #
 # Requires node (18 or later), npm and protoc. Installs packages once per package-lock.json, from
 # the network or a warm npm cache; does nothing if no source has changed.
