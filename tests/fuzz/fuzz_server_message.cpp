@@ -1,4 +1,5 @@
-// What parses is within its ranges, so it can be written and is read back the same.
+// A parsed message is within its ranges, so it can be written and parsed again with the same
+// result.
 #include <cstddef>
 #include <cstdint>
 #include <string>
