@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Our streams beside other software, on whole volumes: bytes, triangles and seconds from "isovalue named" to "encoded
-# mesh" against the real distance to the full surface. Makes a folder with one page (README.md), plots (SVG) and all numbers
-# (compare.json). Peers are optional: the page says which ran. Times are those of a machine with nothing else to do; everything
-# takes about half an hour.
+# Compares our streams with other software on whole volumes: bytes, triangles and seconds from the isovalue to the
+# encoded mesh, against the measured distance to the full surface. Creates a folder with one page (README.md), plots
+# (SVG) and all numbers (compare.json). Other software is optional: the page lists what ran. Run it on an idle machine;
+# everything takes about half an hour.
 #
 #   bash tests/bench/compare.sh      into build/compare
 #   --out DIR                        into another folder
