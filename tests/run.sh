@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds and runs all tests. A second run builds and tests only what changed takes part in.
+# Builds and runs all tests. Repeated runs rebuild and rerun only what has changed.
 #
 #   bash tests/run.sh                everything, also the slow tests
 #   bash tests/run.sh --fast         without the tests labelled slow
