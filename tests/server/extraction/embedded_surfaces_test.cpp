@@ -1,5 +1,5 @@
-// Simplified surfaces that are to stay embedded: none cuts itself, at any error, whatever pieces
-// and tiles it is made of.
+// Simplified surfaces that must stay embedded: none intersects itself, at any error, for all pieces
+// and tiles.
 #include <gtest/gtest.h>
 
 #include <string>
