@@ -6,10 +6,10 @@
 #
 #   bash tests/bench/compare.sh      into build/compare
 #   --out DIR                        into another folder
-#   --quick                          only two volumes of 128 samples a side and less, one run of each: whether it works
-#   --runs N                         runs of each, the least time counts (default 3)
-#   --programs DIR                   takes the programs in DIR instead of building the bench preset
-#   --yes                            installs missing packages without asking: all of the section [bench], VTK and OpenVDB too
+#   --quick                          only two volumes of at most 128 samples per side, one run of each, as a quick check
+#   --runs N                         runs of each, of which the minimum counts (default 3)
+#   --programs DIR                   uses the programs in DIR instead of building the bench preset
+#   --yes                            installs missing packages without asking: all of [bench], including VTK and OpenVDB
 set -euo pipefail
 
 options=(--out --quick --runs) out=build/compare runs=3

@@ -5,11 +5,11 @@
 #
 #   bash tests/bench/paper.sh        into build/paper
 #   --out DIR                        into another folder
-#   --publish                        shows a head in its pictures that may be published: the Visible Human Female's or the
-#                                    generated one, beside the counts of the paper's; so is server/core/paper made
-#   --programs DIR                   takes the programs in DIR instead of building the bench preset
-#   --runs N                         of what is timed; the least counts (default 3)
-#   --yes                            installs missing packages without asking: all of the section [bench], VTK too
+#   --publish                        shows a head that may be published: the Visible Human Female's or the generated one, with
+#                                    the counts of the paper's head; server/core/paper is made this way
+#   --programs DIR                   uses the programs in DIR instead of building the bench preset
+#   --runs N                         timed runs, of which the minimum counts (default 3)
+#   --yes                            installs missing packages without asking: all of [bench], including VTK
 set -euo pipefail
 
 options=(--out --publish --runs) out=build/paper runs=3

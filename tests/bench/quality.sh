@@ -6,8 +6,8 @@
 #
 #   bash tests/bench/quality.sh      into build/quality
 #   --out DIR                        into another folder
-#   --quick                          one volume of 128 samples a side and two links: whether it works
-#   --programs DIR                   takes the programs in DIR instead of building the bench preset
+#   --quick                          one volume of 128 samples per side and two links, as a quick check
+#   --programs DIR                   uses the programs in DIR instead of building the bench preset
 #   --yes                            installs missing packages without asking
 set -euo pipefail
 

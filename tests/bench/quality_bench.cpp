@@ -13,7 +13,6 @@
 //
 // `certified` is the time and bytes until the first step within the error, with the topology of the
 // full surface, is complete and checked.
-// surface, is complete and checked, and how much had come by then.
 #include <array>
 #include <cmath>
 #include <cstdio>

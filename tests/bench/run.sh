@@ -2,10 +2,10 @@
 # Measures preparing, opening and extracting on whole volumes, compared with VTK's flying edges. Run it on an idle
 # machine; everything takes about twenty minutes. Works in a temporary folder, which it removes.
 #
-#   bash tests/bench/run.sh           heads of 128, 256 and 512 samples a side, and two public volumes if they are there
-#   bash tests/bench/run.sh --quick   only the smallest head, few runs: whether it works, not how fast
-#   --runs N                          runs of each that count (default 5)
-#   --programs DIR                    takes the programs in DIR instead of building the bench preset
+#   bash tests/bench/run.sh           heads of 128, 256 and 512 samples per side, and two public volumes if available
+#   bash tests/bench/run.sh --quick   only the smallest head, few runs, as a quick check
+#   --runs N                          counted runs of each (default 5)
+#   --programs DIR                    uses the programs in DIR instead of building the bench preset
 #   --yes                             installs missing packages without asking (never VTK)
 set -euo pipefail
 

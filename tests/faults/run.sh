@@ -3,9 +3,9 @@
 # if a guarantee is violated. Run it on an idle machine; all trials take about ten minutes.
 #
 #   bash tests/faults/run.sh                     all trials
-#   bash tests/faults/run.sh many nuisances      some of those below
-#   bash tests/faults/run.sh --quick             seconds of each, with a small volume: whether it works, not how fast
-#   --programs DIR                               takes the programs in DIR instead of building the release preset
+#   bash tests/faults/run.sh many nuisances      only these trials
+#   bash tests/faults/run.sh --quick             some seconds each, with a small volume, as a quick check
+#   --programs DIR                               uses the programs in DIR instead of building the release preset
 #
 # many         1000 WebSocket clients, 60 s: no error, memory constant after the first half
 # nginx        cached tiles over HTTP, compared with nginx serving the same bytes: at least half of its throughput

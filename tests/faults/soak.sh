@@ -131,7 +131,7 @@ shake() {
   sleep 2
   kill -HUP "$steady" "$a" "$b" "$gateway"
   sleep 2
-  cp tokens tokens.all && cp tokens.without tokens.new && mv tokens.new tokens && kill -HUP "$steady"  # Eve is sent away.
+  cp tokens tokens.all && cp tokens.without tokens.new && mv tokens.new tokens && kill -HUP "$steady"  # Revokes Eve's token.
   "$server" prepare head.nrrd -o served/other.mtd --name other --quiet
   sleep 2
   mv tokens.all tokens && kill -HUP "$steady"

@@ -21,7 +21,7 @@ CA = os.environ.get("MULTITETRA_CA")
 ERRORS = (0.5, 1.0, 2.0, 4.0)
 ISOVALUES = 32
 
-# The package waits in C++, unseen by gevent, so each user waits in a thread of its own.
+# The package waits in C++, unseen by gevent, so each user waits in its own thread.
 get_hub().threadpool.maxsize = 1000
 
 

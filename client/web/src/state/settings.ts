@@ -178,8 +178,8 @@ export const defaults: Settings = {
   places: [],
 };
 
-// Whether a new request is needed now. Not for another dataset or time: the code that changes
-// those requests when the dataset is there. Surfaces beside the first are requested when they are visible.
+// Returns whether a new request is needed now. Not for another dataset or time: these are requested when the dataset is
+// available. Surfaces other than the first are requested when they become visible.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const hasNormals = (s: Settings) => s.shading === "field";
