@@ -58,8 +58,7 @@ struct ConnectedRequest {
 [[nodiscard]] ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order,
                                                        const RetryOptions& retries = {.most = 0});
 
-// Divides the common budget among the requests, in proportion to the sizes that the server
-// estimates.
+// Divides the common budget among the requests, in proportion to sizes estimated by the server.
 [[nodiscard]] ExpectedOrExit<void> share_budget(ConnectedRequest& surface);
 
 }  // namespace multitetra

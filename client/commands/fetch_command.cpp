@@ -30,8 +30,7 @@ struct Part {
   std::filesystem::path steps_directory;  // Empty: steps are not written.
 };
 
-// Returns one part per isovalue. With several, the names of files that contain one part include its
-// isovalue.
+// Returns one part per isovalue. With several, names of files with one part include its isovalue.
 std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format) {
   const std::filesystem::path file = arguments.mesh;
   const std::filesystem::path steps = arguments.steps_directory;

@@ -44,9 +44,8 @@ struct CommittedStep {
 };
 // Returns whether the step promises the topology of the full-resolution surface.
 [[nodiscard]] bool preserves_topology(const StepBegin& begin);
-// Returns a bound on the distance to the full-resolution surface, in world units, before vertices
-// are snapped to the lattice. nullopt for previews, for the paper's error measure, and where
-// features may vanish.
+// Bounds the distance to the full-resolution surface, in world units, before vertices are snapped
+// to the lattice. nullopt for previews, the paper's error measure, and where features may vanish.
 [[nodiscard]] std::optional<double> distance_bound(const StepBegin& begin);
 // Returns the same bound for the mesh as sent. Snapping moves a vertex by at most half a lattice
 // step along an edge of a tetrahedron; the longest such edge is the longest diagonal of a cell.
@@ -62,8 +61,7 @@ struct Refusal {
   Error error;
 };
 
-// The effect of a message: nothing to show (or the message belongs to another stream), a new step,
-// or the end.
+// The effect of a message: nothing to show (or it belongs to another stream), a step, or the end.
 using Progress = std::variant<std::monostate, CommittedStepPtr, StreamEnd, Refusal>;
 
 class Assembler {

@@ -68,8 +68,7 @@ struct ReceivedTiles {
   std::uint64_t payload_bytes = 0;
 };
 
-// Called with a tile that matches its summary, its step and its payload. Sample shells are decoded
-// later.
+// Called with a tile that matches its summary, its step and payload. Shells are decoded later.
 using TileListener =
     std::function<void(const TileSummary& tile, const StepBegin& step, const std::string& payload)>;
 

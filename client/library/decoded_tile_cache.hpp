@@ -27,9 +27,9 @@ class DecodedTileCache {
   explicit DecodedTileCache(TileMemoryLimits limits = {})
       : most_tiles_(limits.tiles), tiles_(limits.triangles) {}
 
-  // Stores the tile as the most recently used and evicts others as needed. A tile larger than the
-  // limit is not stored. A tile with normals replaces the same tile without, because it serves both
-  // kinds of requests.
+  // Stores the tile as the most recently used and evicts others as needed. Tiles larger than the
+  // limit are not stored. A tile with normals replaces the same one without: it serves both
+  // requests.
   void keep(const ContentDigest& digest, std::shared_ptr<const LatticeMesh> mesh);
   // Marks the tile as used because a manifest names it; no effect if it is not cached.
   void use(const ContentDigest& digest);

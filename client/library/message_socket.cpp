@@ -66,8 +66,7 @@ struct MessageSocket::State {
     co_return Result<void>();
   }
 
-  // Starts the operation. Its result is stored in `outcome`, which must live until then or until
-  // finish().
+  // Starts the operation. `outcome` gets its result and must live until then or until finish().
   template <typename T>
   void start(asio::awaitable<Result<T>> operation, std::optional<Result<T>>& outcome) {
     asio::co_spawn(io, std::move(operation),

@@ -22,9 +22,8 @@ class MessageSocket {
  public:
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
-  // `timeout` limits connecting, sending one message, and the silence of the server while a message
-  // is awaited; `deadline` limits the whole connection. A wait ended by `interrupt` returns
-  // kCancelled.
+  // `timeout` limits connecting, sending one message, and the server's silence while a message is
+  // awaited; `deadline` limits the whole connection. `interrupt` ends a wait with kCancelled.
   [[nodiscard]] static Result<MessageSocket> connect(const Endpoint& server,
                                                      std::chrono::milliseconds timeout,
                                                      const ChannelOptions& options = {},

@@ -6,9 +6,8 @@
 //     client = Client::connect(server, {});
 //
 // Only failures that may be temporary are retried: a server that cannot be reached, is silent,
-// closes the connection or shuts down. Malformed messages, refusals and failed checks are not
-// retried: they would recur. A delay in the server's reply (retry_after) is respected, up to one
-// minute.
+// closes the connection or shuts down. Malformed messages, refusals and failed checks would recur.
+// A delay in the server's reply (retry_after) is respected, up to one minute.
 #pragma once
 
 #include <chrono>

@@ -1,6 +1,5 @@
 // Checks one stream as far as possible without decoding: the order of messages, every manifest
-// against the request and the limits, all counts, and that the digests of a step's tiles combine to
-// the step's digest.
+// against the request and the limits, all counts, and the sum of the digests of a step's tiles.
 //
 //   StreamValidator validator(info, open, held);
 //   Result<bool> accepted = validator.accept(message);   // false: it belongs to another request

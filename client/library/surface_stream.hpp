@@ -45,8 +45,7 @@ class SurfaceStream {
   // Both must outlive the stream. The client must not be used otherwise while a request runs.
   SurfaceStream(Client& client, DecodedTileCache& tiles);
 
-  // Requests another surface, superseding any running request. Fills in the request id and the held
-  // tiles.
+  // Requests another surface, superseding any running request. Fills in request id and held tiles.
   [[nodiscard]] ClientResult<void> open(const DatasetInfo& info, OpenStream open);
 
   // Cancels the stream. Its end is a later update: cancelled, or complete if it was already ending.

@@ -29,8 +29,7 @@ namespace multitetra {
 
 class TileDiskCache {
  public:
-  // Creates the folder if it does not exist. This and the functions below throw std::system_error
-  // when the disk fails.
+  // Creates the folder if needed. All functions throw std::system_error when the disk fails.
   explicit TileDiskCache(std::filesystem::path folder);
 
   struct Loaded {
@@ -41,8 +40,7 @@ class TileDiskCache {
   // name, or `most_triangles`. Starts with the largest files, which save the most bytes.
   Loaded load(DecodedTileCache& memory, std::uint64_t most_triangles) const;
 
-  // Writes a tile that passed its checks. The tile survives the end of the process; a power failure
-  // may leave it damaged.
+  // Writes a tile that passed its checks. It survives the process, but not always a power failure.
   void keep(const TileSummary& tile, int lattice_resolution, int normal_bits,
             const std::string& payload) const;
 

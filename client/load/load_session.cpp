@@ -26,8 +26,7 @@ class ClosesAfter {
   asio::steady_timer timer_;
 };
 
-// Waits for the delay in the server's reply plus up to 25 %, so that clients rejected together do
-// not return together.
+// Waits for the server's delay plus up to 25 %, so that clients rejected together return apart.
 std::chrono::milliseconds wait_after(const Error& refusal, std::mt19937_64& random) {
   const double later = 1 + 0.25 * static_cast<double>(random() >> 11) * 0x1p-53;
   return std::chrono::milliseconds(static_cast<std::int64_t>(1000 * refusal.retry_after * later));

@@ -27,7 +27,7 @@ struct UserOptions {
   bool is_idle = false;
   ScriptKind script = ScriptKind::kMixed;
   ScriptOptions script_options = {};
-  // One in this many streams is checked thoroughly; in the others, one in this many tiles is
+  // One in this many streams is checked thoroughly; of the others, one in this many tiles is
   // decoded.
   std::uint32_t streams_per_thorough = 16;
   std::uint32_t tiles_per_decoded = 16;

@@ -119,8 +119,7 @@ class MisbehavingClient {
     }
   }
 
-  // Exchanges Hello and lists the datasets; returns a dataset's name, or empty if the server
-  // refuses.
+  // Exchanges Hello and lists the datasets; returns a dataset's name, or empty if refused.
   asio::awaitable<std::string> enter(ChannelPtr channel) {
     Hello hello;
     hello.token = options_.token;

@@ -121,8 +121,7 @@ std::size_t Script::one_of(std::size_t count) {
   return std::min(static_cast<std::size_t>(uniform() * static_cast<double>(count)), count - 1);
 }
 
-// Returns an exponentially distributed pause, as between independent events, limited to four times
-// the mean.
+// Returns an exponentially distributed pause, as between independent events, at most four means.
 std::chrono::milliseconds Script::any_pause() {
   const double factor = std::min(-std::log(1 - uniform()), 4.0);
   return std::chrono::milliseconds(

@@ -14,8 +14,7 @@ class SourceAddresses {
  public:
   // The system chooses.
   SourceAddresses() = default;
-  // Accepts an IPv4 network such as "127.0.1.0/24", without its first and last address, or one
-  // address.
+  // Accepts an IPv4 network, "127.0.1.0/24", without its first and last address, or one address.
   [[nodiscard]] static Result<SourceAddresses> from(std::string_view text);
 
   [[nodiscard]] std::size_t count() const { return count_; }  // 0: the system chooses.

@@ -29,8 +29,7 @@ class StreamChecks {
   // Returns an error for a failed check.
   [[nodiscard]] Result<StreamProgress> receive(const ServerMessage& message);
 
-  // Returns the same checks for the repeated request after a lost connection: `open` must name
-  // held_digests().
+  // Returns the same checks for a request resumed by `open`, which must name held_digests().
   [[nodiscard]] StreamChecks again(const DatasetInfo& info, const OpenStream& open) const;
   [[nodiscard]] std::vector<ContentDigest> held_digests() const;
   [[nodiscard]] std::uint64_t tiles_decoded() const { return tiles_decoded_; }

@@ -28,8 +28,8 @@ struct Camera {
   double pixels_at_one = 1;  // The pixels covered by a length of 1 at distance 1.
   double distance = 1;       // From the eye to the scene's center.
 
-  // Returns the coordinates along right, up and back, relative to the eye: the third is negative in
-  // front of it.
+  // Returns coordinates along right, up and back relative to the eye; the third is negative in
+  // front.
   [[nodiscard]] Vec3 seen(const Vec3& place) const;
 };
 

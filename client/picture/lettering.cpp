@@ -147,8 +147,7 @@ constexpr double kAdvance = 6;  // From a letter to the next, in grid units.
 constexpr double kCapital = 6;  // The height of a capital letter.
 constexpr double kBaseline = 2;
 
-// Converts UTF-8 to one character per glyph; non-ASCII characters become their numbers in the
-// table.
+// Converts UTF-8 to one character per glyph; non-ASCII ones become numbers in the table.
 std::string by_glyph(std::string_view utf8) {
   constexpr std::pair<std::string_view, char> kOthers[] = {{"\xc2\xb5", '\x01'},
                                                            {"\xce\xbc", '\x01'},

@@ -24,8 +24,7 @@ void draw_strokes(Picture& picture, std::span<const Stroke> strokes, double widt
 [[nodiscard]] double text_width(std::string_view utf8, double height);
 
 // Draws a line of text at `left` and `baseline`, in pixels, with a rim of another color to be
-// legible on any background. Characters other than ASCII, "µ", "μ", "°", "²" and "³" are replaced
-// by "?".
+// legible anywhere. Replaces characters other than ASCII, "µ", "μ", "°", "²" and "³" by "?".
 void draw_text(Picture& picture, std::string_view utf8, double left, double baseline, double height,
                Rgb ink, Rgb rim);
 

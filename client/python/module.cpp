@@ -1,6 +1,6 @@
 // The Python module multitetra._client: the C++ client with Python and NumPy types. Waits release
-// the GIL and react to Ctrl-C. The public API and its documentation are in the package's Python
-// files.
+// the GIL and react to Ctrl-C. The package's Python files have the public API and its
+// documentation.
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -160,8 +160,7 @@ void save_mesh(const std::string& path, const Rows<float>& vertices,
 
 // ---- requests
 
-// Converts a Python value to the text form of request fields: numbers, strings, "on" for True, and
-// sequences of numbers.
+// Converts a Python value to the text form of fields: numbers, strings, True as "on", sequences.
 std::string text_of(const py::handle& value) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "on" : "off";
   if (py::isinstance<py::str>(value) || py::isinstance<py::int_>(value)) return py::str(value);
@@ -176,8 +175,7 @@ std::string keyword_of(const RequestField& field) {
   return std::string(field.name) + (field.is_repeatable ? "s" : "");
 }
 
-// Excludes fields about files, which Python users handle themselves, and the isovalue, which is a
-// separate argument.
+// Excludes fields about files, which Python users handle themselves, and the isovalue.
 bool is_keyword(const RequestField& field) {
   const bool is_of_file = field.group == FieldGroup::kFile || field.name == "colors" ||
                           field.name == "color_scale" || field.name == "no_value_color";
@@ -251,8 +249,7 @@ struct Step {
   py::object mesh;
 };
 
-// Runs one request at a time: a new request ends a running stream. Thread-safe; calls are
-// serialized.
+// Runs one request at a time; a new one ends a running stream. Thread-safe: calls are serialized.
 class Connection {
  public:
   Connection(const std::string& url, std::string token, std::string ca, bool insecure,

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# Generates src/protocol/generated, the messages in TypeScript, from proto/. Requires protoc and
-# `npm ci`.
+# Generates src/protocol/generated, the messages in TypeScript. Requires protoc and `npm ci`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 mkdir -p src/protocol/generated

@@ -50,8 +50,7 @@ class FlyingEdges {
   // Returns a copy of the surface, with the first sample at the origin.
   [[nodiscard]] static PlainMesh mesh_of(const Surface& surface);
 
-  // Uses VTK's sequential backend for one thread, TBB's for more. The caller must also limit
-  // oneTBB.
+  // Uses VTK's sequential backend for one thread, otherwise TBB's. Callers must also limit oneTBB.
   [[nodiscard]] Surface extract(double isovalue, int threads) const;
 
  private:

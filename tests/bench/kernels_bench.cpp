@@ -1,5 +1,4 @@
-// Measures single components on one thread, per sample or triangle, on a noisy head phantom with
-// 128 samples per side.
+// Measures components on one thread, per sample or triangle, on a noisy head phantom of 128^3.
 
 #include <array>
 #include <cmath>
@@ -117,8 +116,7 @@ void own_error_curves(benchmark::State& state) {
 }
 BENCHMARK(own_error_curves);
 
-// All of `prepare`, into a temporary file: range, statistics, errors for all isovalues. Items are
-// voxels.
+// All of `prepare`, into a temporary file: range, statistics, all errors. Items are voxels.
 void spectrum_building(benchmark::State& state) {
   for (auto _ : state) {
     state.PauseTiming();

@@ -51,8 +51,7 @@ struct MeasuredStep {
 };
 using MeasuredStream = std::vector<MeasuredStep>;
 
-// Returns the first step that is within the error and has the topology of the full surface; null:
-// none.
+// Returns the first step within the error with the topology of the full surface; null: none.
 inline const MeasuredStep* certified_step(const MeasuredStream& stream, double error_world) {
   for (const MeasuredStep& step : stream) {
     const StepBegin& begin = step.fetched.step->begin;

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Compares the tables, figures and claims of Zhou, Chen and Kaufman (IEEE Visualization 1997) with this project. Creates
-# a folder with one page (README.md), its pictures and all numbers (paper.json), in some minutes. Run it on an idle
-# machine.
+# a folder with a page (README.md), pictures and all numbers (paper.json), in minutes. Run it on an idle machine.
 #
 #   bash tests/bench/paper.sh        into build/paper
 #   --out DIR                        into another folder
@@ -26,8 +25,7 @@ mkdir served
 # note NAME WORDS...: stores a text for the page.
 note() { local name=$1; shift; printf '%s\n' "$*" >"$name.txt"; }
 
-# dataset NAME ISOVALUE VOLUME WORDS...: prepares it; the framework pads it to 129^3 points. WORDS are options of
-# prepare.
+# dataset NAME ISOVALUE VOLUME WORDS...: prepares it with options WORDS; the framework pads it to 129^3 points.
 dataset() {
   local name=$1
   note "$name.isovalue" "$2"

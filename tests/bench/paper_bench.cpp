@@ -142,8 +142,7 @@ Json halves_of(const Arguments& arguments, const ReferenceExtractor& extractor,
   return counts_of(extractor, dataset, kWays[0], request);
 }
 
-// Another reading of the paper: the own error of a point with value m, where v is the mean of its
-// split edge's ends.
+// Another reading of the paper: the own error of a point with value m; v: mean of its edge's ends.
 struct Reading {
   const char* name;
   double (*own_error)(const OwnError& error, double m, double v, double isovalue);

@@ -1,8 +1,7 @@
 // Measures the quality of the shown mesh over time: a server in this process streams surfaces never
 // requested before, over links of several speeds, and a client assembles and checks them. Prints
-// what was shown after 50, 100, 250 and 500 ms, after a second, and at the end: the step's error,
-// and its measured distance to the full-resolution surface (99 % of the samples, both ways, in
-// voxels).
+// what was shown after 50, 100, 250 and 500 ms, 1 s, and at the end: the step's error, and its
+// distance to the full-resolution surface in voxels (99 % of the samples, both ways).
 //
 //   quality_bench [--threads 2] [--errors 0.5,0] head.mtd 500.5 1200.5 -- female.mtd 300.5
 //   quality_bench --json --links 0,10 --ways samples,display --no-distances head.mtd 500.5
@@ -223,8 +222,7 @@ void run(const std::string& file, double isovalue, const Arguments& with) {
       for (const double error : with.errors) {
         MeasuredServer server(extractor, with.threads, {.bytes_per_second = 1.25e5 * megabits},
                               way);
-        // Requests a neighboring isovalue first, so that the server has the estimates that it has
-        // during a drag.
+        // Requests a neighboring isovalue first, so that the server has estimates as in a drag.
         (void)server.stream({.isovalue = isovalue * 1.01, .error = 2, .simplify = true});
         Shown shown = {.volume = info.name,
                        .link = link_name(megabits),

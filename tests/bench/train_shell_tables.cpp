@@ -1,5 +1,4 @@
-// Generates common/codec/detail/trained_tables.hpp: the initial probabilities of the coder of
-// sample shells.
+// Generates common/codec/detail/trained_tables.hpp, initial probabilities of the shell coder.
 //
 //   train_shell_tables weights volumes.txt > new.hpp         then compile with new.hpp in its place
 //   train_shell_tables probabilities volumes.txt > new.hpp   and again

@@ -1,6 +1,5 @@
 // A listener of another transport in front of a server that uses frames over TCP: converts
-// WebSocket messages or TLS to frames and back. A partial frame from the server is passed on as a
-// partial message.
+// WebSocket messages or TLS to frames and back, partial frames to partial messages.
 #pragma once
 
 #include <memory>

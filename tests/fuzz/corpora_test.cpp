@@ -1,5 +1,4 @@
-// Replays the fuzzing corpora with any compiler and sanitizer, as a regression test of fixed
-// findings.
+// Replays the fuzzing corpora with any compiler and sanitizer, to keep findings fixed.
 #include <gtest/gtest.h>
 
 #include <cstddef>

@@ -1,5 +1,4 @@
-// A parsed message is within its ranges, so it can be written and parsed again with the same
-// result.
+// A parsed message is in range, so it can be written and parsed again with the same result.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -33,8 +33,7 @@ export class AddressKeeper {
     this.isDragging = isDragging;
   }
 
-  // Returns the settings for the address: with the dataset's name, even if it is the default, and with labels in short
-  // form.
+  // Returns the settings for the address, always with the dataset's name, and with labels in short form.
   addressed(): Settings {
     const now = this.viewer.get();
     const { info, surfaces } = this.viewer;

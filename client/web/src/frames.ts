@@ -41,8 +41,7 @@ export class Frames {
     this.kept.set(keyOf(order), frame);
   }
 
-  // Call when a stream of this order begins. Tiles have one coloring at a time, so steps with another coloring are
-  // dropped.
+  // Call when a stream begins. Tiles have one coloring at a time, so steps with another coloring are dropped.
   expect(order: StreamRequest): void {
     const { name } = order.info;
     const coloring = coloringOf(order);

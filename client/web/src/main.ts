@@ -142,8 +142,7 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 
 // ----
 
-// Updates the status at most once per frame if there are many surfaces: a thousand labels report thousands of steps per
-// second.
+// Updates the status at most once per frame with many surfaces: a thousand labels report thousands of steps a second.
 function showBar(): void {
   const show = () => bar.show(surfaces.status, surfaces.sizes.get().expected);
   if (settings.get().surfaces.length < fewSurfaces) return show();

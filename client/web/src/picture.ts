@@ -1,5 +1,4 @@
-// Draws the scene as a picture file, on the page's background or transparent, with scale bar, axes, legends and
-// measurements.
+// Draws the scene as a picture file, opaque or transparent, with scale bar, axes, legends and measurements.
 import { annotate, type Annotations } from "./scene/annotations";
 import type { Stage } from "./scene/stage";
 import type { DatasetInfo } from "./protocol/messages";

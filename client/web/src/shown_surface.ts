@@ -26,8 +26,7 @@ function roundingBound(info: DatasetInfo, resolution: number): number {
   return longestCellDiagonal(info) / 2 ** (resolution + 1);
 }
 
-// Returns whether the step is coarser than the shown one for the same isovalue: such steps are skipped on the way to a
-// finer surface.
+// Returns whether the step is coarser than the shown one for the same isovalue; such steps are skipped.
 export function isRegression(before: ShownSurface | null, order: StreamRequest, facts: StepFacts): boolean {
   if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
   if (before.request.isovalue !== order.request.isovalue) return false;

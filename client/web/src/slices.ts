@@ -62,8 +62,7 @@ export function slicePlace(settings: Settings): Place | null {
   return normal && filled ? { normal, at: clipAt, isFilling: true } : null;
 }
 
-// Returns the values of the first and last color: as set, otherwise the default window, otherwise the range of the
-// data.
+// Returns the values of the first and last color: as set, else the default window, else the data's range.
 export function windowOf(
   level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange,
 ): { low: number; high: number } {

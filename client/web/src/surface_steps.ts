@@ -222,8 +222,7 @@ export class SurfaceSteps {
     this.events.offer(asked.moment, () => this.show(frame, elapsed));
   }
 
-  // There is no surface at the requested time; other surfaces do not wait for it, and a surface of another time is
-  // hidden.
+  // There is no surface at the requested time: others do not wait for it, and surfaces of other times are hidden.
   offerNothing({ order: { info }, moment }: Asked): void {
     const { shown } = this;
     if (!shown || !isOfOneSeries(shown.info, info)) return;

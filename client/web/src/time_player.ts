@@ -1,5 +1,4 @@
-// Plays a series: shows the next time when it is due and completely loaded. Prefetches the following times while
-// playing.
+// Plays a series: shows the next time when it is due and completely loaded, and prefetches the following ones.
 export interface Played {
   times: readonly number[]; // Ascending; at least two.
   now: number; // One of them.

@@ -62,8 +62,7 @@ function openStream(): OpenStream | undefined {
   return link.sent.filter(({ case: kind }) => kind === "openStream").at(-1)?.value as OpenStream | undefined;
 }
 
-// Accepts the connection and lists datasets; returns the kinds of messages that the client then
-// sends.
+// Accepts the connection and lists datasets; returns the kinds of the client's next messages.
 function accept(): string[] {
   link.sent.length = 0;
   link.events!.opened();

@@ -80,8 +80,7 @@ std::vector<std::vector<std::uint8_t>> small_shells() {
 TEST(ShellDecoderRobustness, PrefixesAreRefused) {
   for (const auto& bytes : small_shells()) {
     ASSERT_EQ(decode_shell(bytes).status, ShellStatus::kOk);
-    // The decoder supplies up to four zeros at the end: without the last bytes, the last values may
-    // differ.
+    // The decoder supplies up to four zeros at the end, which may change the last values.
     constexpr std::size_t kSupplied = 4;
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       const std::vector<std::uint8_t> prefix(bytes.begin(),

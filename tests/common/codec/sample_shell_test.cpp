@@ -1,5 +1,4 @@
-// A sample shell decodes to the surface that core's marching tetrahedra extract from the same
-// samples.
+// A sample shell decodes to the surface that core's marching tetrahedra extract from its samples.
 
 #include <gtest/gtest.h>
 

@@ -154,8 +154,7 @@ TEST(Topology, CallsAHoleInsideTheDataACrack) {
 }
 
 TEST(Topology, AllowsTheSurfaceToEndOnTheBorderOnly) {
-  // Any square in the plane x + y + z = const would do; uses one triangle with two corners on x =
-  // 0.
+  // Any square in a plane x + y + z = const would do; uses a triangle with two corners on x = 0.
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{0, 8, 8}, {0, 16, 8}, {8, 8, 16}}}, 3);
   const DataBorder border{.low = {0, 0, 0}, .high = {64, 64, 64}};

@@ -1,5 +1,4 @@
-// Meshes in every format that we write, further variants that other programs write, and damaged
-// files.
+// Meshes in every format that we write, variants by other programs, and damaged files.
 #include "server/certify/mesh_file.hpp"
 
 #include <zlib.h>

@@ -125,8 +125,7 @@ Samples part_of(const Samples& samples, std::size_t begin, std::size_t end) {
       samples);
 }
 
-// Returns the builder after all passes over `samples`, in slabs of `slab` samples, in reverse
-// order.
+// Returns the builder after all passes over `samples`, in slabs of `slab` samples, reversed.
 SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::size_t slab) {
   SampleStatisticsBuilder builder(static_cast<SampleType>(samples.index()));
   const auto pass = [&](auto add) {

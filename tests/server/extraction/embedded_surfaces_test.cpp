@@ -1,5 +1,4 @@
-// Simplified surfaces that must stay embedded: none intersects itself, at any error, for all pieces
-// and tiles.
+// Simplified surfaces that must stay embedded: none intersects itself, for all errors and tiles.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -114,8 +114,7 @@ class SlowSteps : public FakeSteps {
   [[nodiscard]] CostEstimates costs() const override { return {.plain = 1, .simplified = 1}; }
 };
 
-// The resumed stream has the steps that the client has seen, not those the new server would have
-// planned.
+// The resumed stream has the steps that the client has seen, not those of the new server's plan.
 TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
   Count working;
   Upstream fast(std::make_shared<FakeSteps>(

@@ -1,5 +1,4 @@
-// A gateway on a free local port, running in its own thread, and servers behind it that can be
-// lost.
+// A gateway on a free local port in its own thread, and servers behind it that can be lost.
 #pragma once
 
 #include <chrono>

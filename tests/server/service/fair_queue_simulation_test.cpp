@@ -11,8 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Simulated workers that take jobs from a queue. A job takes exactly its expected time; `run` is
-// called at its end.
+// Simulated workers of a queue. A job takes exactly its expected time; `run` is called at its end.
 class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}

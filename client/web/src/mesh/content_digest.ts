@@ -1,6 +1,5 @@
-// The digest of a set of triangles on the lattice, as defined in common/mesh/content_digest.hpp: the sum of one
-// XXH3-128 per triangle, over its nine coordinates starting from its smallest corner. The digests of tiles add up to
-// that of the mesh.
+// The digest of a set of triangles on the lattice (common/mesh/content_digest.hpp): the sum of one XXH3-128 per
+// triangle, over its coordinates starting from its smallest corner. The digests of tiles add up to that of the mesh.
 import { createXXHash128 } from "hash-wasm";
 
 export interface ContentDigest {

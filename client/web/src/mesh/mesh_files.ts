@@ -60,8 +60,7 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
   return { positions, normals: worldNormals(directions, m), areOfField, triangles };
 }
 
-// Transforms normals by the inverse transpose of the map; its columns are, up to a factor, the cross products of the
-// map's columns.
+// Transforms normals by the map's inverse transpose, whose columns are, up to a factor, cross products of the map's.
 function worldNormals(lattice: readonly number[], m: readonly number[]): Float32Array {
   const sign = isMirror(m) ? -1 : 1;
   const cross = (u: number, v: number) =>

@@ -48,8 +48,7 @@ export function nearestTriangle(tiles: readonly (Tile & { id: string })[], place
   return nearest;
 }
 
-// Returns whether the triangle is farther away than `distance` along some axis, on one side; a cheap test that most
-// triangles pass.
+// Returns whether the triangle is farther away than `distance` along some axis: a cheap test that most triangles pass.
 function isBeyond(p: Float32Array, [a, b, c]: readonly number[], place: Point, distance: number): boolean {
   for (let axis = 0; axis < 3; ++axis) {
     const [x, y, z] = [p[3 * a + axis] - place[axis], p[3 * b + axis] - place[axis], p[3 * c + axis] - place[axis]];
@@ -62,8 +61,7 @@ function distanceToBox(box: LatticeBox, place: Point): number {
   return Math.hypot(...[0, 1, 2].map((axis) => Math.max(box[axis] - place[axis], 0, place[axis] - box[axis + 3])));
 }
 
-// Returns the distance from the origin: to the triangle's plane if the projection is inside, otherwise to the nearest
-// edge.
+// Returns the distance from the origin to the triangle's plane if the projection is inside, else to the nearest edge.
 function distanceToTriangle(a: Point, b: Point, c: Point): number {
   const normal = cross(minus(b, a), minus(c, a));
   const length = Math.hypot(...normal);

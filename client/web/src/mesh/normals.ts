@@ -19,8 +19,7 @@ export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
   return packed;
 }
 
-// Returns area-weighted sums of triangle normals, three numbers per vertex. The sums of tiles that share a vertex are
-// added.
+// Returns area-weighted sums of triangle normals, three numbers per vertex. Sums of tiles add up at shared vertices.
 export function normalSums(mesh: LatticeMesh): Float32Array {
   const p = mesh.positions;
   const sums = new Float32Array(p.length);
@@ -50,9 +49,8 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
   return sums;
 }
 
-// Smooths the sums `rounds` times: each vertex gets the sum over the corners of its triangles, so that normals average
-// over a larger neighborhood. Triangles of quantized samples are uneven, and single ones do not represent the surface's
-// orientation.
+// Smooths the sums `rounds` times: each vertex gets the sum over the corners of its triangles, which averages normals
+// over a larger neighborhood. Single triangles of quantized samples do not represent the surface's orientation.
 export function spreadSums(sums: Float32Array, triangles: Uint32Array, rounds: number): Float32Array {
   let from = sums;
   for (let round = 0; round < rounds; ++round) {

@@ -13,8 +13,7 @@ export interface HalfSpace {
   constant: number;
 }
 
-// All in lattice coordinates; returns null without a hit. Hits outside of `kept` are ignored, as
-// that part is cut away.
+// All in lattice coordinates; null without a hit. Ignores hits outside of `kept`: they are clipped.
 export function nearestHit(
   tiles: readonly Tile[],
   origin: readonly number[],

@@ -1,6 +1,5 @@
 // The boundary of a tile: the open edges where it meets its neighbors, and counts of its interior. Whole surfaces are
-// checked from the boundaries of their tiles, which are a small part of them, so that unchanged tiles are never counted
-// again.
+// checked from the small boundaries of their tiles, so that unchanged tiles are never counted again.
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";
 import type { LatticeBox, LatticeMesh } from "./tile_mesh";
@@ -19,8 +18,7 @@ export interface TileBoundary {
   edges: Uint32Array; // Pairs of boundary vertices, in the direction of their triangle.
 }
 
-// `marched`: the box in which the viewer marched samples, none of them void. Such a mesh is manifold, so its edges need
-// not be compared.
+// `marched`: the box in which the viewer marched samples, none of them void, which ensures a manifold mesh.
 export function boundaryOf(mesh: LatticeMesh, marched: LatticeBox | null = null): TileBoundary {
   const vertices = mesh.positions.length / 3;
   const components = new Components(vertices);

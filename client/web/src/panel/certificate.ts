@@ -60,8 +60,7 @@ export function leastAccurate(drawn: readonly DrawnSurface[]): StepFacts | null 
   return drawn.reduce<StepFacts | null>((least, { shown }) => (!least || isLess(shown, least) ? shown : least), null);
 }
 
-// Returns the accuracy and its unit: a bound if certified; for previews, which have no bound, the spacing of their
-// samples.
+// Returns the accuracy and its unit: a bound if certified; for previews, which have none, their spacing.
 export function accuracyOf(shown: StepFacts, digits: number): { value: string; unit: string } {
   if (shown.spacing > 1) return { value: `1 in ${shown.spacing}`, unit: "samples per axis" };
   const voxels = inDigits(shown.errorVoxels, digits);

@@ -1,5 +1,4 @@
-// "Hide components smaller than [ ] samples", for one or several surfaces: noise in scans causes thousands of small
-// components.
+// "Hide components smaller than [ ] samples", for one or several surfaces: noise causes thousands of small ones.
 import type { ShownComponents } from "../state/progress";
 import type { HiddenParts } from "../state/hidden_parts";
 import { maxMinComponent } from "../state/surfaces";

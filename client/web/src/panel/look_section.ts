@@ -1,5 +1,4 @@
-// The display of the surface. Nothing here changes its shape; shading only decides whether normals
-// are sent.
+// The display of the surface. Nothing here changes its shape; shading decides if normals are sent.
 import { h } from "../shared/elements";
 import type { Change, PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";

@@ -1,5 +1,4 @@
-// The list of surfaces: color, isovalue, opacity, error, visibility and state of each. Their lines are in the
-// histogram.
+// The list of surfaces: color, isovalue, opacity, error, visibility and state. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";

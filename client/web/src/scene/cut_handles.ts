@@ -99,8 +99,8 @@ export class CutHandles {
     this.outline = around.flatMap(({ place }, i) => [place, around[(i + 1) % around.length].place]);
   }
 
-  // Handles have a constant size and distance on the screen; the second one lies where the plane reaches farthest to
-  // the right or up.
+  // Handles have a constant size and distance on the screen; the second one lies farthest to the right or up in the
+  // plane.
   private place(): void {
     if (!this.shown) return;
     const { camera, controls } = this.stage;
@@ -170,8 +170,7 @@ export class CutHandles {
   }
 }
 
-// Rotates a direction like a trackball, around the picture's axes `right` and `up`, for a movement in CSS pixels to the
-// right and down.
+// Rotates a direction like a trackball around the axes `right` and `up`, for a movement in CSS pixels right and down.
 export function turnedLikeABall(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
   const axis = new THREE.Vector3(...up).multiplyScalar(x).addScaledVector(new THREE.Vector3(...right), y).normalize();
   return new THREE.Vector3(...direction).applyAxisAngle(axis, Math.hypot(x, y) / 120).normalize().toArray();

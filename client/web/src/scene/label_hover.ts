@@ -1,5 +1,4 @@
-// Shows the name of the label under the pointer. Only one query runs at a time; of the places passed meanwhile only the
-// last is queried.
+// Shows the name of the label under the pointer. Only one query runs at a time, followed by one for the last place.
 import { h } from "../shared/elements";
 import type { Label } from "../protocol/messages";
 import type { Picked } from "./picking";

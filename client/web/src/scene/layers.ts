@@ -1,5 +1,4 @@
-// Names of three's layers: which objects take part in which pass of a frame. Lights are in all of
-// them.
+// Names of three's layers: which objects are in which pass of a frame. Lights are in all of them.
 export const layers = {
   solid: 0, // Opaque surfaces.
   translucent: 1, // Translucent surfaces; scene_renderer.ts orders them.

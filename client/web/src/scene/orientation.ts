@@ -1,6 +1,5 @@
 // The axes of the world in their current orientation, with the patient's letters if the space is known. Each end is a
-// button for the view from there. If the space is unknown, nothing determines the up axis: another button shows it and
-// switches to the next.
+// button for the view from there. If the space is unknown, another button shows and switches the up axis.
 import * as THREE from "three";
 
 import { h } from "../shared/elements";
@@ -47,8 +46,7 @@ export class Orientation {
     this.element.hidden = !isVisible || this.ends.length === 0;
   }
 
-  // Returns the visible ends for pictures, far ones first: x to the right and y downwards, of length at most 1. Empty
-  // while hidden.
+  // Returns the visible ends for pictures, far ones first: x right and y down, of length at most 1. Empty while hidden.
   get arms(): Arm[] {
     if (this.element.hidden) return [];
     const toEye = this.stage.lens.quaternion.clone().invert();

@@ -17,8 +17,7 @@ export interface PlaneSides {
   down: Direction;
 }
 
-// `at`: 0 to 1 along the unit vector `normal`, over the extent of the box. Pixels are square and no finer than
-// `spacing`.
+// `at`: 0 to 1 along the unit vector `normal`, over the box. Pixels are square and no finer than `spacing`.
 export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: number): SliceGrid {
   const axis = normal.indexOf(1);
   if (axis < 0) return obliqueGrid(low, high, normal, at, spacing);
@@ -50,8 +49,7 @@ export function extentAlong(low: Vec3, high: Vec3, normal: Vec3): { from: number
   return { from: ends.reduce((sum, [least]) => sum + least, 0), to: ends.reduce((sum, [, most]) => sum + most, 0) };
 }
 
-// Returns the corners of the polygon in which the plane normal * place = `distance` cuts the box, in no particular
-// order.
+// Returns the corners, in any order, of the polygon in which the plane normal * place = `distance` cuts the box.
 export function cutCorners(low: Vec3, high: Vec3, normal: Vec3, distance: number): Vec3[] {
   const corners: Vec3[] = [];
   for (let edge = 0; edge < 12; ++edge) {

@@ -1,6 +1,5 @@
-// One of three linked slices: the samples on a plane perpendicular to a world axis, with the lines where it cuts the
-// surfaces and a crosshair where the other two planes meet it. A click or drag moves the crosshair, the wheel moves the
-// plane.
+// One of three linked slices: the samples on a plane perpendicular to a world axis, the lines where it cuts the
+// surfaces, and a crosshair where the other planes meet it. A click or drag moves the crosshair, the wheel the plane.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, shareOf } from "../shared/color_maps";
 import { h } from "../shared/elements";

@@ -165,8 +165,7 @@ export class Surface {
     });
   }
 
-  // Draws exactly these tiles from the next frame on, and of them the selected components; null: all. Requires that
-  // they are uploaded.
+  // Draws exactly these tiles from the next frame on, or their selected components. Requires that they are uploaded.
   show(ids: readonly string[], selection: Selection | null = null): void {
     const parted = new Map(selection?.parted.map((one) => [one.id, one]));
     const next = new Set(ids);
@@ -190,8 +189,7 @@ export class Surface {
     attribute.needsUpdate = true;
   }
 
-  // Sets the values of a second field, from scalarAttribute(). They come from another worker and may arrive before
-  // their tile.
+  // Sets the values of a second field, from scalarAttribute(). They may arrive before their tile.
   setScalars(id: string, scalars: Float32Array): void {
     const tile = this.tiles.get(id);
     if (tile) tile.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));

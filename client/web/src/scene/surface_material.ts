@@ -1,5 +1,4 @@
-// The materials of surfaces. The inside, visible where a surface ends or is clipped, has another
-// color.
+// The materials of surfaces. The inside, visible at ends and cuts, has another color.
 import * as THREE from "three";
 
 import type { FieldColors } from "./field_colors";

@@ -1,5 +1,4 @@
-// Returns about `count` round numbers from `low` to `high`, ends included if they are round; empty
-// for an empty range.
+// Returns about `count` round numbers from `low` to `high`, inclusive; empty for an empty range.
 export function ticks(low: number, high: number, count: number): number[] {
   const raw = (high - low) / Math.max(1, count);
   if (!(raw > 0) || !Number.isFinite(raw)) return [];

@@ -54,8 +54,7 @@ export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
 
-// Rounds a value among others that span `span`: to at least four digits, and to three digits of the span, so that they
-// differ visibly.
+// Rounds a value among others that span `span`: to at least four digits, and three digits of the span.
 export function roundedWithin(value: number, span: number): number {
   const decade = (of: number) => Math.floor(Math.log10(Math.abs(of)));
   const digits = value === 0 || !(span > 0) ? 4 : decade(value) - decade(span) + 3;

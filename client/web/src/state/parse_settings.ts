@@ -19,8 +19,7 @@ export function parseSettings(given: unknown): ParsedSettings {
   return found;
 }
 
-// Defaults do not appear in addresses; any other value is written to an address and parsed again, which checks its
-// range.
+// Addresses omit defaults; other values are written to an address and parsed again, which checks their range.
 function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | undefined {
   if (JSON.stringify(value) === JSON.stringify(defaults[name])) return { [name]: defaults[name] };
   try {

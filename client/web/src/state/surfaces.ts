@@ -55,8 +55,7 @@ export function withAllSurfaces(
 }
 
 // Adds a surface, up to `mostSurfaces`. A surface encloses those of larger isovalues: the outer one of the new and the
-// first surface becomes translucent, if it is opaque. `suggested`: the first surface's isovalue if the settings have
-// none.
+// first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the settings have none.
 export function withAddedSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
   const used = surfacesOf(settings);
   if (used.length >= mostSurfaces) return {};

@@ -3,8 +3,7 @@
 //
 //   #dataset=head&isovalue=500.5&error=0.5&region=box:0,0,0,10,10,10=0.25&eye=1,2,3&target=0,0,0
 //
-// Names are those of the settings in snake_case; request fields are named as in HTTP queries, and `quality` may replace
-// `error`, as there.
+// Names are the settings' in snake_case; request fields are named as in HTTP queries, including `quality` for an error.
 //
 // Invalid settings are ignored and reported, so no address breaks the page.
 import { colorMaps } from "../shared/color_maps";
@@ -116,8 +115,7 @@ export function misread(text: string): string[] {
     .map(({ name, value }) => `${name}=${value}`);
 }
 
-// Returns the settings after the user edited the address: missing parts get their defaults, invalid ones keep their
-// values.
+// Returns the settings after an edit of the address: missing parts get defaults, invalid ones keep their values.
 export function edited(now: Settings, text: string): Settings {
   const kept = misread(text)
     .map((parameters) => settingName(parameters.slice(0, parameters.indexOf("="))))

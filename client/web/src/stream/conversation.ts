@@ -51,8 +51,7 @@ export type Effect =
   | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNews: boolean }
   | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
 
-// "coarse": one preview of a label, with a spacing chosen here (coarse_preview.ts), if its box is known; otherwise as
-// "previews".
+// "coarse": one preview of a label with a spacing chosen here (coarse_preview.ts); "previews" if its box is unknown.
 export type StepsWanted = "all" | "previews" | "coarse" | "final";
 
 export interface StreamRequest {

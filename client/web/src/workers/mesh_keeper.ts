@@ -47,8 +47,7 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
   return ids.map((id) => tiles.get(id)!);
 }
 
-// Returns the tiles with only the drawn triangles. Cached, because picking and cutting request the same ones
-// repeatedly.
+// Returns the tiles with only the drawn triangles. Cached, because picking and cutting repeat requests.
 async function allDrawn(which: Drawn): Promise<KeptTile[]> {
   const { ids, leastDiagonal, hidden, largestOnly = false } = which;
   const whole = await all(ids);

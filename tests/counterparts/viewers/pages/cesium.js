@@ -25,8 +25,7 @@ window.counterpart = {
     tileset.tileFailed.addEventListener(({ url, message }) => failed.push(`${url}: ${message}`));
     viewer.scene.primitives.add(tileset);
   },
-  // Looks from a distance of `radii` times the tileset's radius. `error`: the allowed error in
-  // pixels.
+  // Looks from `radii` times the tileset's radius. `error`: the allowed error in pixels.
   look(radii, error) {
     const range = radii * tileset.boundingSphere.radius;
     const offset = new Cesium.HeadingPitchRange(0.4, -0.2, range);

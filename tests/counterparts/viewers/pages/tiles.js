@@ -63,8 +63,7 @@ window.counterpart = {
     draw();
     await first;
   },
-  // Looks from a distance of `radii` times the tileset's radius. `error`: the allowed error in
-  // pixels.
+  // Looks from `radii` times the tileset's radius. `error`: the allowed error in pixels.
   look(radii, error) {
     const whole = new Sphere();
     tiles.getBoundingSphere(whole);

@@ -81,8 +81,7 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
   }
 }
 
-// With or without joining, the bound refers to the original surface: it does not accumulate over
-// levels.
+// The bound refers to the original surface, joined or not: it does not accumulate over levels.
 TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
   const auto parts = leaves();

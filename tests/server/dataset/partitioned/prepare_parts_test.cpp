@@ -1,5 +1,4 @@
-// Preparing on several machines gives the dataset of one process, bit for bit, whatever
-// interruptions occur.
+// Preparing on several machines gives the dataset of one process, despite any interruption.
 #include "server/dataset/partitioned/prepare_parts.hpp"
 
 #include <gtest/gtest.h>
