@@ -233,9 +233,8 @@ std::vector<float> read_samples(std::string_view bytes, const NrrdHeader& header
   bytes = without_lines(bytes, integer_of(header, "line skip", 0));
   if (encoding == "raw") {
     if (skip != -1) return samples_of(without_bytes(bytes, skip), header, type, count);
-    const std::size_t needed =
-        // Skip -1: the samples end the file.
-        std::min(bytes.size(), count * bytes_of(type));
+    // Skip -1: the samples end the file.
+    const std::size_t needed = std::min(bytes.size(), count * bytes_of(type));
     return samples_of(bytes.substr(bytes.size() - needed), header, type, count);
   }
   if (encoding == "gzip" || encoding == "gz") {

@@ -145,8 +145,7 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   row("check", [](const CommittedStep& s) {
     return s.begin.is_final ? std::string("final") : "step " + std::to_string(s.begin.step);
   });
-  row("tiles and digests",
-      [](const CommittedStep&) { return "ok"; });  // A step that fails is not committed.
+  row("tiles and digests", [](const CommittedStep&) { return "ok"; });  // Committed steps only.
   row("open edges", [&](const CommittedStep& s) { return count(s.topology.open_edges); });
   row("non-manifold edges",
       [&](const CommittedStep& s) { return count(s.topology.nonmanifold_edges); });

@@ -40,7 +40,7 @@ class TileDiskCache {
   // name, or `most_triangles`. Starts with the largest files, which save the most bytes.
   Loaded load(DecodedTileCache& memory, std::uint64_t most_triangles) const;
 
-  // Writes a tile that passed its checks. It survives the process, but not always a power failure.
+  // Writes a tile that passed its checks. It outlives the process, but not always a power failure.
   void keep(const TileSummary& tile, int lattice_resolution, int normal_bits,
             const std::string& payload) const;
 

@@ -24,7 +24,7 @@ std::chrono::milliseconds delay_of(std::size_t client, const LoadOptions& option
          static_cast<std::int64_t>(options.clients + options.idle);
 }
 
-// The multiplication makes seeds that differ in one bit give unrelated sequences.
+// Mixes the seed: unmixed, seeds that differ in one bit would give similar sequences.
 std::uint64_t seed_of(std::size_t client, std::uint64_t seed) {
   return seed * 0x9e3779b97f4a7c15U + client;
 }

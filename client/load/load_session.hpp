@@ -32,10 +32,10 @@ struct UserOptions {
   std::uint32_t streams_per_thorough = 16;
   std::uint32_t tiles_per_decoded = 16;
   std::chrono::milliseconds timeout{60'000};  // The longest wait for a message.
-  LoadClock::time_point start = {};           // No session connects before.
-  // No session makes requests after.
+  LoadClock::time_point start = {};           // No session connects before this time.
+  // No session makes requests after this time.
   LoadClock::time_point stop = {};
-  LoadClock::time_point give_up = {};  // No session waits for replies after.
+  LoadClock::time_point give_up = {};  // No session waits for replies after this time.
 };
 
 class LoadSession {
