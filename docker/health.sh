@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Whether a server on this machine is alive, without a program beside bash: exit 0 if GET /livez on its HTTP port is
-# answered with 200. Behind TLS, which bash does not speak, it is enough that the port opens. The port is the first
-# argument, else that of MULTITETRA_HTTP, else 7480.
+# Checks whether a server on this machine is alive, with bash only: exits with 0 if GET /livez on its HTTP port returns
+# 200. Behind TLS, which bash does not support, an open port suffices. The port is the first argument, else that of
+# MULTITETRA_HTTP, else 7480.
 set -euo pipefail
 from=${MULTITETRA_HTTP:-}
 port=${1:-${from##*:}}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs the Debian packages of docker/packages.txt that are missing, and says which. Asks nothing when run as root or
-# with --yes; otherwise it asks once and uses sudo.
+# Installs the missing Debian packages of docker/packages.txt and prints their names. Asks once and uses sudo,
+# unless run as root or with --yes.
 #
 #   bash docker/install.sh [--yes] SECTION...    sections of packages.txt, for example: build tests
 #   bash docker/install.sh --list SECTION...     only prints their packages
@@ -37,7 +37,7 @@ if [ "$only_list" = true ]; then
   exit 0
 fi
 
-# What is installed, with what it provides: another maker's nodejs brings npm along.
+# The names that installed packages provide: nodejs of another vendor also provides npm.
 declare -A installed
 while read -r status names; do
   [ "$status" = installed ] || continue

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Builds and runs all tests. A second run builds and tests only what changed takes part in.
+# Builds and runs all tests. Repeated runs rebuild and rerun only what has changed.
 #
-#   bash tests/run.sh                everything, also the slow tests
+#   bash tests/run.sh                everything, including slow tests
 #   bash tests/run.sh --fast         without the tests labelled slow
-#   bash tests/run.sh --all          with the large public volumes too, which takes long
-#   bash tests/run.sh --preset asan  under another preset (dev, release, asan, tsan)
+#   bash tests/run.sh --all          also with the large public volumes, which takes long
+#   bash tests/run.sh --preset asan  with another preset (dev, release, asan, tsan)
 #   --yes                            installs missing packages without asking
 set -euo pipefail
 

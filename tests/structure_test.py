@@ -10,7 +10,7 @@ import sys
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
 
-# Folder -> the folders that it may include besides itself; all that those may include, too.
+# Folder -> the folders that it may include besides itself; their dependencies are included.
 ROOMS = {
     "common/base": [],
     "common/codec": ["common/base"],
@@ -55,7 +55,7 @@ ROOMS = {
     "client/python": ["client/library"],
 }
 
-# Third-party headers that public headers do not show, and the folders whose business they are.
+# Third-party headers that public headers must not include, except in these folders.
 THIRD_PARTY = {
     r"boost/": ["common/net", "server/http"],
     r"CLI/": [],

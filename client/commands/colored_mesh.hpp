@@ -1,4 +1,4 @@
-// Surfaces that are colored by a field.
+// Surfaces colored by a field.
 #pragma once
 
 #include <string>
@@ -9,12 +9,11 @@
 
 namespace multitetra {
 
-// Gives the mesh the colors of its scalars, if it has some; the ends of the scale are those of the
-// step.
+// Colors the mesh by its scalars, if it has any, over the step's color range.
 void paint(PositionedMesh& mesh, const StepBegin& step, ColorScale scale);
 
-// "Colors between vertices may be off by up to 0.12, those of vertices by 0.01."; empty without
-// scalars.
+// Returns "Colors between vertices may be off by up to 0.12, those of vertices by 0.01."; empty
+// without scalars.
 [[nodiscard]] std::string accuracy_text(const CommittedStep& step);
 
 }  // namespace multitetra

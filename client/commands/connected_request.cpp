@@ -29,13 +29,13 @@ std::string names(const std::vector<DatasetInfo>& datasets) {
   return text;
 }
 
-// A hint for an error at the server's listener; empty when the error says enough.
+// Returns a hint for a server error; empty if the error is clear.
 std::string advice(const ClientError& failure) {
   if (failure.error.code != ErrorCode::kUnauthenticated) return "";
   return "Give the token that you were sent with --token-file FILE or MULTITETRA_TOKEN.";
 }
 
-// The dataset that is meant, or why none is.
+// Returns the named dataset, or the only one if the name is empty.
 Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInfo>& datasets) {
   if (datasets.empty()) {
     return fail(ErrorCode::kUnknownDataset, "The server has no dataset that we may see.");

@@ -1,5 +1,5 @@
-// From a command's options to a connected server and a validated surface request: the first half of
-// every command for one surface.
+// Turns a command's options into a connected server and a validated surface request, as all
+// commands for one surface need.
 #pragma once
 
 #include <initializer_list>
@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// The exit code of a failure that was already printed, or a value.
+// A value, or the exit code of a failure that was already printed.
 template <typename T>
 using ExpectedOrExit = tl::expected<T, ExitCode>;
 
@@ -27,12 +27,12 @@ struct ConnectedServer {
   std::vector<DatasetInfo> datasets;
 };
 
-// Connects and lists.
+// Connects and lists the datasets.
 [[nodiscard]] ExpectedOrExit<ConnectedServer> connected_to(const ServerArguments& arguments,
                                                            const RetryOptions& retries = {
                                                                .most = 0});
 
-// The dataset and surface that a command requests. An empty name takes the only dataset.
+// The dataset and surface that a command requests. An empty name selects the only dataset.
 struct SurfaceOrder {
   ServerArguments server = {};
   std::string dataset = {};
@@ -40,7 +40,7 @@ struct SurfaceOrder {
       .threshold_files = {.formats = "A NRRD file", .read = read_nrrd_thresholds}};
 };
 
-// Adds all options of an order: the fields of these groups.
+// Adds all options of an order with the request fields of these groups.
 void add_order_options(Command& command, SurfaceOrder& order,
                        std::initializer_list<FieldGroup> fields);
 
@@ -48,18 +48,17 @@ struct ConnectedRequest {
   Endpoint server;
   Client client;
   DatasetInfo info;
-  std::vector<IsosurfaceRequest> requests;  // At least one; without shares of a budget.
-  // The colors of every surface; absent: no colors.
+  std::vector<IsosurfaceRequest> requests;  // At least one; each with the whole budget.
+  // The colors of every surface; nullopt: no colors.
   std::optional<ScalarRequest> scalars;
   Notices notices;              // Warnings about the requests.
-  std::string color_unit = {};  // Of the values that the colors show; empty: unknown.
+  std::string color_unit = {};  // The unit of the colored values; empty: unknown.
 };
 
 [[nodiscard]] ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order,
                                                        const RetryOptions& retries = {.most = 0});
 
-// Gives each of several requests its share of their budget, in proportion to the sizes that the
-// server estimates.
+// Divides the common budget among the requests, in proportion to sizes estimated by the server.
 [[nodiscard]] ExpectedOrExit<void> share_budget(ConnectedRequest& surface);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// `multitetra-client estimate`: how large a mesh would be, before it is fetched.
+// `multitetra-client estimate`: estimates the size of a mesh before it is fetched.
 #pragma once
 
 #include "client/commands/connected_request.hpp"
@@ -13,7 +13,7 @@ struct EstimateArguments {
 
 void add_estimate(Command& app, EstimateArguments& arguments);
 
-// Gives the exit code.
+// Returns the exit code.
 [[nodiscard]] int estimate(const EstimateArguments& arguments);
 
 }  // namespace multitetra

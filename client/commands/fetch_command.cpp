@@ -23,15 +23,14 @@
 namespace multitetra {
 namespace {
 
-// One of the surfaces that are fetched, and where it goes.
+// One of the fetched surfaces and its output files.
 struct Part {
-  std::string name;       // Among several: "isovalue 500.5"; empty where there is only one.
-  std::string mesh_file;  // A GLB holds all parts.
-  std::filesystem::path steps_directory;  // Empty: steps are not kept.
+  std::string name;       // With several surfaces: "isovalue 500.5"; otherwise empty.
+  std::string mesh_file;  // A GLB contains all parts.
+  std::filesystem::path steps_directory;  // Empty: steps are not written.
 };
 
-// As many as isovalues are named; where there are several, files that hold one of them are called
-// after it.
+// Returns one part per isovalue. With several, names of files with one part include its isovalue.
 std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format) {
   const std::filesystem::path file = arguments.mesh;
   const std::filesystem::path steps = arguments.steps_directory;
@@ -48,7 +47,7 @@ std::vector<Part> parts_of(const FetchArguments& arguments, MeshFormat format) {
   return parts;
 }
 
-// Writes what a fetch gives as it comes.
+// Writes steps, final meshes and reports.
 class Output {
  public:
   Output(const FetchArguments& arguments, MeshFormat format, const DatasetInfo& info)
@@ -62,7 +61,7 @@ class Output {
     const OutputSurface surface = surface_of(fetched);
     write_file(part.steps_directory / name, file_of(surface));
   }
-  // A step as it is written.
+  // Returns the step's mesh as written to files.
   [[nodiscard]] OutputSurface surface_of(const FetchedStep& fetched) const {
     OutputSurface surface = output_surface(fetched.step->mesh, arguments_.order.surface, info_);
     paint(surface.mesh, fetched.step->begin, arguments_.order.surface.query.colors);
@@ -80,7 +79,7 @@ class Output {
       write_file(parts[i].mesh_file, file_of(surfaces[i]));
     }
   }
-  // Also of a fetch that failed, with the steps that came.
+  // Also called for a failed fetch, with the steps received.
   void report(std::span<const FetchReport> reports) const {
     const std::string text = arguments_.order.surface.query.isovalues.size() < 2
                                  ? json_report(reports[0])
@@ -120,7 +119,7 @@ RetryOptions retry_options(const FetchArguments& arguments) {
           }};
 }
 
-// What came before and what comes, in the folder of --resume if there is one.
+// Tiles of earlier fetches and of this one, stored in the folder of --resume if given.
 class KeptTiles {
  public:
   explicit KeptTiles(const FetchArguments& arguments)
@@ -136,7 +135,7 @@ class KeptTiles {
     std::cerr << std::endl;
   }
 
-  // Counts in the report what comes. Both must outlive the options.
+  // Counts retries and received tiles in the report. Both objects must outlive the options.
   [[nodiscard]] FetchOptions fetch_options(FetchReport& report) {
     report.tiles_held = memory_.size();
     RetryOptions retries = retry_options(arguments_);
@@ -150,7 +149,7 @@ class KeptTiles {
                                        const std::string& payload) {
               ++report.received.tiles;
               report.received.payload_bytes += payload.size();
-              if (!folder_ || step.shell) return;  // Tiles of the final mesh have none.
+              if (!folder_ || step.shell) return;  // The final mesh has no shell tiles.
               folder_->keep(tile, step.request.lattice_resolution, step.request.normal_bits,
                             payload);
             }};
@@ -163,7 +162,7 @@ class KeptTiles {
   std::optional<TileDiskCache> folder_;
 };
 
-// The step without its mesh, which a report does not need.
+// Copies the step without its mesh, which a report does not need.
 FetchedStep for_report(const FetchedStep& fetched) {
   auto step = std::make_shared<CommittedStep>();
   step->begin = fetched.step->begin;

@@ -1,4 +1,4 @@
-// `multitetra-client fetch`: an isosurface as a mesh file, checked.
+// `multitetra-client fetch`: fetches an isosurface, checks it and writes a mesh file.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ struct FetchArguments {
 
 void add_fetch(Command& app, FetchArguments& arguments);
 
-// Gives the exit code.
+// Returns the exit code.
 [[nodiscard]] int fetch(const FetchArguments& arguments);
 
 }  // namespace multitetra

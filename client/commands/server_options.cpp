@@ -10,7 +10,7 @@
 namespace multitetra {
 namespace {
 
-// Without the line's end that editors and `echo` leave.
+// Reads the first line of the file, without the line end that editors and `echo` add.
 Result<std::string> token_in(const std::string& path) {
   std::ifstream file(path);
   std::string token;

@@ -1,4 +1,4 @@
-// The options of all commands that name a server, and the access to it.
+// The options of all commands that connect to a server.
 #pragma once
 
 #include <chrono>
@@ -15,17 +15,17 @@ struct ServerArguments {
   std::string token_file;
   std::string ca_file;
   bool insecure = false;
-  double timeout = 60;  // Seconds without a reply.
-  double deadline = 0;  // Seconds for all of it; 0: as long as it takes.
+  double timeout = 60;  // Seconds without a message.
+  double deadline = 0;  // Seconds for the whole command; 0: no limit.
 };
 
-// When all of a command that begins now must be over.
+// Returns the deadline of a command that begins now.
 [[nodiscard]] std::chrono::steady_clock::time_point deadline_of(const ServerArguments& arguments);
 
 void add_server_options(Command& command, ServerArguments& arguments);
 
-// Parses the arguments. kInvalidArgument with the option's name on failure. Prints a warning when
-// the certificate is not verified, or the token is sent unencrypted.
+// Parses the arguments. Returns kInvalidArgument with the option's name on failure. Prints a
+// warning if the certificate is not verified or the token is sent unencrypted.
 struct ServerAccess {
   Endpoint server;
   ClientOptions options;

@@ -36,17 +36,17 @@ Background background_from(const std::string& word) {
   return word == "transparent" ? Background::kTransparent : Background::kDark;
 }
 
-// What came of a surface.
+// A fetched surface.
 struct TakenSurface {
   IsosurfaceRequest request;
   MeshTopology topology;
   std::uint64_t bytes = 0;
   double error_bound_world = 0;
-  std::optional<ColorScale> colors = {};  // Of its vertices.
+  std::optional<ColorScale> colors = {};  // Of the vertices.
   OutputSurface drawn;
 };
 
-// All that came, and how long it took.
+// All fetched surfaces and timings.
 struct Taken {
   std::vector<TakenSurface> surfaces;
   double fetch_seconds = 0;
@@ -107,8 +107,8 @@ void print(const SnapshotArguments& arguments, const PictureSize& size, const Ta
             << ", drawn in " << human_seconds(taken.draw_seconds) << "\n";
 }
 
-// How the surfaces look: as many as isovalues, each with its opacity and color. One alone has the
-// usual color. kInvalidArgument, naming the option.
+// Returns opacity and color for each isovalue. A single surface has the default color. Returns
+// kInvalidArgument, naming the option.
 Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
   const auto wrong = [](const std::string& text) {
     return fail(ErrorCode::kInvalidArgument, text);
@@ -152,7 +152,7 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
   return looks;
 }
 
-// Fetches every surface that was ordered.
+// Fetches all ordered surfaces.
 ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surface) {
   Taken taken;
   const auto asked = Clock::now();
@@ -190,7 +190,7 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, Connected
   return taken;
 }
 
-// Dust around large components would push them out of the middle.
+// Returns the vertices of large components, for framing: dust would shift the center.
 std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
   std::vector<std::array<float, 3>> places;
   for (const TakenSurface& surface : taken.surfaces) {
@@ -201,7 +201,7 @@ std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
   return places;
 }
 
-// The scale bar, and what colors mean.
+// Draws the scale bar and the color legend.
 void annotate(Picture& picture, const Camera& camera, const ConnectedRequest& surface,
               const Taken& taken, const SnapshotArguments& arguments) {
   const Background background = background_from(arguments.background);
@@ -335,7 +335,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->add_option("--threads", a.threads, "Threads for drawing (default: one per processor)")
       ->within(1, 1024)
       ->group(group);
-  // A picture shows creases where the triangles' own normals are averaged: the field's are smooth.
+  // Averaged triangle normals show creases in a picture; the field's normals are smooth.
   a.order.surface.query.request.normal_bits = kMinNormalBits;
   add_order_options(
       *command, a.order,

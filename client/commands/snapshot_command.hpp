@@ -1,4 +1,4 @@
-// `multitetra-client snapshot`: a picture of surfaces, without a display.
+// `multitetra-client snapshot`: draws surfaces into a picture file, without a display.
 #pragma once
 
 #include <string>
@@ -16,14 +16,14 @@ struct SnapshotArguments {
   std::string size = "1280x960";  // WIDTHxHEIGHT in pixels.
   double azimuth = kDefaultAzimuth;
   double elevation = kDefaultElevation;
-  std::string up = "z";  // As up_axis_from() reads it.
+  std::string up = "z";  // See up_axis_from().
   std::string background = "dark";
   std::string shading = "smooth";
   bool wireframe = false;
-  bool is_bare = false;  // Nothing is written on the picture.
-  // The opacities of the surfaces, in the order of their isovalues.
+  bool is_bare = false;  // Omits scale bar and legend.
+  // Opacities in the order of the isovalues.
   std::vector<double> opacities = {};
-  std::vector<std::string> surface_colors = {};  // "#rrggbb", likewise.
+  std::vector<std::string> surface_colors = {};  // "#rrggbb", in the same order.
   int threads = 0;
   bool json = false;
   bool quiet = false;
@@ -36,10 +36,10 @@ struct PictureSize {
   int height = 0;
 };
 
-// "1280x960"; kInvalidArgument for anything else and beyond kMaxPictureSide.
+// Parses "1280x960". Returns kInvalidArgument for anything else and above kMaxPictureSide.
 [[nodiscard]] Result<PictureSize> parse_picture_size(const std::string& text);
 
-// Gives the exit code.
+// Returns the exit code.
 [[nodiscard]] int snapshot(const SnapshotArguments& arguments);
 
 }  // namespace multitetra

@@ -14,12 +14,12 @@
 namespace multitetra {
 namespace {
 
-// Fields of a request that the viewer reads in its address.
+// Request fields that the viewer accepts in its URL.
 constexpr std::array<std::string_view, 12> kViewerFields = {
     "isovalue",      "error",    "quality", "bound",         "topology_rule", "topology_tolerance",
     "max_triangles", "simplify", "region",  "min_component", "color_by",      "colors"};
 
-// What the viewer could not show. kInvalidArgument.
+// Returns kInvalidArgument for queries that the viewer cannot show.
 Result<void> check_shown(const SurfaceQuery& query) {
   DatasetInfo info;
   info.suggested_isovalues = {0};
@@ -35,7 +35,7 @@ Result<void> check_shown(const SurfaceQuery& query) {
   return {};
 }
 
-// The address of the page: that of the server's HTTP listener.
+// Returns the URL of the page, which the server's HTTP listener serves.
 Result<std::string> site_of(const ViewArguments& a) {
   constexpr std::string_view kHttpPort = "7480";
   if (!a.http.empty()) return a.http;

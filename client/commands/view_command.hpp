@@ -1,4 +1,4 @@
-// `multitetra-client view`: the address of the browser viewer that shows a surface.
+// `multitetra-client view`: prints the URL of the browser viewer for a surface.
 #pragma once
 
 #include <string>
@@ -12,25 +12,25 @@
 namespace multitetra {
 
 struct ViewArguments {
-  // The address of the server's HTTP listener; empty: derived from `server`.
+  // The URL of the server's HTTP listener; empty: derived from `server`.
   std::string http = {};
-  // The server, as other commands name it.
+  // The server's address, as in other commands.
   std::string server = {};
-  std::string dataset = {};  // Empty: the first that is served.
+  std::string dataset = {};  // Empty: the first one served.
   SurfaceQuery query = {};
-  // Its fields that were given, by name and as the viewer reads them.
+  // The fields given by the user: name and value as the viewer reads them.
   std::vector<std::pair<std::string, std::string>> fields = {};
-  std::string up = "z";      // The axis that is above, or with a minus its opposite.
-  std::string clip = "off";  // Or the axis along which the surface is cut open.
+  std::string up = "z";      // The axis that points up: "x", "-z", ...
+  std::string clip = "off";  // Or the axis along which the surface is clipped.
 };
 
 void add_view(Command& app, ViewArguments& arguments);
 
-// What client/web/src/state/url_state.ts reads. kInvalidArgument where the server's address has no
-// viewer.
+// Returns a URL for client/web/src/state/url_state.ts. Returns kInvalidArgument if the server's
+// address has no viewer.
 [[nodiscard]] Result<std::string> viewer_address(const ViewArguments& arguments);
 
-// Gives the exit code.
+// Returns the exit code.
 int view(const ViewArguments& arguments);
 
 }  // namespace multitetra

@@ -14,7 +14,7 @@ namespace multitetra {
 
 namespace {
 
-// So many are worth all threads; more would be decoded late.
+// Enough triangles to occupy all threads; a larger batch would delay decoding.
 constexpr std::uint64_t kTrianglesDecodedAtOnce = 400'000;
 
 ShellTileForm shell_form(const StepBegin& begin) {
@@ -43,7 +43,7 @@ std::set<ContentDigest> digests_of(const HeldTiles& held) {
   return digests;
 }
 
-// The tiles that the request names: the server sends all others.
+// Keeps only the tiles that the request names: the server sends all others.
 HeldTiles named_in(HeldTiles held, const std::vector<ContentDigest>& digests) {
   const std::set<ContentDigest> named(digests.begin(), digests.end());
   std::erase_if(held, [&named](const auto& tile) { return !named.contains(tile.first); });
@@ -239,7 +239,7 @@ Result<Progress> Assembler::take(const StepEnd& end) {
     step->topology = topology(step->mesh, border);
   }
   step->largest_scalar_deviation = largest_deviation();
-  // StreamValidator has checked that the digests of shell payloads add up to the step's digest.
+  // StreamValidator has already checked the digests of shell payloads against the step's digest.
   const ContentDigest found = begin.shell ? end.digest : digest(step->mesh);
   if (found != end.digest) {
     return step_fault(end.step,

@@ -14,7 +14,7 @@ tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
                std::string("The server answered with another message than ") + awaited + "."});
 }
 
-// The next message, which must be an `Awaited`.
+// Receives the next message, which must be an `Awaited`.
 template <typename Awaited>
 ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
   auto message = socket.receive();
@@ -26,7 +26,7 @@ ClientResult<Awaited> receive(MessageSocket& socket, const char* awaited) {
   return unexpected_answer(awaited);
 }
 
-// A connection after Hello and Welcome.
+// Connects and exchanges Hello and Welcome.
 ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsContextPtr& tls,
                                             const ClientOptions& options) {
   auto socket = MessageSocket::connect(server, options.timeout, {.tls = tls}, options.deadline,

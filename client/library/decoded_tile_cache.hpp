@@ -4,9 +4,8 @@
 //   tiles.keep(digest, mesh);
 //   open.cached_tile_digests = tiles.digests_to_name();
 //
-// A tile is identified by its content, so it serves whatever isovalue, dataset or connection it
-// came for. Beyond a limit the tiles that were unused for longest go first. Used by one thread at a
-// time.
+// A tile is identified by its content, so it can be reused for any isovalue, dataset or connection.
+// Evicts the least recently used tiles beyond a limit. Not thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -28,17 +27,17 @@ class DecodedTileCache {
   explicit DecodedTileCache(TileMemoryLimits limits = {})
       : most_tiles_(limits.tiles), tiles_(limits.triangles) {}
 
-  // Keeps the tile as the one used last. Others may have to go for it; it is not kept at all if it
-  // is larger than the limit by itself. Of a tile that came without normals and with them the
-  // latter stays: it serves both.
+  // Stores the tile as the most recently used and evicts others as needed. Tiles larger than the
+  // limit are not stored. A tile with normals replaces the same one without: it serves both
+  // requests.
   void keep(const ContentDigest& digest, std::shared_ptr<const LatticeMesh> mesh);
-  // A manifest names this tile: it is used now. Nothing happens when it is not kept.
+  // Marks the tile as used because a manifest names it; no effect if it is not cached.
   void use(const ContentDigest& digest);
 
   [[nodiscard]] HeldTiles tiles() const;
-  // The tiles for OpenStream::cached_tile_digests, which the server does not send: only tiles with
-  // normals for a request with normals. A request may name kMaxHeldDigests tiles: of more, those
-  // with the most triangles are named, because they spare the most bytes.
+  // Returns the tiles for OpenStream::cached_tile_digests, which the server does not send; with
+  // `with_normals`, only tiles with normals. If more than `most` are cached, names those with the
+  // most triangles, because they save the most bytes.
   [[nodiscard]] std::vector<ContentDigest> digests_to_name(std::size_t most = kMaxHeldDigests,
                                                            bool with_normals = false) const;
 
@@ -49,7 +48,7 @@ class DecodedTileCache {
   using Tiles = LruMap<ContentDigest, std::shared_ptr<const LatticeMesh>>;
 
   std::uint64_t most_tiles_;
-  Tiles tiles_;  // Their weights are their triangles.
+  Tiles tiles_;  // Weighted by their triangles.
 };
 
 }  // namespace multitetra

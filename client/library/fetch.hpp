@@ -1,4 +1,4 @@
-// One request to its end, a step at a time, across lost connections.
+// Runs one request to its end, a step at a time, across lost connections.
 //
 //   Fetch fetch(client, info, open);
 //   for (auto step = fetch.next(); step && *step; step = fetch.next()) show(**step);
@@ -14,14 +14,14 @@ namespace multitetra {
 
 class Fetch {
  public:
-  // The client must outlive the fetch, and nothing else may use it before the fetch has ended.
+  // The client must outlive the fetch and must not be used otherwise before the fetch has ended.
   Fetch(Client& client, const DatasetInfo& info, OpenStream open, const FetchOptions& options = {});
 
-  // The next step that passed all checks; nullopt after the final one. After a lost connection it
-  // reconnects and repeats the request, naming the tiles that it has.
+  // Returns the next step that passed all checks, or nullopt after the final one. After a lost
+  // connection it reconnects and repeats the request, naming the tiles it holds.
   [[nodiscard]] ClientResult<std::optional<FetchedStep>> next();
 
-  // Stops the stream and waits for its end: the client is free for another request.
+  // Cancels the stream and waits for its end, so that the client can serve another request.
   [[nodiscard]] ClientResult<void> cancel();
 
  private:
@@ -29,7 +29,7 @@ class Fetch {
   DecodedTileCache own_tiles_;
   SurfaceStream stream_;
   Retries retries_;
-  std::uint64_t tiles_before_ = 0;  // Received before the last lost connection.
+  std::uint64_t tiles_before_ = 0;  // Tiles received before the last lost connection.
   ClientResult<void> asked_;
 };
 

@@ -1,4 +1,4 @@
-// Interrupts a blocking client from another thread, as a signal does.
+// Lets a caller interrupt a blocking client, as a signal does.
 #pragma once
 
 #include <chrono>
@@ -6,7 +6,7 @@
 
 namespace multitetra {
 
-// Called during a wait, every kInterruptInterval; true ends the wait. Empty: the wait is not ended.
+// Called every kInterruptInterval during a wait; returning true ends the wait. Empty: never.
 using Interrupt = std::function<bool()>;
 inline constexpr std::chrono::milliseconds kInterruptInterval{100};
 

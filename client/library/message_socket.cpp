@@ -12,8 +12,8 @@ using Clock = std::chrono::steady_clock;
 // The longest wait for the closing handshake of a connection.
 constexpr auto kGoodbye = std::chrono::milliseconds(250);
 
-// A server that answers pings and makes no progress is given up after this many
-// timeouts. Bytes of a message that is under way are progress at this rate.
+// A server that answers pings but makes no progress is dropped after this many timeouts. Bytes of
+// an incomplete message count as progress at this rate.
 constexpr int kTimeoutsWithoutProgress = 10;
 constexpr double kSlowestBytesPerSecond = 1024;
 
@@ -41,13 +41,13 @@ struct MessageSocket::State {
   bool is_interrupted = false;
   asio::io_context io{1};
   MessageChannel channel;
-  // A receive that was started continues during other operations and across calls.
+  // A started receive continues during other operations and across calls.
   bool is_receiving = false;
   std::optional<Result<std::string>> received;
-  Clock::time_point asked =
-      Clock::now();  // When a message was last awaited, however long it takes.
-  Clock::time_point progress =
-      Clock::now();  // A request was sent, or a message other than Pong came.
+  // When the current wait for a message began.
+  Clock::time_point asked = Clock::now();
+  // When a request was last sent or a message other than Pong last arrived.
+  Clock::time_point progress = Clock::now();
   std::uint64_t bytes_at_progress = 0;
 
   void note_progress() {
@@ -66,7 +66,7 @@ struct MessageSocket::State {
     co_return Result<void>();
   }
 
-  // Stores the result of the operation in `outcome`, which must live until then or until finish().
+  // Starts the operation. `outcome` gets its result and must live until then or until finish().
   template <typename T>
   void start(asio::awaitable<Result<T>> operation, std::optional<Result<T>>& outcome) {
     asio::co_spawn(io, std::move(operation),
@@ -93,14 +93,14 @@ struct MessageSocket::State {
     return is_interrupted;
   }
 
-  // Gives up what is under way.
+  // Aborts all pending operations.
   void finish() {
     channel.close();
     io.restart();
     io.run();
   }
 
-  // The outcome of an operation, which the timeout limits.
+  // Runs the operation to its end or until the timeout.
   template <typename T>
   Result<T> outcome_of(asio::awaitable<Result<T>> operation, const char* what_it_did_not) {
     std::optional<Result<T>> outcome;

@@ -1,10 +1,10 @@
-// Messages with one server, blocking, with a limit on every wait.
+// A blocking message connection to one server, with a limit on every wait.
 //
-// Failures of the network or of the server's bytes are an Error: kUnavailable when the server
-// cannot be reached, is silent for too long or closes the connection; the codes of frame.hpp and
-// messages.hpp when its bytes are no messages; kInvalidArgument when the address requires TLS or a
-// WebSocket and the server has none; kLimitExceeded when the deadline is over. After an error the
-// connection is closed, and every later call is kUnavailable.
+// Failures of the network and malformed messages are an Error: kUnavailable if the server cannot be
+// reached, is silent for too long or closes the connection; the codes of frame.hpp and messages.hpp
+// if its bytes are not valid messages; kInvalidArgument if the address requires TLS or a WebSocket
+// and the server offers none; kLimitExceeded after the deadline. An error closes the connection,
+// and every later call returns kUnavailable.
 #pragma once
 
 #include <chrono>
@@ -22,9 +22,8 @@ class MessageSocket {
  public:
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
 
-  // `timeout` holds for connecting, for sending one message, and for the silence of the server
-  // while a message is awaited; the deadline for all of it together, however much comes. A wait
-  // that `interrupt` ends gives kCancelled.
+  // `timeout` limits connecting, sending one message, and the server's silence while a message is
+  // awaited; `deadline` limits the whole connection. `interrupt` ends a wait with kCancelled.
   [[nodiscard]] static Result<MessageSocket> connect(const Endpoint& server,
                                                      std::chrono::milliseconds timeout,
                                                      const ChannelOptions& options = {},
@@ -36,11 +35,11 @@ class MessageSocket {
   ~MessageSocket();
 
   [[nodiscard]] Result<void> send(const ClientMessage& message);
-  // Bytes as they are, for tests of what a server makes of them.
+  // Sends raw bytes, to test how servers handle them.
   [[nodiscard]] Result<void> send_bytes(std::string_view bytes);
   [[nodiscard]] Result<ServerMessage> receive();
-  // The same with a limit of its own: nullopt when no whole message came within `patience`,
-  // which is no error. The part of one that came is kept.
+  // As receive(), but returns nullopt when no whole message arrived within `max_wait`. A partly
+  // received message is kept for the next call.
   [[nodiscard]] Result<std::optional<ServerMessage>> receive_within(
       std::chrono::milliseconds max_wait);
 

@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 29;  // Two gigabytes of floats.
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 33;
 
-// What is wrong with the file, for read_nrrd_thresholds().
+// Describes what is wrong with the file; caught by read_nrrd_thresholds().
 class NrrdFault : public std::runtime_error {
  public:
   explicit NrrdFault(const std::string& problem,
@@ -40,7 +40,7 @@ class NrrdFault : public std::runtime_error {
   ErrorCode code_;
 };
 
-// Numbers between white space, commas and parentheses; "none" is left out.
+// Returns the numbers separated by white space, commas or parentheses; skips "none".
 std::vector<double> numbers_in(std::string_view text) {
   constexpr std::string_view kBetween = " \t\r\n(),";
   std::vector<double> numbers;
@@ -72,7 +72,7 @@ StoredType type_of(const NrrdHeader& header) {
                   "give integers or floating-point numbers");
 }
 
-// Axes of one sample in front, as of a list of one number a place, count for nothing.
+// Leading axes of size 1, such as the vector axis of scalars, are ignored.
 std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
   std::vector<double> sizes = numbers_of(header, "sizes");
   if (static_cast<std::int64_t>(sizes.size()) != integer_of(header, "dimension", -1)) {
@@ -127,7 +127,7 @@ Affine map_of(const NrrdHeader& header) {
   for (std::size_t axis = 0; axis < origin.size(); ++axis) {
     if (std::isfinite(origin[axis])) map.translation[axis] = origin[axis];
   }
-  // World coordinates of patients are LPS, as the server's are.
+  // The server's world coordinates of patients are LPS.
   const std::string space = lower_case(header.field("space"));
   const bool is_right = space == "ras" || space == "right-anterior-superior";
   const bool is_anterior = is_right || space == "las" || space == "left-anterior-superior";
@@ -156,10 +156,10 @@ std::string contents_of(const fs::path& file) {
   return bytes;
 }
 
-// At most `most` bytes of the stream.
+// Decompresses at most `most` bytes of the stream.
 std::string unzipped(std::string_view packed, std::uint64_t most) {
   z_stream stream{};
-  if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // gzip or zlib.
+  if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // Accepts gzip and zlib.
   std::string plain;
   int status = Z_OK;
   constexpr std::uint64_t kPortion = std::uint64_t{1} << 20;
@@ -233,8 +233,8 @@ std::vector<float> read_samples(std::string_view bytes, const NrrdHeader& header
   bytes = without_lines(bytes, integer_of(header, "line skip", 0));
   if (encoding == "raw") {
     if (skip != -1) return samples_of(without_bytes(bytes, skip), header, type, count);
-    const std::size_t needed =
-        std::min(bytes.size(), count * bytes_of(type));  // They end the file.
+    // Skip -1: the samples end the file.
+    const std::size_t needed = std::min(bytes.size(), count * bytes_of(type));
     return samples_of(bytes.substr(bytes.size() - needed), header, type, count);
   }
   if (encoding == "gzip" || encoding == "gz") {
@@ -254,7 +254,7 @@ std::vector<float> read_samples(std::string_view bytes, const NrrdHeader& header
                   "save it as raw, gzip or ascii");
 }
 
-// The file with the samples; empty: they follow the header.
+// Returns the file that contains the samples; empty if they follow the header.
 fs::path data_file_of(const NrrdHeader& header, const fs::path& file) {
   const std::string name = header.field("data file");
   if (name.empty()) return {};

@@ -1,4 +1,4 @@
-// Thresholds from a NRRD file: the one image format that the client reads.
+// Reads thresholds from NRRD files, the only image format the client reads.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace multitetra {
 
-// Reads scalars of two or three dimensions and of any type, encoded as raw, gzip or ascii, behind
-// the header or in a file in the header's folder. The first sample lies at the space origin; RAS
-// and LAS become LPS. Larger images are shrunk by minimum until a request may contain them
-// (threshold_shrinking.hpp); `elsewhere` is the threshold where the image has none (NaN).
+// Reads scalars of any type in two or three dimensions, encoded as raw, gzip or ascii, after the
+// header or in a file in the header's folder. The first sample lies at the space origin; RAS and
+// LAS are converted to LPS. Images too large for a request are reduced by taking minima
+// (threshold_shrinking.hpp). Where the image has no threshold (NaN), `elsewhere` applies.
 //
-// kInvalidArgument, with the file's name, when it cannot be read or is no such image,
-// kLimitExceeded above 2^29 samples. Its thresholds are not checked: `validated` does.
+// Returns kInvalidArgument, with the file's name, if the file cannot be read or is not such an
+// image; kLimitExceeded above 2^29 samples. Does not check the thresholds: `validated` does.
 [[nodiscard]] Result<ThresholdGrid> read_nrrd_thresholds(const std::filesystem::path& file,
                                                          double elsewhere);
 

@@ -13,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// The largest of all tiles: a part of the error bound.
+// Returns the largest bound of all tiles, which is part of the error bound.
 double simplification_bound(const StepBegin& begin) {
   double bound = 0;
   for (const TileSummary& tile : begin.tiles) bound = std::max(bound, tile.simplification_bound);
@@ -45,8 +45,8 @@ Json step_json(const FetchedStep& fetched) {
   return json;
 }
 
-// The error that the step allows: within a budget it may exceed the requested one. Previews have no
-// bound, but a spacing.
+// Returns the error that the step allows, which may exceed the requested one within a budget.
+// Previews have a spacing instead of a bound.
 std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   if (begin.finest_spacing > 1)
     return "1 in " + std::to_string(begin.finest_spacing) + " samples per axis";
@@ -61,7 +61,7 @@ std::string accuracy_of(const StepBegin& begin, const DatasetInfo& info) {
   return "error " + human_number(error) + (error == 1 ? " voxel" : " voxels");
 }
 
-// nullopt: there is no final step.
+// nullopt if there is no final step.
 std::optional<bool> area_is_exact(const FetchReport& report) {
   if (!report.measures || report.steps.empty()) return std::nullopt;
   return is_full_resolution(report.steps.back().step->begin);
@@ -145,7 +145,7 @@ std::string checks_table(const std::vector<FetchedStep>& steps) {
   row("check", [](const CommittedStep& s) {
     return s.begin.is_final ? std::string("final") : "step " + std::to_string(s.begin.step);
   });
-  row("tiles and digests", [](const CommittedStep&) { return "ok"; });  // Else there is no step.
+  row("tiles and digests", [](const CommittedStep&) { return "ok"; });  // Committed steps only.
   row("open edges", [&](const CommittedStep& s) { return count(s.topology.open_edges); });
   row("non-manifold edges",
       [&](const CommittedStep& s) { return count(s.topology.nonmanifold_edges); });

@@ -1,4 +1,4 @@
-// Whether and when an operation that failed on the network is retried.
+// Decides whether and when an operation that failed on the network is retried.
 //
 //   Retries retries({.most = 5});
 //   auto client = Client::connect(server, {});
@@ -6,8 +6,8 @@
 //     client = Client::connect(server, {});
 //
 // Only failures that may be temporary are retried: a server that cannot be reached, is silent,
-// closes the connection or shuts down. Malformed messages, refusals and failed checks would repeat.
-// A delay in the server's reply (retry_after) is respected, up to a minute.
+// closes the connection or shuts down. Malformed messages, refusals and failed checks would recur.
+// A delay in the server's reply (retry_after) is respected, up to one minute.
 #pragma once
 
 #include <chrono>
@@ -27,21 +27,21 @@ struct Retry {
 };
 
 struct RetryOptions {
-  int most = 5;  // In a row, without progress in between. 0: never.
-  // Before the first; each wait is twice as long as the one before, up to the longest.
+  int most = 5;  // Consecutive retries without progress. 0: none.
+  // The wait before the first retry. Doubles with each retry, up to `longest_wait`.
   std::chrono::milliseconds first_wait{250};
   std::chrono::milliseconds longest_wait{8'000};
-  // Nothing is tried again when its wait would end later.
+  // No retry is made whose wait would end later.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<void(const Retry&)> on_retry = {};  // Called before each wait.
-  Interrupt interrupt = {};                         // Ends a wait; then nothing is tried again.
+  Interrupt interrupt = {};                         // Ends a wait; then no retry is made.
 };
 
 class Retries {
  public:
   explicit Retries(RetryOptions options) : options_(std::move(options)) {}
 
-  // Waits and returns true, or returns false at once.
+  // Waits and returns true, or returns false at once if the operation must not be retried.
   [[nodiscard]] bool wait_after(const Error& error);
   // Resets the count and the waits after progress.
   void progress() { in_a_row_ = 0; }

@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// Messages of an earlier stream may still be under way; of a later one there are none.
+// Messages of an earlier stream may still arrive; messages of a later one cannot exist.
 Result<bool> belongs(std::uint64_t request_id, std::uint64_t current, std::uint32_t step,
                      const char* what) {
   if (request_id <= current) return request_id == current;

@@ -1,11 +1,11 @@
-// The checks of one stream that need no decoding: the order of messages, every manifest against the
-// request and the limits, all counts, and that the digests of a step's tiles add up to its own.
+// Checks one stream as far as possible without decoding: the order of messages, every manifest
+// against the request and the limits, all counts, and the sum of the digests of a step's tiles.
 //
 //   StreamValidator validator(info, open, held);
 //   Result<bool> accepted = validator.accept(message);   // false: it belongs to another request
 //
-// Nothing that the server sends is trusted. An error is a failed check, naming the step and, if it
-// concerns one, the tile; after it the ledger is of no use.
+// Nothing that the server sends is trusted. A failed check is an error that names the step and, if
+// it concerns one, the tile; the validator must not be used afterwards.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,9 @@
 
 namespace multitetra {
 
-// Limits of what one stream can make the client store, all steps together: a tile is kept until the
-// stream has ended, because the server does not send it again. A tile in several steps counts once.
-// The same limits hold for one step with the tiles that are held already.
+// Limits what one stream can make the client store, over all steps: tiles are kept until the stream
+// ends, because the server does not send them again. A tile of several steps counts once. One step,
+// including tiles held before, must also fit within these limits.
 struct AssemblerLimits {
   std::uint32_t steps = 64;
   std::uint64_t tiles = 1 << 20;
@@ -38,16 +38,16 @@ struct ManifestTotals {
 
 class StreamValidator {
  public:
-  // `held`: the tiles that `open` names and that are there.
+  // `held`: the cached tiles that `open` names.
   StreamValidator(DatasetInfo info, OpenStream open, std::set<ContentDigest> held,
                   AssemblerLimits limits = {});
 
-  // Whether the message belongs to this stream; then it has passed all checks.
+  // Returns whether the message belongs to this stream; if so, it has passed all checks.
   [[nodiscard]] Result<bool> accept(const ServerMessage& message);
 
-  // The step that began last. Requires that one has begun.
+  // Returns the step that began last. Requires that one has begun.
   [[nodiscard]] const StepBegin& step() const { return *step_; }
-  // The tiles that were held or received.
+  // Returns the digests of the tiles that were held or received.
   [[nodiscard]] const std::set<ContentDigest>& held() const { return held_; }
 
  private:
@@ -59,7 +59,8 @@ class StreamValidator {
   Result<bool> take(const ErrorReply& reply);
   template <typename Other>
   Result<bool> take(const Other&) {
-    return false;  // For the connection, or for requests that are no streams.
+    // Messages about the connection, or replies to requests other than streams.
+    return false;
   }
 
   DatasetInfo info_;
@@ -71,7 +72,7 @@ class StreamValidator {
   std::uint32_t tiles_received_ = 0;
   std::uint64_t bytes_received_ = 0;
   std::uint32_t steps_ended_ = 0;
-  // The announced tiles of all steps so far that were not held.
+  // The announced tiles of all steps so far, without those held.
   ManifestTotals announced_;
   bool has_ended_ = false;
 };

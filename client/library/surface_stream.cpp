@@ -28,7 +28,7 @@ ClientResult<void> SurfaceStream::open(const DatasetInfo& info, OpenStream open)
 
 ClientResult<void> SurfaceStream::ask() {
   if (assembler_) {
-    (void)assembler_->decode_waiting();  // Tiles that cannot be decoded are requested again.
+    (void)assembler_->decode_waiting();  // Tiles that fail to decode are requested again.
     keep_decoded();
   }
   arrived_.clear();
@@ -68,12 +68,12 @@ ClientResult<StreamUpdate> SurfaceStream::next(std::chrono::milliseconds max_wai
     if (!*message) return NoUpdate{};
     auto news = take(**message);
     if (!news) {
-      // A server that shuts down may be restarted: such a request can be resumed.
+      // A server that shuts down may be restarted, so the request can be resumed.
       if (news.error().error.code != ErrorCode::kUnavailable) assembler_.reset();
       return tl::unexpected(news.error());
     }
     if (*news) return **std::move(news);
-    if (Clock::now() >= until) break;  // However much has come, there may be more.
+    if (Clock::now() >= until) break;  // Let the caller run even if more messages are waiting.
   }
   return NoUpdate{};
 }
@@ -93,7 +93,7 @@ ClientResult<std::optional<StreamUpdate>> SurfaceStream::take(const ServerMessag
   return std::nullopt;
 }
 
-// The very steps that were given before a connection was lost come again after it.
+// After a lost connection the server repeats the steps that were already returned.
 ClientResult<std::optional<StreamUpdate>> SurfaceStream::take_step(const CommittedStepPtr& step) {
   const std::size_t number = step->begin.step;
   if (number < given_.size()) {
@@ -108,7 +108,7 @@ ClientResult<std::optional<StreamUpdate>> SurfaceStream::take_step(const Committ
   return FetchedStep{.step = step, .first_byte_seconds = first_byte_seconds_, .seconds = seconds()};
 }
 
-// Updates the tile memory and the counts from a message that the assembler has accepted.
+// Updates the tile cache and the counts from a message that the assembler has accepted.
 void SurfaceStream::keep(const ServerMessage& message) {
   if (const auto* begin = std::get_if<StepBegin>(&message)) {
     if (begin->request_id != open_.request_id) return;

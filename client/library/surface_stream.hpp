@@ -9,14 +9,14 @@
 //     draw(stream.shown());
 //   }
 //
-// What is shown is always a complete step that passed all checks: the last one of the newest
-// request that had one. It stays while the next step comes, after a new request until that has its
-// first step, after a cancel and after a lost connection. Messages of an older request that are
-// still under way are passed over.
+// The shown surface is always a complete step that passed all checks: the last such step of the
+// newest request that has one. It stays until the next step is complete, after a new request until
+// the first step of that is complete, and after a cancel or a lost connection. Late messages of
+// older requests are ignored.
 //
-// Tiles that came, also those of steps that were never finished, are kept in the memory and not
-// sent again within its limits. Memory: what DecodedTileCache allows, the tiles of the running
-// stream (AssemblerLimits), and the step shown.
+// Received tiles, including those of unfinished steps, are cached and not sent again, within the
+// cache's limits. Memory: the limits of DecodedTileCache, the tiles of the running stream
+// (AssemblerLimits) and the shown step.
 #pragma once
 
 #include <chrono>
@@ -33,7 +33,7 @@
 
 namespace multitetra {
 
-// No step was completed yet; there may have been messages.
+// No step was completed yet; other messages may have arrived.
 struct NoUpdate {};
 struct StreamEnded {
   StreamOutcome outcome = StreamOutcome::kComplete;
@@ -42,31 +42,30 @@ using StreamUpdate = std::variant<NoUpdate, FetchedStep, StreamEnded>;
 
 class SurfaceStream {
  public:
-  // Both must outlive the stream, and nothing else may use the client while a request runs.
+  // Both must outlive the stream. The client must not be used otherwise while a request runs.
   SurfaceStream(Client& client, DecodedTileCache& tiles);
 
-  // Requests another surface, which supersedes a running one. The request id and the tiles held are
-  // filled in here.
+  // Requests another surface, superseding any running request. Fills in request id and held tiles.
   [[nodiscard]] ClientResult<void> open(const DatasetInfo& info, OpenStream open);
 
-  // Cancels the stream. Its end arrives as news: cancelled, or complete if it was sooner.
+  // Cancels the stream. Its end is a later update: cancelled, or complete if it was already ending.
   [[nodiscard]] ClientResult<void> cancel();
 
-  // Waits for the next update of the running request, at most `patience` and the time that one
-  // message takes (0: takes one message, if it is there): a viewer has its turn also while many
-  // tiles come. Without a running request there is nothing new. After a refusal or a failed check
-  // the request is over; after an error of the network, resume() may continue it.
+  // Waits for the next update of the running request, for at most `max_wait` plus the time to
+  // process one message, so that a viewer stays responsive while many tiles arrive. 0: processes at
+  // most one available message. Returns NoUpdate if no request is running. A refusal or a failed
+  // check ends the request; after a network error, resume() can continue it.
   [[nodiscard]] ClientResult<StreamUpdate> next(std::chrono::milliseconds max_wait);
 
-  // Reconnects and repeats the request that ran when the connection was lost. Steps that were
-  // given already are not given again. An error when the server now has another dataset under the
-  // name, or (as a failed check, when they come) other steps.
+  // Reconnects and repeats the request that ran when the connection was lost. Steps already
+  // returned are not returned again. Fails if the dataset of this name has changed, or later, as a
+  // failed check, if the steps differ.
   [[nodiscard]] ClientResult<void> resume();
 
   // Null before the first step.
   [[nodiscard]] const CommittedStepPtr& shown() const { return shown_; }
   [[nodiscard]] bool is_running() const { return assembler_.has_value(); }
-  // Over all requests and connections.
+  // Totals over all requests and connections.
   [[nodiscard]] const ReceivedTiles& received() const { return received_; }
 
   // Called for every valid tile of the stream.
@@ -89,10 +88,10 @@ class SurfaceStream {
   // The dataset of the latest request.
   DatasetInfo info_;
   OpenStream open_;
-  std::optional<Assembler> assembler_;  // None when no request runs.
-  std::optional<StepBegin> begun_;      // The step whose tiles come.
-  std::vector<ContentDigest> arrived_;  // Tiles that are not in the memory yet.
-  std::vector<ContentDigest> given_;    // The digests of the steps that were given, in order.
+  std::optional<Assembler> assembler_;  // nullopt when no request is running.
+  std::optional<StepBegin> begun_;      // The step whose tiles are being received.
+  std::vector<ContentDigest> arrived_;  // Received tiles that are not cached yet.
+  std::vector<ContentDigest> given_;    // The digests of the steps already returned, in order.
   std::chrono::steady_clock::time_point started_;
   double first_byte_seconds_ = 0;
 };

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kSuffix = ".tile";
 constexpr std::string_view kFirstLine = "multitetra tile 1\n";
 constexpr std::size_t kMaxHeaderBytes = 256;
-// A tile travelled in one frame.
+// A tile was received in one frame.
 constexpr std::uintmax_t kMaxFileBytes = kMaxHeaderBytes + kMaxServerFrameBytes;
 
 struct StoredTile {
@@ -55,7 +55,7 @@ bool is_in_range(const StoredTile& tile) {
          tile.payload.size() == tile.summary.bytes;
 }
 
-// What a file's bytes say, every number within its range; nullopt when they are not in our form.
+// Parses a file and checks the range of every number; nullopt if the file is malformed.
 std::optional<StoredTile> parse(const std::string& bytes) {
   if (!bytes.starts_with(kFirstLine)) return std::nullopt;
   const std::size_t end = bytes.find('\n', kFirstLine.size());
@@ -112,7 +112,7 @@ std::optional<std::string> bytes_of(const TileFile& file) {
   return bytes;
 }
 
-// Null when the file's content is not the tile that its name identifies.
+// Returns null if the content is not the tile identified by the file's name.
 std::shared_ptr<const LatticeMesh> mesh_in(const TileFile& file, std::uint64_t most_triangles) {
   const auto bytes = bytes_of(file);
   if (!bytes) return nullptr;

@@ -4,7 +4,7 @@ namespace multitetra {
 
 Agreement::Verdict Agreement::compare(const std::string& dataset, const StepBegin& begin,
                                       const ContentDigest& digest) {
-  // The bytes of a request for this very step name it.
+  // A serialized request for exactly this step serves as its key.
   std::string step =
       serialize(OpenStream{.request_id = 1,
                            .dataset = dataset,

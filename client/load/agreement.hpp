@@ -1,4 +1,4 @@
-// Checks that all clients receive the same steps: a step is a pure function of its dataset and its
+// Checks that all clients receive identical steps: a step is a pure function of its dataset and
 // parameters.
 #pragma once
 
@@ -16,12 +16,12 @@ class Agreement {
  public:
   enum class Verdict { kNew, kSame, kAnother };
 
-  // Compares with the digest that any thread recorded for the same step before.
+  // Compares with the digest recorded before, by any thread, for the same step.
   Verdict compare(const std::string& dataset, const StepBegin& begin, const ContentDigest& digest);
 
  private:
   static constexpr std::size_t kMostSteps = 1 << 20;
-  std::mutex mutex_;  // Guards the map.
+  std::mutex mutex_;  // Guards digests_.
   std::map<std::string, ContentDigest> digests_;
 };
 

@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Calls part(thread) on so many threads and waits for all.
+// Calls part(thread) on `threads` threads and waits for all of them.
 void on_threads(int threads, const std::function<void(std::size_t)>& part) {
   std::vector<std::thread> others;
   for (int i = 1; i < threads; ++i) others.emplace_back(part, static_cast<std::size_t>(i));
@@ -24,7 +24,7 @@ std::chrono::milliseconds delay_of(std::size_t client, const LoadOptions& option
          static_cast<std::int64_t>(options.clients + options.idle);
 }
 
-// Seeds that differ in one bit give unlike sequences only after mixing.
+// Mixes the seed: unmixed, seeds that differ in one bit would give similar sequences.
 std::uint64_t seed_of(std::size_t client, std::uint64_t seed) {
   return seed * 0x9e3779b97f4a7c15U + client;
 }
@@ -45,7 +45,7 @@ LoadStatistics run_load(const LoadOptions& options) {
     asio::io_context io(1);
     std::vector<std::unique_ptr<LoadSession>> sessions;
     for (std::size_t client = thread; client < options.idle + options.clients; client += threads) {
-      // The idle ones come first, so that all the others find them there.
+      // Idle clients come first, so that they are connected before the others start.
       sessions.push_back(std::make_unique<LoadSession>(
           io, client < options.idle ? idle : session, seed_of(client, options.seed),
           delay_of(client, options), options.from.of(client), statistics[thread], agreement));
@@ -93,7 +93,7 @@ MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& option
 }
 
 Result<void> allow_connections(std::size_t count) {
-  constexpr std::size_t kOthers = 64;  // Files, timers, threads' event loops.
+  constexpr std::size_t kOthers = 64;  // Files, timers and the threads' event loops.
   rlimit limit{};
   ::getrlimit(RLIMIT_NOFILE, &limit);
   const rlim_t needed = count + kOthers;

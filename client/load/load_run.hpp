@@ -10,22 +10,23 @@
 namespace multitetra {
 
 struct LoadOptions {
-  UserOptions session;  // start, stop and give_up are filled in here.
+  UserOptions session;  // start, stop and give_up are set by run_load().
   std::uint64_t seed = 1;
   std::size_t clients = 10;
-  std::size_t idle = 0;  // Further clients that only stay connected.
+  std::size_t idle = 0;  // Additional clients that only stay connected.
   int threads = 1;
-  SourceAddresses from = {};  // Each client connects from the next one.
+  SourceAddresses from = {};  // Clients use these addresses in turn.
   std::chrono::milliseconds duration{10'000};
-  std::chrono::milliseconds ramp{1'000};    // The clients connect evenly over this time.
-  std::chrono::milliseconds grace{30'000};  // For streams that run when the duration is over.
+  std::chrono::milliseconds ramp{1'000};  // Clients connect evenly spread over this time.
+  // Extra time for streams that run when the duration ends.
+  std::chrono::milliseconds grace{30'000};
 };
 
 [[nodiscard]] LoadStatistics run_load(const LoadOptions& options);
 [[nodiscard]] MisbehaviourCounts run_misbehaviour(Misbehaviour kind, const LoadOptions& options);
 
-// Makes room for so many connections of this process. kLimitExceeded, saying what to do, when the
-// system does not allow them.
+// Raises this process's file limit for `count` connections. Returns kLimitExceeded, with a remedy,
+// if the system does not permit them.
 [[nodiscard]] Result<void> allow_connections(std::size_t count);
 
 }  // namespace multitetra

@@ -13,7 +13,7 @@ double seconds_since(LoadClock::time_point begin) {
   return std::chrono::duration<double>(LoadClock::now() - begin).count();
 }
 
-// Closes a channel when a time is over, unless it is destroyed before.
+// Closes a channel after a time limit, unless destroyed before.
 class ClosesAfter {
  public:
   ClosesAfter(asio::io_context& io, std::shared_ptr<MessageChannel> channel,
@@ -26,8 +26,7 @@ class ClosesAfter {
   asio::steady_timer timer_;
 };
 
-// Waits as long as the server asks and a little longer: clients that were rejected together do not
-// return together.
+// Waits for the server's delay plus up to 25 %, so that clients rejected together return apart.
 std::chrono::milliseconds wait_after(const Error& refusal, std::mt19937_64& random) {
   const double later = 1 + 0.25 * static_cast<double>(random() >> 11) * 0x1p-53;
   return std::chrono::milliseconds(static_cast<std::int64_t>(1000 * refusal.retry_after * later));
@@ -45,12 +44,12 @@ struct LoadSession::RunningStream {
   const DatasetInfo& info;
   StreamChecks checks;
   LoadClock::time_point asked = LoadClock::now();
-  // The time of the last message from the server.
+  // When the last message from the server arrived.
   LoadClock::time_point sign = LoadClock::now();
-  bool is_asked_for_life = false;  // Since then.
+  bool is_asked_for_life = false;  // A Ping was sent since then.
   // When the request is repeated.
   std::optional<LoadClock::time_point> again;
-  std::set<ContentDigest> tiles;  // That came, over all connections.
+  std::set<ContentDigest> tiles;  // Received over all connections.
   std::optional<StepBegin> begun;
   double last_tile = 0;
   bool has_step = false;
@@ -101,7 +100,7 @@ asio::awaitable<void> LoadSession::run() {
 
 // ---- connections
 
-// Tries until it is welcomed or time is over, with waits that grow to two seconds.
+// Retries until the server sends Welcome or the time is over, with delays that grow to two seconds.
 asio::awaitable<void> LoadSession::connect_anew() {
   const auto until = stream_ ? options_.give_up : options_.stop;
   while (LoadClock::now() < until) {
@@ -134,7 +133,7 @@ asio::awaitable<bool> LoadSession::connect() {
     std::erase_if(*datasets,
                   [this](const DatasetInfo& info) { return info.name != options_.dataset; });
   }
-  // A resumed stream refers to the list it began with.
+  // A resumed stream refers to the original list.
   if (datasets_.empty()) datasets_ = *std::move(datasets);
   if (datasets_.empty()) {
     statistics_.add_error({ErrorCode::kUnknownDataset, "The server has no such dataset."});
@@ -161,7 +160,7 @@ asio::awaitable<Result<std::vector<DatasetInfo>>> LoadSession::enter(ChannelPtr 
   co_return fail(ErrorCode::kUnexpectedMessage, "The server sends no list of datasets.");
 }
 
-// The next message; an ErrorReply is its error.
+// Sends a request and returns the next message; an ErrorReply is returned as its error.
 asio::awaitable<Result<ServerMessage>> LoadSession::ask(ChannelPtr channel, std::string content) {
   const auto sent = co_await channel->send(std::move(content));
   if (!sent) co_return tl::unexpected(sent.error());
@@ -175,7 +174,7 @@ asio::awaitable<Result<ServerMessage>> LoadSession::ask(ChannelPtr channel, std:
   co_return *std::move(message);
 }
 
-// Takes everything that comes on a connection, until it ends.
+// Processes all messages of a connection until it ends.
 asio::awaitable<void> LoadSession::listen(ChannelPtr channel) {
   for (;;) {
     const auto content = co_await channel->receive();
@@ -240,7 +239,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
       channel_->close();
       lose({ErrorCode::kUnavailable, "The server is silent for too long."});
     } else if (now >= ask_at && channel_) {
-      // A busy server lets requests wait; one that is lost does not answer this.
+      // A busy server may delay requests, but answers a Ping; a lost one does not.
       stream.is_asked_for_life = true;
       const ChannelPtr channel = channel_;
       co_await channel->send(serialize(Ping{}));
@@ -274,7 +273,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
   stream_.reset();
 }
 
-// Asks for the stream, or for the rest of it after a lost connection.
+// Requests the stream, or its remainder after a lost connection.
 asio::awaitable<void> LoadSession::ask_for_stream() {
   const ChannelPtr channel = channel_;
   if (!channel) co_return;
@@ -309,7 +308,7 @@ void LoadSession::take(const ServerMessage& message) {
   }
 }
 
-// Times and counts, and that no tile comes twice, also across reconnections.
+// Records times and counts, and checks that no tile is sent twice, even across reconnections.
 void LoadSession::note_tile(const Tile& tile) {
   if (tile.request_id != last_request_id_ || !stream_->begun ||
       tile.index >= stream_->begun->tiles.size()) {
@@ -358,7 +357,7 @@ void LoadSession::take_refusal(const Error& error) {
     notify();
     return;
   }
-  // A server that goes away may come back, or another in its place.
+  // The server, or a replacement, may become available again.
   if (error.code == ErrorCode::kUnavailable) {
     if (channel_) channel_->close();
     lose(error);
@@ -369,7 +368,7 @@ void LoadSession::take_refusal(const Error& error) {
   notify();
 }
 
-// After it nothing on this connection is to be trusted.
+// Ends the connection, as its data can no longer be trusted.
 void LoadSession::fail_check(const std::string& text) {
   statistics_.add_failed_check(
       text + (stream_ ? " Dataset \"" + stream_->act.open.dataset + "\", isovalue " +
@@ -389,7 +388,7 @@ void LoadSession::notify() {
   news_.notify_all();
 }
 
-// Until then, or until there is news.
+// Waits until `time` or until notify() is called.
 asio::awaitable<void> LoadSession::wait_until(LoadClock::time_point time) {
   if (!std::exchange(has_news_, false)) {
     co_await news_.wait_until(time);

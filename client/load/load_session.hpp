@@ -1,5 +1,5 @@
-// One simulated user: connects, plays a script, checks what comes, and reconnects when the
-// connection is lost. A coroutine on one thread, like all sessions of that thread.
+// One simulated user: connects, plays a script, checks all replies, and reconnects when the
+// connection is lost. A coroutine; many sessions share a thread.
 #pragma once
 
 #include <chrono>
@@ -22,24 +22,25 @@ struct UserOptions {
   Endpoint server;
   TlsContextPtr tls = nullptr;
   std::string token = {};
-  std::string dataset = {};  // Empty: all that the server has.
+  std::string dataset = {};  // Empty: all datasets of the server.
   // Stays connected and requests nothing.
   bool is_idle = false;
   ScriptKind script = ScriptKind::kMixed;
   ScriptOptions script_options = {};
-  // One stream of so many is checked thoroughly, of the others one tile of so many is decoded.
+  // One in this many streams is checked thoroughly; of the others, one in this many tiles is
+  // decoded.
   std::uint32_t streams_per_thorough = 16;
   std::uint32_t tiles_per_decoded = 16;
-  std::chrono::milliseconds timeout{60'000};  // The longest time without a message.
-  LoadClock::time_point start = {};           // No session connects sooner.
-  // No session requests more from then on,
+  std::chrono::milliseconds timeout{60'000};  // The longest wait for a message.
+  LoadClock::time_point start = {};           // No session connects before this time.
+  // No session makes requests after this time.
   LoadClock::time_point stop = {};
-  LoadClock::time_point give_up = {};  // or waits for more from then on.
+  LoadClock::time_point give_up = {};  // No session waits for replies after this time.
 };
 
 class LoadSession {
  public:
-  // All references must outlive run(), and it the executor's work.
+  // All references must outlive run(), and the session must outlive the executor's work.
   LoadSession(asio::io_context& io, const UserOptions& options, std::uint64_t seed,
               std::chrono::milliseconds delay, std::string from, LoadStatistics& statistics,
               Agreement& agreement);
@@ -79,7 +80,7 @@ class LoadSession {
   std::mt19937_64 random_;
   std::uint64_t seed_;
   std::chrono::milliseconds delay_;
-  std::string from_;  // The address it connects from; empty: the system decides.
+  std::string from_;  // The local address to connect from; empty: chosen by the system.
 
   ChannelPtr channel_;  // Null when not connected.
   std::vector<DatasetInfo> datasets_;
@@ -87,7 +88,7 @@ class LoadSession {
   std::uint64_t last_request_id_ = 0;
   std::uint64_t streams_ = 0;
   int failures_in_a_row_ = 0;
-  // From the last refused connection.
+  // The delay required by the last rejection.
   std::chrono::milliseconds least_wait_{0};
   std::unique_ptr<RunningStream> stream_;
 };

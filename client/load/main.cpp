@@ -1,4 +1,4 @@
-// multitetra-load: many simulated clients of a server, which check every answer.
+// multitetra-load: simulates many clients of a server, which check every reply.
 #include <algorithm>
 #include <iostream>
 #include <string>

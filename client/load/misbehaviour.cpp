@@ -23,7 +23,7 @@ constexpr std::array<std::pair<Misbehaviour, std::string_view>, 6> kNames = {
      {Misbehaviour::kGreedy, "greedy"},
      {Misbehaviour::kHoarding, "hoarding"}}};
 
-// As many of both as a request may have.
+// The most regions and the largest grid that a request may have.
 LocalThresholds largest_map() {
   LocalThresholds map;
   map.regions.resize(kMaxThresholdRegions, {.shape = BallShape{.radius = 1}, .threshold = 0.5});
@@ -45,7 +45,7 @@ std::string random_bytes(std::mt19937_64& random, std::size_t count) {
   return bytes;
 }
 
-// One client, connection after connection.
+// One client, which reconnects after every connection.
 class MisbehavingClient {
  public:
   MisbehavingClient(Misbehaviour kind, const MisbehaviourOptions& options, std::uint64_t seed,
@@ -64,7 +64,7 @@ class MisbehavingClient {
       const auto channel = std::make_shared<MessageChannel>(
           executor_, address(),
           ChannelOptions{.tls = options_.tls, .read_buffer_bytes = 4096, .from = from_});
-      // Ends waits for the server with the run.
+      // Ends waits for the server when the run ends.
       asio::steady_timer end(executor_, options_.stop);
       end.async_wait([channel](const error_code& cancelled) {
         if (!cancelled) channel->close();
@@ -119,7 +119,7 @@ class MisbehavingClient {
     }
   }
 
-  // Exchanges Hello and the list; returns a dataset's name, empty if the server refuses.
+  // Exchanges Hello and lists the datasets; returns a dataset's name, or empty if refused.
   asio::awaitable<std::string> enter(ChannelPtr channel) {
     Hello hello;
     hello.token = options_.token;
@@ -217,7 +217,7 @@ class MisbehavingClient {
     }
   }
 
-  // Requests simplified surfaces that are in no cache, and estimates beside them.
+  // Requests simplified surfaces that are not cached, and estimates at the same time.
   asio::awaitable<void> overload(ChannelPtr channel) {
     const std::string dataset = co_await enter(channel);
     if (dataset.empty()) {
@@ -298,7 +298,8 @@ class MisbehavingClient {
     co_await timer_.async_wait(use_error(ignored));
   }
 
-  static constexpr int kEstimates = 4;  // As many as a server makes for one connection.
+  // The most that a server computes at once for one connection.
+  static constexpr int kEstimates = 4;
 
   Misbehaviour kind_;
   const MisbehaviourOptions& options_;

@@ -1,4 +1,4 @@
-// Misbehaving clients, to test their effect on other clients. Each is a coroutine; a connection
+// Misbehaving clients, to test their effect on other clients. Each is a coroutine. A connection
 // closed by the server is counted and is not an error.
 #pragma once
 
@@ -13,11 +13,11 @@
 namespace multitetra {
 
 enum class Misbehaviour {
-  kStalled,  // Requests a surface, again and again, and reads nothing.
-  kSlow,     // Sends a byte a second of what should be its greeting.
-  // Connects, sends a part of a conversation, and disconnects in the middle.
+  kStalled,  // Requests surfaces repeatedly and reads nothing.
+  kSlow,     // Sends one byte of its greeting per second.
+  // Disconnects in the middle of a conversation.
   kLeaving,
-  kGarbage,   // Sends what is no message.
+  kGarbage,   // Sends bytes that are not a message.
   kGreedy,    // Requests the most work allowed, never the same twice, and reads the replies.
   kHoarding,  // Requests what takes the most memory, at the highest rate, and reads nothing.
 };
@@ -28,7 +28,7 @@ struct MisbehaviourOptions {
   Endpoint server;
   TlsContextPtr tls = nullptr;
   std::string token;
-  std::string dataset;  // For requests; empty: the first that the server has.
+  std::string dataset;  // For requests; empty: the first that the server lists.
   std::chrono::steady_clock::time_point start;
   std::chrono::steady_clock::time_point stop;
 };
@@ -42,9 +42,8 @@ struct MisbehaviourCounts {
   void add(const MisbehaviourCounts& other);
 };
 
-// Until options.stop, reconnecting whenever a connection has ended, from the address `from` unless
-// it is empty. All references must outlive
-// it.
+// Runs until options.stop and reconnects whenever a connection ends. Connects from the address
+// `from` unless it is empty. All references must outlive the coroutine.
 [[nodiscard]] asio::awaitable<void> misbehave(Misbehaviour kind, const MisbehaviourOptions& options,
                                               std::uint64_t seed, std::chrono::milliseconds delay,
                                               std::string from, MisbehaviourCounts& counts);

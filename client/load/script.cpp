@@ -78,7 +78,7 @@ void Script::plan_surface() {
        .pause = any_pause()});
 }
 
-// The knob goes up or down from where it is, and is let go at the end.
+// The slider moves up or down from its position and is released at the end.
 void Script::plan_drag() {
   const DatasetInfo& info = any_dataset();
   const double error = any_error();
@@ -103,7 +103,7 @@ void Script::plan_region() {
   open.request.thresholds.coordinates = CoordinateSystem::kIndex;
   const double radius = 0.1 * *std::max_element(info.dims.begin(), info.dims.end());
   constexpr int kPlaces = 4;
-  // The middle of an octant, so that users look at the same places now and then.
+  // The centers of octants, so that users sometimes request the same regions.
   for (int i = 0; i < kPlaces; ++i) {
     Vec3 centre = {};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -121,7 +121,7 @@ std::size_t Script::one_of(std::size_t count) {
   return std::min(static_cast<std::size_t>(uniform() * static_cast<double>(count)), count - 1);
 }
 
-// Exponentially distributed, as times between independent events are; at most four times the mean.
+// Returns an exponentially distributed pause, as between independent events, at most four means.
 std::chrono::milliseconds Script::any_pause() {
   const double factor = std::min(-std::log(1 - uniform()), 4.0);
   return std::chrono::milliseconds(

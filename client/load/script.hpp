@@ -1,5 +1,5 @@
-// The script of a simulated user: a sequence of requests with times in between, the same for the
-// same seed. Pure: no clock, no socket.
+// The script of a simulated user: a sequence of requests and pauses that depends only on the seed.
+// Pure: no clock, no socket.
 //
 //   Script script(ScriptKind::kDrag, datasets, /*seed=*/7, {});
 //   for (;;) play(script.next());
@@ -19,30 +19,29 @@
 namespace multitetra {
 
 enum class ScriptKind {
-  kRandomIsovalues,  // A surface, looked at, then another one.
-  kDrag,             // The isovalue moves in small steps, each in place of the one before.
-  kRegion,           // A coarse surface, then a ball of finer errors that wanders over it.
-  kMixed,            // Any of these, one after the other.
+  kRandomIsovalues,  // A surface, a pause, then another one.
+  kDrag,             // The isovalue moves in small steps; each request supersedes the previous one.
+  kRegion,           // A coarse surface, then a ball of finer error moving over it.
+  kMixed,            // The other kinds in random order.
 };
 [[nodiscard]] std::optional<ScriptKind> script_kind_from(std::string_view name);
 [[nodiscard]] std::string_view name(ScriptKind kind);  // "random-isovalues", "drag", "roi", "mixed"
 
 struct ScriptOptions {
-  // The number of different isovalues of a dataset, for all users together: few are soon in the
-  // server's cache, many never. At least 1.
+  // The number of different isovalues per dataset, over all users: few are soon cached by the
+  // server, many never. At least 1.
   int isovalues = 32;
-  std::vector<double> errors = {0.5, 1, 2, 4};  // Voxels; one is drawn for each surface.
+  std::vector<double> errors = {0.5, 1, 2, 4};  // Voxels; one is chosen at random per surface.
   bool simplify = false;                        // Whether meshes are simplified.
   std::chrono::milliseconds mean_pause{2'000};  // While a user looks at a surface.
-  std::chrono::milliseconds drag_interval{50};  // Between two places of a knob.
-  int drag_length = 20;                         // Places of the knob from one end to the other.
+  std::chrono::milliseconds drag_interval{50};  // Between two positions of the slider.
+  int drag_length = 20;                         // Slider positions from one end to the other.
 };
 
-// A request, and what comes after it.
+// A request and what follows it.
 struct Act {
-  OpenStream open;  // Without the request id and the tiles held.
-  // The next act comes in its place after so long, whether it is complete or not. None: it runs to
-  // its end.
+  OpenStream open;  // Without the request id and the held tiles.
+  // The next act supersedes this one after this time, complete or not. nullopt: it runs to its end.
   std::optional<std::chrono::milliseconds> replaced_after;
   std::chrono::milliseconds pause{0};  // After its end.
 };
@@ -61,7 +60,7 @@ class Script {
   void plan_drag();
   void plan_region();
 
-  // Uniform over 0 <= x < 1.
+  // Returns a random number, uniform over 0 <= x < 1.
   double uniform();
   std::size_t one_of(std::size_t count);
   const DatasetInfo& any_dataset() { return datasets_[one_of(datasets_.size())]; }
@@ -75,7 +74,7 @@ class Script {
   std::deque<Act> planned_;
 };
 
-// Isovalue `number` of `count` that are worth a look: evenly around the suggested ones.
+// Returns isovalue `number` of `count`, evenly spaced over a range around the suggested isovalues.
 [[nodiscard]] double isovalue(const DatasetInfo& info, int number, int count);
 
 }  // namespace multitetra

@@ -19,7 +19,7 @@ Result<SourceAddresses> SourceAddresses::from(std::string_view text) {
   }
   SourceAddresses addresses;
   const std::uint64_t size = std::uint64_t{1} << (32 - *bits);
-  const bool has_ends = size > 2;  // The network's own address, and that of all in it.
+  const bool has_ends = size > 2;  // The network address and the broadcast address.
   addresses.first_ =
       static_cast<std::uint32_t>(address.to_uint() & ~(size - 1)) + (has_ends ? 1 : 0);
   addresses.count_ = static_cast<std::size_t>(has_ends ? size - 2 : size);

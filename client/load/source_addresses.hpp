@@ -1,4 +1,4 @@
-// The addresses of this machine that simulated clients connect from.
+// The local addresses from which simulated clients connect.
 #pragma once
 
 #include <cstddef>
@@ -12,13 +12,13 @@ namespace multitetra {
 
 class SourceAddresses {
  public:
-  // The system decides.
+  // The system chooses.
   SourceAddresses() = default;
-  // All of an IPv4 network, "127.0.1.0/24", without its first and its last one; or one address.
+  // Accepts an IPv4 network, "127.0.1.0/24", without its first and last address, or one address.
   [[nodiscard]] static Result<SourceAddresses> from(std::string_view text);
 
-  [[nodiscard]] std::size_t count() const { return count_; }  // 0: the system decides.
-  // The address of a client, counted from 0: addresses are taken in turn.
+  [[nodiscard]] std::size_t count() const { return count_; }  // 0: the system chooses.
+  // Returns the address of a client, counted from 0; addresses are used in turn.
   [[nodiscard]] std::string of(std::size_t client) const;
 
  private:

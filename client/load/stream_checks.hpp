@@ -1,8 +1,8 @@
-// Checks of one stream, thorough or cheap.
+// Checks one stream, thoroughly or cheaply.
 //
-// Thorough is the assembler: every tile decoded, every step welded and its topology compared. Cheap
-// is StreamValidator alone, with a sample of the tiles decoded and nothing welded. A load
-// generator that does everything for each of a thousand clients would measure itself.
+// Thorough checks use Assembler: every tile is decoded, every step welded and its topology
+// compared. Cheap checks use StreamValidator only; a sample of the tiles is decoded and nothing is
+// welded. A load generator that checked everything for a thousand clients would measure itself.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace multitetra {
 
-// A step has come whole.
+// A step is complete.
 struct StepIsWhole {
   StepBegin begin;
   ContentDigest digest;
@@ -23,13 +23,13 @@ using StreamProgress = std::variant<std::monostate, StepIsWhole, StreamEnd, Refu
 class StreamChecks {
  public:
   static StreamChecks thorough(DatasetInfo info, OpenStream open, HeldTiles held);
-  // One tile of `tiles_per_decoded`, by its digest, is decoded; 0: none.
+  // Decodes one in `tiles_per_decoded` tiles, selected by digest; 0: none.
   static StreamChecks cheap(DatasetInfo info, OpenStream open, std::uint32_t tiles_per_decoded);
 
-  // An error is a failed check.
+  // Returns an error for a failed check.
   [[nodiscard]] Result<StreamProgress> receive(const ServerMessage& message);
 
-  // The same checks for the same request after a lost connection: `open` must name held_digests().
+  // Returns the same checks for a request resumed by `open`, which must name held_digests().
   [[nodiscard]] StreamChecks again(const DatasetInfo& info, const OpenStream& open) const;
   [[nodiscard]] std::vector<ContentDigest> held_digests() const;
   [[nodiscard]] std::uint64_t tiles_decoded() const { return tiles_decoded_; }

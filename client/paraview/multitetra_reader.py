@@ -55,8 +55,8 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
         self._isovalue = 0.0
         self._error = 1.0
         self._steps = 1
-        self._stream = None  # The steps that have not been taken yet,
-        self._taken = 0  # how many have,
+        self._stream = None  # The stream of steps,
+        self._taken = 0  # the number of steps taken from it,
         self._latest = None  # and the last of them.
         self._connection = None
 
@@ -146,7 +146,7 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
             return 1
         try:
             self._take()
-        except Exception as failure:  # ParaView shows what is printed, and an exception ends its pipeline.
+        except Exception as failure:  # ParaView shows printed text; an exception would end its pipeline.
             print(f"Multi-Tetra: {failure}")
             return 0
         output.ShallowCopy(poly_data(self._latest.mesh))

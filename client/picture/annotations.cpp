@@ -19,8 +19,7 @@ Inks inks_on(Background background) {
   return {.ink = {28, 33, 40}, .rim = {255, 255, 255}};
 }
 
-// Lengths are those of a picture whose shorter side has 720 pixels; small pictures have small
-// letters that can still be read.
+// Sizes are for pictures whose shorter side has 720 pixels; text in smaller ones stays legible.
 double magnification(int width, int height) {
   return std::max(0.6, std::min(width, height) / 720.0);
 }

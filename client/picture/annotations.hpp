@@ -1,5 +1,4 @@
-// What is written on a picture: the scale bar and the legend of colors, as on the pictures of the
-// browser viewer.
+// The scale bar and the color legend of a picture, as in the browser viewer.
 #pragma once
 
 #include <string>
@@ -13,14 +12,14 @@ namespace multitetra {
 
 struct ScaleLength {
   double world = 0;   // 1, 2 or 5 times a power of ten, in world units.
-  double pixels = 0;  // Its length where the middle of what is looked at lies.
+  double pixels = 0;  // At the depth of the scene's center.
 };
 
-// A length of about 110 pixels of a picture of 720 rows, and never longer.
+// Returns the longest such length of at most about 110 pixels, for pictures of 720 rows.
 [[nodiscard]] ScaleLength scale_length(const Camera& camera);
 
-// Below, on the right: a line with a stroke across each of its ends, and its length above. `unit`:
-// that of world coordinates; empty: unknown.
+// Draws a bar with end strokes at the lower right, its length above. `unit`: the unit of world
+// coordinates; empty: unknown.
 void draw_scale_bar(Picture& picture, const Camera& camera, const std::string& unit,
                     Background background);
 
@@ -30,7 +29,7 @@ struct Legend {
   std::string unit;  // Empty: unknown.
 };
 
-// Below, on the left: the colors from the first to the last, with their values and the name above.
+// Draws the color scale at the lower left, with its end values and the name above.
 void draw_legend(Picture& picture, const Legend& legend, Background background);
 
 }  // namespace multitetra

@@ -11,7 +11,7 @@ namespace multitetra {
 namespace {
 
 constexpr double kFieldOfView = 35;  // Degrees, of the shorter side.
-// The filled part of the picture's half width and height.
+// The part of the picture's half width and height that is filled.
 constexpr double kFilled = 0.92;
 
 struct Bounds {
@@ -32,12 +32,12 @@ Bounds bounds_of(std::span<const std::array<float, 3>> places) {
   return bounds;
 }
 
-// By the turn that takes the z axis to `up`, of length 1.
+// Rotates v by the shortest rotation from the z axis to `up`, a unit vector.
 Vec3 turned(const Vec3& v, const Vec3& up) {
   constexpr Vec3 kZ = {0, 0, 1};
   const double cosine = dot(kZ, up);
   if (cosine < -1 + 1e-9) return {-v[0], v[1], -v[2]};
-  // The formula of O. Rodrigues, with the sine in the axis.
+  // Rodrigues' formula; `axis` includes the sine.
   const Vec3 axis = cross(kZ, up);
   const Vec3 across = sum(scaled(v, cosine), cross(axis, v));
   return moved(across, dot(axis, v) / (1 + cosine), axis);
@@ -75,8 +75,8 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
     radius = std::max(radius, (bounds.high[axis] - bounds.low[axis]) / 2);
   }
   if (radius == 0) radius = 1;
-  // A place that is `ahead` of the middle, towards the eye, is inside the picture when the eye is
-  // at least so far from the middle.
+  // A place is in view if the eye is at least this far from the center: the place's depth in front
+  // of the center plus its offset to the side or up, divided by these slopes.
   const double across = kFilled * width / (2 * camera.pixels_at_one);
   const double upwards = kFilled * height / (2 * camera.pixels_at_one);
   double distance = places.empty() ? 4 * radius : 0;

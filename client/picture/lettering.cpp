@@ -11,11 +11,11 @@ namespace {
 
 struct Glyph {
   char character;
-  std::string_view lines;  // Polylines with spaces between them; two digits a corner: x from the
-                           // left, y from below.
+  std::string_view lines;  // Polylines separated by spaces; two digits per corner: x from the left,
+                           // y from below.
 };
 
-// On a grid of 5 x 9: capitals from y = 2, the baseline, to 8, small letters to 6, descenders from
+// On a grid of 5 x 9: capitals from y = 2 (the baseline) to 8, small letters to 6, descenders from
 // 0.
 constexpr Glyph kGlyphs[] = {
     {'0', "120307183847433212"},
@@ -143,11 +143,11 @@ constexpr Glyph kGlyphs[] = {
      "5"},
     {'\x04', "18384736264514"},
 };
-constexpr double kAdvance = 6;  // From a letter to the next, in units of the grid.
-constexpr double kCapital = 6;  // The height of a capital.
+constexpr double kAdvance = 6;  // From a letter to the next, in grid units.
+constexpr double kCapital = 6;  // The height of a capital letter.
 constexpr double kBaseline = 2;
 
-// One character a glyph: what is not ASCII by its number in the table.
+// Converts UTF-8 to one character per glyph; non-ASCII ones become numbers in the table.
 std::string by_glyph(std::string_view utf8) {
   constexpr std::pair<std::string_view, char> kOthers[] = {{"\xc2\xb5", '\x01'},
                                                            {"\xce\xbc", '\x01'},
@@ -165,7 +165,7 @@ std::string by_glyph(std::string_view utf8) {
     }
     const unsigned char first = static_cast<unsigned char>(utf8.front());
     if (first < 0x80) glyphs += first < 0x20 ? '?' : utf8.front();
-    if (first >= 0xc0) glyphs += '?';  // Its other bytes have no glyph.
+    if (first >= 0xc0) glyphs += '?';  // Continuation bytes have no glyph.
     utf8.remove_prefix(1);
   }
   return glyphs;

@@ -1,5 +1,5 @@
-// Lines and words in a picture: strokes with smooth edges, and letters that are made of strokes, at
-// any size. There is no font to install and none to differ between machines.
+// Draws antialiased lines and text of any size. Letters consist of strokes: no font needs to be
+// installed, so pictures are identical on all machines.
 #pragma once
 
 #include <array>
@@ -11,23 +11,20 @@
 
 namespace multitetra {
 
-// From one place to another, in pixels from the picture's left and upper edge; a dot where they are
-// the same.
+// A segment between two places, in pixels from the upper left corner; a dot if they are equal.
 struct Stroke {
   std::array<double, 2> from = {0, 0};
   std::array<double, 2> to = {0, 0};
 };
 
-// Draws all strokes as one shape, `width` pixels wide, with round ends. What lies beside the
-// picture is left out.
+// Draws all strokes as one shape, `width` pixels wide, with round ends, clipped to the picture.
 void draw_strokes(Picture& picture, std::span<const Stroke> strokes, double width, Rgb color);
 
-// How far a line of text reaches, in pixels. `height`: that of a capital letter.
+// Returns the width of a line of text in pixels. `height`: the height of a capital letter.
 [[nodiscard]] double text_width(std::string_view utf8, double height);
 
-// A line of text: `left` and `baseline` in pixels, around it a rim of another color, so that it can
-// be read over anything. Characters other than ASCII, "µ", "μ", "°", "²" and "³" are written as
-// "?".
+// Draws a line of text at `left` and `baseline`, in pixels, with a rim of another color to be
+// legible anywhere. Replaces characters other than ASCII, "µ", "μ", "°", "²" and "³" by "?".
 void draw_text(Picture& picture, std::string_view utf8, double left, double baseline, double height,
                Rgb ink, Rgb rim);
 

@@ -17,36 +17,39 @@
 namespace multitetra {
 namespace {
 
-constexpr int kSubpixels = 256;  // Corners are rounded to these.
-constexpr int kBandRows = 32;    // A band of the picture is drawn by one thread.
+constexpr int kSubpixels = 256;  // Corners are rounded to 1/256 pixel.
+constexpr int kBandRows = 32;    // Each thread draws bands of this many rows.
 
-// Where a pixel is sampled, in subpixels from its upper left corner: no two in one row or column,
-// so that edges of every direction come out smooth.
+// Sample positions in subpixels from the upper left corner of a pixel. No two share a row or
+// column, so that edges in every direction are smooth.
 constexpr std::array<std::array<int, 2>, kSamples> kSamplePlaces = {
     {{144, 80}, {112, 176}, {208, 144}, {80, 48}, {48, 208}, {16, 112}, {176, 240}, {240, 16}}};
 
-constexpr double kFarthest = 1 << 26;  // Subpixels that a corner may lie beside the picture.
+// The largest distance of a corner from the picture, in subpixels.
+constexpr double kFarthest = 1 << 26;
 
-// Wires are so wide on each side of an edge; both triangles draw their half.
+// The width of a wire on each side of an edge; both triangles draw their half.
 constexpr double kHalfWire = 0.5 * kSubpixels;
-// The least height of a triangle whose wires are drawn in full.
+// Wires are drawn in full on triangles of at least this height, and fade on smaller ones.
 constexpr double kWiredHeight = 6 * kSubpixels;
-constexpr float kWireLight = 0.2F;  // What is left of the surface's light under a wire.
+// The fraction of the surface's light that remains under a wire.
+constexpr float kWireLight = 0.2F;
 
-// A corner as the picture has it.
+// A projected corner.
 struct Corner {
-  std::int32_t x = 0;   // Subpixels from the left.
-  std::int32_t y = 0;   // Subpixels from above.
-  double nearness = 0;  // One by the distance along the view, linear in the picture; 0: not seen.
+  std::int32_t x = 0;  // Subpixels from the left.
+  std::int32_t y = 0;  // From above.
+  // The reciprocal of the depth, which is linear in the picture; 0: not visible.
+  double nearness = 0;
 };
 
-// Twice the area of a, b and the place; positive when the place is to the right of a -> b, as rows
-// are counted downwards.
+// Returns twice the area of the triangle (a, b, place); positive when the place is to the right of
+// a -> b, as rows count downwards.
 std::int64_t side(const Corner& a, const Corner& b, std::int64_t x, std::int64_t y) {
   return (std::int64_t{b.x} - a.x) * (y - a.y) - (std::int64_t{b.y} - a.y) * (x - a.x);
 }
 
-// A sample that is exactly on an edge belongs to the triangle whose left or upper edge it is.
+// A sample exactly on an edge belongs to the triangle whose left or upper edge it is.
 std::int64_t owed(const Corner& a, const Corner& b) {
   const bool is_owner = b.y < a.y || (b.y == a.y && b.x > a.x);
   return is_owner ? 0 : 1;
@@ -70,7 +73,7 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
   return corners;
 }
 
-// Normals of the vertices: means of the triangles around each, weighted by their areas.
+// Returns vertex normals: area-weighted means of the normals of adjacent triangles.
 std::vector<UnitVector> averaged_normals(const PositionedMesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size(), Vec3{0, 0, 0});
   for (const TriangleIndices& triangle : mesh.triangles) {
@@ -99,17 +102,18 @@ std::vector<Light> lights_of(const PositionedMesh& mesh) {
   return lights;
 }
 
-// One of the surfaces, as all bands read it.
+// A surface with the data shared by all bands.
 struct SeenSurface {
   const PositionedMesh& mesh;
   float opacity = 1;
-  std::optional<Light> color;  // None: the usual one.
-  // The normals of a mesh that needs them and has none.
+  std::optional<Light> color;  // nullopt: the default color.
+  // Computed if the mesh needs normals and has none.
   std::vector<UnitVector> own_normals;
-  // The colors of the vertices, if they have some.
+  // The colors of the vertices; empty: none.
   std::vector<Light> colors;
   std::vector<Corner> corners;
-  std::vector<std::vector<std::uint32_t>> bands;  // Triangles that may show in each, in order.
+  // Triangles that may be visible in each band, in order.
+  std::vector<std::vector<std::uint32_t>> bands;
 
   [[nodiscard]] const std::vector<UnitVector>& normals() const {
     return mesh.normals.empty() ? own_normals : mesh.normals;
@@ -138,7 +142,7 @@ std::vector<std::vector<std::uint32_t>> bands_of(const PositionedMesh& mesh, con
   return bands;
 }
 
-// Some rows of the picture, with all their samples.
+// A band of rows with all its samples.
 class Band {
  public:
   Band(const Scene& scene, std::size_t number)
@@ -182,13 +186,13 @@ class Band {
            kSamples;
   }
 
-  // What is the same all over a triangle.
+  // The constants of a triangle.
   struct Drawn {
     TriangleIndices indices;  // In the order that makes `area` positive.
-    std::int64_t area = 0;    // Twice its area, in subpixels.
+    std::int64_t area = 0;    // Twice the area, in square subpixels.
     bool is_inside = false;
-    Vec3 normal = {0, 0, 0};                    // Its own; used by flat shading.
-    std::array<double, 3> wire = {-1, -1, -1};  // Up to which side() of its edges lies a wire.
+    Vec3 normal = {0, 0, 0};                    // Of the triangle; used by flat shading.
+    std::array<double, 3> wire = {-1, -1, -1};  // The largest side() of each edge within its wire.
     float wire_light = 1;
   };
 
@@ -204,7 +208,7 @@ class Band {
     const Vec3 a = vec3(places[indices[0]]);
     t.normal =
         cross(difference(vec3(places[indices[1]]), a), difference(vec3(places[indices[2]]), a));
-    // Triangles go counterclockwise where their outside is seen; rows are counted downwards.
+    // Triangles are counterclockwise when seen from outside; rows count downwards.
     t.is_inside = t.area > 0;
     if (t.area < 0) {
       std::swap(t.indices[1], t.indices[2]);
@@ -223,7 +227,7 @@ class Band {
   // side() of an edge is its length times the distance from it.
   void add_wires(Drawn& t) const {
     double longest = 0;
-    for (std::size_t i = 0; i < 3; ++i) {  // The edge across from corner i.
+    for (std::size_t i = 0; i < 3; ++i) {  // Opposite to corner i.
       const Corner& from = corner(t, i + 1);
       const Corner& to = corner(t, i + 2);
       const double length = std::hypot(to.x - from.x, to.y - from.y);
@@ -235,7 +239,7 @@ class Band {
     t.wire_light = 1 - strength * (1 - kWireLight);
   }
 
-  // The samples of a pixel that the triangle covers, and is the nearest at so far.
+  // Draws the samples of a pixel that the triangle covers and for which it is the nearest so far.
   void draw_pixel(const Drawn& t, int x, int y) {
     const Corner& a = corner(t, 0);
     const Corner& b = corner(t, 1);
@@ -250,7 +254,7 @@ class Band {
     };
     std::array<Covered, kSamples> covered{};
     std::size_t count = 0;
-    // The middle of the covered samples, in weights of corners.
+    // The centroid of the covered samples, as weights of the corners.
     std::array<double, 3> middle = {0, 0, 0};
     for (std::size_t i = 0; i < kSamples; ++i) {
       const std::int64_t sx = std::int64_t{x} * kSubpixels + kSamplePlaces[i][0];
@@ -287,14 +291,14 @@ class Band {
     fragments_.push_back(fragment);
   }
 
-  // `weights` are of the corners in the picture, of any sum.
+  // `weights`: of the corners in the picture, with any sum.
   [[nodiscard]] Light light_at(const Drawn& t, std::array<double, 3> weights) const {
     const bool is_flat = scene_.options.shading == Shading::kFlat;
     Vec3 place = {0, 0, 0};
     Vec3 normal = is_flat ? t.normal : Vec3{0, 0, 0};
     double sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      weights[i] *= corner(t, i).nearness;  // As they are in space.
+      weights[i] *= corner(t, i).nearness;  // Converts to weights in space.
       sum += weights[i];
     }
     for (std::size_t i = 0; i < 3; ++i) {
@@ -336,9 +340,9 @@ class Band {
   int first_row_;
   int rows_;
   std::vector<Sample> samples_;
-  std::vector<Fragment> fragments_;       // In the order in which they were drawn.
-  std::vector<Mix> mixes_;                // None where nothing is seen through.
-  const SeenSurface* surface_ = nullptr;  // That is being drawn.
+  std::vector<Fragment> fragments_;       // In drawing order.
+  std::vector<Mix> mixes_;                // Empty without translucent fragments.
+  const SeenSurface* surface_ = nullptr;  // The surface being drawn.
 };
 
 }  // namespace
@@ -380,7 +384,7 @@ Picture drawn(std::span<const DrawnSurface> surfaces, const Camera& camera,
   const std::size_t threads =
       options.threads > 0 ? static_cast<std::size_t>(options.threads) : std::size_t{processors};
   {
-    std::vector<std::jthread> helpers;  // Join at the end of this block.
+    std::vector<std::jthread> helpers;  // Joined at the end of this block.
     for (std::size_t i = 1; i < std::min(threads, bands); ++i) {
       helpers.emplace_back(work);
     }

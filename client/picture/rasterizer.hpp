@@ -5,14 +5,13 @@
 //   write_file("head.png", png_file(drawn({{.mesh = &skin, .opacity = 0.4}, {.mesh = &bone}},
 //                                         camera, {})));
 //
-// Every pixel is sampled in eight places. A sample belongs to exactly one of the triangles that
-// meet at an edge, as their corners are rounded to 1/256 pixel first: a mesh without cracks is
-// drawn without any. Where surfaces are seen through, every sample is mixed of all that lie in its
-// line of sight, the nearest first, however they nest (an A-buffer; Carpenter 1984). The same
-// surfaces and camera give the same pixels with any number of threads.
+// Every pixel has eight samples. Corners are rounded to 1/256 pixel, and each sample belongs to
+// exactly one of the triangles that meet at an edge, so a watertight mesh is drawn without cracks.
+// With translucent surfaces every sample blends all surfaces in its line of sight, nearest first,
+// however they nest (an A-buffer; Carpenter 1984). The same surfaces and camera give the same
+// pixels with any number of threads.
 //
-// There are renderers enough, but none of them draws the same picture everywhere without a display
-// or a driver, and this is all that a picture of one surface needs.
+// Existing renderers need a display or a driver, or their pictures differ between machines.
 #pragma once
 
 #include <optional>
@@ -26,31 +25,32 @@
 namespace multitetra {
 
 enum class Shading {
-  // By the mesh's normals or, if it has none, those of its triangles, averaged at corners.
+  // By the mesh's normals, or if it has none by averaged normals of its triangles.
   kSmooth,
-  kFlat,  // By each triangle's own normal.
+  kFlat,  // By the normals of the triangles.
 };
 
 struct DrawnSurface {
-  const PositionedMesh* mesh = nullptr;       // Not null.
-  double opacity = 1;                         // More than 0, at most 1: nothing is seen through it.
-  std::optional<Light> color = std::nullopt;  // None: the usual one. Those of vertices come first.
+  const PositionedMesh* mesh = nullptr;  // Not null.
+  double opacity = 1;                    // Above 0, up to 1 (opaque).
+  // nullopt: the default color. Colors of vertices have precedence.
+  std::optional<Light> color = std::nullopt;
 };
 
 struct DrawOptions {
   Background background = Background::kDark;
   Shading shading = Shading::kSmooth;
-  // Draws the triangles' edges as lines, one pixel wide. Where triangles are smaller than a few
-  // pixels the lines fade, so that the surface's shape remains to be seen.
+  // Draws the triangles' edges as lines one pixel wide. On triangles smaller than a few pixels the
+  // lines fade, so that the shape of the surface stays visible.
   bool wireframe = false;
-  int threads = 0;  // 0: one for each processor.
+  int threads = 0;  // 0: one per processor.
 };
 
-// Triangles may lie beside the picture; those that reach behind the eye are left out. framing()
-// sees to it that all are in front of it and in the picture.
+// Clips triangles at the picture's border and omits those that reach behind the eye. Cameras of
+// framing() have all places in view.
 [[nodiscard]] Picture drawn(std::span<const DrawnSurface> surfaces, const Camera& camera,
                             const DrawOptions& options);
-// One surface that nothing is seen through.
+// Draws one opaque surface.
 [[nodiscard]] Picture drawn(const PositionedMesh& mesh, const Camera& camera,
                             const DrawOptions& options);
 

@@ -26,13 +26,13 @@ Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_i
           const std::optional<Light>& own_color) {
   static const Light kOutside = light_of(0xe0, 0xcd, 0xb4);
   static const Light kInside = light_of(0x8f, 0x6c, 0x5c);
-  // A lamp beside the eye, above its left shoulder, shows more of the shape than one in the eye.
+  // A lamp above the left shoulder of the viewer shows more of the shape than one at the eye.
   const Vec3 lamp = normalized({to_eye[0] - 0.45, to_eye[1] + 0.55, to_eye[2]});
   const double facing = std::max(0.0, dot(normal, lamp));
   const double from_above = 0.5 + 0.5 * dot(normal, upwards);
   const Vec3 half = normalized({lamp[0] + to_eye[0], lamp[1] + to_eye[1], lamp[2] + to_eye[2]});
   double shine = std::max(0.0, dot(normal, half));
-  for (int doubling = 0; doubling < 5; ++doubling) shine *= shine;  // To the power of 32.
+  for (int doubling = 0; doubling < 5; ++doubling) shine *= shine;  // Raises to the power of 32.
   constexpr float kDarkerInside = 0.5F;
   Light color = is_inside ? kInside : kOutside;
   if (own_color) {

@@ -1,6 +1,6 @@
-// The Python module multitetra._client: the C++ client with the types of Python and NumPy. Waits
-// release the GIL and react to Ctrl-C; what is named and documented for users is in the package's
-// Python files.
+// The Python module multitetra._client: the C++ client with Python and NumPy types. Waits release
+// the GIL and react to Ctrl-C. The package's Python files have the public API and its
+// documentation.
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -26,7 +26,7 @@ namespace {
 
 // ---- errors
 
-// Classes of exceptions, which live as long as the interpreter.
+// Exception classes, which live as long as the interpreter.
 PyObject* server_error = nullptr;
 PyObject* check_error = nullptr;
 
@@ -54,7 +54,7 @@ T value_of(ClientResult<T> result) {
   if constexpr (!std::is_void_v<T>) return *std::move(result);
 }
 
-// What a caller has written: a ValueError where it is wrong.
+// Returns the value of a parsed argument; raises ValueError if it is invalid.
 template <typename T>
 T argument(Result<T> result) {
   if (!result) raise(PyExc_ValueError, result.error().text);
@@ -67,7 +67,7 @@ T word(std::optional<T> value, const char* what, const std::string& text) {
   return *value;
 }
 
-// Called without the GIL, from a wait: whether Python has something that ends it.
+// Called during waits, without the GIL. Returns whether a signal handler has raised an exception.
 bool has_signal() {
   const py::gil_scoped_acquire gil;
   return PyErr_CheckSignals() != 0;
@@ -83,7 +83,7 @@ py::object rows_of(const Rows& rows) {
   return array;
 }
 
-// In double precision, so that no vertex moves. Faces are turned over where the map mirrors.
+// Converts in double precision, so that no vertex moves. Reverses faces if the map mirrors.
 py::object mesh_of(const LatticeMesh& mesh, const Affine& grid_to_world,
                    std::optional<double> error_bound, bool is_full_resolution) {
   std::vector<Vec3> vertices;
@@ -125,7 +125,7 @@ std::vector<std::array<T, 3>> rows_from(const Rows<T>& rows, const char* what) {
   return out;
 }
 
-// The format is that of the path's suffix.
+// The path's suffix determines the format.
 void save_mesh(const std::string& path, const Rows<float>& vertices,
                const Rows<std::uint32_t>& faces, const std::optional<Rows<float>>& normals,
                const std::optional<py::array_t<float, py::array::forcecast>>& scalars) {
@@ -160,8 +160,7 @@ void save_mesh(const std::string& path, const Rows<float>& vertices,
 
 // ---- requests
 
-// A value of Python as the table of fields reads it: numbers, words, True for "on", and sequences
-// of numbers.
+// Converts a Python value to the text form of fields: numbers, strings, True as "on", sequences.
 std::string text_of(const py::handle& value) {
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "on" : "off";
   if (py::isinstance<py::str>(value) || py::isinstance<py::int_>(value)) return py::str(value);
@@ -171,12 +170,12 @@ std::string text_of(const py::handle& value) {
   return text;
 }
 
-// The plural where a field may be repeated, as its value is a list.
+// Plural if the field is repeatable, because its value is then a list.
 std::string keyword_of(const RequestField& field) {
   return std::string(field.name) + (field.is_repeatable ? "s" : "");
 }
 
-// What is about a file is for Python's users to do, and the isovalue is an argument of its own.
+// Excludes fields about files, which Python users handle themselves, and the isovalue.
 bool is_keyword(const RequestField& field) {
   const bool is_of_file = field.group == FieldGroup::kFile || field.name == "colors" ||
                           field.name == "color_scale" || field.name == "no_value_color";
@@ -190,7 +189,7 @@ void set(const RequestField& field, const py::handle& value, SurfaceQuery& query
   }
 }
 
-// The request, and what colors its surface.
+// Returns the request and the coloring of its surface.
 std::pair<IsosurfaceRequest, std::optional<ScalarRequest>> surface_request(
     double isovalue, const std::shared_ptr<ThresholdGrid>& threshold_grid,
     const py::dict& keywords) {
@@ -212,12 +211,12 @@ std::pair<IsosurfaceRequest, std::optional<ScalarRequest>> surface_request(
   return {argument(requests_for(query, DatasetInfo{})).front(), argument(scalars_for(query))};
 }
 
-// A ValueError unless values of a dataset may color surfaces of another.
+// Raises ValueError if the values of one dataset cannot color surfaces of the other.
 void check_one_world(const DatasetInfo& surface, const DatasetInfo& values) {
   argument(check_colors({}, surface, values));
 }
 
-// Lists for every keyword its name, the form of its value, its default as text, and its meaning.
+// Lists each keyword with its name, the form of its value, its default as text and its meaning.
 py::list request_keywords() {
   py::list keywords;
   for (const RequestField& field : request_fields()) {
@@ -246,12 +245,11 @@ std::shared_ptr<ThresholdGrid> grid_of(
 
 struct Step {
   CommittedStepPtr committed;
-  std::string empty_text;  // Why there is no triangle; empty where there are some.
+  std::string empty_text;  // Why there are no triangles; empty if there are some.
   py::object mesh;
 };
 
-// One request at a time: another one ends a stream that runs. Used by any number of threads, one
-// after the other.
+// Runs one request at a time; a new one ends a running stream. Thread-safe: calls are serialized.
 class Connection {
  public:
   Connection(const std::string& url, std::string token, std::string ca, bool insecure,
@@ -329,7 +327,7 @@ class Connection {
     }));
   }
 
-  // None after the final step.
+  // Returns nullopt after the final step.
   std::optional<Step> next(std::uint64_t stream) {
     const auto step =
         value_of(unlocked([this, stream]() -> ClientResult<std::optional<FetchedStep>> {
@@ -354,7 +352,7 @@ class Connection {
                 is_full_resolution(step->step->begin))};
   }
 
-  // Stops the stream if it is the one that runs.
+  // Stops the stream if it is running.
   void leave(std::uint64_t stream) {
     unlocked([this, stream] {
       if (stream == streams_) stop_stream();
@@ -363,7 +361,7 @@ class Connection {
   }
 
  private:
-  // Runs what may wait, without the GIL.
+  // Runs an operation that may wait, without the GIL.
   template <typename Operation>
   std::invoke_result_t<const Operation&> unlocked(const Operation& operation) {
     const py::gil_scoped_release release;
@@ -384,7 +382,7 @@ class Connection {
     fetch_.reset();
   }
 
-  // Ends a stream that runs, and reconnects where the connection was lost.
+  // Ends a running stream, and reconnects if the connection was lost.
   ClientResult<void> free_client() {
     if (!client_) {
       return fail(ErrorSource::kNetwork, {ErrorCode::kUnavailable, "The connection is closed."});
@@ -409,14 +407,14 @@ class Connection {
 
   const Endpoint server_;
   std::vector<DatasetInfo> infos_;
-  // The dataset of the last stream,
+  // The dataset and
   DatasetInfo open_info_;
-  IsosurfaceRequest open_request_;  // and its request.
-  std::mutex mutex_;                // Guards what follows.
-  std::uint64_t streams_ = 0;       // Requests so far; the last one may be a stream.
-  std::optional<Client> client_;    // None: closed.
+  IsosurfaceRequest open_request_;  // the request of the last stream.
+  std::mutex mutex_;                // Guards the members below.
+  std::uint64_t streams_ = 0;       // The number of requests; the last one may be a stream.
+  std::optional<Client> client_;    // nullopt: closed.
   DecodedTileCache tiles_;
-  std::optional<Fetch> fetch_;  // The stream that runs.
+  std::optional<Fetch> fetch_;  // The running stream.
   bool is_lost_ = false;
 };
 

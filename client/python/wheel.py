@@ -17,7 +17,7 @@ import zipfile
 HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parent.parent
 REQUIRES = ["numpy"]
-BEGINNING = (1980, 1, 1, 0, 0, 0)  # The same wheel for the same build.
+BEGINNING = (1980, 1, 1, 0, 0, 0)  # Fixed, so that the same build gives the same wheel.
 
 
 def version():

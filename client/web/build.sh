@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Builds the browser viewer into a folder that the server's HTTP port serves.
+# Builds the browser viewer into a folder served by the server's HTTP port.
 #
 #   bash client/web/build.sh OUTPUT_FOLDER
 #
-# Needs node (18 or later), npm and protoc. Packages are installed once for each package-lock.json,
-# which takes the network or a warm npm cache; nothing is done when no source has changed.
+# Requires node (18 or later), npm and protoc. Installs packages once per package-lock.json, from
+# the network or a warm npm cache; does nothing if no source has changed.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -13,7 +13,7 @@ mkdir -p "$output"
 output=$(cd "$output" && pwd)
 cd "$here"
 
-# Presets share node_modules: one build at a time.
+# Presets share node_modules, so builds must not overlap.
 mkdir -p node_modules
 exec 9>node_modules/.multitetra_lock
 flock 9

@@ -1,4 +1,4 @@
-# Runs build.sh; errors of npm are reported and do not stop the build.
+# Runs build.sh; reports npm errors without stopping the build.
 if(NOT NPM)
   message("!! npm is missing: NO BROWSER VIEWER is built. Everything else works.")
   return()

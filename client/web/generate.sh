@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes src/protocol/generated from proto/: the messages as TypeScript. Needs protoc and `npm ci`.
+# Generates src/protocol/generated, the messages in TypeScript. Requires protoc and `npm ci`.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 mkdir -p src/protocol/generated

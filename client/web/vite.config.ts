@@ -5,7 +5,7 @@ import { defineConfig, type Plugin } from "vite";
 
 import { withoutNode } from "./vite.without_node";
 
-// The licences of the packages whose code is shipped, beside it.
+// Adds the licenses of bundled packages.
 function thirdParty(packages: string[]): Plugin {
   const text = packages.map((name) => {
     const folder = new URL(`node_modules/${name}/`, import.meta.url);
@@ -31,7 +31,7 @@ function thirdParty(packages: string[]): Plugin {
   };
 }
 
-// Smaller copies beside the files, for browsers that take them.
+// Adds compressed copies of the files, for browsers that accept them.
 function compressed(): Plugin {
   return {
     name: "compressed",
@@ -46,7 +46,7 @@ function compressed(): Plugin {
   };
 }
 
-// MULTITETRA_VIEWER_OUT names the folder that the server's HTTP port reads; build.sh sets it.
+// MULTITETRA_VIEWER_OUT names the folder served by the server's HTTP port; build.sh sets it.
 export default defineConfig({
   base: "./",
   plugins: [

@@ -2,7 +2,7 @@ import { defineConfig } from "vite";
 
 import { withoutNode } from "./vite.without_node";
 
-// The module `multitetra-viewer`: package.json says what is in it. Workers are files beside it.
+// The module `multitetra-viewer`, described in package.json. Its workers are separate files.
 export default defineConfig({
   base: "./",
   publicDir: false,

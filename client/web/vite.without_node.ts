@@ -1,6 +1,6 @@
 import type { Plugin } from "vite";
 
-// Draco's loader names modules of node that it does not use in a browser.
+// Draco's loader imports node modules that it does not use in a browser.
 export function withoutNode(): Plugin {
   return {
     name: "without-node",

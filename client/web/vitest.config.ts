@@ -1,7 +1,7 @@
 import { fileURLToPath } from "node:url";
 import { defineConfig } from "vitest/config";
 
-// The tests live with all others.
+// The tests are in tests/client/web.
 export default defineConfig({
   server: { fs: { strict: false } },
   test: { globals: true, root: fileURLToPath(new URL("../../tests/client/web", import.meta.url)) },

@@ -1,4 +1,4 @@
-# Completion for bash of all Multi-Tetra programs, from what their --help-all prints. For use without the package:
+# Bash completion for all Multi-Tetra programs, based on their --help-all. Without the package:
 #   source docker/debian/completion.bash
 _multitetra() {
   local program=${COMP_WORDS[0]} current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}
@@ -8,14 +8,14 @@ _multitetra() {
     if grep -qx -- "$word" <<<"$commands"; then command=$word; break; fi
   done
   help=$("$program" $command --help-all 2>/dev/null)
-  if [[ $previous == -* ]]; then   # "--option VALUE" with one space between; a flag has more behind it.
+  if [[ $previous == -* ]]; then   # "--option VALUE" has a single space; after a flag there are more.
     value=$(sed -nE "s/^  ([^ ]*,)?$previous ([^ ]+).*/\2/p" <<<"$help" | head -n 1)
   fi
   case "$value" in
     FILE*) COMPREPLY=($(compgen -f -- "$current")) ;;
     DIR*) COMPREPLY=($(compgen -d -- "$current")) ;;
     *\|*) COMPREPLY=($(compgen -W "${value//|/ }" -- "$current")) ;;
-    ?*) ;;   # A number or a name: nothing to offer.
+    ?*) ;;   # A number or a name: no completion.
     *)
       if [[ $current == -* ]]; then
         COMPREPLY=($(compgen -W "$(grep -oE '^  [^ ]+' <<<"$help" | tr ',' '\n' | grep -o -- '-.*')" -- "$current"))

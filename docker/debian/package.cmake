@@ -1,5 +1,5 @@
-# A Debian package of a finished build: bash docker/package.sh deb
-# Programs, viewer, man pages, completion, the systemd unit, its user, and /etc/multitetra.
+# Makes a Debian package of a finished build: bash docker/package.sh deb
+# It contains the programs, viewer, man pages, completion, the systemd unit, its user, and /etc/multitetra.
 include(GNUInstallDirs)
 
 set(DEBIAN_FOLDER ${CMAKE_CURRENT_LIST_DIR})
@@ -10,16 +10,16 @@ configure_file(${DEBIAN_FOLDER}/changelog.in ${PACKAGED}/changelog.Debian @ONLY)
 
 foreach(program multitetra_server_program multitetra_gateway_program multitetra_client_program multitetra_load_program)
   install(TARGETS ${program} RUNTIME DESTINATION usr/bin)
-  # A binary that is moved finds its viewer beside itself: bin/../share.
+  # An installed program finds its viewer relative to itself: bin/../share.
 endforeach()
-# `multitetra view` is what one types first.
+# A short name for the most common command, `multitetra view`.
 install(CODE "file(CREATE_LINK multitetra-server \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/usr/bin/multitetra SYMBOLIC)")
 install(DIRECTORY ${PROJECT_BINARY_DIR}/share/multitetra DESTINATION usr/share PATTERN "*.sources" EXCLUDE)
 foreach(program client gateway load server)
   install(FILES ${DEBIAN_FOLDER}/completion.bash DESTINATION usr/share/bash-completion/completions RENAME multitetra-${program})
 endforeach()
 install(FILES ${DEBIAN_FOLDER}/completion.bash DESTINATION usr/share/bash-completion/completions RENAME multitetra)
-# Manual pages from --help-all (needs help2man). What Debian wants packed is packed the same way each time.
+# Generates man pages from --help-all (requires help2man). Compresses files as Debian requires, reproducibly.
 install(CODE "
   set(man \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/usr/share/man/man1)
   set(doc \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${doc})

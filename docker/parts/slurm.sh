@@ -1,11 +1,12 @@
 #!/bin/bash
-# Prepares a volume over the nodes of a Slurm cluster: a plan, an array of parts, a merge that waits for all of them.
+# Prepares a volume on the nodes of a Slurm cluster: a plan, an array of parts, and a merge that waits for all parts.
 #
 #   bash slurm.sh VOLUME DATASET PARTS [options of sbatch]
 #   bash slurm.sh /lustre/big.nrrd /lustre/big.mtd 64 --partition=cpu --cpus-per-task=8 --mem=2G
 #
-# Without --cpus-per-task a part has one processor. VOLUME and DATASET are paths that all nodes see. PREPARE_OPTIONS="--margin 1 --outside 0" sets how to read and prepare it. A part that fails or loses its node may run again at any time
-# (sbatch --requeue does it); after that: multitetra-server prepare --merge -o DATASET.
+# Without --cpus-per-task each part has one processor. VOLUME and DATASET are paths visible to all nodes.
+# PREPARE_OPTIONS="--margin 1 --outside 0" sets options for reading and preparing. A part that fails or loses its node
+# may be run again at any time (sbatch --requeue does so); then run multitetra-server prepare --merge -o DATASET.
 set -euo pipefail
 if [ $# -lt 3 ]; then
   echo "usage: slurm.sh VOLUME DATASET PARTS [options of sbatch]" >&2
@@ -16,7 +17,7 @@ dataset=$2
 parts=$3
 shift 3
 
-# submit NAME OPTION... -- COMMAND...: prints the job's number. The command's words reach the job as they are.
+# submit NAME OPTION... -- COMMAND...: submits a job and prints its number. Passes the command's words unchanged.
 submit() {
   local name=$1 options=()
   shift

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# haproxy.cfg and caching_proxy.conf of this folder as they are, but for ports and folders, in front of three servers whose dataset is a
-# file behind another nginx. Half a minute; says what was seen and fails when a promise is broken.
+# Tests haproxy.cfg and caching_proxy.conf, with changed ports and folders, in front of three servers whose dataset is
+# served by another nginx. Takes half a minute; prints the results and fails if a check fails.
 #
 #   bash docker/serving/try.sh FOLDER-OF-PROGRAMS
 #
-# repeats      what was asked before is answered by nginx, what is asked by many at once is made once
-# hashing      through HAProxy as many tiles are found in memory as one server alone finds; files that are made together
-#              are at one server
-# streams      a WebSocket through each gives the mesh that is extracted from the file
-# lost server  kill -9 of one of the three under load: no client loses a result, no request over HTTP fails
+# repeats      nginx answers repeated requests from its cache and merges concurrent ones
+# hashing      through HAProxy as many tiles are cached as with one server; files that are computed
+#              together are on one server
+# streams      a WebSocket through each proxy gives the mesh that `extract` gives
+# lost server  kill -9 of one of three servers under load: no client loses a result, no HTTP request fails
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 project=$(cd "$here/../.." && pwd)
@@ -25,7 +25,7 @@ source "$project/tests/support/programs.sh"
 mkdir -p store temporary cache
 cp head.mtd store/
 
-run_nginx() {  # run_nginx NAME PORT: with NAME.conf, until it listens.
+run_nginx() {  # run_nginx NAME PORT: starts it with NAME.conf and waits until it listens.
   start "$1" nginx -p "$work" -c "$work/$1.conf" -g \
     "daemon off; pid $work/$1.pid; user $(id -un) $(id -gn); error_log $work/$1.errors;"
   for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$2/" && return; sleep 0.05; done
@@ -63,7 +63,7 @@ haproxy=http://127.0.0.1:$haproxy_port
 nginx=http://127.0.0.1:$nginx_port
 for _ in $(seq 200); do curl -sf -o /dev/null "$haproxy/v1/datasets" && break; sleep 0.05; done
 
-# metric NAME SERVER...: its sum over the servers.
+# metric NAME SERVER...: prints the sum over the servers.
 metric() {
   local name=$1 one
   shift
@@ -80,7 +80,7 @@ for isovalue in 100.5 200.5 300.5; do
   cmp -s first.glb again.glb || fail "nginx: another mesh at $isovalue"
   grep -qiE '^X-Cache: (HIT|REVALIDATED)' headers || fail "nginx did not keep the mesh at $isovalue: $(cat headers)"
 done
-sleep 2.1  # Longer than nginx caches: it counts whole seconds.
+sleep 2.1  # Longer than nginx caches, in whole seconds.
 curl -sf -o again.glb -D headers "$nginx$(mesh 300.5)" && cmp -s first.glb again.glb && grep -qi '^X-Cache: REVALIDATED' headers ||
   fail "nginx does not ask whether a mesh is still so: $(cat headers)"
 before=$(metric "$made" "${servers[@]}")
@@ -93,11 +93,12 @@ times=$(($(metric "$made" "${servers[@]}") - before))
 [ "$times" = 1 ] || fail "what eight asked for at once was made $times times"
 echo "repeats: 3 of 3 meshes from nginx; what 8 asked for at once was made $times time"
 
-# ---- hashing: every surface as four files, in an order without sense
+# ---- hashing: four files per surface, in random order
 
 asked=$(for isovalue in $(seq -300.5 100 800); do for format in glb ply stl obj; do echo "$isovalue $format"; done; done |
   python3 -c 'import random, sys; all = sys.stdin.readlines(); random.Random(1).shuffle(all); sys.stdout.writelines(all)')
-rate_of() {  # rate_of WHERE SERVER...: how many of a hundred tiles the servers had in memory while all that is asked of WHERE.
+# rate_of WHERE SERVER...: requests all files from WHERE and prints the percentage of tiles that the servers had cached.
+rate_of() {
   local where=$1 hits misses isovalue format
   shift
   hits=$(metric multitetra_cache_hits_total "$@")
@@ -117,7 +118,7 @@ for one in "${servers[@]}"; do shares+=("$(metric "$made" "$one")"); done
   fail "three servers have $three_servers % of the tiles in memory, one alone $one_server %"
 echo "hashing: $three_servers % of the tiles in the memory of three servers (${shares[*]} meshes), $one_server % of one alone"
 
-# A mesh for neuroglancer is made for its first file, and its other one is at the same server.
+# A neuroglancer mesh is computed for its first file, and its other file is on the same server.
 for listener in "$haproxy" "$nginx"; do
   for isovalue in 100.5 200.5 300.5; do
     segment=$(python3 -c 'import struct, sys; print(struct.unpack("<Q", struct.pack("<d", float(sys.argv[1])))[0])' "$isovalue")
@@ -125,7 +126,7 @@ for listener in "$haproxy" "$nginx"; do
     before=()
     for one in "${servers[@]}"; do before+=("$(metric "$answered" "$one")"); done
     for file in .index ''; do
-      # Answers while it is made say when to come again.
+      # Replies during the computation have a retry delay.
       curl -sf --retry 60 -o out "$listener/v1/neuroglancer/head/surfaces,error=2/$segment$file" ||
         fail "$listener: no mesh for neuroglancer at $isovalue"
     done

@@ -23,8 +23,8 @@ import tempfile
 import time
 
 PARTS = (0.5, 0.15, 0.03)
-MOST_OF_IT = {"on": 0.9, "off": 0.7}  # By whether surfaces are simplified.
-NEAR_ENOUGH = 1.05  # Of a bisected error.
+MOST_OF_IT = {"on": 0.9, "off": 0.7}  # With and without simplification.
+NEAR_ENOUGH = 1.05  # Precision of a bisected error.
 COLUMNS = ("volume, isovalue", "simplify", "budget", "used", "error reached", "least plain error", "reached / least",
            "times as long", "")
 
@@ -72,10 +72,10 @@ class Case:
     unit: str
     is_good: bool
     refusal: str = ""
-    used: float = math.nan  # Of the budget.
-    error: float = math.nan  # That was reached.
-    least: float = math.nan  # Plain error that fits.
-    times: float = math.nan  # As long as the surface without a budget.
+    used: float = math.nan  # Fraction of the budget.
+    error: float = math.nan  # The error reached.
+    least: float = math.nan  # The least error that fits without a budget.
+    times: float = math.nan  # Relative to the surface without a budget.
 
     def row(self):
         def text(number, form):

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Our streams beside other software, on whole volumes: bytes, triangles and seconds from "isovalue named" to "encoded
-# mesh" against the real distance to the full surface. Makes a folder with one page (README.md), plots (SVG) and all numbers
-# (compare.json). Peers are optional: the page says which ran. Times are those of a machine with nothing else to do; everything
-# takes about half an hour.
+# Compares our streams with other software on whole volumes: bytes, triangles and seconds from the isovalue to the
+# encoded mesh, against the measured distance to the full surface. Creates a folder with one page (README.md), plots
+# (SVG) and all numbers (compare.json). Other software is optional: the page lists what ran. Run it on an idle machine;
+# everything takes about half an hour.
 #
 #   bash tests/bench/compare.sh      into build/compare
 #   --out DIR                        into another folder
-#   --quick                          only two volumes of 128 samples a side and less, one run of each: whether it works
-#   --runs N                         runs of each, the least time counts (default 3)
-#   --programs DIR                   takes the programs in DIR instead of building the bench preset
-#   --yes                            installs missing packages without asking: all of the section [bench], VTK and OpenVDB too
+#   --quick                          only two volumes of at most 128 samples per side, one run of each, as a quick check
+#   --runs N                         runs of each, of which the minimum counts (default 3)
+#   --programs DIR                   uses the programs in DIR instead of building the bench preset
+#   --yes                            installs missing packages without asking: all of [bench], including VTK and OpenVDB
 set -euo pipefail
 
 options=(--out --quick --runs) out=build/compare runs=3

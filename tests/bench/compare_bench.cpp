@@ -1,14 +1,14 @@
-// One surface by our streams and by other software: bytes, triangles and seconds from "isovalue
-// named" to "encoded mesh", against the real distance to the full-resolution surface. A part of
+// One surface by our streams and by other software: bytes, triangles and seconds from the isovalue
+// to the encoded mesh, against the measured distance to the full-resolution surface. Used by
 // compare.sh, which makes the page.
 //
 //   compare_bench head.mtd --isovalue 500.5 --errors 0.1,0.25,0.5,1,2,4
 //
-// Prints JSON, with the seconds that a client takes to decode the bytes. Ours are sample shells or
-// Draco's tiles, positions in steps of 1/32 voxel; the peers' are Draco's or meshoptimizer's, with
-// 14 bits over the bounding box. Distances are sampled both ways, in voxels and (but for shells)
-// before encoding, to the surface that marching tetrahedra makes at full resolution. Flying edges
-// interpolates differently between the samples, so distances to its surface are listed as well.
+// Prints JSON, including the seconds that a client takes to decode. Ours are sample shells or Draco
+// tiles, with positions in steps of 1/32 voxel; the others are encoded by Draco or meshoptimizer,
+// with 14 bits over the bounding box. Distances are sampled both ways, in voxels and (except for
+// shells) before encoding, to the full-resolution surface of marching tetrahedra. Flying edges
+// interpolates differently between samples, so distances to its surface are listed too.
 
 #include <algorithm>
 #include <array>
@@ -54,18 +54,19 @@ struct Arguments {
   std::size_t samples = 20000;
 };
 
-// What one run of a method gives.
+// The result of one run of a method.
 struct Made {
   PlainMesh mesh;  // Voxels, the first sample at the origin.
   std::uint64_t bytes = 0;
-  std::function<void()> decode;  // What the client does with them.
+  std::function<void()> decode;  // The client's work.
 };
 
 struct Method {
   std::string name;
   std::string setting;
-  std::optional<double> certified = {};  // The distance that it promises before rounding, voxels.
-  double border = 0;                     // How far inside the data its surface may end, voxels.
+  std::optional<double> certified = {};  // The certified distance before rounding, in voxels.
+  // The largest distance inside the data at which the surface may end, in voxels.
+  double border = 0;
   std::function<Made()> make;
 };
 
@@ -131,7 +132,7 @@ std::uint64_t bytes_of(const std::vector<EncodedTile>& tiles) {
   return bytes;
 }
 
-// As clients do: each tile is checked against the manifest.
+// Decodes as clients do, checking each tile against the manifest.
 std::vector<LatticeMesh> decoded_draco_tiles(const std::vector<EncodedTile>& tiles) {
   std::vector<LatticeMesh> meshes;
   for (const EncodedTile& tile : tiles) {
@@ -151,7 +152,7 @@ std::vector<LatticeMesh> decoded_shell_tiles(const std::vector<EncodedTile>& til
 
 // --- peers
 
-// All samples as they are, and as the means of blocks of n^3.
+// All samples, or means of blocks of n^3.
 struct Samples {
   std::array<std::int32_t, 3> dims;
   std::vector<float> values;
@@ -186,7 +187,7 @@ Samples means_of(const Samples& fine, std::int32_t n) {
   return coarse;
 }
 
-// The samples must outlive what is returned.
+// The samples must outlive the result.
 std::function<PlainMesh()> flying_edges_of(const Samples& samples, std::int32_t n,
                                            const Vec3& voxels, double isovalue, int threads) {
   const std::array<double, 3> spacing = {n * voxels[0], n * voxels[1], n * voxels[2]};
@@ -194,7 +195,7 @@ std::function<PlainMesh()> flying_edges_of(const Samples& samples, std::int32_t 
       std::make_shared<const FlyingEdges>(samples.dims, spacing, samples.values.data());
   return [flying_edges, n, voxels, isovalue, threads] {
     PlainMesh mesh = FlyingEdges::mesh_of(flying_edges->extract(isovalue, threads));
-    for (auto& p : mesh.positions) {  // A mean lies in the middle of its block.
+    for (auto& p : mesh.positions) {  // A mean lies in the center of its block.
       for (std::size_t axis = 0; axis < 3; ++axis) {
         p[axis] += static_cast<float>(voxels[axis] * (n - 1) / 2);
       }
@@ -223,7 +224,7 @@ class Reference {
  public:
   Reference(const PlainMesh& mesh, std::size_t samples) : Reference(soup_of(mesh), samples) {}
 
-  // The worse of both ways, the mean of both means.
+  // Returns the larger of the distances in both directions, and the mean of both means.
   [[nodiscard]] Json distances_of(const PlainMesh& mesh) const {
     std::vector<SurfaceTriangle> soup = soup_of(mesh);
     const std::vector<Vec3> points = sampled_points(soup, points_.size());
@@ -333,7 +334,7 @@ class Comparison {
             .decode = [tiles, level] { (void)decoded_shell_tiles(*tiles, level.shell); }};
   }
 
-  // The one with the vertices of the full surface, and those that move them.
+  // Returns the step with the vertices of the full surface, and those that move them.
   [[nodiscard]] std::vector<std::pair<std::string, ShellStep>> shell_steps() const {
     std::vector<std::pair<std::string, ShellStep>> steps;
     if (dataset_->info.type != SampleType::kF32) {
@@ -400,7 +401,7 @@ class Comparison {
     }
   }
 
-  // What follows is for the comparison alone.
+  // Call before work that is only part of the comparison.
   void stop_clock() const { stopped_ = std::chrono::steady_clock::now(); }
 
   [[nodiscard]] Json row_of(const Method& method) const {
@@ -437,10 +438,11 @@ class Comparison {
   Arguments arguments_;
   DatasetPtr dataset_;
   std::shared_ptr<const SurfaceExtractor> extractor_;
-  Vec3 voxels_ = {};  // A sample's size.
+  Vec3 voxels_ = {};  // The size of a sample.
   Vec3 high_ = {};    // The last sample.
   std::optional<Reference> full_;
-  std::optional<Reference> flying_edges_;  // At full resolution; for peers.
+  // At full resolution, to compare the other software with.
+  std::optional<Reference> flying_edges_;
   mutable std::optional<std::chrono::steady_clock::time_point> stopped_;
 };
 

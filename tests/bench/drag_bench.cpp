@@ -1,6 +1,6 @@
-// Simulates dragging the isovalue: a running server gets a hundred isovalues, thirty a
-// second, and a client assembles and checks the steps. Prints how many of them were shown, how long
-// the last one took to be complete, and the memory in between.
+// Simulates dragging the isovalue: requests a hundred isovalues from a running server, thirty per
+// second, and assembles and checks the steps. Prints how many of them were shown, the time until
+// the last one was complete, and the peak memory.
 //
 //   drag_bench 127.0.0.1:7410 head 300 1500 0.5     isovalues from 300 to 1500, error 0.5
 #include <sys/resource.h>

@@ -1,7 +1,6 @@
-// How long the final step of a request takes until it is complete and checked at the client, by its
-// error, for isovalues that were never requested before: the request alone, as `fetch -o` asks for
-// it, and after the previews of a stream that keeps its mesh. Both once as they are and once
-// embedded. Prints Markdown.
+// Measures how long a request's final step takes until it is complete and checked at the client, by
+// error, for isovalues never requested before: requested alone, as `fetch -o` does, and after the
+// previews of a stream that keeps its mesh; each also embedded. Prints Markdown.
 //
 //   final_steps_bench [--threads 2] [--errors 0.5,1,2,4] [--runs 1] head.mtd 500.5 -- female.mtd -300.5 300.5
 #include <algorithm>
@@ -25,7 +24,7 @@ namespace {
 struct Arguments {
   std::size_t threads = 2;
   std::vector<double> errors = {0.5, 1, 2, 4};
-  int runs = 1;  // The least time counts.
+  int runs = 1;  // The minimum counts.
 };
 
 struct FinalStep {
@@ -38,7 +37,7 @@ FinalStep final_step(const std::shared_ptr<const SurfaceExtractor>& extractor,
   FinalStep least;
   for (int run = 0; run < with.runs; ++run) {
     MeasuredServer server(extractor, with.threads, {}, {.name = "", .steps = steps});
-    IsosurfaceRequest neighbour = request;  // What an earlier request teaches the server.
+    IsosurfaceRequest neighbour = request;  // Trains the server's estimates.
     neighbour.isovalue *= 1.01;
     neighbour.error = 2;
     (void)server.stream(neighbour);

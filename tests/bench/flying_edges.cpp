@@ -45,7 +45,7 @@ struct ArrayOf<float> {
   using Type = vtkTypeFloat32Array;
 };
 
-// The samples where they are. VTK takes a plain pointer but does not write through it.
+// Wraps the samples without a copy. VTK takes a non-const pointer but does not write through it.
 template <typename Sample>
 vtkSmartPointer<vtkDataArray> array_over(const Sample* samples, vtkIdType count) {
   const auto array = vtkSmartPointer<typename ArrayOf<Sample>::Type>::New();

@@ -113,7 +113,7 @@ def measure(program, volume, seconds):
             per_second, median = rate(server, path, seconds)
             figures[what] = {"requests_per_second": per_second, "median_ms": median, "bytes": size}
         times, peak = [], None
-        for i in range(20):  # Each another file: nothing is kept of it.
+        for i in range(20):  # A different file each time, so that nothing is cached.
             before = time.perf_counter()
             server.get(f"/v1/datasets/{name}/isosurface?isovalue={isovalue + i * 1e-3}&error=8&topology_tolerance=8&format=glb")
             times.append(time.perf_counter() - before)

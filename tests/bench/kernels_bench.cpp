@@ -1,5 +1,4 @@
-// How long the parts take on one thread, per sample or per triangle: a head phantom with noise, 128
-// samples a side.
+// Measures components on one thread, per sample or triangle, on a noisy head phantom of 128^3.
 
 #include <array>
 #include <cmath>
@@ -22,7 +21,7 @@ namespace {
 
 constexpr double kIsovalue = 500.5;
 
-// One thread throughout, also where the work would run on all.
+// Limits all work to one thread.
 const tbb::global_control kOneThread(tbb::global_control::max_allowed_parallelism, 1);
 
 const Volume& head() {
@@ -47,8 +46,8 @@ CubeSurface surface(double threshold) {
   return surface_in_cube(model, field(), root_cube(field().grid()), {.isovalue = kIsovalue});
 }
 
-// Diamonds with values as noisy as the head's near its skull, with the lengths of a cube's centre
-// to its corners.
+// Diamonds with values as noisy as the head's near its skull, and the distances from a cube's
+// center to its corners.
 class NoisyDiamonds {
  public:
   static constexpr std::size_t kCount = 1024;
@@ -117,8 +116,7 @@ void own_error_curves(benchmark::State& state) {
 }
 BENCHMARK(own_error_curves);
 
-// Everything that `prepare` does, into a temporary file: range, statistics, errors for every
-// isovalue. Items are voxels.
+// All of `prepare`, into a temporary file: range, statistics, all errors. Items are voxels.
 void spectrum_building(benchmark::State& state) {
   for (auto _ : state) {
     state.PauseTiming();
@@ -130,8 +128,8 @@ void spectrum_building(benchmark::State& state) {
 }
 BENCHMARK(spectrum_building)->Unit(benchmark::kMillisecond);
 
-// What the server does for a request: errors from the spectrum, tiles that are indexed. Items are
-// triangles; the argument is the error in hundredths of a voxel.
+// The server's work for a request: errors from the spectrum, indexed tiles. Items are triangles;
+// the argument is the error in hundredths of a voxel.
 void prepared_extraction(benchmark::State& state) {
   const SurfaceExtractor extractor(dataset());
   const StepRequest step{
@@ -147,7 +145,7 @@ void prepared_extraction(benchmark::State& state) {
 }
 BENCHMARK(prepared_extraction)->Arg(0)->Arg(50)->Arg(200)->Unit(benchmark::kMillisecond);
 
-// What a request's map costs: balls all over a grid of 512 steps, or a view.
+// A request with balls all over a grid of 512 steps, or a view.
 IsosurfaceRequest mapped_request(std::int64_t regions, bool has_view) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 4};
   std::minstd_rand random(1);
@@ -229,7 +227,7 @@ std::int64_t triangles(const CubeSurface& surface) {
   return count;
 }
 
-// From errors that are known, the reference way. Items are triangles; the argument is the threshold
+// With known errors, by the reference extractor. Items are triangles; the argument is the threshold
 // in hundredths of a voxel.
 void reference_extraction(benchmark::State& state) {
   const double threshold = static_cast<double>(state.range(0)) / 100;
@@ -255,7 +253,7 @@ BENCHMARK(normals_at_vertices)
     ->Arg(static_cast<int>(NormalSource::kCoarseSamples))
     ->Unit(benchmark::kMillisecond);
 
-// A tile's normals with some bits; none with 0.
+// A tile with normals of `normal_bits`; 0: without normals.
 struct ShadedTile {
   explicit ShadedTile(int normal_bits)
       : cut(surface(0.5)), mesh(cut.tiles.front().mesh), bits(normal_bits) {
@@ -273,7 +271,7 @@ struct ShadedTile {
   std::vector<UnitVector> directions;
 };
 
-// The argument of this and the next is the bits of normals.
+// The argument of this and the next benchmark is the bits of normals.
 void tile_encoding(benchmark::State& state) {
   const ShadedTile tile(static_cast<int>(state.range(0)));
   std::int64_t bytes = 0;
@@ -284,7 +282,7 @@ void tile_encoding(benchmark::State& state) {
 }
 BENCHMARK(tile_encoding)->Arg(0)->Arg(8)->Arg(9)->Arg(10)->Unit(benchmark::kMillisecond);
 
-// With all checks of arrival.
+// With all checks of received tiles.
 void tile_decoding(benchmark::State& state) {
   const ShadedTile shaded(static_cast<int>(state.range(0)));
   const EncodedTile tile = shaded.encoded();

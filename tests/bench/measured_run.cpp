@@ -1,10 +1,10 @@
-// Runs a command again and again and prints one line: median and least of its seconds, and the
-// largest peak of its resident memory in KiB (pages of mapped files included).
+// Runs a command repeatedly and prints one line: median and minimum of its seconds, and the largest
+// peak of its resident memory in KiB (including pages of mapped files).
 //
 //   measured_run RUNS COMMAND...
 //
-// One more run comes first and is not counted: it warms the file cache. What the command prints to
-// its standard output goes to this program's error output. The command must succeed each time.
+// An additional first run warms the file cache and is not counted. The command's standard output is
+// redirected to standard error. The command must succeed each time.
 
 #include <algorithm>
 #include <cerrno>

@@ -1,5 +1,5 @@
-// Streams of surfaces that were never requested before, from a server of this process to a client
-// that assembles and checks them, over a link of a given speed.
+// Streams surfaces that were never requested before, from a server in this process to a client that
+// assembles and checks them, over a link of a given speed.
 //
 //   MeasuredServer server(extractor, /*workers=*/2, {.bytes_per_second = 1.25e6}, ways().front());
 //   const MeasuredStream stream = server.stream({.isovalue = 300.5, .error = 0.5, .simplify = true});
@@ -22,13 +22,13 @@
 
 namespace multitetra {
 
-// What a client says of itself.
+// The capabilities that a client declares.
 struct ClientWay {
   std::string name;
   std::vector<PayloadCodec> codecs = ClientOptions{}.codecs;
   MeshUse use = MeshUse::kKeep;
   StepPolicy steps = StepPolicy::kProgressive;
-  // Whether it reports how many triangles a second it decodes and checks, as the viewer does.
+  // Whether it reports its measured speed of decoding and checking, as the viewer does.
   bool tells_rate = false;
 };
 
@@ -42,7 +42,7 @@ inline const std::vector<ClientWay>& ways() {
 }
 
 struct LinkSpeed {
-  double bytes_per_second = 0;  // 0: as fast as this machine.
+  double bytes_per_second = 0;  // 0: unlimited.
 };
 
 struct MeasuredStep {
@@ -51,7 +51,7 @@ struct MeasuredStep {
 };
 using MeasuredStream = std::vector<MeasuredStep>;
 
-// The first step that is within the error, with the topology of the full surface; null: none is.
+// Returns the first step within the error with the topology of the full surface; null: none.
 inline const MeasuredStep* certified_step(const MeasuredStream& stream, double error_world) {
   for (const MeasuredStep& step : stream) {
     const StepBegin& begin = step.fetched.step->begin;
@@ -60,7 +60,7 @@ inline const MeasuredStep* certified_step(const MeasuredStream& stream, double e
   return nullptr;
 }
 
-// How many triangles a second a client has decoded and checked lately: the viewer's rule, see
+// Measures how many triangles per second a client decodes and checks: the viewer's rule, see
 // client/web/src/stream/step_speed.ts.
 class ClientRate {
  public:
@@ -80,7 +80,7 @@ T value_of(ClientResult<T> result) {
   if constexpr (!std::is_void_v<T>) return *std::move(result);
 }
 
-// Remembers no surface; what triangles cost is learnt from one stream to the next.
+// Caches no surfaces; its cost estimates are learned from one stream to the next.
 class MeasuredServer {
  public:
   MeasuredServer(std::shared_ptr<const SurfaceExtractor> extractor, std::size_t workers,

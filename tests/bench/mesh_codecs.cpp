@@ -92,7 +92,7 @@ std::vector<QuantizedPosition> quantized(const PlainMesh& mesh, const Quantizati
   return result;
 }
 
-// What travels, and what the receiver must know beside it.
+// The transferred data, and what the receiver must know to decode it.
 struct MeshoptFile {
   Bytes indices;
   Bytes vertices;
@@ -171,7 +171,7 @@ PlainMesh simplified_by_meshoptimizer(const PlainMesh& mesh, double error) {
   left.resize(meshopt_simplify(left.data(), indices.data(), indices.size(), positions,
                                mesh.positions.size(), stride, 0, static_cast<float>(error) / scale,
                                0, nullptr));
-  PlainMesh result;  // Only the vertices that are left.
+  PlainMesh result;  // Keeps only used vertices.
   std::vector<std::uint32_t> number(mesh.positions.size(), ~0U);
   for (std::size_t i = 0; i < left.size(); i += 3) {
     std::array<std::uint32_t, 3> triangle{};

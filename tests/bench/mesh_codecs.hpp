@@ -1,4 +1,4 @@
-// Meshes as other software sends them: simplified by meshoptimizer, as bytes of Draco or of
+// Meshes as other software sends them: simplified by meshoptimizer, encoded by Draco or by
 // meshoptimizer's own codec, and decoded.
 #pragma once
 
@@ -10,24 +10,24 @@
 
 namespace multitetra {
 
-// Positions have so many bits over the bounding box, in both codecs.
+// The bits of positions over the bounding box, in both codecs.
 inline constexpr int kPeerBits = 14;
 
 struct EncodedMesh {
   std::uint64_t bytes = 0;
-  std::function<void()> decode;  // To positions and triangles in memory. Throws when it fails.
+  std::function<void()> decode;  // Decodes to positions and triangles in memory. Throws on failure.
 };
 
-// The edgebreaker method at the speed that this project's tiles have.
+// Uses the edgebreaker method at the speed of this project's tiles.
 [[nodiscard]] EncodedMesh encoded_by_draco(const PlainMesh& mesh);
 
-// Whether this program was built with meshoptimizer, which the others require.
+// Returns whether this program was built with meshoptimizer, which the functions below require.
 [[nodiscard]] bool has_meshoptimizer();
 [[nodiscard]] std::string meshoptimizer_version();
-// Vertices and triangles in meshoptimizer's order, its index and vertex codecs, and zstd on top, as
-// its documentation advises for transmission.
+// Encodes vertices and triangles in meshoptimizer's order by its index and vertex codecs, then
+// zstd, as its documentation recommends for transmission.
 [[nodiscard]] EncodedMesh encoded_by_meshoptimizer(const PlainMesh& mesh);
-// With an absolute error, which meshoptimizer takes for a target and does not bound.
+// Simplifies with an absolute error, which meshoptimizer uses as a target and does not bound.
 [[nodiscard]] PlainMesh simplified_by_meshoptimizer(const PlainMesh& mesh, double error);
 
 }  // namespace multitetra

@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-// Whether both places lie on one side of the data's box, or up to `depth` inside of it.
+// Returns whether both places lie on one side of the data's box, or up to `depth` inside it.
 bool on_border(const std::array<float, 3>& p, const std::array<float, 3>& q, const Vec3& high,
                double depth) {
   constexpr double kRounding = 1e-3;

@@ -23,8 +23,7 @@ std::string OpenVdbVolume::version() {
 OpenVdbVolume::OpenVdbVolume(const std::array<std::int32_t, 3>& dims,
                              const std::vector<float>& samples) {
   openvdb::initialize();
-  // What lies around the data is as low as can be; every sample is active, also those that equal
-  // it.
+  // Values around the data are below all samples; every sample is active, including the least.
   const float least = *std::min_element(samples.begin(), samples.end());
   auto grid = std::make_unique<Grid>();
   grid->values = openvdb::FloatGrid::create(least - 1);

@@ -1,5 +1,5 @@
-// Another yardstick: OpenVDB's adaptive meshes (volumeToMesh), which join flat parts of a dual
-// contouring. Optional; this header and its source are C++17 and name no type of ours.
+// Another baseline: OpenVDB's adaptive meshes (volumeToMesh), which merge flat parts of a dual
+// contouring. Optional; this header and its source are C++17 and use no types of the project.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@ class OpenVdbVolume {
   [[nodiscard]] static bool is_available();
   [[nodiscard]] static std::string version();  // "OpenVDB 10.0.1"
 
-  // `samples`: x fastest. A copy as OpenVDB keeps it is made. Requires is_available().
+  // `samples`: x fastest; copied. Requires is_available().
   OpenVdbVolume(const std::array<std::int32_t, 3>& dims, const std::vector<float>& samples);
   ~OpenVdbVolume();
   OpenVdbVolume(const OpenVdbVolume&) = delete;
   OpenVdbVolume& operator=(const OpenVdbVolume&) = delete;
 
-  // In sample indices, quads cut in two. `adaptivity`: 0 (none) to 1. As many threads as oneTBB
-  // has.
+  // Returns a mesh in sample indices, with quads split in two. `adaptivity`: 0 (none) to 1. Uses
+  // all threads of oneTBB.
   [[nodiscard]] PlainMesh mesh(double isovalue, double adaptivity) const;
 
  private:

@@ -1,15 +1,14 @@
 #!/usr/bin/env bash
-# The tables, figures and claims of Zhou, Chen and Kaufman (IEEE Visualization 1997) beside what this project does: makes a
-# folder with one page (README.md), its pictures and all numbers (paper.json), in some minutes. Times are those of a machine
-# with nothing else to do.
+# Compares the tables, figures and claims of Zhou, Chen and Kaufman (IEEE Visualization 1997) with this project. Creates
+# a folder with a page (README.md), pictures and all numbers (paper.json), in minutes. Run it on an idle machine.
 #
 #   bash tests/bench/paper.sh        into build/paper
 #   --out DIR                        into another folder
-#   --publish                        shows a head in its pictures that may be published: the Visible Human Female's or the
-#                                    generated one, beside the counts of the paper's; so is server/core/paper made
-#   --programs DIR                   takes the programs in DIR instead of building the bench preset
-#   --runs N                         of what is timed; the least counts (default 3)
-#   --yes                            installs missing packages without asking: all of the section [bench], VTK too
+#   --publish                        shows a head that may be published: the Visible Human Female's or the generated one, with
+#                                    the counts of the paper's head; server/core/paper is made this way
+#   --programs DIR                   uses the programs in DIR instead of building the bench preset
+#   --runs N                         timed runs, of which the minimum counts (default 3)
+#   --yes                            installs missing packages without asking: all of [bench], including VTK
 set -euo pipefail
 
 options=(--out --publish --runs) out=build/paper runs=3
@@ -23,10 +22,10 @@ trap '[ -z "$pid" ] || kill "$pid"; rm -rf "$work"' EXIT
 cd "$work"
 mkdir served
 
-# note NAME WORDS...: for the page.
+# note NAME WORDS...: stores a text for the page.
 note() { local name=$1; shift; printf '%s\n' "$*" >"$name.txt"; }
 
-# dataset NAME ISOVALUE VOLUME WORDS...: prepares it, padded on the way to 129^3 points; WORDS are options of prepare.
+# dataset NAME ISOVALUE VOLUME WORDS...: prepares it with options WORDS; the framework pads it to 129^3 points.
 dataset() {
   local name=$1
   note "$name.isovalue" "$2"
@@ -34,14 +33,14 @@ dataset() {
 }
 
 echo "== Volumes"
-# All samples are solid: the surface is closed by the padding, a step outside.
+# All samples are solid: the padding closes the surface, one step outside.
 head -c $((62 * 127 * 67)) /dev/zero | tr '\0' '\377' >box.raw
 dataset box 127.5 box.raw --dims 62,127,67 --type u8 --outside 0 --margin 1
 note box.about "all 62 x 127 x 67 samples solid, the surface closed on all sides"
 
 ct=$public_data/head_128x128x112.dat
 if [ -f "$ct" ]; then
-  cp "$ct" head.dat  # Headers may name files beside them only. It is stored upside down.
+  cp "$ct" head.dat  # Headers may only name files in their folder. It is stored upside down.
   cat >head.nhdr <<END
 NRRD0004
 type: uint16

@@ -1,11 +1,11 @@
-// What the tables and figures of Zhou, Chen and Kaufman 1997 show, for one prepared dataset: a part
-// of paper.sh, which makes the page.
+// Computes the tables and figures of Zhou, Chen and Kaufman 1997 for one prepared dataset. Used by
+// paper.sh, which makes the page.
 //
 //   paper_bench head.mtd --isovalue 500.5 --largest-error 8 --step 0.25
 //
-// Prints JSON: seconds of the exact errors of one isovalue and of those of all isovalues; for each
-// way to say what an error is, the tetrahedra and triangles at every error; the paper's map of two
-// halves; what other readings of the paper would leave; and the triangles of other isovalues.
+// Prints JSON: seconds for the exact errors of one isovalue and of all isovalues; for each
+// definition of the error, the tetrahedra and triangles by error; the paper's map of two halves;
+// the results of other readings of the paper; and the triangles by isovalue.
 
 #include <algorithm>
 #include <chrono>
@@ -44,7 +44,7 @@ struct Arguments {
   std::vector<int> threads = {1, 2};
 };
 
-// The least of all runs: what it takes when nothing else runs.
+// Returns the minimum over all runs, which is the time without other load.
 template <typename Body>
 double least_seconds(int runs, int threads, const Body& body) {
   const ThreadLimit limit(threads);
@@ -129,7 +129,7 @@ Json curves_of(const Arguments& arguments, const ReferenceExtractor& extractor,
   return curves;
 }
 
-// Left of the grid's middle 0, right of it 4.
+// Error 0 left of the grid's middle, 4 right of it.
 Json halves_of(const Arguments& arguments, const ReferenceExtractor& extractor,
                const PreparedVolume& dataset) {
   const double middle =
@@ -142,8 +142,7 @@ Json halves_of(const Arguments& arguments, const ReferenceExtractor& extractor,
   return counts_of(extractor, dataset, kWays[0], request);
 }
 
-// What else the paper's sentences may mean: the own error of a point with value m, where v is the
-// mean of its split edge's ends.
+// Another reading of the paper: the own error of a point with value m; v: mean of its edge's ends.
 struct Reading {
   const char* name;
   double (*own_error)(const OwnError& error, double m, double v, double isovalue);
@@ -156,12 +155,12 @@ constexpr Reading kReadings[] = {
     // No point may change its side.
     {"sides", [](const OwnError& e, double m, double v,
                  double c) { return (m > c) != (v > c) ? kNever : e.displacement; }},
-    // A crossing that appears or vanishes counts nothing.
+    // Crossings that appear or vanish cost nothing.
     {"appearing_is_free",
      [](const OwnError& e, double m, double v, double c) {
        return e.flip ? kNever : (m > c) != (v > c) ? 0 : e.displacement;
      }},
-    // Whatever changes the field, of all isovalues.
+    // Any change of the field, for all isovalues.
     {"lossless", [](const OwnError&, double m, double v, double) { return m == v ? 0 : kNever; }},
 };
 
@@ -235,7 +234,7 @@ Json readings_of(const Arguments& arguments, const ReferenceExtractor& extractor
   return readings;
 }
 
-// The triangles of full surfaces over the whole range of values.
+// Returns the triangles of full-resolution surfaces over the range of values.
 Json triangles_by_isovalue(const ReferenceExtractor& extractor, const PreparedVolume& dataset) {
   constexpr int kIsovalues = 40;
   Json sizes;
@@ -249,7 +248,7 @@ Json triangles_by_isovalue(const ReferenceExtractor& extractor, const PreparedVo
   return sizes;
 }
 
-// Flying edges on the volume itself, without its padding.
+// Runs flying edges on the volume without its padding.
 Json flying_edges_of(const Arguments& arguments, const PreparedVolume& dataset) {
   if (!FlyingEdges::is_available()) return nullptr;
   const Volume volume = whole_volume(dataset);

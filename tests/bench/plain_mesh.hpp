@@ -1,4 +1,4 @@
-// What other libraries make: a mesh in their own coordinates. C++17, as their headers are.
+// A mesh of other libraries in their own coordinates. C++17, as their headers.
 #pragma once
 
 #include <array>

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# When surfaces are complete at a client: isovalues that were never requested before, links of 1 Mbit/s to 1 Gbit/s, clients that
-# know sample shells or Draco alone, two threads for server and client together. Makes a folder with one page (README.md) that has
-# all tables of README.md and tests/bench/README.md about streams, a plot (certified.svg), and all numbers (quality.json). Times
-# are those of a machine with nothing else to do; everything takes about half an hour.
+# Measures when surfaces are complete at a client: isovalues never requested before, links of 1 Mbit/s to 1 Gbit/s,
+# clients that support sample shells or only Draco, two threads for server and client together. Creates a folder with
+# one page (README.md), which has all tables of README.md and tests/bench/README.md about streams, a plot
+# (certified.svg), and all numbers (quality.json). Run it on an idle machine; everything takes about half an hour.
 #
 #   bash tests/bench/quality.sh      into build/quality
 #   --out DIR                        into another folder
-#   --quick                          one volume of 128 samples a side and two links: whether it works
-#   --programs DIR                   takes the programs in DIR instead of building the bench preset
+#   --quick                          one volume of 128 samples per side and two links, as a quick check
+#   --programs DIR                   uses the programs in DIR instead of building the bench preset
 #   --yes                            installs missing packages without asking
 set -euo pipefail
 
@@ -16,10 +16,10 @@ packages=(build tests) targets=(quality_bench final_steps_bench shell_bench)
 # shellcheck source=tests/bench/set_up.sh
 source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 
-# Arguments of the benches: files and isovalues, "--" between volumes.
+# Arguments of the benchmarks: files and isovalues, "--" between volumes.
 streams=() finals=() shells=()
 
-# measure NAME FILE "ISOVALUES" "ISOVALUES of final steps, or none": notes a volume to be measured, prepared.
+# measure NAME FILE "ISOVALUES" "ISOVALUES of final steps, or empty": prepares a volume and adds it to the measurements.
 measure() {
   "$server" prepare "$2" -o "$work/$1.mtd" --name "$1" --quiet
   # shellcheck disable=SC2206

@@ -1,18 +1,17 @@
-// The quality of the shown mesh over time: a server of this process streams surfaces that were
-// never requested before, over links of several speeds, and a client assembles and checks them.
-// Prints what was shown after 50, 100, 250 and 500 ms, a second, and at the end: the error that its
-// step was made for, and its measured distance from the full-resolution surface (99 % of the
-// samples, both ways, in voxels).
+// Measures the quality of the shown mesh over time: a server in this process streams surfaces never
+// requested before, over links of several speeds, and a client assembles and checks them. Prints
+// what was shown after 50, 100, 250 and 500 ms, 1 s, and at the end: the step's error, and its
+// distance to the full-resolution surface in voxels (99 % of the samples, both ways).
 //
 //   quality_bench [--threads 2] [--errors 0.5,0] head.mtd 500.5 1200.5 -- female.mtd 300.5
 //   quality_bench --json --links 0,10 --ways samples,display --no-distances head.mtd 500.5
 //
-// --json prints a line of JSON for every stream as well. --links are in Mbit/s, 0 for as fast as
-// this machine. --ways are what the client says of itself: "draco" decodes Draco alone, "samples"
-// sample shells, too, "display" keeps no mesh as well, and "viewer" reports its speed, too.
+// --json also prints a line of JSON per stream. --links are in Mbit/s, 0 for unlimited. --ways are
+// the client's capabilities: "draco" decodes only Draco, "samples" also sample shells, "display"
+// also keeps no mesh, and "viewer" also reports its speed.
 //
-// `certified` is when the first step that is within the error, with the topology of the full
-// surface, is complete and checked, and how much had come by then.
+// `certified` is the time and bytes until the first step within the error, with the topology of the
+// full surface, is complete and checked.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -55,13 +54,13 @@ std::vector<SurfaceTriangle> triangles_of(const LatticeMesh& mesh) {
   return triangles;
 }
 
-// The surface that every other one stands for, in grid steps.
+// The full-resolution surface, in grid steps.
 class FullSurface {
  public:
   FullSurface(const SurfaceExtractor& extractor, double isovalue)
       : triangles_(extracted(extractor, isovalue)), nearest_(triangles_) {}
 
-  // 99 % of the samples of each surface are nearer to the other one.
+  // Returns a distance that 99 % of the samples of each surface do not exceed to the other one.
   [[nodiscard]] double percentile_99(const CommittedStep& step) {
     const auto [known, is_new] = percentiles_.emplace(step.end.digest, 0);
     if (is_new) known->second = measured(step.mesh);
@@ -93,7 +92,7 @@ class FullSurface {
 
   std::vector<SurfaceTriangle> triangles_;
   NearestTriangle nearest_;
-  std::map<ContentDigest, double> percentiles_;  // By the digest of the step.
+  std::map<ContentDigest, double> percentiles_;  // By the step's digest.
 };
 
 std::string codec_of(const StepBegin& step) {
@@ -135,7 +134,7 @@ std::string link_name(double megabits) {
   return text.str();
 }
 
-// A stream and how far its steps are from the full surface, voxels.
+// A stream and the distances of its steps to the full surface, in voxels.
 struct Shown {
   std::string volume;
   std::string link;
@@ -223,8 +222,7 @@ void run(const std::string& file, double isovalue, const Arguments& with) {
       for (const double error : with.errors) {
         MeasuredServer server(extractor, with.threads, {.bytes_per_second = 1.25e5 * megabits},
                               way);
-        // A neighbouring isovalue first: the server then has the estimates that it has during a
-        // drag.
+        // Requests a neighboring isovalue first, so that the server has estimates as in a drag.
         (void)server.stream({.isovalue = isovalue * 1.01, .error = 2, .simplify = true});
         Shown shown = {.volume = info.name,
                        .link = link_name(megabits),

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Measures preparing, opening and extracting on whole volumes, beside VTK's flying edges. Run it with nothing else on the
-# machine; everything takes about twenty minutes. Works in a temporary folder that it removes.
+# Measures preparing, opening and extracting on whole volumes, compared with VTK's flying edges. Run it on an idle
+# machine; everything takes about twenty minutes. Works in a temporary folder, which it removes.
 #
-#   bash tests/bench/run.sh           heads of 128, 256 and 512 samples a side, and two public volumes if they are there
-#   bash tests/bench/run.sh --quick   only the smallest head, few runs: whether it works, not how fast
-#   --runs N                          runs of each that count (default 5)
-#   --programs DIR                    takes the programs in DIR instead of building the bench preset
+#   bash tests/bench/run.sh           heads of 128, 256 and 512 samples per side, and two public volumes if available
+#   bash tests/bench/run.sh --quick   only the smallest head, few runs, as a quick check
+#   --runs N                          counted runs of each (default 5)
+#   --programs DIR                    uses the programs in DIR instead of building the bench preset
 #   --yes                             installs missing packages without asking (never VTK)
 set -euo pipefail
 
@@ -16,7 +16,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 
 busy_warning=
 
-# Other work on a processor makes two threads look like one.
+# With other load, two threads run like one.
 busy=$(awk '/^cpu / { print $2 + $3 + $4 }' /proc/stat)
 sleep 1
 busy=$(awk -v before="$busy" '/^cpu / { print $2 + $3 + $4 - before }' /proc/stat)
@@ -25,7 +25,7 @@ if [ "$busy" -gt 20 ]; then
   echo "$busy_warning"
 fi
 
-# volume NAME FILE ISOVALUE: notes a volume to be measured.
+# volume NAME FILE ISOVALUE: adds a volume to the measurements.
 names=() files=() isovalues=()
 volume() { names+=("$1"); files+=("$2"); isovalues+=("$3"); }
 
@@ -46,13 +46,13 @@ else
   public volume visible_female_head visible_female_head_512x512x234_HU.nrrd 300
 fi
 
-# Samples of a prepared file: the product of its dims.
+# Prints the number of samples of a prepared file: the product of its dims.
 voxels_of() {
   "$server" info "$1" --json | tr -d ' \n' | sed 's/.*"dims":\[\([0-9]*\),\([0-9]*\),\([0-9]*\)\].*/\1 \2 \3/' |
     awk '{ printf "%.0f\n", $1 * $2 * $3 }'
 }
 
-# prepare_row NAME FILE: prepares it with 1 and 2 threads, adds a row to prepare.txt and leaves the dataset in NAME.mtd.
+# prepare_row NAME FILE: prepares it with 1 and 2 threads, adds a row to prepare.txt and keeps the dataset in NAME.mtd.
 prepare_row() {
   local dataset=$work/$1.mtd one two
   one=$("$programs/measured_run" "$runs" "$server" prepare "$2" -o "$dataset" --name "$1" --threads 1 --quiet)
@@ -76,7 +76,7 @@ for i in "${!names[@]}"; do
   rm -f "$work/${names[i]}.nrrd" "$work/${names[i]}.mtd"
 done
 
-# Noise over the full range: every point has errors in every bin, which is as much as there can be.
+# Noise over the full range: every point has errors in every bin, the worst case.
 if [ "$quick" = false ]; then
   echo "== white_noise (1 run)"
   echo "$prepare_header"

@@ -1,11 +1,12 @@
 # shellcheck shell=bash disable=SC2034
-# Sourced by the measurements of whole volumes: their options, programs, and a folder to work in that is removed at the end.
+# Sourced by the measurements of whole volumes: parses options, builds the programs, and creates a folder that is
+# removed at the end.
 #
 #   options=(--out --quick) out=build/quality packages=(build tests) targets=(quality_bench)
 #   source "$(dirname "${BASH_SOURCE[0]}")/set_up.sh" "$@"
 #
-# `options` are those beside --programs, --yes and --help; what they set (out, runs) has its default before. Then there are
-# project, public_data, quick, publish, programs, server, python, work, left_out and the functions below.
+# `options` are those in addition to --programs, --yes and --help; the variables they set (out, runs) must have
+# defaults. Sets project, public_data, quick, publish, programs, server, python, work, left_out and the functions below.
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 public_data=$project/../shared/data
 quick=false
@@ -31,7 +32,7 @@ done
 cd "$project"
 [ -z "${out:-}" ] || out=$(realpath -m "$out")
 
-# Peers are looked for also where programs are given.
+# Other software is searched for even if programs are given.
 if [ -z "$programs" ] || [[ " ${packages[*]} " == *" bench "* ]]; then
   bash docker/install.sh "${install_options[@]}" "${packages[@]}"
 fi
@@ -42,7 +43,7 @@ if [ -z "$programs" ]; then
   programs=$project/build/bench/bin
 fi
 server=$programs/multitetra-server
-python=/usr/bin/python3  # Debian's, for which its packages are.
+python=/usr/bin/python3  # Debian's Python, for its packages.
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -51,7 +52,7 @@ left_out=()
 leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
 say_left_out() { for what in "${left_out[@]}"; do echo "!! LEFT OUT: $what"; done; }
 
-# public ACTION NAME FILE ...: runs ACTION NAME PATH ... for a file of ../shared/data, if it is there.
+# public ACTION NAME FILE ...: runs ACTION NAME PATH ... for a file of ../shared/data, if it exists.
 public() {
   local action=$1 name=$2 file=$3
   shift 3
@@ -61,5 +62,5 @@ public() {
     leave_out "$name: ../shared/data/$file is not there"
   fi
 }
-# generated_head NAME SIZE: a head of SIZE samples a side, in NAME.nrrd.
+# generated_head NAME SIZE: generates a head with SIZE samples per side in NAME.nrrd.
 generated_head() { "$server" generate head --size "$2" --noise 20 -o "$work/$1.nrrd" --quiet; }

@@ -1,5 +1,5 @@
-// A link of so many bits a second between a client and a server of this machine: what the server
-// sends waits its turn, and the server's socket shows that it waits, as over a real link.
+// A link of limited bandwidth between a client and a server on this machine: data from the server
+// is delayed, and fills the server's socket as over a real link.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@
 
 namespace multitetra {
 
-// Takes one connection.
+// Accepts one connection.
 class ShapedLink {
  public:
   ShapedLink(const Endpoint& server, double bytes_per_second)
       : to_server_(io_), to_client_(io_), bytes_per_second_(bytes_per_second) {
     to_server_.open(tcp::v4());
-    // What a link has under way is little.
+    // Links buffer little.
     to_server_.set_option(asio::socket_base::receive_buffer_size(
         std::max(kLeastUnderWay, static_cast<int>(2 * bytes_per_second * kTick))));
     to_server_.connect({asio::ip::make_address(server.host), server.port});
@@ -42,7 +42,7 @@ class ShapedLink {
   using Clock = std::chrono::steady_clock;
   static constexpr int kLeastUnderWay = 8 * 1024;
   static constexpr std::size_t kLeastPacket = 1400;
-  static constexpr double kTick = 1e-3;  // Seconds. Sleeping is not exact to much less.
+  static constexpr double kTick = 1e-3;  // Seconds. Sleeping is not much more precise.
 
   static Clock::duration duration(double seconds) {
     return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
@@ -67,7 +67,7 @@ class ShapedLink {
       if (error) break;
       if (is_shaped) {
         const std::chrono::duration<double> takes(static_cast<double>(size) / bytes_per_second_);
-        // What was slept too long is made up for.
+        // Compensates for sleeping too long.
         free_at = std::max(free_at, Clock::now() - duration(kTick)) + duration(takes.count());
         std::this_thread::sleep_until(free_at);
       }

@@ -1,11 +1,12 @@
-// Sample shells beside Draco on the same tiles: bits a vertex, and nanoseconds a vertex to encode
-// and to decode, on one thread (processor time, the least of the runs).
+// Compares sample shells with Draco on the same tiles: bits per vertex, and nanoseconds per vertex
+// to encode and decode, on one thread (processor time, minimum of the runs).
 //
 //   shell_bench ../shared/data/embryo_256x256x256.vti 80.5 --runs 5 --lattice 5
 //
-// Tiles have 64 cells a side. Shells are encoded from samples, signs included, and decoded to
-// triangles; Draco is given the triangles and gives them back, without any check or weld. Integers
-// are measured exact, floats not; lattice-exact and quantized shells of both.
+// Tiles have 64 cells per side. Shells are encoded from samples, including the computation of
+// signs, and decoded to triangles; Draco encodes and decodes the triangles, without checks or
+// welding. Exact shells are measured for integers only, lattice-exact and quantized shells for all
+// types.
 
 #include <algorithm>
 #include <cstdint>
@@ -123,7 +124,7 @@ class ShellBench {
     }
   }
 
-  // False for a tile without surface.
+  // Returns false for a tile without surface.
   bool measure_shell(const shell::ShellBox& box, Measured& shell) {
     std::vector<std::uint8_t> bytes;
     const double encode_seconds =

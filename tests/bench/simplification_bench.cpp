@@ -1,11 +1,12 @@
-// What simplification leaves, and what it costs, beside meshoptimizer's simplifier on the same
-// surface and the stream without simplification at the same total error: triangles, Draco bytes,
-// processor seconds of all threads, distances to the full-resolution surface in voxels, topology.
+// Compares simplification with meshoptimizer's simplifier on the same surface, and with the stream
+// without simplification at the same total error: triangles, Draco bytes, processor seconds of all
+// threads, distances to the full-resolution surface in voxels, topology.
 //
 //   simplification_bench head.mtd 500.5 250000 0.125,0.375 0.25,0.25
 //
-// are the dataset, the isovalue, the most triangles of a tile of the other simplifier before it
-// begins (ours are cut by what is left), and pairs of errors: the model's and simplification's.
+// Arguments: the dataset, the isovalue, the most triangles of a tile for meshoptimizer before
+// simplification (ours are divided by the simplified size), and pairs of errors: the model's and
+// simplification's.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -140,7 +141,7 @@ int main(int argc, char** argv) {
                 max_triangles);
     Totals plain, small, theirs;
     std::vector<LatticeMesh> before, after, other;
-    // The unsimplified stream at the whole error.
+    // The unsimplified stream at the total error.
     for (const TileMesh& t : surface(model_error + budget, 16000).tiles) {
       const double start = cpu();
       plain.bytes += encode_tile(t.mesh, t.cube).summary.bytes;

@@ -1,6 +1,6 @@
-// What a progressive stream costs: bytes and seconds of every step beside the final step alone, and
-// how near the estimates are that it is planned with. Prints a row of a Markdown table for every
-// isovalue and error.
+// Measures the cost of a progressive stream: bytes and seconds of every step compared with the
+// final step alone, and the accuracy of the estimates used for planning. Prints a row of a Markdown
+// table per isovalue and error.
 //
 //   stream_bench head.mtd 500.5 1200.5 -- tooth.mtd 510.5
 //   stream_bench --simplify head.mtd 500.5
@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Row {
   std::vector<StepResult> steps;
-  std::vector<double> seconds;  // From the request to each step, as the server makes them.
+  std::vector<double> seconds;  // From the request to each step, in the server.
   // The final step, requested alone.
   double alone_seconds = 0;
   struct Estimate {

@@ -1,19 +1,17 @@
-// Makes common/codec/detail/trained_tables.hpp: the initial probabilities of the coder of sample
-// shells.
+// Generates common/codec/detail/trained_tables.hpp, initial probabilities of the shell coder.
 //
 //   train_shell_tables weights volumes.txt > new.hpp         then compile with new.hpp in its place
 //   train_shell_tables probabilities volumes.txt > new.hpp   and again
 //
-// A line of volumes.txt is "file type nx ny nz isovalue...", the file being samples alone, little
-// endian, x fastest, and the type u8, u16, i16 or f32. Integers train what exact shells use, and
-// like floats what levels use. The volumes that benchmarks measure are never among them.
-// The tables were trained on these public volumes: cthead (8 and 16 bits), engine, bonsai_small,
-// Iguana, chris_t1, avg152T1, tooth (8 and 16 bits), headsq, stent, Brain_float, fuel, neghip and
-// viscousfingers.
+// A line of volumes.txt is "file type nx ny nz isovalue..."; the file has only samples, little
+// endian, x fastest, and the type is u8, u16, i16 or f32. Integers train exact shells, and like
+// floats also levels. Volumes measured by benchmarks are excluded. The tables were trained on these
+// public volumes: cthead (8 and 16 bits), engine, bonsai_small, Iguana, chris_t1, avg152T1, tooth
+// (8 and 16 bits), headsq, stent, Brain_float, fuel, neghip and viscousfingers.
 //
-// Weights: least squares over the active samples of all volumes, one set for each of the 128 ways
-// in which neighbours can be active, drawn towards one set for all. Probabilities: how often a bit
-// was 1 in its context, all volumes having the same say.
+// Weights: least squares over the active samples of all volumes, one set for each of the 128
+// combinations of active neighbors, regularized towards a common set. Probabilities: the frequency
+// of 1 bits per context, with equal weight for all volumes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -83,7 +81,7 @@ std::vector<TrainingVolume> read_volumes(const std::string& list) {
   return volumes;
 }
 
-// One box of a volume, its signs and what to code.
+// A box of a volume with its signs and the values to code.
 struct Tile {
   const TrainingVolume* volume = nullptr;
   double isovalue = 0;
@@ -117,13 +115,13 @@ void for_each_tile(const TrainingVolume& volume, double isovalue,
   }
 }
 
-// How often a bit of each probability of a model was 0 and 1.
+// Counts of 0 and 1 bits for each probability of a model.
 template <typename Model>
 struct Counts {
   static constexpr std::size_t kSize = sizeof(Model) / sizeof(Probability);
   std::vector<std::array<double, 2>> of = std::vector<std::array<double, 2>>(kSize);
 
-  // Adds another's, scaled to a total of 1e7.
+  // Adds another count, scaled to a total of 1e7.
   void add(const Counts& other) {
     double total = 0;
     for (const auto& [zeros, ones] : other.of) total += zeros + ones;
@@ -142,7 +140,7 @@ struct Counts {
   }
 };
 
-// Stands in for the range coder.
+// Replaces the range coder.
 template <typename Model>
 class CountingCoder {
  public:
@@ -161,7 +159,7 @@ class CountingCoder {
   Counts<Model>& counts_;
 };
 
-// Least squares in eleven unknowns, drawn to what is known already.
+// Least squares in eleven unknowns, regularized towards known values.
 struct Equations {
   std::array<std::array<double, kWeights + 1>, kWeights> of{};
 
@@ -217,7 +215,7 @@ struct Trainer {
     return low && high;
   }
 
-  // Goes through the active samples, then the crossed edges, of all slices.
+  // Visits the active samples, then the crossed edges, of all slices.
   template <typename Sample, typename Edge>
   void for_each_active(const Tile& tile, const Sample& in_row, const Edge& on_edge) {
     const std::int32_t origin[3] = {tile.low[0], tile.low[1], tile.low[2]};
@@ -375,7 +373,7 @@ double predicted(const std::array<double, kWeights>& weights,
   return sum;
 }
 
-// Rounds of reweighted least squares, which come near to least absolute deviations.
+// Rounds of reweighted least squares, which approximate least absolute deviations.
 WeightSets trained_weights(Trainer& trainer, const std::vector<TrainingVolume>& volumes) {
   std::array<double, kWeights> common{};
   for (std::size_t i = 0; i < 3; ++i) common[i] = 1.0 / 3;

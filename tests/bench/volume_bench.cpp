@@ -1,11 +1,11 @@
-// Times of queries of a prepared dataset, beside VTK's flying edges on the same samples.
+// Measures queries of a prepared dataset, compared with VTK's flying edges on the same samples.
 //
 //   volume_bench head.mtd --isovalue 500.5 --threads 1,2
 //
-// All of it runs in one process and round robin, after one run of each that is not counted, so that
-// a busy moment of the machine affects all. The clock stops before results are freed. Extraction
-// means indexed tiles in memory; nothing is kept from one run to the next but the file's pages and
-// the verified checksums of its bricks.
+// All measurements run round robin in one process, after one uncounted run of each, so that a busy
+// moment of the machine affects all. The clock stops before results are freed. Extraction means
+// indexed tiles in memory; only the file's pages and the verified checksums of its bricks are kept
+// between runs.
 
 #include <chrono>
 #include <exception>
@@ -39,7 +39,7 @@ struct Arguments {
   bool json = false;
 };
 
-// What a run made, kept until the clock has stopped.
+// The result of a run, kept until the clock has stopped.
 struct Outcome {
   std::uint64_t triangles = 0;
   std::uint64_t encoded_bytes = 0;
@@ -51,7 +51,7 @@ struct Work {
   std::function<Outcome(int threads)> run;
 };
 
-constexpr double kEncodedError = 0.5;  // Voxels, of the surface that is encoded and previewed.
+constexpr double kEncodedError = 0.5;  // Voxels; the error of the encoded and previewed surface.
 
 IsosurfaceRequest request_for(double isovalue, double error) {
   const auto request = validated(IsosurfaceRequest{.isovalue = isovalue, .error = error});
@@ -93,7 +93,7 @@ std::optional<StepRequest> first_preview(const SurfaceExtractor& extractor, doub
   return next.step;
 }
 
-// Counted on a dataset that was just opened.
+// Counted on a newly opened dataset.
 std::optional<BrickReads> preview_reads(const Arguments& arguments) {
   const DatasetPtr dataset = open_dataset(arguments.file);
   const SurfaceExtractor extractor(dataset);
@@ -113,7 +113,7 @@ FlyingEdges::SamplePointer samples_of(const Volume& volume) {
                     volume.samples);
 }
 
-// The extractor must outlive what is returned.
+// The extractor must outlive the result.
 std::vector<Work> works_of(const SurfaceExtractor& extractor, double isovalue) {
   std::vector<Work> works;
   const auto add_extraction = [&](const std::string& name, const StepRequest& step) {
@@ -145,8 +145,8 @@ double seconds_of(const Work& work, int threads, Measurement& measurement) {
   });
 }
 
-// Runs all of them once to warm up and `runs` times to measure. The same work never follows itself,
-// which would find its samples in the processor's cache.
+// Runs all of them once to warm up and `runs` times to measure, alternating, because a repeated run
+// would find its samples in the processor's cache.
 std::vector<Measurement> measure(const std::vector<Work>& works, const Arguments& arguments) {
   std::vector<Measurement> measurements(works.size());
   for (std::size_t i = 0; i < works.size(); ++i) {

@@ -1,4 +1,4 @@
-// What volume_bench found out about one volume, as a table for people and as JSON for scripts.
+// The results of volume_bench for one volume, as a table and as JSON.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,24 @@
 
 namespace multitetra {
 
-// How long the same work took, run after run.
+// The seconds of repeated runs of the same work.
 struct Timing {
-  // Empty where it was not measured.
+  // Empty if not measured.
   std::vector<double> seconds;
 
   [[nodiscard]] double median() const;
   [[nodiscard]] double least() const;
 };
 
-// One piece of work under several numbers of threads.
+// One piece of work with several numbers of threads.
 struct Measurement {
   std::string work;
   std::uint64_t triangles = 0;
-  std::uint64_t encoded_bytes = 0;  // 0 where nothing is encoded.
+  std::uint64_t encoded_bytes = 0;  // 0 if nothing is encoded.
   std::vector<Timing> timings;      // One per number of threads, in the report's order.
 };
 
-// The number of bricks read, and of all bricks.
+// The numbers of bricks read, and of all bricks.
 struct BrickReads {
   std::uint64_t sample_reads = 0;
   std::uint64_t sample_bricks = 0;
@@ -43,22 +43,22 @@ struct VolumeReport {
   double open_seconds = 0;       // Median.
   int processors = 0;
   std::vector<int> threads;               // As requested.
-  std::vector<std::string> flying_edges;  // How it ran, per number of threads; empty without VTK.
-  // For the first preview; none where there is no preview.
+  std::vector<std::string> flying_edges;  // The backend per number of threads; empty without VTK.
+  // For the first preview; nullopt if there is none.
   std::optional<BrickReads> preview;
-  std::vector<Measurement> measurements;  // Flying edges first, where they are available.
+  std::vector<Measurement> measurements;  // Flying edges first, if available.
 
-  // What the prepared file has beyond the samples themselves.
+  // Returns the file's size beyond the samples.
   [[nodiscard]] double overhead_bytes_per_voxel() const;
-  // The median of a measurement over that of flying edges with the same number of threads; `index`
-  // is a place in `threads`. None without VTK.
+  // Returns the median of a measurement divided by that of flying edges with the same number of
+  // threads; `index` is an index in `threads`. nullopt without VTK.
   [[nodiscard]] std::optional<double> ratio(const Measurement& measurement,
                                             std::size_t index) const;
-  // How much faster the last number of threads is than the first. None with one number only.
+  // Returns the speedup of the last number of threads over the first; nullopt with only one.
   [[nodiscard]] std::optional<double> speedup(const Measurement& measurement) const;
 };
 
-// Facts, a line each, then a table whose lines begin with '|'.
+// Returns one property per line, then a table whose lines begin with '|'.
 [[nodiscard]] std::string table_of(const VolumeReport& report);
 [[nodiscard]] Json json_of(const VolumeReport& report);
 

@@ -1,4 +1,4 @@
-// A proxy between clients and a server that cuts connections where a test requires it.
+// A proxy that cuts connections between clients and a server as a test requires.
 #pragma once
 
 #include <algorithm>
@@ -18,12 +18,12 @@
 
 namespace multitetra::testing {
 
-// Where a connection is cut, counted in messages from the server (Welcome is the first).
+// Where a connection is cut, in messages from the server (Welcome is the first).
 struct Cut {
-  std::size_t messages = SIZE_MAX;  // So many are passed on,
-  std::size_t tiles = SIZE_MAX;     // or so many tiles, whichever is first,
-  std::size_t bytes_of_next = 0;    // and so many bytes of the frame behind them, never all.
-  bool stays_open = false;          // Silent instead of cut.
+  std::size_t messages = SIZE_MAX;  // The number of messages passed on,
+  std::size_t tiles = SIZE_MAX;     // or of tiles, whichever is reached first,
+  std::size_t bytes_of_next = 0;    // and the bytes passed on of the next frame, never all.
+  bool stays_open = false;          // The connection stays silent instead of being cut.
 };
 
 class CuttingProxy {
@@ -44,7 +44,7 @@ class CuttingProxy {
 
   [[nodiscard]] Endpoint endpoint() const { return {.host = "127.0.0.1", .port = port_}; }
 
-  // What was passed on whole, over all connections.
+  // Returns the tiles passed on completely, over all connections.
   [[nodiscard]] std::vector<ContentDigest> tiles() const {
     const std::lock_guard lock(mutex_);
     return tiles_;
@@ -75,8 +75,7 @@ class CuttingProxy {
       upstream.connect({asio::ip::make_address(server.host), server.port});
       std::thread requests([&] { pass_requests(client, upstream); });
       pass_answers(upstream, client, cut_of_(connection));
-      // The client has read everything when it closes its side; closing ours before could take
-      // bytes away from it.
+      // The client closes its side after reading everything; closing ours earlier could lose bytes.
       requests.join();
     }
   }
@@ -135,7 +134,7 @@ class CuttingProxy {
   tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
   std::uint16_t port_ = acceptor_.local_endpoint().port();
   std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;  // Guards the three below.
+  mutable std::mutex mutex_;  // Guards the next three.
   std::vector<ContentDigest> tiles_;
   int messages_ = 0;
   int connections_ = 0;

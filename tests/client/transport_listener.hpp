@@ -1,6 +1,5 @@
-// A listener of another transport in front of a server that speaks frames over TCP: what comes as
-// WebSocket messages or over TLS goes on as frames, and back. A part of a frame that the server
-// cuts off is passed on as a part of a message.
+// A listener of another transport in front of a server that uses frames over TCP: converts
+// WebSocket messages or TLS to frames and back, partial frames to partial messages.
 #pragma once
 
 #include <memory>
@@ -11,7 +10,7 @@
 
 namespace multitetra::testing {
 
-// How the listener answers a WebSocket handshake.
+// How the listener handles a WebSocket handshake.
 struct ListenerManners {
   std::string subprotocol = std::string(kSubprotocol);  // Empty: none.
   int status = 101;
@@ -28,7 +27,7 @@ class TransportListener {
 
   [[nodiscard]] Endpoint endpoint() const { return at("127.0.0.1"); }
   [[nodiscard]] Endpoint at(std::string host) const;
-  // Accepts the certificate of this listener only.
+  // Accepts only this listener's certificate.
   [[nodiscard]] Trust trust() const;
 
  private:

@@ -1,6 +1,6 @@
-// The promise on real data: no surface of bound `certified` is farther from the full-resolution one
-// than its error and the lattice, both ways, and its topology is the same. The mesh comes over TCP
-// and is compared with the volume's file.
+// Checks the guarantee on real data: no surface with the bound `certified` is farther from the
+// full-resolution one than its error plus the lattice rounding, both ways, and its topology is the
+// same. Meshes are fetched over TCP and compared with the volume's file.
 //
 // The large volumes take minutes and run when MULTITETRA_ALL_VOLUMES is set
 // (`bash tests/run.sh --all`).

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Runs the commands of README.md, client/FETCHING.md, server/volume/FORMATS.md and server/operations/DEPLOYMENT.md as they
-# stand, on small generated volumes, and checks that every option that a guide names exists.
-# Usage: guides_test.sh DIRECTORY_OF_PROGRAMS
+# Runs the commands of README.md, client/FETCHING.md, server/volume/FORMATS.md and server/operations/DEPLOYMENT.md
+# unchanged, on small generated volumes, and checks that every option named in a guide exists. Usage: guides_test.sh
+# DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -9,7 +9,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 export PATH=$bin:$PATH
 
-# commands_of PAGE: its indented lines, smaller and without those that set up a shell or a server.
+# commands_of PAGE: prints its commands, with smaller sizes and without those that set up a shell or a server.
 commands_of() {
   sed -n 's/^    //p' "$root/$1" | grep -v '^PATH=\|^bash \|^docker run \|/multitetra view \| serve .*&' |
     sed 's/--size 128/--size 48/; s/--min-component 12/--min-component 2/; s/1920x1080/192x108/; s/at=64,64,64/at=24,24,24/
@@ -35,7 +35,7 @@ commands_of README.md >commands
 grep -q 'certify head.ply' commands || fail "README.md has no commands: $(cat commands)"
 bash -euo pipefail commands >out 2>&1 || fail "README.md: $(tail -n 5 out)"
 
-# Every command of the formats' guide whose input tests/e2e/guide_volumes.py can write.
+# Runs the commands of the formats' guide whose input tests/e2e/guide_volumes.py can write.
 commands_of server/volume/FORMATS.md >formats
 mkdir formats_work
 cp head.nrrd head.mtd formats_work/
@@ -72,7 +72,7 @@ start configured $(grep -- '--config server.toml' ../commands)
 url_of configured http >/dev/null || fail "server.toml does not start a server: $(cat configured.log)"
 cd ..
 
-# The addresses for other viewers: of a first file, or of a folder that has one named info.
+# The addresses for other viewers: of a first file, or of a folder that has a file named info.
 grep -o 'http://127.0.0.1:7480/v1/\(3dtiles\|neuroglancer\)/[^ `]*' "$root/client/paraview/README.md" | sed 's|");||' | sort -u >addresses
 [ -s addresses ] || fail "client/paraview/README.md has no addresses"
 python3 - "$page" <<'EOT' || fail "client/paraview/README.md has an address that does not answer"

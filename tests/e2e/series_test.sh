@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Series of datasets as users make and serve them: the labels of a segmentation, the times of a series, the fields of a
+# Preparing and serving series of datasets: the labels of a segmentation, the times of a series, the fields of a
 # simulation. Usage: series_test.sh DIRECTORY_OF_PROGRAMS [PYTHON_WITH_H5PY]
 set -euo pipefail
 
@@ -8,14 +8,14 @@ server=$bin/multitetra-server
 client=$bin/multitetra-client
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# says FILE WORDS: the dataset's facts have them.
+# says FILE TEXT: checks the output of `info`.
 says() {
   "$server" info "$1" >facts.txt
   grep -qF -- "$2" facts.txt || fail "\"$2\" is not in the facts of $1: $(cat facts.txt)"
 }
 digest() { sed -n 's/^ *"content_digest": "\([^"]*\)".*/\1/p' "$1" | tail -n 1; }
 
-# --- labels: a ball of label 3 in one of label 7, as 3D Slicer writes segments
+# --- labels: a ball of label 3 inside one of label 7, as 3D Slicer writes segments
 python3 - <<'EOPY'
 import math, pathlib
 side = 24
@@ -81,7 +81,7 @@ printf 'NRRD0004\ntype: int\n' >broken.nrrd
 ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
 [ ! -e new_folder ] || fail "a folder was left in which there is nothing"
 
-# --- segments that overlap lie in layers, in each of which values start over
+# --- overlapping segments lie in layers, each with its own values
 python3 - <<'EOPY'
 import math, pathlib
 side = 24
@@ -138,12 +138,12 @@ grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's 
 "$server" extract organs/organs.label7.mtd --isovalue 0.5 --error 0 -o outer.ply --json --quiet >outer.json
 grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's label is not two balls"
 
-# Parts one voxel thick lose volume when they are simplified: a notice says how much of a label they are.
+# Parts one voxel thick lose volume when simplified: a notice reports their share of the label.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 324 /dev/zero; head -c 81 /dev/zero | tr '\0' '\1'; head -c 324 /dev/zero; } >in/thin.nrrd
 ends 0 "of the 81 voxels of label 1 81 lie in parts one voxel thick" "$server" prepare in/thin.nrrd --label 1 -o thin
 ! grep -q 'one voxel thick' <("$server" prepare in/organs.seg.nrrd --label 3 -o thick 2>&1) || fail "a ball is not thin"
 
-# A label that reaches the volume's border closes there by default.
+# A label that reaches the volume's border is closed there by default.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 729 /dev/zero | tr '\0' '\1'; } >in/full.nrrd
 "$server" prepare in/full.nrrd --label 1 -o full --quiet
 "$server" extract full/full.label1.mtd --isovalue 0.5 --error 0 -o full.ply --json --quiet >full.json
@@ -171,7 +171,7 @@ ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --
 grep -aq "property float" colored.ply || fail "no values of the other label at the vertices"
 ends_well server "$pid"
 
-# --- times: a NIfTI of four dimensions, and what solvers write: a file for each time, of two fields
+# --- times: a four-dimensional NIfTI, and solver output: one file per time, with two fields
 python3 - <<'EOPY'
 import json, math, pathlib, struct
 side, times = 12, 3
@@ -222,7 +222,7 @@ ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times
 ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times 0:-1 -o beat
 ends 2 "exclude each other" "$server" prepare in/beat.nii --all-times --time 1 -o beat
 ends 2 "for --time-series and --all-times" "$server" prepare in/beat.nii --time 1 --times 0:1 -o one.mtd
-# The second time, prepared for itself, has the same surface.
+# The second time, prepared separately, has the same surface.
 "$server" prepare in/beat.nii --time 1 -o second.mtd --quiet
 for dataset in second.mtd beat/beat.t0001.mtd; do
   "$server" extract "$dataset" --isovalue 0.5 --error 0.2 -o x.ply --json --quiet >x.json
@@ -278,7 +278,7 @@ EOPY
   says flow/flow.b_q.t0001.mtd '127 to 246'
   ends 0 "1 member" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
   ends 2 "Its fields are p, a/q, b/q." "$server" prepare in/flow.h5 --field mask -o flow
-  # And DICOM of two images at each of four positions.
+  # DICOM of two images at each of four positions.
   "$2" - <<'EOPY'
 import pathlib, pydicom
 from pydicom.dataset import FileDataset, FileMetaDataset
@@ -303,7 +303,7 @@ EOPY
   says gated/gated.t0001.mtd '1000 to 1035'
 fi
 
-# --- a series that is prepared again leaves no stale members, and none of another kind is touched
+# --- preparing a series again removes stale members, but none of another kind
 mkdir again
 for i in 1 2 3; do "$server" generate torus --size 9 --noise 0.01 --seed "$i" -o "again/v$i.nrrd" --quiet; done
 ends 0 "3 members, 0 failed" "$server" prepare again/v1.nrrd again/v2.nrrd again/v3.nrrd --time-series v -o latest
@@ -313,7 +313,7 @@ ends 0 "v.t0002.mtd: removed" "$server" prepare again/v1.nrrd again/v2.nrrd --ti
 ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --name organs -o latest
 [ -e latest/organs.label7.mtd ] || fail "a label that was not asked for is removed"
 
-# --- a dataset of another source is replaced on request alone
+# --- a dataset of another source is replaced only on request
 "$server" prepare again/v1.nrrd -o kept.mtd --quiet
 ends 2 "kept.mtd is a dataset of 'v1.nrrd'" "$server" prepare again/v2.nrrd -o kept.mtd
 ends 0 "kept.mtd" "$server" prepare again/v2.nrrd -o kept.mtd --force

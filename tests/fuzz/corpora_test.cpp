@@ -1,5 +1,4 @@
-// What the fuzzers have kept goes through their harnesses again, whatever compiler and sanitizer
-// this is built with: what was mended once stays mended.
+// Replays the fuzzing corpora with any compiler and sanitizer, to keep findings fixed.
 #include <gtest/gtest.h>
 
 #include <cstddef>
@@ -12,7 +11,7 @@
 
 #include "tests/support/temporary_folder.hpp"
 
-// Each harness is compiled with its own name in the place of LLVMFuzzerTestOneInput.
+// Each harness is compiled with its own name in place of LLVMFuzzerTestOneInput.
 using Harness = int(const std::uint8_t* data, std::size_t size);
 extern "C" {
 Harness fuzz_client_file, fuzz_client_message, fuzz_dataset_file, fuzz_frame, fuzz_http_request,
@@ -65,9 +64,8 @@ INSTANTIATE_TEST_SUITE_P(
                     MULTITETRA_HARNESS(fuzz_packed_pixels), MULTITETRA_HARNESS(fuzz_server_message),
                     MULTITETRA_HARNESS(fuzz_shell), MULTITETRA_HARNESS(fuzz_shell_round_trip),
                     MULTITETRA_HARNESS(fuzz_shell_tile), MULTITETRA_HARNESS(fuzz_store_answers),
-                    MULTITETRA_HARNESS(fuzz_tile),
-                    MULTITETRA_HARNESS(fuzz_tile_round_trip), MULTITETRA_HARNESS(fuzz_volume_file),
-                    MULTITETRA_HARNESS(fuzz_volume_metadata)),
+                    MULTITETRA_HARNESS(fuzz_tile), MULTITETRA_HARNESS(fuzz_tile_round_trip),
+                    MULTITETRA_HARNESS(fuzz_volume_file), MULTITETRA_HARNESS(fuzz_volume_metadata)),
     [](const auto& one) { return std::string(one.param.name); });
 #undef MULTITETRA_HARNESS
 

@@ -1,11 +1,11 @@
-// What the bytes of a fuzzer mean as a prepared dataset. Taken as they are they would hardly ever
-// have the right checksums, and so never get past the table.
+// Converts fuzzer input to a prepared dataset. Raw input would hardly ever have valid checksums,
+// and would never get past the table.
 //
-// The first byte chooses:
-//   'f'   a file without the zeros at the end of its head: the first kShortHead bytes, then what
-//         follows from byte 4096 on; the table's checksum is made right
-//   else  the sections, each with its length before it in two bytes, of a file that is right in
-//         all else, the checksums of bricks included
+// The first byte selects:
+//   'f'   a file without the zeros at the end of its head: the first kShortHead bytes, then the bytes
+//         from 4096 on; the table's checksum is corrected
+//   else  sections, each preceded by its length in two bytes, of an otherwise valid file, including
+//         the checksums of bricks
 #pragma once
 
 #include <algorithm>
@@ -45,7 +45,7 @@ inline std::string file_of_bytes(std::string_view input) {
   return file;
 }
 
-// The bytes of the next section; `input` loses them.
+// Removes the next section from `input` and returns it.
 inline std::string_view take_section(std::string_view& input) {
   std::uint16_t size = 0;
   if (input.size() < sizeof(size)) return {};
@@ -56,7 +56,7 @@ inline std::string_view take_section(std::string_view& input) {
   return section;
 }
 
-// Makes the checksums in an index right, as far as its bricks lie in their section.
+// Corrects the checksums in an index, as far as its bricks lie in their section.
 inline void mend_brick_checksums(std::string& index, std::string_view bricks) {
   std::uint64_t end = 0;
   for (std::size_t at = 0; at + sizeof(BrickEntry) <= index.size(); at += sizeof(BrickEntry)) {
@@ -97,7 +97,7 @@ inline std::string dataset_file_of(std::string_view input) {
   return input[0] == 'f' ? file_of_bytes(rest) : file_of_sections(rest);
 }
 
-// ---- the inputs that stand for a whole file
+// ---- inputs that represent a whole file
 
 inline std::string input_of_bytes(std::string_view file) {
   return "f" + std::string(file.substr(0, kShortHead)) + std::string(file.substr(kHeadBytes));

@@ -1,5 +1,5 @@
-// Files that a client keeps or is given: a tile of an earlier run, and NRRD images of thresholds.
-// The first byte says which.
+// Files that a client caches or reads: a tile of an earlier run, and NRRD images of thresholds. The
+// first byte selects the format.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// The first 16 bytes are the digest in the file's name. A tile that is taken has that content.
+// The first 16 bytes are the digest in the file's name. An accepted tile has that content.
 void check_tile(std::string_view bytes) {
   ContentDigest promised;
   if (bytes.size() < sizeof promised) return;

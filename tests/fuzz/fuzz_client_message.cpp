@@ -1,4 +1,4 @@
-// What parses is within its ranges, so it can be written and is read back the same.
+// A parsed message is in range, so it can be written and parsed again with the same result.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -1,5 +1,5 @@
-// Any bytes are refused or are a prepared dataset whose bricks can be looked at: each is whole or
-// refused, and all are whole when the verification finds no damage.
+// Any bytes are rejected or are a prepared dataset whose bricks can be read: each is intact or
+// rejected, and all are intact if the verification finds no damage.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace {
 
 using namespace multitetra;
 
-// Whether all bricks are whole.
+// Returns whether all bricks are intact.
 bool look_at_all(const PreparedBricks& source) {
   bool whole = true;
   for (std::size_t i = 0; i < source.size(); ++i) {

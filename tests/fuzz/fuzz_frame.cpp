@@ -1,4 +1,4 @@
-// Frames come out the same however the stream is portioned, and they are the stream.
+// Frames do not depend on how the stream is split, and together they are the stream.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@ struct Outcome {
   friend bool operator==(const Outcome&, const Outcome&) = default;
 };
 
-// Portions of `portion` bytes; taken out as they become whole.
+// Feeds `portion` bytes at a time and takes out complete frames.
 Outcome read(std::string_view stream, std::size_t portion) {
   FrameReader reader(1024);
   Outcome outcome;

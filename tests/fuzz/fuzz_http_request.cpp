@@ -1,5 +1,5 @@
-// The path of an HTTP request from bytes to a parsed query: requests are the same however the bytes
-// are cut into portions, and their values are within bounds.
+// The path of an HTTP request from bytes to a parsed query: requests do not depend on how the bytes
+// are split, and their values are within bounds.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -21,8 +21,8 @@ namespace {
 
 constexpr std::uint32_t kLimit = 4096;
 
-// The targets of the requests before a refusal, which may come earlier or later: a header in small
-// portions is looked at again only when its end has come.
+// Returns the targets of the requests before a rejection, which may come earlier or later: in small
+// portions a header is only parsed again when its end has arrived.
 std::vector<std::string> read_in_portions(std::string_view bytes, std::size_t portion) {
   RequestReader reader(kLimit);
   std::vector<std::string> read;

@@ -1,5 +1,5 @@
-// Tables of labels' names and colors, as segmentation programs write them: in files of their own,
-// and in headers of NRRD.
+// Tables of label names and colors, as written by segmentation programs: as separate files, and in
+// NRRD headers.
 #include <cstdint>
 #include <set>
 #include <string_view>

@@ -1,5 +1,5 @@
-// Meshes of other programs: PLY, STL, OBJ, binary glTF, VTK's .vtp. The first byte says which. A
-// file is refused with a reason or is a mesh of finite vertices and triangles between them.
+// Meshes of other programs: PLY, STL, OBJ, binary glTF, VTK's .vtp. The first byte selects the
+// format. A file is rejected with a reason or is a mesh of finite vertices and valid triangles.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static constexpr std::array kNames = {"m.ply", "m.stl", "m.obj", "m.glb", "m.vtp"};
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  if (bytes.starts_with("DRACO")) return 0;  // fuzz_tile has Draco's decoder, behind our checks.
+  if (bytes.starts_with("DRACO")) return 0;  // fuzz_tile covers Draco's decoder, behind our checks.
   try {
     const TriangleMesh mesh = read_mesh(folder.file(kNames[data[0] % kNames.size()], bytes));
     for (const Vec3& vertex : mesh.vertices) {

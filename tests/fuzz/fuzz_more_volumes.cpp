@@ -1,6 +1,6 @@
 // Whole files in further formats: NumPy, MGH, NetCDF-3, parallel VTK images, Zarr in zip archives,
-// TIFF, PNG, JPEG and Imaris, and the contour levels that lie beside maps. The first byte says
-// which. A file is refused with a reason or is a volume whose slices can be read in any order.
+// TIFF, PNG, JPEG and Imaris, and the contour levels stored with maps. The first byte selects the
+// format. A file is rejected with a reason or is a volume whose slices can be read in any order.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,14 +28,14 @@
 namespace multitetra {
 namespace {
 
-// Up to the next byte of zero, which is taken as well.
+// Removes and returns the part up to the next zero byte, which is removed too.
 std::string_view taken_part(std::string_view& rest) {
   const std::string_view part = rest.substr(0, rest.find('\0'));
   rest.remove_prefix(std::min(part.size() + 1, rest.size()));
   return part;
 }
 
-// Attributes of Imaris are texts, stored as arrays of letters.
+// Attributes of Imaris are texts, stored as arrays of characters.
 void add_attribute(hid_t object, const std::string& name, std::string_view text) {
   const auto length = static_cast<hsize_t>(text.size());
   const hid_t space = H5Screate_simple(1, &length, nullptr);
@@ -46,7 +46,7 @@ void add_attribute(hid_t object, const std::string& name, std::string_view text)
   H5Sclose(space);
 }
 
-// An Imaris file of 4 x 3 x 2 samples whose attributes are the parts of `rest`.
+// Writes an Imaris file of 4 x 3 x 2 samples whose attributes are the parts of `rest`.
 std::filesystem::path imaris_file(std::string_view rest, const TemporaryFolder& folder) {
   const std::filesystem::path path = folder.path() / "v.ims";
   const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
@@ -128,7 +128,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   try {
-    // 16 leaves room for further formats beside an older corpus.
+    // 16 leaves room for further formats with the existing corpus.
     if (const auto volume = opened_further(data[0] % 16, bytes, folder)) read_in_any_order(*volume);
   } catch (const VolumeFileError& refused) {
     require(std::string_view(refused.what()).starts_with("Cannot read '"));

@@ -1,6 +1,6 @@
-// Packed samples inside of formats whose libraries read the rest: LZF of HDF5, and the pixel data
-// of DICOM (raw, RLE, fragments of JPEG, deflated as a whole), which must be complete or refused.
-// The first byte says which.
+// Compressed samples in formats whose libraries read the rest: LZF of HDF5, and the pixel data of
+// DICOM (raw, RLE, fragments of JPEG, deflated as a whole), which must be complete or rejected. The
+// first byte selects the kind.
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// The first two bytes are the room.
+// The first two bytes are the size of the output buffer.
 void check_lzf(std::string_view bytes) {
   if (bytes.size() < 2) return;
   const std::size_t room = static_cast<unsigned char>(bytes[0]) +
@@ -33,7 +33,7 @@ void check_lzf(std::string_view bytes) {
   require(again == out);
 }
 
-// Four bytes say frames, samples and bits; the file follows, with the element's head in front.
+// Four bytes give frames, samples and bits; the file follows, beginning with the element's head.
 void check_pixels(std::string_view bytes, std::string_view syntax, const TemporaryFolder& folder) {
   constexpr std::size_t kSizes = 4;
   constexpr std::size_t kHead = 12;
@@ -48,7 +48,7 @@ void check_pixels(std::string_view bytes, std::string_view syntax, const Tempora
                            .bits = number(3) % 2 == 0 ? 8U : 16U};
   const InputFile file(folder.file("v.dcm", bytes.substr(kSizes)));
   (void)check_dicom_pixels(file, pixels);
-  // What is whole as it is has all of its bytes.
+  // Unencapsulated data must have all of its bytes.
   if (bytes.substr(kSizes + 8, 4) != "\xFF\xFF\xFF\xFF") {
     require(file.size() >= kHead + pixels.frames * pixels.frame_samples * pixels.bits / 8);
   }

@@ -1,4 +1,4 @@
-// Any bytes are refused or decode to a mesh whose indices and vertices are where they belong.
+// Any bytes are rejected or decode to a mesh whose indices and vertices are in range.
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace multitetra::shell;
 
-// Boxes below the format's limit, for the sake of pace.
+// Boxes below the format's limit, for speed.
 constexpr std::uint32_t kMaxVertices = 1 << 16;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Any samples that the encoder takes come back as the surface of their signs: decoding succeeds,
-// and lattice-exact shells agree with exact ones.
+// Any samples that the encoder accepts decode to the surface of their signs; lattice-exact shells
+// agree with exact ones.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -46,7 +46,7 @@ bool equal(const Surface& a, const Surface& b) {
 
 }  // namespace
 
-// 8 bytes that say what, then the samples.
+// 8 bytes of parameters, then the samples.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kHead = 8;
   if (size < kHead) return 0;
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                .layer_value = static_cast<float>(data[5])};
   const auto count =
       static_cast<std::size_t>(box.data_samples[0] * box.data_samples[1] * box.data_samples[2]);
-  // What is missing repeats what is there.
+  // Repeats the samples given if there are too few.
   std::vector<std::uint8_t> samples(count);
   for (std::size_t i = 0; i < count; ++i) {
     samples[i] = size > kHead ? data[kHead + i % (size - kHead)] : 0;
@@ -75,7 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(quantized.vertices.size() == exact.vertices.size());
   require(quantized.triangles.size() == exact.triangles.size());
 
-  // The same bytes as floats, with all their odd values.
+  // The same bytes as floats, including special values.
   box.data_samples[0] /= 4;
   if (box.data_samples[0] == 0) return 0;
   std::vector<float> floats(count / 4);

@@ -1,5 +1,5 @@
-// Any payload is refused as a client's tile or gives a mesh that keeps its promise: in the cube,
-// with the counts of the manifest, and manifold where the client does not compare its edges.
+// Any payload is rejected as a client's tile or gives a mesh that matches the manifest: in the
+// cube, with its counts, and manifold where the client does not compare edges.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace {
 
 using namespace multitetra;
 
-// The first bytes are what of the promise is not as in the payload's header: 7 of the cube, and one
-// whose bits choose what differs in the form and in the counts.
+// The first bytes change the promise relative to the payload's header: 7 bytes of the cube, and one
+// whose bits select the differences in form and counts.
 constexpr std::size_t kPromiseBytes = 8;
-// Boxes below the format's limit, for the sake of pace.
+// Boxes below the format's limit, for speed.
 constexpr std::uint32_t kMaxVertices = 1 << 16;
 
 OctreeCube cube_in(const std::uint8_t* data) {

@@ -1,5 +1,5 @@
-// What stores answer and what is kept of it: Content-Range, lists of buckets, and blocks in the
-// cache on the disk. The first byte says which.
+// Replies of stores and their cached data: Content-Range, lists of buckets, and blocks in the disk
+// cache. The first byte selects the kind.
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// An answer that passes has no more bytes than were wanted, and those.
+// An accepted reply has exactly the requested bytes.
 void check_range(std::string_view bytes) {
   if (bytes.size() < 8) return;
   std::uint32_t first = 0;
@@ -47,7 +47,7 @@ std::string escaped(std::string_view text) {
   return xml;
 }
 
-// What a list says is the same when it is written anew.
+// A parsed list can be written and parsed again with the same result.
 void check_listing(std::string_view xml) {
   const BucketListing listing = bucket_listing(xml);
   std::string again = "<IsTruncated>true</IsTruncated><NextContinuationToken>" +
@@ -60,7 +60,7 @@ void check_listing(std::string_view xml) {
   require(same.keys == listing.keys && same.next == listing.next);
 }
 
-// A block that is found has the sum that stands behind it.
+// A block that is found matches its checksum.
 void check_block(std::string_view bytes) {
   static const TemporaryFolder folder;
   static DiskCache cache(folder.path() / "cache", std::uint64_t{1} << 30);

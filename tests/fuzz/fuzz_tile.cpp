@@ -1,4 +1,4 @@
-// Any payload is refused or decodes to a mesh that keeps its promise, whatever Draco makes of it.
+// Any payload is rejected or decodes to a mesh that matches the manifest, whatever Draco returns.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -14,10 +14,10 @@ namespace {
 using namespace multitetra;
 
 // The first 21 bytes are the part of the manifest that the payload does not contain: the digest,
-// the number of vertices, and which normals there are.
+// the number of vertices, and the bits of normals.
 constexpr std::size_t kPromiseBytes = 21;
 constexpr int kNormalBits[] = {0, 8, 9, 10};
-// Below kMaxTileTriangles, for the sake of pace.
+// Below kMaxTileTriangles, for speed.
 constexpr std::uint32_t kMaxTriangles = 1 << 16;
 
 }  // namespace

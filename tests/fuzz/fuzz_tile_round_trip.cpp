@@ -1,4 +1,4 @@
-// Any proper triangles survive a tile, however wild they are: folded, doubled, crossing.
+// Any non-degenerate triangles survive encoding as a tile: folded, doubled, crossing.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -11,7 +11,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace multitetra;
   if (size < 1) return 0;
   const int speed = data[0] % 10;
-  // Three bytes a triangle, each a corner among 4 x 8 x 8 places: so few that corners meet often.
+  // Three bytes per triangle, each a corner among 4 x 8 x 8 places: few enough that corners often
+  // coincide.
   const auto corner = [](std::uint8_t byte) {
     return LatticePoint{byte & 3, byte >> 2 & 7, byte >> 5 & 7};
   };

@@ -1,7 +1,7 @@
-// Whole files in the formats that we read ourselves: NIfTI, MRC, cubes, XML and legacy VTK images,
-// NRRD, MetaImage, and raw samples that a text or their first bytes describe. The first byte says
-// which, and whether the file is packed. A file is refused with a reason or is a volume whose
-// slices can be read in any order, each the same alone as among all.
+// Whole files in the formats that we parse ourselves: NIfTI, MRC, cubes, XML and legacy VTK images,
+// NRRD, MetaImage, and raw samples described by a text or their first bytes. The first byte selects
+// the format, and whether the file is compressed. A file is rejected with a reason or is a volume
+// whose slices can be read in any order, with the same result alone as together.
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -23,10 +23,10 @@
 namespace multitetra {
 namespace {
 
-// nullopt: nothing describes the raw samples.
+// Returns nullopt if nothing describes the raw samples.
 std::optional<StoredVolume> opened(int format, std::string_view bytes,
                                    const TemporaryFolder& folder) {
-  // Where there are several, the first: what is inside matters, not that one must choose.
+  // Selects the first of several volumes: the test is about contents, not the choice.
   const VolumeChoice choice{.first = true};
   switch (format) {
     case 0:

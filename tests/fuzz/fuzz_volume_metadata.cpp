@@ -1,6 +1,7 @@
-// What describes volumes in formats that we read ourselves: the XML of .vti files, the metadata of
-// Zarr 2, Zarr 3 and N5, chunks under such metadata, and what ImageJ and OME-XML say in TIFF files.
-// The first byte says which; of a chunk, the text up to the first zero is the array's metadata.
+// Metadata of volumes in formats that we parse ourselves: the XML of .vti files, the metadata of
+// Zarr 2, Zarr 3 and N5, chunks with such metadata, and the descriptions by ImageJ and OME-XML in
+// TIFF files. The first byte selects the kind; of a chunk, the text up to the first zero is the
+// array's metadata.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -36,7 +37,7 @@ void decode(std::string_view text, Result<ArrayLayout> (*parse)(std::string_view
   require(layout->chunk.size() == layout->shape.size());
   require(layout->fill.size() == bytes_of(layout->type));
   (void)layout->key(std::vector<std::int64_t>(layout->shape.size(), 7));
-  constexpr std::size_t kSmall = std::size_t{1} << 20;  // Larger ones only cost time here.
+  constexpr std::size_t kSmall = std::size_t{1} << 20;  // Larger ones only cost time.
   if (end == std::string_view::npos || layout->chunk_bytes() > kSmall) return;
   const auto stored = std::as_bytes(std::span(text.substr(end + 1)));
   if (const auto chunk = decode_chunk(*layout, stored)) {

@@ -1,15 +1,14 @@
 #!/usr/bin/env bash
-# Builds all libFuzzer harnesses and runs each, or those that are named, for SECONDS (60 by default), or all of them together
-# for MINUTES; as many at once as there are processors. No further one begins after a finding. Each begins with what earlier
-# runs have learnt, in tests/fuzz/corpus. What it learns stays in build/fuzz/corpus, no more inputs than are needed for what
-# they reach; --keep packs them into tests/fuzz/corpus. A finding is kept in build/fuzz/findings: mend it, and keep it as a
-# golden file or in a test with a name.
+# Builds all libFuzzer harnesses and runs each, or the named ones, for SECONDS (default: 60), or all of them together
+# for MINUTES, one per processor at a time. Stops starting harnesses after a finding. Each starts with the corpus of
+# earlier runs in tests/fuzz/corpus. New inputs stay in build/fuzz/corpus, minimized to those needed for their coverage;
+# --keep packs them into tests/fuzz/corpus. Findings are stored in build/fuzz/findings: fix them, and add each as a
+# golden file or a named test.
 #   bash tests/fuzz/run.sh [--keep] [SECONDS | --all-for MINUTES | --minutes MINUTES] [HARNESS...]
 #
-# --minutes gives each harness so many minutes of processor time, counted over all such runs: in slices of five minutes, each
-# of which adds a line to build/fuzz/runs.tsv. A run that was stopped goes on with what is missing. Prints the table of all
-# runs. Beside other work at a lower priority (nice), where inputs take longer than their 10 seconds, set
-# MULTITETRA_FUZZ_TIMEOUT.
+# --minutes gives each harness that much processor time, summed over all such runs, in slices of five minutes, each of
+# which adds a line to build/fuzz/runs.tsv. An interrupted run continues with the missing time. Prints the table of all
+# runs. At low priority (nice), where inputs may exceed the limit of 10 seconds, set MULTITETRA_FUZZ_TIMEOUT.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 # The list of tests/fuzz/CMakeLists.txt.
@@ -42,11 +41,10 @@ cmake --build "$build"
 "$build/bin/write_seeds" "$build/seeds"
 mkdir -p "$build/findings"
 
-# The last value of "cov: 123" and the like in a log; 0 without one.
+# Prints the last value of "cov: 123" and the like in a log; 0 if there is none.
 last_of() { grep -o "$2: [0-9]*" "$1" | tail -n 1 | grep -o '[0-9]*$' || echo 0; }
 
-# Runs one harness for some seconds, then reduces its corpus to the least that reaches as much; 255 (which ends xargs) when it
-# found something.
+# Runs one harness for some seconds, then minimizes its corpus; returns 255 (which ends xargs) after a finding.
 fuzz_for() {
   local harness=$1 time=$2 findings=0 processor TIMEFORMAT=%0U
   local corpus=$build/corpus/$harness log=$build/findings/$harness.log
@@ -82,7 +80,7 @@ fuzz_for() {
   echo "$harness: $inputs inputs in $time s, at most $memory MiB;" \
     "corpus: $(find "$corpus" -type f | wc -l) inputs, $(du -sh --apparent-size "$corpus" | cut -f1)"
 }
-# Seconds that a harness has run, by the table.
+# Prints the seconds that a harness has run, from the table.
 seconds_of() { awk -F '\t' -v name="$1" '$1 == name { sum += $2 } END { print sum + 0 }' "$runs"; }
 fuzz() {
   if [ -z "$wanted" ]; then

@@ -1,4 +1,4 @@
-// What the harnesses of volume files have in common.
+// Shared by the harnesses of volume files.
 #pragma once
 
 #include <zlib.h>
@@ -29,10 +29,10 @@ inline std::string gzipped(std::string_view bytes) {
   return packed;
 }
 
-// Requires that the slices can be read in any order, each the same alone as among all. Throws
-// VolumeFileError where the volume is refused.
+// Requires that the slices can be read in any order, with the same result alone as together. Throws
+// VolumeFileError if the volume is rejected.
 inline void read_in_any_order(const StoredVolume& volume) {
-  constexpr std::int64_t kMostBytes = 1 << 20;  // Larger volumes only cost time here.
+  constexpr std::int64_t kMostBytes = 1 << 20;  // Larger volumes only cost time.
   const ImageHeader& header = volume.header;
   check_header("fuzzed", header);
   const std::size_t slice = header.slice_bytes();

@@ -1,4 +1,4 @@
-// Writes the inputs that fuzzing starts from: valid messages, frames, tiles and datasets.
+// Writes the initial inputs for fuzzing: valid messages, frames, tiles and datasets.
 //   write_seeds DIRECTORY    fills DIRECTORY/<harness>/
 #include <cmath>
 #include <cstring>
@@ -37,7 +37,7 @@ std::string framed(const std::string& content) {
   return frame_header(static_cast<std::uint32_t>(content.size())) + content;
 }
 
-// As fuzz_tile.cpp reads it.
+// In the format of fuzz_tile.cpp.
 std::string promised_tile(const LatticeMesh& mesh, int speed, int normal_bits = 0) {
   std::vector<UnitVector> directions;
   for (std::size_t i = 0; normal_bits != 0 && i < mesh.vertices.size(); ++i) {
@@ -53,7 +53,7 @@ std::string promised_tile(const LatticeMesh& mesh, int speed, int normal_bits = 
   return bytes + *tile.payload;
 }
 
-// As fuzz_volume_metadata.cpp reads them.
+// In the format of fuzz_volume_metadata.cpp.
 void write_volume_metadata(const std::filesystem::path& folder) {
   const std::string vti =
       R"(<?xml version="1.0"?><VTKFile type="ImageData" byte_order="LittleEndian" header_type="UInt32")"
@@ -103,7 +103,7 @@ void write_volume_metadata(const std::filesystem::path& folder) {
         "PlaneCount=\"3\"/></Pixels></Image></OME>");
 }
 
-// As fuzz_volume_file.cpp reads them: 4 x 3 x 2 samples in each format.
+// In the format of fuzz_volume_file.cpp: 4 x 3 x 2 samples in each file format.
 void write_volume_files(const std::filesystem::path& folder) {
   const std::vector<double> numbers = values();
   const std::string shorts = packed<std::int16_t>(numbers);
@@ -166,7 +166,7 @@ void put_big(std::string& bytes, std::uint64_t number, int count) {
   for (int byte = count - 1; byte >= 0; --byte) bytes += static_cast<char>(number >> (8 * byte));
 }
 
-// A zip archive of these files, stored.
+// Returns a zip archive of these files, stored without compression.
 std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
   std::string bytes;
   std::string directory;
@@ -190,7 +190,7 @@ std::string zip(const std::vector<std::pair<std::string, std::string>>& files) {
          packed<std::uint16_t>({0});
 }
 
-// 4 x 3 grey pixels.
+// Returns 4 x 3 gray pixels.
 std::string png() {
   std::string bytes = "\x89PNG\r\n\x1a\n";
   const auto add = [&](const std::string& content) {
@@ -209,18 +209,18 @@ std::string png() {
   return bytes;
 }
 
-// One grey block of 8 x 8 pixels.
+// Returns one gray block of 8 x 8 pixels.
 std::string jpeg() {
   std::string bytes("\xFF\xD8\xFF\xDB\0\x43\0", 7);
   bytes += std::string(64, '\1');
   bytes += std::string("\xFF\xC0\0\x0B\x08\0\x08\0\x08\1\1\x11\0", 13);
-  for (const char table : {'\0', '\x10'}) {  // One code of one bit: nothing follows.
+  for (const char table : {'\0', '\x10'}) {  // A single code of one bit.
     bytes += std::string("\xFF\xC4\0\x14", 4) + table + '\1' + std::string(15, '\0') + '\0';
   }
   return bytes + std::string("\xFF\xDA\0\x08\1\1\0\0\x3F\0\x3F\xFF\xD9", 13);
 }
 
-// As fuzz_more_volumes.cpp reads them.
+// In the format of fuzz_more_volumes.cpp.
 void write_more_volumes(const std::filesystem::path& folder) {
   const std::vector<double> numbers = values();
   const std::string shorts = packed<std::int16_t>(numbers);
@@ -296,7 +296,7 @@ void write_more_volumes(const std::filesystem::path& folder) {
   add(11, imaris);
 }
 
-// As fuzz_packed_pixels.cpp reads them.
+// In the format of fuzz_packed_pixels.cpp.
 void write_packed_pixels(const std::filesystem::path& folder) {
   int number = 0;
   const auto add = [&](int kind, const std::string& bytes) {
@@ -327,7 +327,7 @@ void write_packed_pixels(const std::filesystem::path& folder) {
   add(5, part10 + zlib.substr(2, zlib.size() - 6));
 }
 
-// As fuzz_mesh_file.cpp reads them.
+// In the format of fuzz_mesh_file.cpp.
 void write_meshes(const std::filesystem::path& folder) {
   int number = 0;
   const LatticeMesh lattice = surfaces::torus(5, 5, 4, 0.2, 1);
@@ -439,7 +439,7 @@ int main(int argc, char** argv) {
     const std::string shell = bytes_of_file(MULTITETRA_TEST_DATA "/shell_" + name + ".bin");
     write(root / "fuzz_shell", ++number, shell);
     write(root / "fuzz_shell_round_trip", ++number, shell);
-    // In the largest cube at the origin, without a difference from the promise.
+    // In the largest cube at the origin, consistent with the promise.
     write(root / "fuzz_shell_tile", ++number, std::string("\x0f\0\0\0\0\0\0\0", 8) + shell);
   }
   write(root / "fuzz_dataset_file", ++number, input_of_bytes(dataset));

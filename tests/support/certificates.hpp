@@ -1,4 +1,4 @@
-// Certificates for tests of TLS, made when they are needed and worth nothing.
+// Self-signed certificates for tests of TLS, generated on demand.
 #pragma once
 
 #include <memory>
@@ -26,8 +26,8 @@ std::string pem(const Write& write) {
   return {text, static_cast<std::size_t>(size)};
 }
 
-// Signed by itself, for the names and addresses in `names`, valid from `from_seconds` to
-// `until_seconds` from now.
+// Returns a self-signed certificate for `names`, valid from `from_seconds` to `until_seconds` from
+// now.
 inline CertificateAndKey self_signed(const std::string& names = "DNS:localhost,IP:127.0.0.1",
                                      long until_seconds = 3600, long from_seconds = -3600) {
   const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);

@@ -28,8 +28,8 @@ inline double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return length(p - (a + t * ab));
 }
 
-// To the plane where the foot of the perpendicular lies inside the triangle, else to the nearest
-// side.
+// Returns the distance to the plane if the projection lies inside the triangle, otherwise to the
+// nearest side.
 inline double distance_to_triangle(const Vec3& p, const Triangle& t) {
   const Vec3 normal = cross(t[1] - t[0], t[2] - t[0]);
   bool inside = dot(normal, normal) > 0;
@@ -43,7 +43,7 @@ inline double distance_to_triangle(const Vec3& p, const Triangle& t) {
   return inside ? std::abs(dot(p - t[0], normal)) / length(normal) : nearest_side;
 }
 
-// A triangle soup that answers how far a point is.
+// Answers distances from points to a triangle soup.
 class DistanceToSurface {
  public:
   explicit DistanceToSurface(const std::vector<Triangle>& triangles) : triangles_(triangles) {
@@ -64,10 +64,10 @@ class DistanceToSurface {
 
  private:
   const std::vector<Triangle>& triangles_;
-  std::vector<double> reach_;  // From a triangle's first corner to its others.
+  std::vector<double> reach_;  // From a triangle's first corner to its farthest one.
 };
 
-// The largest distance from the corners and centres of one surface's triangles to the other
+// Returns the largest distance from the corners and centers of one surface's triangles to the other
 // surface.
 inline double one_sided_distance(const std::vector<Triangle>& from,
                                  const std::vector<Triangle>& to) {

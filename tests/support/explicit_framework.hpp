@@ -1,8 +1,8 @@
 // The framework as Zhou, Chen and Kaufman 1997 store it: the binary tree of tetrahedra as an array
 // with computed child addresses, the table of dividing points with the chains of tetrahedra they
-// divide, and fusion bottom-up. It shares the bisection scheme with core and nothing else: links,
-// rings, parents, errors and the model come from the tree. Memory is proportional to the grid's
-// full resolution, so grids stay at n <= 16.
+// divide, and bottom-up fusion. It shares only the bisection scheme with core: links, rings,
+// parents, errors and the model are derived from the tree. Memory is proportional to the grid's
+// full resolution, so use n <= 16.
 #pragma once
 
 #include <algorithm>
@@ -52,21 +52,21 @@ class ExplicitFramework {
     }
   }
 
-  // How many tetrahedra each dividing point divides, by point.
+  // Returns the number of tetrahedra that each dividing point divides.
   [[nodiscard]] std::map<GridPoint, std::size_t> chain_lengths() const {
     std::map<GridPoint, std::size_t> lengths;
     for (const auto& [point, entry] : table_) lengths[point] = entry.chain.size();
     return lengths;
   }
 
-  // The link of a point, from its chain.
+  // Returns the link of a point, derived from its chain.
   [[nodiscard]] std::set<GridPoint> link(GridPoint point) const {
     std::set<GridPoint> link;
     for (const Address& at : table_.at(point).chain) link.insert({node(at).k, node(at).d});
     return link;
   }
 
-  // The points that divide the halves of the tetrahedra that `point` divides.
+  // Returns the points that divide the halves of the tetrahedra divided by `point`.
   [[nodiscard]] std::set<GridPoint> children(GridPoint point) const {
     std::set<GridPoint> children;
     for (const Address& at : table_.at(point).chain) {
@@ -80,7 +80,7 @@ class ExplicitFramework {
     return children;
   }
 
-  // Fuses bottom-up whatever may be fused, and returns the tetrahedra that remain.
+  // Fuses bottom-up as far as allowed, and returns the remaining tetrahedra.
   [[nodiscard]] std::set<CornerSet> fuse(double isovalue, double threshold, ErrorMeasure measure,
                                          TopologyRule rule, double topology_tolerance) {
     std::vector<std::map<GridPoint, Entry>::iterator> by_depth;

@@ -1,4 +1,4 @@
-// A source of steps under the control of a test: nothing is extracted.
+// A source of steps controlled by a test; nothing is extracted.
 #pragma once
 
 #include <functional>
@@ -24,7 +24,7 @@ inline TiledStep octahedron_step(const StepRequest& step) {
           .tiles = is_fine ? fine_tiles(resolution) : coarse_tiles(resolution)};
 }
 
-// A step with a coarser finest spacing is much smaller; the whole has a megabyte.
+// Steps with a coarser finest spacing are much smaller; full resolution has one megabyte.
 inline SizeEstimates fake_sizes() {
   const auto size_at = [](std::int32_t finest) {
     const double triangles = 1e6 / (finest * finest * finest);
@@ -58,7 +58,7 @@ class FakeSteps : public SurfaceProvider {
   MakeStep make_;
 };
 
-// Works until it is stopped, as a very long extraction does.
+// Runs until stopped, like a very long extraction.
 inline MakeStep endless(Count& running) {
   return [&running](const StepRequest&, const std::stop_token& stop) -> TiledStep {
     ++running;
@@ -68,7 +68,7 @@ inline MakeStep endless(Count& running) {
   };
 }
 
-// Tiles of random-looking bytes that no client decodes: `count` of `bytes` each.
+// Makes `count` tiles of `bytes` arbitrary bytes, which no client decodes.
 inline MakeStep heavy(std::size_t count, std::size_t bytes) {
   return [count, bytes](const StepRequest&, const std::stop_token&) {
     const auto payload = std::make_shared<const std::string>(bytes, 'x');
@@ -95,7 +95,7 @@ inline std::shared_ptr<DatasetCatalogue> fake_catalogue(std::string name = "fake
   return catalogue_of(std::make_shared<FakeSteps>(std::move(name)));
 }
 
-// The request for a surface of a fake dataset.
+// Returns a request for a surface of a fake dataset.
 inline OpenStream open_fake(std::uint64_t id, std::string dataset = "fake",
                             StepPolicy steps = StepPolicy::kFinalOnly) {
   return {.request_id = id,

@@ -1,5 +1,5 @@
 // Small volumes for tests of guarantees: smooth, noisy, flat, masked, stretched. All are seeded and
-// the same everywhere.
+// identical on all machines.
 #pragma once
 
 #include <cmath>
@@ -14,7 +14,7 @@
 
 namespace multitetra::testing::fields {
 
-// Samples of `value(x, y, z)`, coordinates as sample indices.
+// Samples `value(x, y, z)`, whose coordinates are sample indices.
 template <typename Sample>
 Volume sampled(std::array<std::int32_t, 3> dims, const std::function<double(int, int, int)>& value,
                Vec3 spacing = {1, 1, 1}) {
@@ -31,7 +31,8 @@ Volume sampled(std::array<std::int32_t, 3> dims, const std::function<double(int,
   return volume;
 }
 
-// A number in [0, 1) from 53 bits: the same with every standard library, unlike its distributions.
+// Returns a number in [0, 1) from 53 bits: identical with every standard library, unlike its
+// distributions.
 inline double uniform(std::mt19937_64& random) {
   return static_cast<double>(random() >> 11) * 0x1.0p-53;
 }

@@ -1,4 +1,4 @@
-// A folder behind HTTP: serve_folder.py, which can lie.
+// Serves a folder over HTTP by serve_folder.py, which can simulate faults.
 #pragma once
 
 #include <signal.h>
@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// serve_folder.py for as long as it lives.
+// Runs serve_folder.py during its lifetime.
 class FolderServer {
  public:
   explicit FolderServer(const std::filesystem::path& folder) {

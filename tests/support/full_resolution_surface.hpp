@@ -1,12 +1,12 @@
-// The isosurface of a volume at full resolution, straight from the definition and written
-// independently of the server, which is held against it.
+// The isosurface of a volume at full resolution, computed from the definition, independently of the
+// server, to verify it.
 //
-// The framework's finest tetrahedra are, for each cube of side 2 whose centre d has odd grid
-// coordinates: for each of its six face centres f, each of the four midpoints m of that face's
-// edges and each end k of that edge, the tetrahedron (d, f, m, k). So a cube has 48, and all cubes
-// together have 6 n^3. A sample is positive when it is greater than the isovalue. In a tetrahedron
+// The finest tetrahedra of the framework: for each cube of side 2 whose center d has odd grid
+// coordinates, each of its six face centers f, each of the four edge midpoints m of that face, and
+// each end k of that edge, there is the tetrahedron (d, f, m, k). A cube has 48, and all cubes
+// together have 6 n^3. A sample is positive if it is greater than the isovalue. In a tetrahedron
 // the field is linear and its isosurface a triangle or a plane quadrangle; a tetrahedron with a
-// void corner has none. Vertices are exact crossings, not on the lattice.
+// void corner has none. Vertices are exact crossings, not snapped to the lattice.
 #pragma once
 
 #include <algorithm>
@@ -52,7 +52,7 @@ inline constexpr std::array<Corners, 48> tetrahedra_of_cube() {
 }
 inline constexpr std::array<Corners, 48> kTetrahedra = tetrahedra_of_cube();
 
-// The field in the grid: samples, and beyond them one value (NaN: void).
+// The field on the grid: samples, and one value beyond them (NaN: void).
 class GridField {
  public:
   GridField(const DatasetInfo& info, std::span<const float> samples)
@@ -95,7 +95,7 @@ inline Vec3 crossing(const Cube& cube, int a, int b, double isovalue) {
 
 inline void add_surface(const Cube& cube, const Corners& tetrahedron, double isovalue,
                         std::vector<SurfaceTriangle>& surface) {
-  Corners corners{};  // The positive ones first.
+  Corners corners{};  // Positive corners first.
   std::size_t positive = 0;
   std::size_t negative = 0;
   for (const int corner : tetrahedron) {
@@ -139,7 +139,7 @@ inline std::vector<SurfaceTriangle> full_resolution_surface(const DatasetInfo& i
   const GridField field(info, samples);
   const Affine to_world = grid_to_world(info);
   const std::int32_t side = std::int32_t{1} << info.grid_exponent;
-  // Beyond the samples and one step around them the field is constant.
+  // The field is constant beyond one step around the samples.
   const std::int32_t first = std::max(1, (info.margin - 1) | 1);
   const auto last = [&](std::size_t axis) {
     return std::min(side - 1, info.margin + info.dims[axis] + 1);

@@ -1,4 +1,4 @@
-// Binary glTF with Draco, as its readers have it.
+// Reads binary glTF with Draco compression.
 #pragma once
 
 #include <cmath>
@@ -35,7 +35,7 @@ inline ReadGlb read_glb(std::string_view file) {
   return glb;
 }
 
-// The one mesh in lattice coordinates, welded; an empty one of a scene without mesh.
+// Returns the only mesh in lattice coordinates, welded; empty if the scene has no mesh.
 inline LatticeMesh mesh_in(const ReadGlb& glb, int resolution = kDefaultLatticeResolution) {
   LatticeMesh split{.resolution = resolution, .vertices = {}, .triangles = {}};
   if (!glb.json.contains("meshes")) return split;

@@ -1,4 +1,5 @@
-// The boxes behind tests/golden/shell_*.bin, from integers alone: the same on every machine.
+// The boxes behind tests/golden/shell_*.bin, computed with integers only: identical on all
+// machines.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,7 @@ struct GoldenShell {
   shell::ShellOptions options;
 };
 
-// Some number below `limit` for three coordinates.
+// Returns a pseudorandom number below `limit` for three coordinates.
 inline std::int32_t scattered(int x, int y, int z, std::int32_t limit) {
   const auto mixed = static_cast<std::uint32_t>(x * 73856093) ^
                      static_cast<std::uint32_t>(y * 19349663) ^
@@ -92,7 +93,7 @@ inline std::vector<GoldenShell> golden_shells() {
 }
 
 // FNV-1a, 32 bits, over the nine coordinates of all triangles in ascending order, each triangle
-// starting at its least corner: the same for every decoder.
+// starting at its smallest corner: the same for every decoder.
 inline std::uint32_t checksum(const LatticeMesh& mesh) {
   std::uint32_t sum = 2166136261U;
   for (const LatticeTriangle& triangle : sorted_triangles(mesh)) {

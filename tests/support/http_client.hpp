@@ -1,4 +1,4 @@
-// A connection over which tests speak HTTP, blocking.
+// A blocking HTTP connection for tests.
 #pragma once
 
 #include <string>
@@ -20,13 +20,13 @@ class HttpClient {
   explicit HttpClient(const Endpoint& at);
 
   void send(std::string_view bytes);
-  // The next response; `to_head` if it has no body whatever its header says.
+  // Receives the next response; `to_head`: it has no body, whatever its header says.
   Response receive(bool to_head = false);
   Response ask(std::string_view method, std::string_view target, std::string_view fields = {});
   Response get(std::string_view target, std::string_view fields = {}) {
     return ask("GET", target, fields);
   }
-  // Everything until the server hangs up.
+  // Returns everything until the server closes the connection.
   std::string rest();
   [[nodiscard]] tcp::socket& socket() { return socket_; }
 
@@ -36,10 +36,10 @@ class HttpClient {
   boost::beast::flat_buffer buffer_;
 };
 
-// The word by which an answer in JSON names its error.
+// Returns the error code of a JSON reply.
 std::string error_code_of(const HttpClient::Response& response);
 
-// The fields of a request for a WebSocket, but for its subprotocol.
+// The header fields of a WebSocket upgrade, without the subprotocol.
 inline constexpr const char* kUpgradeFields =
     "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";

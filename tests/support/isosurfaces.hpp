@@ -1,4 +1,4 @@
-// Isosurfaces by the reference way, whole: what the tests of guarantees compare.
+// Whole isosurfaces by the reference extractor, for tests of guarantees.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ struct Case {
   double topology_tolerance = 0;
   std::int32_t finest_spacing = 1;
   int lattice_resolution = kDefaultLatticeResolution;
-  LocalThresholds thresholds = {};  // Where another threshold is allowed; world units.
+  LocalThresholds thresholds = {};  // Local thresholds, in world units.
 };
 
 struct Surface {
@@ -31,7 +31,7 @@ struct Surface {
   MeshTopology topology;
 };
 
-// What the places of a volume need.
+// Returns what coordinates of a volume require.
 inline DatasetInfo info_of(const Volume& volume, std::optional<double> outside,
                            std::int32_t margin) {
   DatasetInfo info;
@@ -65,7 +65,7 @@ inline Surface surface_of_model(const Model& model, const Field& field, double i
   return surface;
 }
 
-// Errors of one isovalue, then as many thresholds as wanted.
+// Computes the errors of one isovalue, then surfaces for any number of thresholds.
 class ReferenceIsosurfaces {
  public:
   ReferenceIsosurfaces(const Volume& volume, std::optional<double> outside, std::int32_t margin)

@@ -1,4 +1,4 @@
-// Datasets prepared for one test, from files that are gone when they have been opened.
+// Prepares datasets for one test; their files are deleted when they are open.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Small closed surfaces cut into tiles, for tests of what carries tiles.
+// Small closed surfaces cut into tiles, for tests of the transfer of tiles.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace multitetra::testing {
 
 inline constexpr int kResolution = kDefaultLatticeResolution;
 
-// The facts of a dataset of 33^3 samples, which does not exist.
+// Describes a nonexistent dataset of 33^3 samples.
 inline DatasetInfo octahedra_info(std::string name = "octahedra") {
   DatasetInfo info;
   info.name = std::move(name);
@@ -21,8 +21,8 @@ inline DatasetInfo octahedra_info(std::string name = "octahedra") {
   return info;
 }
 
-// The half of an octahedron that lies on one side (-1 or 1) of the plane x = 16, which is the
-// border of two cubes of side 16. Faces look outwards; both halves weld to a closed surface.
+// Returns the half of an octahedron on one side (-1 or 1) of the plane x = 16, the border of two
+// cubes of side 16. Faces point outwards; both halves weld to a closed surface.
 inline std::vector<LatticeTriangle> half_octahedron(std::int32_t side,
                                                     int resolution = kResolution) {
   const std::int32_t step = 1 << resolution;
@@ -42,7 +42,7 @@ inline std::vector<LatticeTriangle> half_octahedron(std::int32_t side,
   return triangles;
 }
 
-// The same surface with its first triangle cut in three at an inner point.
+// Returns the same surface with its first triangle split in three at an inner point.
 inline std::vector<LatticeTriangle> refined(std::vector<LatticeTriangle> triangles) {
   const LatticeTriangle t = triangles.front();
   const LatticePoint inner = {(t[0].x + t[1].x + t[2].x) / 3, (t[0].y + t[1].y + t[2].y) / 3,
@@ -53,7 +53,7 @@ inline std::vector<LatticeTriangle> refined(std::vector<LatticeTriangle> triangl
   return triangles;
 }
 
-// The cube that holds the half on that side.
+// The cube that contains the half on that side.
 inline OctreeCube cube_of_half(std::int32_t side) {
   return {.exponent = 4, .x = side < 0 ? 0 : 1, .y = 0, .z = 0};
 }

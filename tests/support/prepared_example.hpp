@@ -1,5 +1,5 @@
-// A prepared dataset that tests write, and what of it must come back. The one called small_prepared
-// is in the golden file small.mtd.
+// A prepared dataset that tests write, and its expected contents. small_prepared is in the golden
+// file small.mtd.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ struct PreparedExample {
   DatasetMetadata metadata;
   std::vector<std::string> sample_bricks;
   std::vector<std::string> spectrum_bricks;
-  std::string coarse;  // As long as they must be, with any content.
+  std::string coarse;  // Of the required length, with any content.
   std::string ranges;
   std::string bins;
 
@@ -46,7 +46,7 @@ struct PreparedExample {
   }
 };
 
-// The samples of each brick, one by one in the order of the layout.
+// Returns the samples of each brick in the order of the layout.
 [[nodiscard]] inline std::vector<std::string> bricks_of(const Volume& volume) {
   const BrickLayout layout(volume.dims);
   std::vector<std::string> bricks(layout.size());
@@ -66,7 +66,7 @@ struct PreparedExample {
   return bricks;
 }
 
-// With a brick of the spectrum that is empty, and others of several sizes.
+// The spectrum has one empty brick, and others of several sizes.
 [[nodiscard]] inline PreparedExample prepared_example(const Volume& volume) {
   PreparedExample example;
   example.metadata = {.info = describe(volume, "small", 0.0, 0),
@@ -101,11 +101,12 @@ struct PreparedExample {
   }
   volume.samples = std::move(samples);
   PreparedExample example = prepared_example(volume);
-  example.metadata.info.suggested_isovalues = {1.5};  // Whatever would be: a format is pinned.
+  // Fixed, because the golden file pins a format.
+  example.metadata.info.suggested_isovalues = {1.5};
   return example;
 }
 
-// Bricks of the spectrum in an order other than that of their numbers.
+// Adds the bricks of the spectrum in an order other than their numbers.
 inline void add_spectrum(DatasetWriter& writer, const PreparedExample& example) {
   for (std::size_t i = example.spectrum_bricks.size(); i-- > 0;) {
     writer.add_spectrum_brick(i, bytes_of(example.spectrum_bricks[i]));
@@ -139,7 +140,7 @@ inline void write_prepared(const std::filesystem::path& path, const PreparedExam
   return bricks;
 }
 
-// Bytes in memory as an open file; they must outlive it.
+// Opens bytes in memory as a file; they must outlive it.
 [[nodiscard]] inline BrickFile brick_file(std::span<const std::byte> bytes,
                                           PreparedStructure structure) {
   return {.place = "memory",

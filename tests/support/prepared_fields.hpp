@@ -1,4 +1,4 @@
-// Fields prepared in memory, over everything that the error spectrum must get along with.
+// Fields prepared in memory, covering all cases that the error spectrum must handle.
 #pragma once
 
 #include <optional>
@@ -24,7 +24,7 @@ inline std::ostream& operator<<(std::ostream& out, const PreparedSetting& settin
   return out << setting.name;
 }
 
-// Values over eight orders of magnitude: uniform bins would hold nearly all of them in one.
+// Values over eight orders of magnitude: with uniform bins nearly all would be in one.
 inline Volume skewed_noise(std::array<std::int32_t, 3> dims, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   return fields::sampled<float>(
@@ -62,7 +62,7 @@ inline DatasetPtr prepared(const PreparedSetting& setting, int bins = IsovalueBi
       {.name = setting.name, .outside = setting.outside, .margin = setting.margin, .bins = bins});
 }
 
-// Some isovalues of a dataset: between its values, at them, at edges of bins.
+// Returns isovalues of a dataset: between its values, at them, at edges of bins.
 inline std::vector<double> isovalues_of(const PreparedVolume& dataset) {
   const double low = dataset.info.min;
   const double extent = dataset.info.max - low;

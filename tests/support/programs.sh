@@ -1,5 +1,5 @@
-# For tests that run whole programs: sourced by them. Makes a folder to work in, and stays there; it goes with the test,
-# and so do the programs that were started. A test with a failure ends with exit code 1, whatever it does last.
+# Sourced by tests that run whole programs. Creates and enters a working folder, which is removed at the end of the
+# test, when started programs are killed too. A test with a failure exits with 1, whatever its last command returns.
 work=$(mktemp -d)
 pids=()
 failed=0
@@ -16,7 +16,7 @@ cd "$work"
 
 fail() { echo "FAILED: $*" >&2; failed=$((failed + 1)); }
 
-# ends WITH-CODE SAYING COMMAND...
+# ends CODE TEXT COMMAND...: checks the exit code and that TEXT is printed.
 ends() {
   local code=$1 words=$2 status=0
   shift 2
@@ -25,7 +25,7 @@ ends() {
   grep -qF -- "$words" out || fail "\"$words\" is not printed by: $* ($(cat out))"
 }
 
-# start NAME COMMAND...: its process is `pid`; its output is in NAME.log.
+# start NAME COMMAND...: sets `pid`; the output is in NAME.log.
 start() {
   local log=$1.log
   shift
@@ -34,7 +34,7 @@ start() {
   pid=$!
   pids+=("$pid")
 }
-# url_of NAME SCHEME: the address that it listens on, when it does.
+# url_of NAME SCHEME: waits for the address that the program listens on, and prints it.
 url_of() {
   local url
   for _ in $(seq 600); do
@@ -45,19 +45,19 @@ url_of() {
   cat "$1.log" >&2
   return 1
 }
-# ends_well NAME PID: after SIGTERM, with exit code 0.
+# ends_well NAME PID: sends SIGTERM and expects exit code 0.
 ends_well() {
   local status=0
   kill -TERM "$2"
   wait "$2" || status=$?
   [ "$status" = 0 ] || fail "exit code $status after SIGTERM: $(cat "$1.log")"
 }
-# A port that was free a moment ago, for programs that take no port 0.
+# Prints a port that was free a moment ago, for programs that do not accept port 0.
 free_port() {
   python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'
 }
 
-# start_static_nginx NAME PORT FOLDER: an nginx that has the files of a folder, when it answers.
+# start_static_nginx NAME PORT FOLDER: serves the files of a folder by nginx, and waits until it replies.
 start_static_nginx() {
   mkdir -p "$1"
   cat >"$1.conf" <<END

@@ -1,4 +1,4 @@
-// The public volumes of the end-to-end tests, each with some isovalues. They are not part of the
+// The public volumes of the end-to-end tests, each with isovalues. They are not part of the
 // project; ../shared/data/MANIFEST.md lists their sources.
 #pragma once
 
@@ -80,9 +80,9 @@ struct TestedError {
   bool simplify = false;
 };
 
-// `errors` without simplification, then with it. Simplification takes ten times as long as
-// everything else: all errors only when MULTITETRA_ALL_VOLUMES is set, one on volumes of at most
-// 64^3 samples else.
+// Returns `errors` without simplification, then with it. Simplification takes ten times as long as
+// everything else: all errors only if MULTITETRA_ALL_VOLUMES is set, otherwise one, on volumes of
+// at most 64^3 samples.
 inline std::vector<TestedError> tested_errors(const std::vector<double>& errors,
                                               const DatasetInfo& info) {
   std::vector<TestedError> all;
@@ -96,7 +96,7 @@ inline std::vector<TestedError> tested_errors(const std::vector<double>& errors,
   return all;
 }
 
-// Why the volume is not tested now, for GTEST_SKIP; nullopt when it is.
+// Returns why the volume is skipped, for GTEST_SKIP; nullopt if it is tested.
 inline std::optional<std::string> why_skipped(const PublicVolume& volume) {
   if (!std::filesystem::exists(std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file)) {
     return "NOT TESTED: there is no public volume " + volume.file;

@@ -1,6 +1,5 @@
-// The public volumes that reference numbers exist for, read by the simplest means: raw bytes from
-// the folder named by MULTITETRA_PUBLIC_DATA. They are not part of the project; a test skips where
-// they are absent.
+// Reads the public volumes that have reference numbers as raw bytes, from the folder named by
+// MULTITETRA_PUBLIC_DATA. They are not part of the project; tests skip if they are absent.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +16,8 @@ inline std::filesystem::path public_data(const std::string& file) {
   return std::filesystem::path(MULTITETRA_PUBLIC_DATA) / file;
 }
 
-// Appends `count` samples from the file, behind `header_bytes`; false where there is no such file
-// or it is short.
+// Appends `count` samples from the file after `header_bytes`; returns false if there is no such
+// file or it is too short.
 template <typename Sample>
 bool append_raw(const std::filesystem::path& path, std::size_t header_bytes, std::size_t count,
                 std::vector<Sample>& samples) {

@@ -1,4 +1,4 @@
-// A server with a listener for HTTP on a free port of this machine, running in a thread of its own.
+// A server with an HTTP listener on a free local port, running in its own thread.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@
 
 namespace multitetra::testing {
 
-// A service whose readiness the test sets.
+// A service whose readiness is controlled by the test.
 class ReadyWhen : public SurfaceService {
  public:
   ReadyWhen(SurfaceService& service, std::function<bool()> is_ready)
@@ -42,7 +42,7 @@ class ReadyWhen : public SurfaceService {
   std::function<bool()> is_ready_;
 };
 
-// What a server has at hand from the start.
+// Returns a cache that contains the tile.
 inline std::shared_ptr<SurfaceCache> cache_of(const EncodedTile& tile, const std::string& dataset,
                                               std::uint64_t appearance = 0,
                                               std::size_t capacity = 1 << 20) {
@@ -97,12 +97,12 @@ class RunningHttpServer {
   std::thread thread_;
 };
 
-// A tokens file: the datasets of each token.
+// A tokens file with the datasets of each token.
 class TokensFile {
  public:
   struct Line {
     std::string name;
-    std::string token;  // Empty: clients without one.
+    std::string token;  // Empty: clients without a token.
     std::string datasets;
   };
   TokensFile(const std::filesystem::path& folder, const std::vector<Line>& lines)

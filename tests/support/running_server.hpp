@@ -1,4 +1,4 @@
-// A server on a free port of this machine, running in a thread of its own.
+// A server on a free local port, running in its own thread.
 #pragma once
 
 #include <thread>
@@ -24,7 +24,7 @@ class RunningServer {
     server_.stop();
     if (thread_.joinable()) thread_.join();
   }
-  // Until it has stopped by itself.
+  // Waits until it has stopped by itself.
   void wait() {
     if (thread_.joinable()) thread_.join();
   }
@@ -37,7 +37,7 @@ class RunningServer {
     if (!socket) throw std::runtime_error(socket.error().text);
     return *std::move(socket);
   }
-  // Connected and welcomed.
+  // Connects and completes the handshake.
   [[nodiscard]] MessageSocket greet() const {
     MessageSocket socket = connect();
     EXPECT_TRUE(socket.send(Hello{}));
@@ -57,7 +57,7 @@ class RunningServer {
   std::thread thread_;
 };
 
-// The next message if it is an M, else a failed test and an empty M.
+// Returns the next message if it is an M; otherwise fails the test and returns an empty M.
 template <typename M>
 M receive(MessageSocket& socket) {
   auto message = socket.receive();
@@ -73,7 +73,7 @@ M receive(MessageSocket& socket) {
   return {};
 }
 
-// The server has nothing more to say and hangs up.
+// Returns whether the server closes the connection without another message.
 inline bool is_closed_by_server(MessageSocket& socket) {
   const auto message = socket.receive();
   return !message && message.error().text.find("was lost") != std::string::npos;

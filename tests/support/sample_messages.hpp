@@ -215,7 +215,7 @@ inline std::vector<PayloadCodec> codecs(Random& random) {
   return {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
 }
 
-// The kind is the index of the alternative.
+// `kind` is the index of the alternative.
 inline ClientMessage client_message(std::size_t kind, Random& random) {
   switch (kind) {
     case 0: {

@@ -1,5 +1,5 @@
-// Sample shells of whole volumes, tile by tile, and the surface that they stand for, marched
-// tetrahedron by tetrahedron with core's own rules.
+// Sample shells of whole volumes, tile by tile, and the surface that they represent, marched
+// tetrahedron by tetrahedron with core's rules.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@
 
 namespace multitetra::testing {
 
-// A box of samples in memory of its own.
+// A box of samples that owns its memory.
 struct OwnedBox {
   std::variant<std::vector<std::uint8_t>, std::vector<std::int8_t>, std::vector<std::uint16_t>,
                std::vector<std::int16_t>, std::vector<float>>
@@ -52,11 +52,11 @@ struct OwnedBox {
   [[nodiscard]] int layer(int axis, bool high) const {
     return static_cast<int>(layers >> (2 * axis + (high ? 1 : 0)) & 1U);
   }
-  // Along the axis, layers included.
+  // The size along the axis, including layers.
   [[nodiscard]] int size(int axis) const {
     return data_samples[static_cast<std::size_t>(axis)] + layer(axis, false) + layer(axis, true);
   }
-  // At a point of the box, as core sees it.
+  // The value at a point of the box, as in core.
   [[nodiscard]] float value(int x, int y, int z) const {
     const int i = x - layer(0, false);
     const int j = y - layer(1, false);
@@ -70,8 +70,8 @@ struct OwnedBox {
   }
 };
 
-// The part of a volume's field in the cube from `low` to `high`, in units of `spacing`: as much as
-// can have surface. Nothing where the cube has no cell with a value at each corner.
+// Returns the part of a volume's field that can contain surface in the cube from `low` to `high`,
+// in units of `spacing`; nullopt if no cell of the cube has a value at each corner.
 inline std::optional<OwnedBox> box_in(const Volume& volume, std::optional<double> outside,
                                       std::int32_t margin, std::int32_t spacing,
                                       std::array<std::int32_t, 3> low,
@@ -112,7 +112,7 @@ inline std::optional<OwnedBox> box_in(const Volume& volume, std::optional<double
   return box;
 }
 
-// Every tile of `cells` cells a side, of a volume's field.
+// Returns all tiles of `cells`^3 cells of a volume's field.
 inline std::vector<OwnedBox> boxes_of(const Volume& volume, std::optional<double> outside,
                                       std::int32_t margin, std::int32_t spacing, int cells) {
   std::vector<OwnedBox> boxes;
@@ -152,7 +152,7 @@ inline DecodedShell decode_shell(const std::vector<std::uint8_t>& bytes) {
   return decoded;
 }
 
-// With the least corner first, in one order: equal when the surfaces are.
+// Sorts triangles and rotates each to its smallest corner: equal for equal surfaces.
 inline std::vector<LatticeTriangle> sorted_triangles(std::vector<LatticeTriangle> triangles) {
   for (LatticeTriangle& t : triangles) {
     std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
@@ -168,7 +168,7 @@ inline std::vector<LatticeTriangle> sorted_triangles(const LatticeMesh& mesh) {
   return sorted_triangles(std::move(triangles));
 }
 
-// Levels of |v - c| as numbers: what a quantized shell stands for, with the isovalue 0.
+// Returns the value, minus the isovalue, that a quantized shell represents.
 inline double quantized(double value, double isovalue, int levels) {
   const double distance = std::abs(value - isovalue);
   if (!(distance > 0)) return value - isovalue;
@@ -190,7 +190,7 @@ class BoxValues {
   [[nodiscard]] double at(int x, int y, int z) const {
     return values_[static_cast<std::size_t>(x + size_x_ * (y + size_y_ * z))];
   }
-  // Whether the eight corners of a cell are on different sides of the isovalue.
+  // Whether the corners of a cell are on both sides of the isovalue.
   [[nodiscard]] bool are_mixed(int x, int y, int z, double isovalue) const {
     int above = 0;
     for (int i = 0; i < 8; ++i) {
@@ -205,8 +205,8 @@ class BoxValues {
   std::vector<double> values_;
 };
 
-// The surface in a box: `value(x, y, z)` at its points, NaN where void. Every cell is six
-// tetrahedra around the diagonal from its corner with even coordinates.
+// Returns the surface in a box: `value(x, y, z)` at its points, NaN where void. Every cell consists
+// of six tetrahedra around the diagonal from its corner with even coordinates.
 template <typename Value>
 std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue, int resolution,
                                      std::int32_t spacing, const Value& value) {

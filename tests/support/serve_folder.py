@@ -78,7 +78,7 @@ def etag_of(data):
 
 class Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
-    wbufsize = 1 << 16  # Head and body in one packet.
+    wbufsize = 1 << 16  # Sends head and body in one packet.
     kind = None
 
     def answer(self, status, body=b"", headers=None):
@@ -94,7 +94,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             self.close_connection = True
         try:
             self.wfile.write(body)
-        except ConnectionError:  # A client that has had enough.
+        except ConnectionError:  # The client disconnected.
             self.close_connection = True
 
     def lie(self, kind):
@@ -217,7 +217,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
             return None
         body, file, query = taken
         if "uploads" in query:
-            name = f"upload-{len(uploads)}+"  # With a letter that must be encoded.
+            name = f"upload-{len(uploads)}+"  # Includes a character that must be encoded.
             uploads[name] = folder / ("." + name)
             uploads[name].mkdir()
             return self.answer(200, f"<X><UploadId>{name}</UploadId></X>".encode())

@@ -1,4 +1,4 @@
-// Surfaces to be simplified, and what simplification promises of them.
+// Surfaces to simplify, and checks of the guarantees of simplification.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -70,7 +70,7 @@ inline double largest_distance(const std::vector<SurfaceTriangle>& from,
 }
 
 using Edge = std::array<LatticePoint, 2>;
-// Edges of one triangle, in the triangle's direction.
+// Returns the edges of one triangle, in the triangle's direction.
 inline std::multiset<Edge> border_edges(const LatticeMesh& mesh) {
   std::multiset<Edge> edges;
   for (const TriangleIndices& t : mesh.triangles) {

@@ -18,7 +18,7 @@ inline DatasetPtr small_dataset() {
                            .translation = {-1, 0, 10}};
   volume.samples = std::vector<std::int16_t>{-2, -1, 0, 1, 2, 3, 0, 1, 2, 3, 4, 5};
   DatasetInfo info = describe(volume, "small", 0.0, 1);
-  info.suggested_isovalues = {1.5};  // Whatever would be suggested: the golden file pins a format.
+  info.suggested_isovalues = {1.5};  // Fixed, because the golden file pins a format.
   return std::make_shared<const Dataset>(Dataset{std::move(info), std::move(volume)});
 }
 

@@ -1,4 +1,4 @@
-// Small surfaces on the lattice, made without any volume, for the tests of what carries them.
+// Small surfaces on the lattice, constructed without a volume, for tests of the transfer of meshes.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace multitetra::surfaces {
 
-// The cube of the grid that all surfaces here lie in.
+// The cube of the grid that contains all these surfaces.
 inline constexpr OctreeCube kCube{.exponent = 5, .x = 1, .y = 0, .z = 2};
 
 inline LatticePoint low_corner(int resolution) {
@@ -25,8 +25,8 @@ inline bool is_degenerate(const LatticeTriangle& t) {
 }
 
 // A torus of 2 * around * across triangles whose vertices are moved at random by up to `noise` grid
-// steps: closed, oriented, Euler characteristic 0. Triangles that rounding made degenerate are left
-// out, which at coarse resolutions opens it.
+// steps: closed, oriented, Euler characteristic 0. Omits triangles that rounding made degenerate,
+// which at coarse resolutions opens it.
 inline LatticeMesh torus(int resolution, int around, int across, double noise, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> shift(-noise, noise);
@@ -87,7 +87,7 @@ inline LatticePoint center(int resolution) {
   return {low.x + half, low.y + half, low.z + half};
 }
 
-// Two octahedra that touch in one vertex: there the surface is two fans, which Draco must split.
+// Two octahedra that touch in one vertex, where the surface has two fans, which Draco must split.
 inline LatticeMesh touching_octahedra(int resolution) {
   const LatticePoint middle = center(resolution);
   std::vector<LatticeTriangle> triangles = octahedron({middle.x - 4, middle.y, middle.z}, 4);

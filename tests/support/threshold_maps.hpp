@@ -1,4 +1,4 @@
-// Random threshold maps, and what they say at a place by their definition.
+// Random threshold maps, and their values by definition.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ inline double between(double low, double high, std::mt19937_64& random) {
   return low + (high - low) * fields::uniform(random);
 }
 
-// Rotated, sheared or mirrored, with steps of about `step`.
+// Returns a rotated, sheared or mirrored map with steps of about `step`.
 inline Affine random_affine(double step, std::mt19937_64& random) {
   Affine map;
   for (std::size_t column = 0; column < 3; ++column) {
@@ -30,7 +30,7 @@ inline Affine random_affine(double step, std::mt19937_64& random) {
   return map;
 }
 
-// A place among the samples or a little outside, in the map's coordinates.
+// Returns a place among the samples or slightly outside, in the map's coordinates.
 inline Vec3 random_place(const DatasetInfo& info, CoordinateSystem coordinates,
                          std::mt19937_64& random) {
   Vec3 index;
@@ -71,7 +71,7 @@ inline ThresholdGrid random_grid(const DatasetInfo& info, std::mt19937_64& rando
     grid.dims[axis] = 1 + static_cast<std::int32_t>(random() % 7);
     samples *= static_cast<std::size_t>(grid.dims[axis]);
   }
-  // Over most of the data, turned a little.
+  // Covers most of the data, slightly rotated.
   grid.index_to_world = random_affine(1, random);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t row = 0; row < 3; ++row) {
@@ -137,7 +137,7 @@ inline bool contains_place(const ThresholdRegion& region, const Vec3& x) {
   return n[0] * x[0] + n[1] * x[1] + n[2] * x[2] >= half_space.offset;
 }
 
-// The least over the voxels that contain the world place; nullopt without a threshold there.
+// Returns the least threshold of the voxels that contain the world place; nullopt if there is none.
 inline std::optional<double> grid_says(const ThresholdGrid& grid, const Vec3& world) {
   const Vec3 index = inverse(grid.index_to_world)(world);
   std::optional<double> least;
@@ -158,7 +158,8 @@ inline std::optional<double> grid_says(const ThresholdGrid& grid, const Vec3& wo
   return least;
 }
 
-// In world units; all numbers of the view in world coordinates.
+// Returns the view's threshold in world units; all numbers of the view must be in world
+// coordinates.
 inline double view_says(const ThresholdView& view, const Vec3& world, double unit) {
   const auto minus = [](const Vec3& a, const Vec3& b) {
     return Vec3{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
@@ -188,7 +189,7 @@ inline double view_says(const ThresholdView& view, const Vec3& world, double uni
   return is_inside ? seen : std::max(seen, view.frustum->outside * unit);
 }
 
-// The threshold at a place in grid coordinates, in world units: the definition, word by word.
+// Returns the threshold at a place in grid coordinates, in world units, by the definition.
 inline double threshold_at(const IsosurfaceRequest& request, const DatasetInfo& info,
                            const Vec3& place) {
   const LocalThresholds& thresholds = request.thresholds;

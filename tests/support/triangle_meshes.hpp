@@ -1,4 +1,4 @@
-// Triangle meshes in any coordinates, by hand and from the server.
+// Triangle meshes in any coordinates, constructed or extracted by the server.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,7 @@ inline TriangleMesh in_world(const LatticeMesh& mesh, const DatasetInfo& info) {
   return result;
 }
 
-// The surface that the server makes for the request.
+// Extracts the requested surface.
 inline TriangleMesh extracted(const DatasetPtr& dataset, const IsosurfaceRequest& request) {
   const TiledSurface surface = SurfaceExtractor(dataset).extract({.request = request});
   std::vector<const LatticeMesh*> tiles;
@@ -56,7 +56,7 @@ inline TriangleMesh box(const Vec3& low, const Vec3& high) {
   return mesh;
 }
 
-// With poles along z and `rings` rings of 2 * rings vertices.
+// A sphere with poles along z and `rings` rings of 2 * rings vertices.
 inline TriangleMesh sphere(const Vec3& centre, double radius, std::uint32_t rings) {
   TriangleMesh mesh;
   const std::uint32_t around = 2 * rings;

@@ -1,5 +1,5 @@
-// Waiting for what other threads bring about, without guessing how long that takes. Whatever does
-// not happen within half a minute never does.
+// Waits for events in other threads without guessing how long they take. What does not happen
+// within half a minute is a failure.
 #pragma once
 
 #include <chrono>
@@ -22,7 +22,7 @@ class Count {
     const std::lock_guard lock(mutex_);
     return value_;
   }
-  // Whether it becomes that.
+  // Returns whether the number becomes `wanted`.
   [[nodiscard]] bool reaches(int wanted) {
     return becomes([=](int value) { return value == wanted; });
   }
@@ -59,7 +59,7 @@ class Gate {
     }
     opened_.notify_all();
   }
-  // Whether it was opened, rather than the wait stopped.
+  // Returns true if it was opened, false if the wait was stopped.
   bool pass(const std::stop_token& stop = {}) {
     std::unique_lock lock(mutex_);
     return opened_.wait_for(lock, stop, kLongestWait, [this] { return is_open_; });
@@ -71,7 +71,7 @@ class Gate {
   bool is_open_ = false;
 };
 
-// Whether it has happened, for what cannot be waited for otherwise.
+// Polls a condition that cannot be waited for; returns whether it becomes true.
 inline bool eventually(const std::function<bool()>& happened) {
   const auto end = std::chrono::steady_clock::now() + kLongestWait;
   while (!happened()) {

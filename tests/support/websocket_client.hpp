@@ -1,4 +1,4 @@
-// A conversation over a WebSocket, blocking.
+// A blocking conversation over a WebSocket.
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ class WebSocketClient {
   ~WebSocketClient();
 
   void send(const ClientMessage& message);
-  // The same as a text message, which it must not be.
+  // Sends it as a text message, which servers must reject.
   void send_as_text(const ClientMessage& message);
   ServerMessage receive();
   template <typename M>
@@ -32,7 +32,7 @@ class WebSocketClient {
     ADD_FAILURE() << "another message: alternative " << message.index();
     return {};
   }
-  // What closes the WebSocket next.
+  // Returns the reason with which the WebSocket is closed next.
   websocket::close_reason closed();
   [[nodiscard]] const HttpClient::Response& response() const;
 

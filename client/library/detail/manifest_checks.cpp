@@ -28,13 +28,13 @@ std::optional<std::string> budget_fault(const StepBegin& begin, const Isosurface
   return std::nullopt;
 }
 
-// A preview may be coarser than the request; all its other parameters are the request's.
+// Previews may be coarser than the request; all other parameters must match it.
 std::optional<std::string> parameter_fault(const StepBegin& begin, const IsosurfaceRequest& asked) {
   IsosurfaceRequest given = begin.request;
   if (begin.is_final) {
     if (const auto beyond = budget_fault(begin, asked)) return beyond;
     if (has_budget(asked)) {
-      // The final step of a budget may be coarser than the request, and contains its error.
+      // Within a budget the final step may be coarser than requested, and states its error.
       given.thresholds.at_least = asked.thresholds.at_least;
       given.topology_tolerance = asked.topology_tolerance;
     }
@@ -86,7 +86,7 @@ std::optional<std::string> summary_fault(const TileSummary& tile, int grid_expon
   return std::nullopt;
 }
 
-// What simplification may have moved is a part of what the step allows.
+// The distance moved by simplification is part of the step's error bound.
 std::optional<std::string> simplification_fault(const TileSummary& tile, const StepBegin& begin) {
   if (tile.simplification_bound == 0) return std::nullopt;
   if (!begin.request.simplify) return "it is simplified, although the request excludes that";
@@ -95,7 +95,7 @@ std::optional<std::string> simplification_fault(const TileSummary& tile, const S
          ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
 }
 
-// Sample shells carry samples alone, and their bound follows from them.
+// Sample shells carry only samples, and their error bound follows from them.
 std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream& open,
                                        const DatasetInfo& info) {
   if (open.request.cell || open.request.normal_bits != 0 || open.scalars) {
@@ -107,7 +107,7 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   std::vector<OctreeCube> cubes;
   for (const TileSummary& tile : begin.tiles) cubes.push_back(tile.cube);
   if (!are_apart(cubes)) return "the cubes of its sample shells overlap";
-  // Other machines round exponential functions in another way.
+  // Other machines may round exponential functions differently.
   constexpr double kRounding = 1e-9;
   const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);
   if (std::abs(begin.error_bound_world - bound) <= kRounding * bound) return std::nullopt;

@@ -8,19 +8,19 @@
 
 namespace multitetra {
 
-// A failed check of a step: "Step 2: WHAT."
+// Returns a failed check of a step: "Step 2: WHAT."
 [[nodiscard]] tl::unexpected<Error> step_fault(std::uint32_t step, const std::string& what);
-// For error texts: "tile 3 (cube 5:3/0/7)".
+// Returns "tile 3 (cube 5:3/0/7)", for error texts.
 [[nodiscard]] std::string tile_name(const StepBegin& begin, std::size_t index);
 
-// The contradiction to the request, the dataset or the limits, as one sentence; nullopt when
-// nothing does.
+// Returns in one sentence how the manifest contradicts the request, the dataset or the limits;
+// nullopt if it is valid.
 [[nodiscard]] std::optional<std::string> manifest_fault(const StepBegin& begin,
                                                         const OpenStream& open,
                                                         const DatasetInfo& info,
                                                         const AssemblerLimits& limits);
 
-// What of the totals is above the limits, as the end of a sentence; nullopt when nothing is.
+// Returns the totals that exceed the limits, as the end of a sentence; nullopt if none does.
 [[nodiscard]] std::optional<std::string> excess(const ManifestTotals& totals,
                                                 const AssemblerLimits& limits);
 

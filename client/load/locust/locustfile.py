@@ -21,7 +21,7 @@ CA = os.environ.get("MULTITETRA_CA")
 ERRORS = (0.5, 1.0, 2.0, 4.0)
 ISOVALUES = 32
 
-# The package waits in C++, which gevent does not see: each user waits in a thread of its own.
+# The package waits in C++, unseen by gevent, so each user waits in its own thread.
 get_hub().threadpool.maxsize = 1000
 
 
@@ -102,7 +102,7 @@ class Script(FastHttpUser):
         return {"Authorization": f"Bearer {TOKEN}"} if TOKEN else {}
 
     def on_start(self):
-        self.mesh()  # However short the run is, every script has what it came for.
+        self.mesh()  # Every script gets its result, however short the run is.
 
     @task(1)
     def datasets(self):

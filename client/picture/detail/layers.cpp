@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// `layers`: the fragments that cover the sample, the nearest first.
+// `layers`: the fragments that cover the sample, nearest first.
 Mix mixed(std::span<const Fragment* const> layers, std::size_t sample) {
   Mix mix;
   for (const Fragment* layer : layers) {
@@ -47,7 +47,7 @@ Pixel pixel_of(std::span<const Sample, kSamples> samples, std::span<const Mix> m
                const Light& behind, bool has_background) {
   assert(mixes.empty() || mixes.size() == kSamples);
   Light sum = {0, 0, 0};
-  float seen = 0;  // Samples, those that are seen through in part.
+  float seen = 0;  // Samples, counting transparent ones in part.
   for (std::size_t i = 0; i < kSamples; ++i) {
     const bool is_hit = samples[i].nearness > 0;
     const Light& last = is_hit ? samples[i].light : behind;

@@ -157,7 +157,7 @@ class Connection:
         try:
             while (step := self._client.next(stream)) is not None:
                 if step.is_final and step.empty_text:
-                    warnings.warn(step.empty_text, EmptySurfaceWarning, stacklevel=3)  # The caller of a method.
+                    warnings.warn(step.empty_text, EmptySurfaceWarning, stacklevel=3)  # Warns at the caller of the public method.
                 yield step
         finally:
             self._client.leave(stream)

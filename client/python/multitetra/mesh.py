@@ -24,9 +24,9 @@ class Mesh:
     vertices: np.ndarray  # (n, 3) float64
     faces: np.ndarray  # (m, 3) uint32
     normals: Optional[np.ndarray] = None
-    scalars: Optional[np.ndarray] = None  # (n,) float32, of the dataset of color_by; NaN where it has no value.
-    error_bound: Optional[float] = None  # Of the distance to the full-resolution surface, with the lattice of vertices; None: it has none.
-    area_is_exact: bool = False  # Whether it is the full-resolution surface, as at error 0: then `area` is that surface's.
+    scalars: Optional[np.ndarray] = None  # (n,) float32, the values of the color_by dataset; NaN where it has none.
+    error_bound: Optional[float] = None  # Bounds the distance to the full-resolution surface, rounding included; None: no bound.
+    area_is_exact: bool = False  # Whether this is the full-resolution surface, as at error 0; then `area` is exact.
 
     def __repr__(self):
         within = "" if self.error_bound is None else f", within {self.error_bound:.3g}"
@@ -63,7 +63,7 @@ class Mesh:
             raise ValueError("The surface is open at the border of the data, so it encloses no volume; `prepare` with --outside VALUE --margin 1 closes it.")
         if len(self.faces) == 0:
             return 0.0
-        # Near the origin the products lose least.
+        # Centering reduces rounding errors.
         a, b, c = (self.vertices[self.faces[:, i]] - self.vertices.mean(axis=0) for i in range(3))
         return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
 
@@ -79,7 +79,7 @@ class Mesh:
         """A Mesh for each connected component, the one with the most triangles first."""
         parents = np.arange(len(self.vertices))
         edges = np.concatenate([self.faces[:, [0, 1]], self.faces[:, [1, 2]]]).astype(np.int64)
-        while True:  # Each vertex takes the least number around it, then that one's.
+        while True:  # Each vertex takes the smallest number of its neighbors, then that vertex's number.
             least = parents.copy()
             np.minimum.at(least, edges[:, 0], parents[edges[:, 1]])
             np.minimum.at(least, edges[:, 1], parents[edges[:, 0]])

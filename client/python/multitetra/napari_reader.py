@@ -29,7 +29,7 @@ def layers(address):
     """Layers as napari takes them from readers: (data, options, kind) each."""
     url, settings = urldefrag(address)
     chosen = {name: values[-1] for name, values in parse_qs(settings).items()}
-    server = connect(url)  # Stays open: the image asks for its chunks later.
+    server = connect(url)  # Stays open: the image requests its chunks later.
     infos = {info.name: info for info in server.datasets()}
     if "dataset" in chosen and chosen["dataset"] not in infos:
         raise ValueError(f"There is no dataset {chosen['dataset']} at {url}, but {', '.join(infos)}.")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-_MOST_PIXELS = 1 << 21  # Of one slice, as the protocol has it.
+_MOST_PIXELS = 1 << 21  # The protocol's limit for one slice.
 
 
 class SampleArray:
@@ -54,7 +54,7 @@ class SampleArray:
             return np.empty((len(xs), len(ys), len(zs)), self.dtype)
         x, y = min(xs), min(ys)
         width, height = max(xs) + 1 - x, max(ys) + 1 - y
-        rows = max(1, _MOST_PIXELS // width)  # Of one request.
+        rows = max(1, _MOST_PIXELS // width)  # Per request.
         values = np.empty((width, height, len(zs)), self.dtype)
         for layer, z in enumerate(zs):
             for first in range(0, height, rows):

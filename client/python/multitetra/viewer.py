@@ -24,7 +24,7 @@ from IPython.display import HTML, Javascript, display
 
 from .addresses import page_address
 
-# Of client/web/src/state/settings.ts, which says what they mean.
+# Documented in client/web/src/state/settings.ts.
 SETTINGS = frozenset(
     "dataset isovalue error bound topologyRule topologyTolerance region followView pixels maxTriangles simplify surfaces color opacity "
     "visible minComponent shading wireframe coloring clip clipAt clipNormal clipFlipped filled slice sliceAt sliceColors level hiddenParts "
@@ -124,7 +124,7 @@ def checked(settings):
     unknown = sorted(set(settings) - SETTINGS)
     if unknown:
         raise ValueError(f"The viewer has no setting named {', '.join(unknown)}; there are {', '.join(sorted(SETTINGS))}.")
-    json.dumps(settings, allow_nan=False)  # What is no plain value says so here, where it was written.
+    json.dumps(settings, allow_nan=False)  # Raises here, at the caller, for values that are not JSON.
 
 
 def page_of(server, settings):

@@ -1,7 +1,8 @@
-// The viewer in a notebook: a frame of the server's page, and its messages (client/web/EMBEDDING.md) as
-// the state of a widget. viewer.py has the other side.
+// The viewer in a notebook: shows the server's page in a frame and maps its messages
+// (client/web/EMBEDDING.md) to the state of a widget. viewer.py is the Python side.
 //
-// render() has the form of anywidget's: `model` has get, set, save_changes and on; what it returns ends it.
+// render() has anywidget's form: `model` has get, set, save_changes and on; render() returns a
+// cleanup function.
 function render({ model, el }) {
   const frame = document.createElement("iframe");
   frame.src = model.get("page");
@@ -10,13 +11,13 @@ function render({ model, el }) {
   frame.style.cssText = `width: 100%; height: ${model.get("height")}px; border: 0;`;
   el.appendChild(frame);
   const origin = new URL(frame.src, location.href).origin;
-  let isListening = false; // The frame.
+  let isListening = false; // Whether the frame has sent "ready".
 
   const save = (name, value) => {
     model.set(name, value);
     model.save_changes();
   };
-  // What is wanted from Python and not so yet.
+  // Sends the settings that Python requests and that differ from the current ones.
   const ask = () => {
     const now = model.get("settings");
     const other = Object.entries(model.get("wanted")).filter(
@@ -31,7 +32,8 @@ function render({ model, el }) {
     switch (data.multitetra) {
       case "ready":
         isListening = true;
-        frame.contentWindow.postMessage({ multitetra: "get" }, origin); // From now on it tells what happens.
+        // From now on the frame reports its state.
+        frame.contentWindow.postMessage({ multitetra: "get" }, origin);
         ask();
         break;
       case "state":

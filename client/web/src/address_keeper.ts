@@ -1,5 +1,5 @@
-// Settings and the page's address agree: what is turned is in the address, what is edited there is
-// done, and the browser's "Back" takes back another dataset or isovalue.
+// Synchronizes settings and the page's address: changed settings appear in the address, edits of it are applied, and
+// the browser's "Back" reverts a change of dataset or isovalue.
 import type { Token } from "./server_address";
 import { named, shortened, startOf } from "./state/series";
 import type { Settings } from "./state/settings";
@@ -9,7 +9,7 @@ import type { Viewer } from "./viewer";
 export class AddressKeeper {
   private initialOutput: string;
   private timer = 0;
-  private remembered: string | null = null; // What "Back" would leave: dataset and isovalue of the address.
+  private remembered: string | null = null; // Dataset and isovalue of the current history entry.
   private isDragging = false;
 
   constructor(
@@ -23,34 +23,35 @@ export class AddressKeeper {
       this.reportMisread(this.initialOutput);
       this.initialOutput = "";
     });
-    // What was edited is in the event: the address itself may be replaced before the event arrives.
+    // The event has the edited address; the address itself may be replaced before the event arrives.
     window.addEventListener("hashchange", ({ newURL }) => this.useEdited(new URL(newURL).hash));
     this.rememberSoon();
   }
 
-  // While something is dragged nothing is remembered.
+  // Nothing is remembered while dragging.
   drags(isDragging: boolean): void {
     this.isDragging = isDragging;
   }
 
-  // The settings as the address has them: with the dataset's name, also of the one shown unasked, and with many labels in few words.
+  // Returns the settings for the address, always with the dataset's name, and with labels in short form.
   addressed(): Settings {
     const now = this.viewer.get();
     const { info, surfaces } = this.viewer;
     return shortened(surfaces.datasets.get().list ?? [], now.dataset || !info ? now : { ...now, dataset: info.name });
   }
 
-  // The user has edited the address, or followed a link to this page.
+  // Called when the user has edited the address or followed a link to this page.
   useEdited(hash: string): void {
-    this.rememberSoon(); // As it is understood, without a token.
+    this.rememberSoon(); // Rewrites the address in canonical form, without the token.
     if (this.token.takeFrom(hash)) this.viewer.surfaces.connect();
-    this.remembered = null; // Where the browser is by now.
+    this.remembered = null; // The browser has already made a history entry.
     if (hash.slice(1) === toAddress(this.addressed())) return;
     const { dataset, ...now } = edited(this.viewer.get(), hash);
     const { list } = this.viewer.surfaces.datasets.get();
     const isUnknown = dataset !== "" && list !== null && named(list, dataset) === null;
     const wanted = { ...now, dataset: dataset && !isUnknown ? dataset : this.addressed().dataset };
-    const labels = list && wanted.labels ? startOf(list, wanted)?.changes : null; // At once: labels that stay are not loaded again.
+    // Resolved immediately, so that remaining labels are not loaded again.
+    const labels = list && wanted.labels ? startOf(list, wanted)?.changes : null;
     this.viewer.set({ ...wanted, ...labels });
     if (isUnknown) this.viewer.reportUnknown(dataset);
     else this.reportMisread(hash);
@@ -69,7 +70,7 @@ export class AddressKeeper {
     this.timer = window.setTimeout(() => (this.isDragging ? this.rememberSoon() : this.remember()), 300);
   }
 
-  // Another dataset or isovalue is a step that the browser's "Back" takes back; all else is not.
+  // A change of dataset or isovalue adds a history entry; other changes replace it.
   private remember(): void {
     const now = this.addressed();
     const step = `${now.dataset} ${now.isovalue}`;

@@ -1,4 +1,4 @@
-// A picture, a film, a file or a link of what is shown.
+// Exports pictures, videos, files and links.
 import { h } from "./shared/elements";
 import { type Animation, film, pictures, turntable } from "./scene/animation";
 import { savedWords } from "./panel/downloads_section";
@@ -17,7 +17,7 @@ export class Downloads {
 
   constructor(private readonly viewer: Viewer) {}
 
-  // The address of exactly this view, with all settings.
+  // Returns the address of the current view, with all settings.
   addressOf(settings: Settings): string {
     const { eye, target } = this.viewer.stage.view();
     return toAddress({ ...settings, eye: eye as Vec3, target: target as Vec3 });
@@ -49,7 +49,7 @@ export class Downloads {
     await this.animate(turntable(this.viewer.stage, form), form);
   }
 
-  // Every time of a series, as long as it is shown while it plays; then that of now again.
+  // Records every time of a series, then restores the current one.
   async times(form: "video" | "pictures"): Promise<void> {
     const { viewer } = this;
     const { times } = viewer;
@@ -64,7 +64,7 @@ export class Downloads {
     await this.animate({ name: "time", frames: times.all.length, framesASecond: viewer.get().speed, show }, form, goBack);
   }
 
-  // No frame shows the surface of another time, or a part of one.
+  // Rejects frames with incomplete surfaces or surfaces of another time.
   private requireTime(time: number): void {
     const { info, surfaces } = this.viewer;
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
@@ -83,7 +83,7 @@ export class Downloads {
       goBack();
       this.viewer.notices.clear();
     } catch (error) {
-      goBack(); // Another time has no notices of the one before.
+      goBack(); // Before the announcement, because another time clears notices.
       this.viewer.notices.announce(`Recording failed: ${(error as Error).message}`, true);
     }
     this.isFilming = false;
@@ -113,7 +113,7 @@ export class Downloads {
     }
   }
 
-  // Volumes and areas of the labels that are shown.
+  // Saves volumes and areas of the visible labels.
   async labels(): Promise<void> {
     const { viewer } = this;
     const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ shown }) => shown.info.member?.label);
@@ -144,7 +144,7 @@ export class Downloads {
   }
 }
 
-// What has no time is the same at all times.
+// Datasets without a time match every time.
 function isAtTime(info: DatasetInfo, time: number): boolean {
   return (timeOf(info) ?? time) === time;
 }

@@ -1,6 +1,6 @@
-// Lets the embedding page set and read the view, and sends it events, by window messages: client/web/EMBEDDING.md lists
-// them. Only the parent page may send messages; it receives events only after its first message, and only at the origin
-// that it then had. After that message it is sent what it has missed: what is shown, or why nothing is.
+// Lets an embedding page set and read the view, and sends it events, by window messages, which client/web/EMBEDDING.md
+// documents. Only the parent page may send messages. It receives events only after its first message, at the origin of
+// that message, beginning with the current state: what is shown, or why nothing is.
 import type { Viewer, ViewerEvents } from "./viewer";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
@@ -19,7 +19,7 @@ interface Query {
 export class Embedding {
   private origin: string | null = null; // The origin of the parent page, after its first message.
   private timer = 0;
-  private failure = ""; // Why what the settings request is not shown; empty: nothing is wrong.
+  private failure = ""; // Why the requested surface is not shown; empty: no failure.
 
   constructor(
     private readonly viewer: Viewer,
@@ -41,12 +41,12 @@ export class Embedding {
     viewer.on("failed", (text) => this.fail(text));
     viewer.on("progress", ({ surface }) => this.fail(viewer.surfaces.progressOf(surface).failure?.text));
     viewer.on("picked", (place) => this.post("picked", pickMessage(place)));
-    around.postMessage({ multitetra: "ready", version }, "*"); // Says nothing but that.
+    around.postMessage({ multitetra: "ready", version }, "*"); // Contains no other information.
   }
 
   private async hear(query: Query | null, origin: string): Promise<void> {
     const { multitetra: kind, id, state } = query ?? {};
-    if (typeof kind !== "string") return; // A message of another sender.
+    if (typeof kind !== "string") return; // From another sender.
     const isFirst = this.origin === null;
     this.origin = origin;
     if (isFirst) this.postMissed();
@@ -100,7 +100,7 @@ export class Embedding {
 
   private post(kind: string, words: object): void {
     if (this.origin === null) return;
-    // A page from a file has no origin to address; it is still the only parent page.
+    // A page opened from a file has no origin, but is still the only parent page.
     this.around.postMessage({ multitetra: kind, ...words }, this.origin === "null" ? "*" : this.origin);
   }
 }
@@ -111,7 +111,7 @@ function memberOf({ member }: DatasetInfo): object | null {
   return { series, field, time, timeUnit, label: label ? { value: label.value, name: label.name } : null };
 }
 
-// A preview has no error: what the server allows itself for one is not how far it may lie from the surface.
+// Removes the error of previews: it is not a distance to the surface.
 function stepMessage(facts: ViewerEvents["shown"]): object {
   return facts.spacing > 1 ? { ...facts, errorWorld: null, errorVoxels: null } : { ...facts };
 }

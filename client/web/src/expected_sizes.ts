@@ -1,4 +1,4 @@
-// Estimated sizes of surfaces: when they are requested, and which need a confirmation.
+// Estimated sizes of surfaces: when to request them, and which sizes require confirmation.
 import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
 import type { SurfaceSize } from "./state/progress";
 import { Store } from "./state/store";
@@ -6,25 +6,24 @@ import type { Effect, StreamRequest } from "./stream/conversation";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 
-// More triangles are requested only after a confirmation.
+// Larger surfaces require confirmation.
 const costly = 5_000_000;
-// So many triangles fit every machine.
+// Acceptable for every machine.
 const modest = 2_000_000;
-// Triangles of a ball's full-resolution surface, for each sample^(2/3) that it has. Other shapes have more, coarser surfaces
-// far fewer.
+// Triangles of a ball's full-resolution surface, divided by its number of samples^(2/3). Other shapes have more,
+// coarser surfaces far fewer.
 const trianglesOfBall = 30;
 
 export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
   private last: { info: DatasetInfo; request: StreamRequest["request"] } | null = null; // The last request.
-  among = 1; // So many surfaces there are in the view: they share what it can have.
-  private insisted = 0; // Triangles that the user wants to see.
+  among = 1; // The number of surfaces in the view, which share its limits.
+  private insisted = 0; // Triangles that the user confirmed.
 
   constructor() {
     super({ expected: null });
   }
 
-  // Whether to request the size of this order now. While the isovalue is dragged
-  // there are better things to do for it; then no size is known.
+  // Returns whether to request the size of this order now. Not while dragging the isovalue, when the size is unknown.
   isWanted(order: StreamRequest, isDragging: boolean): boolean {
     const { last } = this;
     const isOther = last?.info !== order.info || last.request.isovalue !== order.request.isovalue;
@@ -34,14 +33,14 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return true;
   }
 
-  // Whether its number of samples says that the label needs no confirmation. Estimates of small labels take the server as
-  // long as their surfaces.
+  // Returns whether the label is small enough, by its number of samples, to need no confirmation. Estimates of small
+  // labels take the server as long as their surfaces.
   isSmall({ member }: DatasetInfo): boolean {
     const samples = Number(member?.label?.samples ?? 0);
     return samples > 0 && trianglesOfBall * samples ** (2 / 3) <= costly * this.share;
   }
 
-  // The connection is lost, and with it the pending requests.
+  // The connection is lost, along with pending requests.
   forget(): void {
     this.last = null;
   }
@@ -56,12 +55,12 @@ export class ExpectedSizes extends Store<{ expected: SurfaceSize | null }> {
     return size.triangles <= Math.max(this.insisted, costly * this.share);
   }
 
-  // The user accepts a surface of this size; a little more then needs no further confirmation.
+  // The user accepts a surface of this size; up to 1.5 times as many triangles need no further confirmation.
   allow(size: SurfaceSize): void {
     this.insisted = Math.max(this.insisted, 1.5 * size.triangles);
   }
 
-  // The same with a budget.
+  // Returns the order with a budget.
   affordable(order: StreamRequest): StreamRequest {
     const maxTriangles = BigInt(Math.ceil(modest * this.share));
     return { ...order, request: create(IsosurfaceRequestSchema, { ...order.request, maxTriangles }) };

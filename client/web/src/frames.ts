@@ -1,4 +1,4 @@
-// A cache of final steps: showing one again, or a prefetched one, needs no server as long as all its tiles are here.
+// A cache of final steps: showing one again, or a prefetched one, needs no server as long as all its tiles are cached.
 import { toBinary } from "@bufbuild/protobuf";
 
 import { IsosurfaceRequestSchema } from "./protocol/messages";
@@ -8,22 +8,22 @@ import type { StreamRequest } from "./stream/conversation";
 import type { Selection } from "./workers/worker_messages";
 
 export interface Frame {
-  ids: readonly string[]; // The ids of its tiles.
+  ids: readonly string[]; // Tile ids.
   shown: ShownSurface;
-  chosen: Chosen; // Its components, when it was shown last.
+  chosen: Chosen; // Its visible components when it was last shown.
 }
 
-// What of a step is shown.
+// The visible part of a step.
 export interface Chosen {
   hidden: HiddenParts;
-  selection: Selection | null; // Null: all of them are.
+  selection: Selection | null; // Null: all components are visible.
 }
 
 export const allChosen: Chosen = { hidden: nothingHidden, selection: null };
 
 export class Frames {
   private readonly kept = new Map<string, Frame>();
-  private readonly colors = new Map<string, string>(); // The colors of a dataset's tiles that were set last.
+  private readonly colors = new Map<string, string>(); // The latest coloring of each dataset's tiles.
 
   constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
 
@@ -41,7 +41,7 @@ export class Frames {
     this.kept.set(keyOf(order), frame);
   }
 
-  // A stream of this order begins: tiles have one coloring at a time, so steps that have another are no more.
+  // Call when a stream begins. Tiles have one coloring at a time, so steps with another coloring are dropped.
   expect(order: StreamRequest): void {
     const { name } = order.info;
     const coloring = coloringOf(order);
@@ -52,7 +52,7 @@ export class Frames {
   }
 }
 
-// Equal for orders with equal surfaces in equal colors.
+// Equal for orders that give equal surfaces in equal colors.
 function keyOf(order: StreamRequest): string {
   const { name, contentId } = order.info;
   return [name, contentId, coloringOf(order), toBinary(IsosurfaceRequestSchema, order.request).join()].join("\n");

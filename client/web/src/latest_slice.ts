@@ -1,5 +1,5 @@
-// The newest slice that was wanted, and the lines where it cuts the surfaces. One query is under way at a time; of those
-// that come meanwhile the last one follows.
+// Fetches the newest requested slice and the lines where it cuts the surfaces. Only one query runs at a time; of those
+// requested meanwhile only the last is sent.
 import { Plane, Vector3 } from "three";
 
 import { inLattice } from "./scene/picking";
@@ -11,7 +11,7 @@ import type { SurfaceSet } from "./surface_set";
 import type { TilePool } from "./workers/tile_pool";
 
 export interface WantedSlice {
-  key: string; // The same for the same samples of the same plane.
+  key: string; // Identifies the samples and the plane.
   dataset: string;
   grid: () => SliceGrid;
 }
@@ -21,7 +21,7 @@ export interface SliceSources {
   surfaces: SurfaceSet;
   pool: TilePool;
   settings: () => Settings;
-  failed: (text: string) => void; // A sentence.
+  failed: (text: string) => void; // Called with a sentence.
 }
 
 export class LatestSlice {
@@ -36,7 +36,7 @@ export class LatestSlice {
     private readonly shows: { slice: (slice: SliceValues | null) => void; lines: (lines: readonly CutLines[]) => void },
   ) {}
 
-  // Null: none is shown. Also to be called when surfaces have changed.
+  // Null: none. Call also when surfaces have changed.
   want(wanted: WantedSlice | null): void {
     const isOther = wanted?.key !== this.wanted?.key;
     this.wanted = wanted;
@@ -61,7 +61,7 @@ export class LatestSlice {
     this.cutSoon();
   }
 
-  // The lines are those of the plane that is shown, which may be behind the settings while one drags.
+  // Cuts with the plane that is shown, which may lag behind the settings while dragging.
   private cutSoon(): void {
     this.isCutDue = true;
     if (!this.isCutting) void this.cut();
@@ -79,7 +79,7 @@ export class LatestSlice {
         const toWorld = latticeToWorld(surface.info, surface.resolution);
         const segments = await pool.cut(drawn, inLattice(plane, toWorld));
         return { segments, toWorld, color };
-      })).catch(() => null); // Tiles have gone meanwhile: those that came call again.
+      })).catch(() => null); // Tiles were removed meanwhile: the arrival of new ones triggers another cut.
       if (lines && slice === this.slice) this.shows.lines(lines);
     }
     this.isCutting = false;

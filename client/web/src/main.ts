@@ -1,4 +1,4 @@
-// The page: a viewer with a panel, a status bar and keys, and an address with all settings.
+// The page: a viewer with panel, status bar and keyboard shortcuts, and all settings in the address.
 import "./style/colors.css";
 import "./style/page.css";
 import "./style/panel.css";
@@ -101,7 +101,7 @@ if (window.parent !== window) new Embedding(viewer, window.parent);
 installTooltips();
 installKeyboard(viewer, acts);
 
-// ---- what changes lead to
+// ---- reactions to changes
 
 surfaces.sizes.watch(({ expected }) => {
   showBar();
@@ -131,18 +131,18 @@ settings.watch((now, before) => {
   applyTheme(now.theme);
   tools.show(now);
   changes.note(now, before, performance.now());
-  showBar(); // Other surfaces may be seen.
+  showBar(); // The visible surfaces may have changed.
   const turned = now.up !== before.up && entries().find(({ info }) => isShown(info));
   if (turned) whenIdle(() => thumbnails.want(turned.info));
   panel.showPaused(viewer.isDetailPaused);
 });
-// A graphics card that was taken away has lost all tiles; the address knows the rest.
+// A lost GPU context has lost all tiles; reloading restores the rest from the address.
 viewer.canvas.addEventListener("webglcontextrestored", () => location.reload());
 matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => panel.histogram.redraw());
 
 // ----
 
-// Status of many surfaces, once a frame: a thousand labels report thousands of steps a second.
+// Updates the status at most once per frame with many surfaces: a thousand labels report thousands of steps a second.
 function showBar(): void {
   const show = () => bar.show(surfaces.status, surfaces.sizes.get().expected);
   if (settings.get().surfaces.length < fewSurfaces) return show();
@@ -158,7 +158,7 @@ function isShown(info: DatasetInfo): boolean {
   return viewer.info !== null && (info.name === viewer.info.name || isOfOneSeries(info, viewer.info));
 }
 
-// What is above in the small picture of a dataset: as in the large one, once it was turned to one of the world's axes.
+// Returns the up axis of a thumbnail: that of the viewer if it is a world axis.
 function upOf(info: DatasetInfo): Settings["up"] {
   const { up } = settings.get();
   const isAxis = up.some((part) => Math.abs(part) === 1);

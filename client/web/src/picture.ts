@@ -1,4 +1,4 @@
-// What is shown as a picture file: on the page's background or on none, with scale bar, axes, legends and what is measured.
+// Draws the scene as a picture file, opaque or transparent, with scale bar, axes, legends and measurements.
 import { annotate, type Annotations } from "./scene/annotations";
 import type { Stage } from "./scene/stage";
 import type { DatasetInfo } from "./protocol/messages";
@@ -8,7 +8,7 @@ import { surfacesOf } from "./state/surfaces";
 import { suggestedIsovalue } from "./stream/request";
 import type { PictureOptions } from "./viewer_options";
 
-// "jet, temperature, isovalue 300.5 K, 0.25 s": what a picture shows, on one line.
+// "jet, temperature, isovalue 300.5 K, 0.25 s": the content of a picture in one line.
 export function captionOf(settings: Settings, info: DatasetInfo): string {
   const { member } = info;
   const time = timeOf(info);
@@ -21,14 +21,14 @@ export function captionOf(settings: Settings, info: DatasetInfo): string {
   ].filter((word) => word !== "").join(", ");
 }
 
-// What the words on a picture say first: what is shown, where the settings say so; a film's frame always has its time.
+// Returns the first text of a picture: its content, if enabled; frames of a video always have their time.
 export function headOf(settings: Settings, info: DatasetInfo | null, isOfFilm: boolean): string[] {
   if (info && settings.axes) return [captionOf(settings, info)];
   const time = info && timeOf(info);
   return isOfFilm && info?.member && time !== null ? [timeText(time, info.member.timeUnit)] : [];
 }
 
-// `element`: whose colors the picture has.
+// `element` determines the colors.
 export function pictureOf(
   stage: Stage, element: HTMLElement, annotations: Annotations, { enlargement = 1, width, isTransparent = false }: PictureOptions,
 ): HTMLCanvasElement {

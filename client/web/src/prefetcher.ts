@@ -1,5 +1,5 @@
-// Prefetches final steps of one surface at times that are shown soon, over a connection of its own and with the least priority;
-// one stream runs at a time. The steps go into the surface's memory and are not drawn.
+// Prefetches final steps of one surface at upcoming times, over its own connection with the lowest priority; one stream
+// runs at a time. The steps are cached by the surface and not drawn.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
@@ -13,7 +13,7 @@ export interface PrefetchRequest {
   scalars?: ScalarOptions;
 }
 
-const shareOfMemory = 0.6; // The rest is for what is shown, and what was.
+const shareOfMemory = 0.6; // The rest is for shown and earlier steps.
 
 export class Prefetcher {
   private client: SurfaceClient | null = null;
@@ -21,11 +21,11 @@ export class Prefetcher {
   private settings: Settings | null = null;
   private view: View | null = null;
   private underWay: StreamRequest | null = null;
-  private failed: StreamRequest[] = []; // There will be none of these.
+  private failed: StreamRequest[] = []; // Orders without a result.
 
   constructor(private readonly parts: SurfaceClientParts) {}
 
-  // A running request continues only if it still is among them. None: the connection ends.
+  // Replaces the requests; a running one continues only if it is among them. Empty: closes the connection.
   prepare(soon: readonly PrefetchRequest[], settings: Settings, view: View | null): void {
     this.soon = soon;
     this.settings = settings;
@@ -39,7 +39,7 @@ export class Prefetcher {
     this.goOn();
   }
 
-  // Whether it is here, or will not come.
+  // Returns whether the step is cached or has failed.
   has(one: Omit<PrefetchRequest, "moment">, settings: Settings, view: View | null): boolean {
     const order = orderOf(one, settings, view);
     return this.parts.frames.find(order) !== null || this.hasFailed(order);
@@ -53,7 +53,7 @@ export class Prefetcher {
     this.failed = [];
   }
 
-  // The next missing one, unless the earlier ones fill the memory. Prefetched ones are kept longer than others.
+  // Requests the next missing step, unless earlier ones fill the memory. Prefetched steps are kept longer than others.
   private goOn(): void {
     if (this.underWay || !this.settings) return;
     const { surface, frames } = this.parts;
@@ -83,7 +83,7 @@ export class Prefetcher {
 
   private settled(): void {
     const { client, underWay } = this;
-    if (!underWay || client!.isBusy) return; // Busy: the server has it wait.
+    if (!underWay || client!.isBusy) return; // Busy: the server postponed it.
     this.underWay = null;
     if (!this.parts.frames.find(underWay)) this.failed.push(underWay);
     this.goOn();

@@ -1,5 +1,5 @@
-// All that shows sample values: a slice in the picture, three linked slices beside it, and the legends of their colors
-// and of a field's on the surfaces.
+// All views of sample values: a slice in the scene, three linked slices beside it, and the color legends of samples and
+// of a field on the surfaces.
 import type * as THREE from "three";
 
 import type { SliceSources } from "./latest_slice";
@@ -19,7 +19,7 @@ import type { Vec3 } from "./stream/dataset";
 export interface Sampled {
   info: DatasetInfo | null;
   list: readonly DatasetInfo[]; // All datasets of the server.
-  isPlayable: boolean; // It is one of several times.
+  isPlayable: boolean; // Whether it is one of several times.
 }
 
 export class SampleViews {
@@ -45,33 +45,33 @@ export class SampleViews {
     this.legends = h("div", { class: "legends" }, this.ofField.element, this.ofSamples.element);
   }
 
-  // The slices beside the picture.
+  // The slices beside the scene.
   get element(): HTMLElement {
     return this.views.element;
   }
 
-  // Where they meet, over the picture.
+  // Marks their intersection, over the scene.
   get mark(): HTMLElement {
     return this.views.mark;
   }
 
-  // The legends that are shown.
+  // The visible legends.
   get legendWords(): LegendWords[] {
     return [this.ofSamples.words, this.ofField.words].filter((words) => words !== null);
   }
 
-  // Where a ray meets the slice in the picture.
+  // Returns where a ray hits the slice in the scene.
   hit(ray: THREE.Ray): Vec3 | null {
     return this.slices.plane.hit(ray);
   }
 
-  // The settings or the dataset may have changed.
+  // Call when the settings or the dataset may have changed.
   update(): void {
     this.updateSlices();
     this.showLegends(this.sources.settings());
   }
 
-  // The surfaces have changed: their outlines are on the slices.
+  // Call when the surfaces have changed: slices show their outlines.
   updateSlices(): void {
     this.slices.update();
     this.views.update();
@@ -85,7 +85,7 @@ export class SampleViews {
     return info && { ...rangeOf(this.sampled().list, info), valueUnit: info.valueUnit };
   }
 
-  // The range of samples on slices, the same at all times of a series.
+  // Returns the range of samples on slices, the same at all times of a series.
   private sampleRange(): LegendValues | null {
     const { info, isPlayable } = this.sampled();
     const range = this.rangeOf(info);

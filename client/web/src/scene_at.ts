@@ -1,5 +1,4 @@
-// What is to be seen at a time: settings and the list of datasets become the datasets of the surfaces and
-// of their colors.
+// Resolves settings and the list of datasets to the datasets of the surfaces and of their colors at a time.
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import { atTime, isOfOneSeries, named, rangeOf, timeOf } from "./state/series";
@@ -28,14 +27,14 @@ export function sceneOf(list: readonly DatasetInfo[], settings: Settings, info: 
   };
 }
 
-// Why surfaces of the dataset cannot have the colors that the settings name: the field is of another world. Null: they can.
+// Returns why the field cannot color surfaces of the dataset: it is in another world. Null: it can.
 export function colorsRefusal(list: readonly DatasetInfo[], { colorBy }: Settings, info: DatasetInfo): string | null {
   const by = colorBy ? named(list, colorBy) : null;
   const reason = by && worldDifference(info, by);
   return reason && `"${colorBy}" cannot color this surface: ${reason}.`;
 }
 
-// Unknown names are refused by the server.
+// The server rejects unknown names.
 function wishOf(list: readonly DatasetInfo[], by: DatasetInfo | null, name: string): ScalarOptions {
   if (!by) return { dataset: name };
   const { min, max } = rangeOf(list, by);

@@ -1,9 +1,9 @@
-// The address of the page's server, and the token for it.
+// The address of the page's server and its token.
 import { session } from "./state/browser_storage";
 
-// The address of a server's stream. The page's own server is beside the page, which may be below a path of a site
-// (https://example.org/volumes/); the same holds for the address of any other page. `?server=` names another server,
-// for development: a page from a server may not connect to another one (viewer_answer.cpp); one from elsewhere may.
+// Returns the address of a server's stream. By default it is relative to the page, which may be below a path of a site
+// (https://example.org/volumes/), or to the configured page. `?server=` selects another server, for development: a page
+// served by a server may not connect to another one (viewer_answer.cpp); other pages may.
 export function serverAddress(configured?: string): string {
   const named = configured ?? new URLSearchParams(location.search).get("server");
   if (named !== null && !/^https?:\/\//.test(named)) return named;
@@ -12,15 +12,14 @@ export function serverAddress(configured?: string): string {
   return stream.href;
 }
 
-// Where the same server answers single queries: the folder of its stream.
+// Returns the address of the same server's HTTP API: the folder of its stream.
 export function httpAddress(stream: string): string {
   const folder = new URL(".", stream);
   folder.protocol = folder.protocol === "wss:" ? "https:" : "http:";
   return folder.href;
 }
 
-// The token for one server. It comes with the page's address once (#token=...), or from the user, and is sent to that
-// server only.
+// The token for one server, from the page's address (#token=..., once) or the user. It is sent only to that server.
 export class Token {
   private readonly name: string;
   private value: string;
@@ -40,7 +39,7 @@ export class Token {
     session.set(this.name, value);
   }
 
-  // Whether the address brought one that is news.
+  // Returns whether the address has a new token.
   takeFrom(hash: string): boolean {
     const configured = new URLSearchParams(hash.replace(/^#/, "")).get("token");
     if (!configured || configured === this.value) return false;

@@ -1,4 +1,4 @@
-// What is known of a surface that is shown, and which of two is the better one to look at.
+// Information about a shown surface, and the comparison of two.
 import { hex } from "./mesh/content_digest";
 import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
 import type { StepFacts } from "./state/progress";
@@ -16,8 +16,8 @@ export interface ShownSurface {
   facts: StepFacts;
 }
 
-// How far a place on it may lie from the full-resolution surface, in world units: the certified error, and the rounding of
-// vertices to the lattice, along their edges. Null: nothing is certified.
+// Returns the largest distance of its points to the full-resolution surface, in world units: the certified error plus
+// the rounding of vertices to the lattice, along their edges. Null: not certified.
 export function boundOf({ info, resolution, facts }: ShownSurface): number | null {
   return facts.isCertified ? facts.errorWorld + roundingBound(info, resolution) : null;
 }
@@ -26,18 +26,18 @@ function roundingBound(info: DatasetInfo, resolution: number): number {
   return longestCellDiagonal(info) / 2 ** (resolution + 1);
 }
 
-// On the way to a finer surface of the same isovalue, nothing coarser than what is there is shown.
+// Returns whether the step is coarser than the shown one for the same isovalue; such steps are skipped.
 export function isRegression(before: ShownSurface | null, order: StreamRequest, facts: StepFacts): boolean {
   if (facts.isFinal || !before || before.info.name !== order.info.name) return false;
   if (before.request.isovalue !== order.request.isovalue) return false;
-  // Its error is that of what the camera did not see; where it looked the surface is finer.
+  // Its error is that outside the camera's view; inside it is finer.
   if (before.request.threshold?.view) return true;
   const { errorWorld, tolerance } = before.facts;
   return facts.errorWorld > errorWorld || facts.tolerance > tolerance;
 }
 
-// Tiles of one memory can stand in for one another. Each surface of a view, by its number, has its own:
-// what one of them drops the other may show.
+// Prefix of tile ids. Tiles with the same prefix are interchangeable. Each surface of a view, by its number, has its
+// own prefix, because another one may still show a tile that it drops.
 export function memoryOf(surface: number, order: StreamRequest): string {
   const { info, request } = order;
   return `${surface}:${info.name}/${request.normals}/`;

@@ -1,5 +1,5 @@
-// Three linked slices beside the surface, across the axes of the world. They meet in one place, which a crosshair shows in each
-// and a mark in the picture of the surface. Window and level are those of the slice in the picture.
+// Three linked slices beside the surface, perpendicular to the world axes. They meet in one place, shown by a crosshair
+// in each and a mark in the scene. Window and level are those of the slice in the scene.
 import { Vector3 } from "three";
 
 import type { DatasetInfo } from "./protocol/messages";
@@ -16,7 +16,7 @@ export class SliceViews {
   readonly element = h("div", { class: "slice-views", role: "group", "aria-label": "Slices", hidden: true });
   readonly mark = h("div", { class: "cross-mark", "aria-hidden": "true", hidden: true });
   private readonly planes: { view: SliceView; latest: LatestSlice }[];
-  private cross: Vec3 | null = null; // Null: there are no slices.
+  private cross: Vec3 | null = null; // Null: no slices are shown.
 
   constructor(
     private readonly stage: Stage,
@@ -32,7 +32,7 @@ export class SliceViews {
     stage.whenDrawn(() => this.follow());
   }
 
-  // The settings, the dataset or the surfaces may have changed.
+  // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
     const { info, settings, range } = this.current();
     const isShown = settings.layout === "four";
@@ -67,7 +67,7 @@ export class SliceViews {
   }
 }
 
-// Within the data; their middle by default.
+// Returns the place clamped to the data; their center by default.
 export function crossOf(cross: Settings["cross"], info: DatasetInfo): Vec3 {
   const { low, high } = worldBox(info);
   return low.map((from, axis) => {

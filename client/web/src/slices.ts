@@ -1,4 +1,4 @@
-// Joins the slice in the picture: settings become a plane, the plane a query to the server, the answer what is shown.
+// The slice in the scene: converts settings to a plane, queries the server and shows the reply.
 import type { DatasetInfo } from "./protocol/messages";
 import type { ColorScale } from "./shared/color_maps";
 import { airBelow } from "./shared/sample_window";
@@ -28,7 +28,7 @@ export class Slices {
     });
   }
 
-  // The settings, the dataset or the surfaces may have changed.
+  // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
     const { info, settings, range } = this.current();
     const where = slicePlace(settings);
@@ -45,16 +45,16 @@ export class Slices {
   }
 }
 
-// `usual`: the default window; all values if there is none.
+// `usual`: the default window; absent: all values.
 export type ValueRange = Pick<DatasetInfo, "min" | "max"> & { usual?: { level: number; width: number } };
 
 interface Place {
   normal: Vec3; // A unit vector.
   at: number; // 0 to 1 along it.
-  isFilling: boolean; // Shows the inside of the surfaces alone.
+  isFilling: boolean; // Shows only the inside of the surfaces.
 }
 
-// A slice that is asked for by itself, else that which fills the cut.
+// Returns the requested slice, or else the one that fills the cut.
 export function slicePlace(settings: Settings): Place | null {
   const { slice, sliceAt, clipAt, filled } = settings;
   if (slice !== "off") return { normal: axisNormal(slice), at: sliceAt, isFilling: false };
@@ -62,7 +62,7 @@ export function slicePlace(settings: Settings): Place | null {
   return normal && filled ? { normal, at: clipAt, isFilling: true } : null;
 }
 
-// The values of the first and the last color: as set, else the defaults, else the range of the data.
+// Returns the values of the first and last color: as set, else the default window, else the data's range.
 export function windowOf(
   level: number | null, windowWidth: number | null, { min, max, usual }: ValueRange,
 ): { low: number; high: number } {
@@ -71,8 +71,8 @@ export function windowOf(
   return { low: middle - width / 2, high: middle + width / 2 };
 }
 
-// The same for a scale that may be logarithmic. Where values are not positive, that begins at the thousandth
-// part of the last color's value; where none is, it is linear.
+// Returns the same for a scale that may be logarithmic. If values are not positive, it begins at a thousandth of the
+// last color's value; if that is not positive either, it is linear.
 export function scaleOf(
   level: number | null, windowWidth: number | null, wantsLog: boolean, range: ValueRange,
 ): Omit<ColorScale, "map"> {

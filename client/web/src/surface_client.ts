@@ -1,13 +1,13 @@
-// Streams one surface: settings become requests on a connection of its own. The steps are shown by surface_steps.ts.
+// Streams one surface: converts settings to requests on its own connection. surface_steps.ts shows the steps.
 //
-// While the isovalue is dragged only one request is in flight: the next one follows when the surface of the one before
-// was shown, or takes too long. At the end of the drag the last request continues to its final step.
+// While the isovalue is dragged, only one request is in flight: the next one follows when the previous surface was
+// shown or takes too long. At the end of the drag the last request continues to its final step.
 //
-// The size of a surface is estimated beside its stream. A surface that is too large for most machines is replaced by
-// the best one of a safe size, and the user may insist.
+// The size of a surface is estimated in parallel with its stream. A surface too large for most machines is replaced by
+// the best one of a safe size, and the user may request it anyway.
 //
-// With several surfaces the previews of all come before the final step of any: a client requests previews first, and
-// the rest when all previews are there. A client that `isPrefetch` fetches final steps that are needed soon, and shows
+// With several surfaces the previews of all precede the final step of any: clients request previews first, and the rest
+// when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
 import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StepsWanted, type StreamRequest } from "./stream/conversation";
 import { Link } from "./stream/link";
@@ -34,15 +34,15 @@ export interface SurfaceClientParts extends SurfaceStepsParts {
 }
 
 export interface SurfaceClientEvents extends SurfaceStepsEvents {
-  settled: () => void; // Nothing is under way, or will not be soon.
+  settled: () => void; // Nothing is in progress or scheduled.
 }
 
 // How a surface is requested.
 export interface SurfaceRequest {
   moment: Moment;
   scalars?: ScalarOptions;
-  isDragging?: boolean; // More will follow soon.
-  steps?: StepsWanted; // "previews", "coarse": the rest is requested by finish(). All by default.
+  isDragging?: boolean; // More requests follow soon.
+  steps?: StepsWanted; // Default: all. After "previews" or "coarse", finish() requests the rest.
 }
 
 export class SurfaceClient implements PoolClient {
@@ -52,15 +52,15 @@ export class SurfaceClient implements PoolClient {
   private readonly conversation: Conversation;
   private readonly link: Link;
   private readonly steps: SurfaceSteps;
-  private asked: Asked | null = null; // Under way, or shown;
-  private current: StreamRequest | null = null; // the same, or as much of it as every machine takes.
-  private next: Asked | null = null; // Waits for the request under way.
+  private asked: Asked | null = null; // The request that is running or shown.
+  private current: StreamRequest | null = null; // The same, with a budget if it is too large.
+  private next: Asked | null = null; // Waits for the running request.
   private isDragging = false;
   private dragTimer = 0;
   private isLead = false; // Always connected; requests the list of datasets.
-  private isLinked = false; // Has a connection, or makes one.
-  private isUnderWay = false; // A stream, or what leads to it.
-  private isFinishing = false; // It is the rest of a stream whose previews came.
+  private isLinked = false; // Connected or connecting.
+  private isUnderWay = false; // Streaming, or preparing to.
+  private isFinishing = false; // Receiving the rest of a stream after its previews.
   private hasFinal = false; // The final step of the stream has begun.
   private postponed = 0; // The timer of a postponed stream.
 
@@ -96,19 +96,19 @@ export class SurfaceClient implements PoolClient {
     });
   }
 
-  // Connects again on request. All but the lead wait until they have a request.
+  // Reconnects on request. All but the lead wait until they have a request.
   connect(): void {
     if (this.isLinked) this.granted();
     else if (this.isLead || this.isUnderWay) this.needLink();
   }
 
-  // The first of a view.
+  // Makes it the first of the view.
   lead(): void {
     this.isLead = true;
     this.parts.connectionPool.leave(this);
   }
 
-  // Ends for good.
+  // Ends permanently.
   close(): void {
     clearTimeout(this.postponed);
     clearTimeout(this.dragTimer);
@@ -117,7 +117,7 @@ export class SurfaceClient implements PoolClient {
     this.parts.connectionPool.leave(this);
   }
 
-  // Another surface.
+  // Requests another surface.
   want(info: DatasetInfo, settings: Settings, view: View | null, wish: SurfaceRequest): void {
     const { moment, scalars, isDragging = false } = wish;
     const request = isosurfaceRequest(info, settings, view);
@@ -144,27 +144,27 @@ export class SurfaceClient implements PoolClient {
     return this.steps.drawn;
   }
 
-  // Needs no request.
+  // Hides components; needs no request.
   hide(parts: HiddenParts): void {
     this.steps.hide(parts);
   }
 
-  // Whether previews have come, and the final step was not asked for.
+  // Whether previews have arrived and the final step was not requested.
   get isPreviewed(): boolean {
     return !this.isUnderWay && isPreviews(this.current) && !this.hasFinal;
   }
 
-  // Whether previews are coming.
+  // Whether previews are being received.
   get isPreviewing(): boolean {
     return this.isUnderWay && isPreviews(this.current) && !this.progress.get().postponed;
   }
 
-  // Whether it needs its connection: not while what has come is decoded and checked.
+  // Whether it needs its connection: not while received data is decoded and checked.
   get isBusy(): boolean {
     return this.isUnderWay && !this.conversation.isReceived;
   }
 
-  // Nothing comes any more, and nothing of what is shown changes.
+  // Whether nothing more is being received, and the shown surface is up to date.
   get isSettled(): boolean {
     return !this.isUnderWay && !this.isPreviewed && this.steps.isChosen;
   }
@@ -178,14 +178,14 @@ export class SurfaceClient implements PoolClient {
     this.isUnderWay = false;
   }
 
-  // The final step of what was previewed.
+  // Requests the final step after the previews.
   finish(): void {
     if (!this.isPreviewed) return;
     this.isFinishing = this.isUnderWay = true;
     this.wantNow({ ...this.current!, steps: "final" });
   }
 
-  // The user wants the surface whose size was too large.
+  // Requests the surface that was held back as too large.
   insist(): void {
     const { heldBack } = this.progress.get();
     if (!heldBack || !this.asked) return;
@@ -223,12 +223,12 @@ export class SurfaceClient implements PoolClient {
   // ----
 
   private askSize(order: StreamRequest, isDragging: boolean): void {
-    if (!this.isLead && this.sizes.isSmall(order.info)) return; // The size of the lead is shown.
+    if (!this.isLead && this.sizes.isSmall(order.info)) return; // Only the lead's size is shown.
     if (this.progress.get().phase !== "ready" || !this.sizes.isWanted(order, isDragging)) return;
     this.perform(this.conversation.askSize(order));
   }
 
-  // A stream that is repeated on another connection must not bring unasked what is too large.
+  // A stream repeated on another connection must also not send an oversized surface without confirmation.
   private askSizeAgain(): void {
     const { asked } = this;
     if (asked && !this.progress.get().heldBack) this.askSize(asked.order, this.isDragging);
@@ -264,7 +264,7 @@ export class SurfaceClient implements PoolClient {
     this.needLink();
   }
 
-  // The final step is here already.
+  // The final step is already cached.
   private take(asked: Asked, frame: Frame): void {
     this.stop();
     this.asked = asked;
@@ -280,7 +280,7 @@ export class SurfaceClient implements PoolClient {
     });
   }
 
-  // The surface that a drag waited for is there, or late.
+  // The surface that a drag waited for has arrived or is late.
   private goOn(): void {
     clearTimeout(this.dragTimer);
     this.dragTimer = 0;
@@ -353,7 +353,7 @@ export class SurfaceClient implements PoolClient {
     }
   }
 
-  // What was under way is gone; the conversation repeats it when there is a connection again.
+  // The running stream is lost; the conversation repeats it after reconnecting.
   private loseStream(): void {
     this.sizes.forget();
     clearTimeout(this.postponed);

@@ -1,16 +1,16 @@
-// Hides the connected part of a surface that was picked.
+// Hides the picked connected part of a surface.
 import type { Settings } from "./state/settings";
 import { mostHiddenParts } from "./state/settings";
 import { surfacesOf, withSurface } from "./state/surfaces";
 import type { Vec3 } from "./stream/dataset";
 
-// What is to be changed, or why nothing is.
+// The change of settings, or the reason for none.
 export type PartsChange = { change: Partial<Settings> } | { refusal: string };
 
 // Hides the component nearest to a place in the world.
 export function withoutPart(settings: Settings, surface: number, place: Vec3): PartsChange {
   const { hiddenParts = [] } = surfacesOf(settings)[surface];
   if (hiddenParts.length >= mostHiddenParts) return { refusal: `At most ${mostHiddenParts} parts of a surface are hidden one by one.` };
-  const part = place.map((value) => Number(value.toPrecision(6))) as Vec3; // As addresses have it.
+  const part = place.map((value) => Number(value.toPrecision(6))) as Vec3; // With the precision of addresses.
   return { change: withSurface(settings, surface, { hiddenParts: [...hiddenParts, part] }) };
 }

@@ -1,6 +1,6 @@
-// The surfaces of one view. Each has a connection with one stream at a time, as long as there are few; many share a few
-// connections. The server is fair between connections. A surface requests its final step when the previews of all are
-// there; one that is dragged waits for no other, and of many one coarse preview each is requested.
+// The surfaces of one view. If they are few, each has a connection with one stream at a time; many share a few
+// connections. The server schedules connections fairly. Surfaces request their final steps when the previews of all
+// have arrived; a dragged one does not wait, and many surfaces request one coarse preview each.
 import * as THREE from "three";
 
 import { Prefetcher } from "./prefetcher";
@@ -34,7 +34,7 @@ interface Member {
 
 // A shown surface, for measuring, cutting or saving.
 export interface ShownTiles {
-  at: number; // The surface's index: 0 for the first.
+  at: number; // Index of the surface, 0 for the first.
   shown: ShownSurface;
   drawn: Drawn;
   color: string;
@@ -43,14 +43,14 @@ export interface ShownTiles {
 
 export interface SurfaceSetEvents {
   shown: (at: number, shown: ShownSurface, isFirstOfScene: boolean) => void;
-  progress: (at: number) => void; // For one beside the first.
+  progress: (at: number) => void; // Of a surface other than the first.
 }
 
-const mostWithPreviews = 24; // Of more surfaces one coarse preview each is requested: so all are seen soon.
-const mostConnections = 5; // For surfaces beside the first, at a time.
+const mostWithPreviews = 24; // With more surfaces, one coarse preview of each is requested, so that all are visible soon.
+const mostConnections = 5; // For surfaces other than the first.
 
 export class SurfaceSet {
-  readonly progress = new Store<Progress>(noProgress); // For the first surface,
+  readonly progress = new Store<Progress>(noProgress); // Of the first surface.
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new Store<{ expected: SurfaceSize | null }>({ expected: null });
   readonly field = new FieldColors(() => this.stage.invalidate());
@@ -84,7 +84,7 @@ export class SurfaceSet {
     for (const member of this.members.splice(0)) this.part(member);
   }
 
-  // Those that are hidden are asked for when they are seen; the first one always is.
+  // Hidden surfaces are requested when they become visible; the first one always.
   want({ infos, moment, scalars }: Scene, settings: Settings, view: View | null, isDragging: boolean): void {
     this.arrange(settings);
     this.look = { settings, clip: this.look?.clip ?? null };
@@ -112,7 +112,7 @@ export class SurfaceSet {
     });
   }
 
-  // Whether all that are seen have their final step, or will not get one.
+  // Returns whether all visible surfaces have their final step or have failed.
   isPrepared({ infos, scalars }: Scene, settings: Settings, view: View | null): boolean {
     return this.members.every((member, at) =>
       !infos[at] || (at > 0 && !this.isSeen(member)) || member.prefetcher.has({ info: infos[at], scalars }, settingsOf(settings, at)!, view));
@@ -125,7 +125,7 @@ export class SurfaceSet {
     this.redress();
   }
 
-  // Surfaces that one sees through.
+  // The number of translucent surfaces.
   get translucent(): number {
     return this.members.filter(({ surface }) => surface.isTranslucent).length;
   }
@@ -138,7 +138,7 @@ export class SurfaceSet {
     return this.members[at]?.client.progress.get() ?? noProgress;
   }
 
-  // The progress of the first visible surface, and the totals of all that are drawn.
+  // The progress of the first visible surface, and the totals of all drawn ones.
   get status(): SurfacesStatus {
     const { seen } = this;
     const [first = this.members[0]] = seen;
@@ -158,7 +158,7 @@ export class SurfaceSet {
     };
   }
 
-  // Those that are shown and not hidden, of the settings' surfaces; all, or the one at a place.
+  // Returns the shown and visible surfaces; all, or only one.
   shownTiles(settings: Settings, only: number | null = null): ShownTiles[] {
     const list = surfacesOf(settings);
     return this.members.flatMap((member, at) => {
@@ -174,7 +174,7 @@ export class SurfaceSet {
     return this.members.reduce((box, { surface }) => box.union(surface.worldBox()), new THREE.Box3());
   }
 
-  // Nothing comes any more of what is seen.
+  // Whether nothing more is being received for visible surfaces.
   get isSettled(): boolean {
     return this.seen.every(({ client }) => client.isSettled);
   }
@@ -200,7 +200,7 @@ export class SurfaceSet {
     return this.look !== null && (surfacesOf(this.look.settings)[this.members.indexOf(member)]?.visible ?? false);
   }
 
-  // Memory and triangles that need no confirmation.
+  // Divides memory and the triangles that need no confirmation.
   private share(among: number): void {
     for (const { surface, client } of this.members) {
       surface.budget = mostTriangles / Math.max(1, among);
@@ -208,13 +208,13 @@ export class SurfaceSet {
     }
   }
 
-  // When previews of all are there.
+  // Requests the final steps when the previews of all have arrived.
   private finishAll(): void {
     if (this.members.some(({ client }) => client.isPreviewing)) return;
     for (const { client } of this.members) client.finish();
   }
 
-  // Makes as many members as surfaces. A member that has the data of a surface is reused for it, also when members
+  // Creates as many members as surfaces. A member that has the data of a surface is reused for it, even when members
   // before it were removed.
   private arrange(settings: Settings): void {
     const wanted = surfacesOf(settings).map(({ dataset, isovalue, error }) => `${dataset ?? ""} ${isovalue} ${error ?? settings.error}`);
@@ -280,14 +280,14 @@ export class SurfaceSet {
   }
 }
 
-// Which steps are requested of each of so many surfaces.
+// Returns the steps to request of each surface.
 export function stepsOf(surfaces: number, isDragging: boolean): StepsWanted {
   if (surfaces > mostWithPreviews) return "coarse";
   return surfaces > 1 && !isDragging ? "previews" : "all";
 }
 
-// For each wanted surface, the index of the one that takes it: one with the same key, else the one at its place if it
-// is not needed elsewhere, else none.
+// For each wanted surface, returns the index of an existing one to reuse: one with the same key, else the one at its
+// place if it is not needed elsewhere, else null.
 export function arrangement(have: readonly string[], wanted: readonly string[]): (number | null)[] {
   const taken = new Set<number>();
   const take = (place: number) => {

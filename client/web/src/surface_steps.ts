@@ -1,9 +1,9 @@
-// The steps of one surface on their way to the screen: tiles are decoded and uploaded to the graphics card, invisibly;
-// a step whose tiles are all there is checked, kept, and offered to the swap group.
+// Prepares the steps of one surface for display: tiles are decoded and uploaded to the GPU while invisible; a step with
+// all its tiles is checked, cached, and offered to the swap group.
 //
-// Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. Where
-// small components are hidden, a step is shown without them from its first frame on; hiding them in a shown step needs
-// no server.
+// Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. If
+// small components are hidden, a step is shown without them from its first frame; hiding them in a shown step needs no
+// server.
 import type { Effect, StreamRequest } from "./stream/conversation";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { applied, dataBorder, inverse, latticeToWorld } from "./stream/dataset";
@@ -27,11 +27,11 @@ export interface SurfaceStepsParts {
   surface: Surface;
   frames: Frames;
   speed: StepSpeed; // The decoding speed of this page.
-  isPrefetch?: boolean; // Steps are kept, and never shown.
+  isPrefetch?: boolean; // Steps are cached and never shown.
 }
 
 export interface SurfaceStepsEvents {
-  // There is a step of this moment; `show` shows it, once, unless something else is offered or it is withdrawn.
+  // Offers a step of this moment. `show` shows it, once, unless another step is offered or it is withdrawn.
   offer: (moment: Moment, show: () => void) => void;
   withdraw: () => void;
   shown: (shown: ShownSurface, isFirstOfScene: boolean) => void;
@@ -50,18 +50,18 @@ export interface Asked {
   moment: Moment;
 }
 
-const none = 0; // Streams have numbers from 1.
+const none = 0; // Streams are numbered from 1.
 
 export class SurfaceSteps {
   shown: ShownSurface | null = null;
   private frame: Frame | null = null; // The shown step; null: none.
-  private taken: Frame | null = null; // Will be offered, and is no stream's.
+  private taken: Frame | null = null; // A cached step that will be offered.
   private hidden = nothingHidden;
-  private choices = 0; // Under way, of components of what is shown.
+  private choices = 0; // Number of pending selections of components.
   private stream = none;
   private started = 0;
   private readonly arrived = new Map<number, { triangles: number; lastAt: number }>(); // Tiles, by step of the stream.
-  private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // By the tile's id.
+  private readonly scalars = new Map<string, NonNullable<Progress["scalars"]>>(); // By tile id.
   private coloring: Promise<void>[] = []; // Pending uploads of scalars of the running stream.
   private certified: { result: Certified; chosen: Chosen } | null = null;
 
@@ -72,7 +72,7 @@ export class SurfaceSteps {
     private readonly events: SurfaceStepsEvents,
   ) {}
 
-  // The stream of this number replaces the one before, or brings the final step of what was previewed.
+  // Begins a stream, which replaces the previous one or brings the final step after its previews.
   begin(stream: number, isFinishing: boolean): void {
     this.parts.pool.forget(this);
     this.stream = stream;
@@ -87,7 +87,7 @@ export class SurfaceSteps {
     this.progress.set({ ...noProgress, phase, shown, components, heldBack, scalars, isStreaming: true });
   }
 
-  // Results that are still under way are discarded.
+  // Discards results that are pending.
   abandon(): void {
     this.stream = none;
     this.taken = null;
@@ -106,7 +106,7 @@ export class SurfaceSteps {
     void this.chooseAnew();
   }
 
-  // Whether what is shown is without the components that are to be hidden.
+  // Whether the shown surface already omits the hidden components.
   get isChosen(): boolean {
     return this.choices === 0;
   }
@@ -117,7 +117,7 @@ export class SurfaceSteps {
     return frame ? drawnOf(frame.ids, frame.shown, frame.chosen.hidden) : { ids: [], leastDiagonal: 0, hidden: [] };
   }
 
-  // A step that is kept already, instead of a stream: it is offered now, or when its small components are known.
+  // Offers a cached step instead of a stream, as soon as its small components are known.
   take({ moment }: Asked, frame: Frame, offered: () => void): void {
     this.parts.surface.use(frame.ids, this);
     const { phase, shown, components } = this.progress.get();
@@ -153,7 +153,7 @@ export class SurfaceSteps {
       bytesReceived: bytesReceived + payload.length,
       firstTile: firstTile ?? performance.now() - this.started,
     });
-    const resolution = begin.request!.lattice; // A preview's may be less.
+    const resolution = begin.request!.lattice; // May be smaller for previews.
     const toWorld = latticeToWorld(order.info, resolution);
     const { triangles } = this.arrived.get(begin.step)!;
     this.arrived.set(begin.step, { triangles: triangles + promised.triangles, lastAt: performance.now() });
@@ -175,7 +175,7 @@ export class SurfaceSteps {
     }
   }
 
-  // A step is shown when the values of its tiles are there, too.
+  // A step is shown only with the values of all its tiles.
   color({ order, values: { key, codes, range, deviation } }: Effect & { kind: "scalars" }): void {
     const { pool, surface } = this.parts;
     const id = memoryOf(this.parts.number, order) + key;
@@ -204,12 +204,12 @@ export class SurfaceSteps {
     this.checks.certified(stream, step, result.topology);
   }
 
-  // A complete step: it is offered if it is new, and the final one is kept for `asked`.
+  // Offers a complete step if it is new, and caches the final one for `asked`.
   present(order: StreamRequest, asked: Asked | null, committed: Committed, isNews: boolean): void {
     const { number, surface, frames, isPrefetch } = this.parts;
     const { begin } = committed.step;
     const facts = factsOf(order, committed);
-    // Also for a step that is skipped: the keeper reports a change of normals once.
+    // Even for a skipped step: the keeper reports each change of normals once.
     for (const { id, normals } of this.certified?.result.normals ?? []) surface.setNormals(id, normals);
     const frame: Frame = {
       ids: idsOf(number, order, committed.step),
@@ -222,7 +222,7 @@ export class SurfaceSteps {
     this.events.offer(asked.moment, () => this.show(frame, elapsed));
   }
 
-  // There is no surface at the wanted time; other surfaces do not wait for it, and a surface of another time is hidden.
+  // There is no surface at the requested time: others do not wait for it, and surfaces of other times are hidden.
   offerNothing({ order: { info }, moment }: Asked): void {
     const { shown } = this;
     if (!shown || !isOfOneSeries(shown.info, info)) return;
@@ -234,7 +234,7 @@ export class SurfaceSteps {
     this.parts.surface.show([]);
   }
 
-  // `elapsed`: milliseconds after the request; null: without a request.
+  // `elapsed`: milliseconds since the request; null: without a request.
   private show(frame: Frame, elapsed: number | null): void {
     const { ids, shown, chosen } = frame;
     const before = this.shown;
@@ -250,10 +250,10 @@ export class SurfaceSteps {
       complete: shown.facts.isFinal ? elapsed : null,
     });
     this.events.shown(shown, !before || !isOfOneSeries(before.info, shown.info));
-    void this.chooseAnew(); // It may have waited, and others been wanted meanwhile.
+    void this.chooseAnew(); // The hidden parts may have changed meanwhile.
   }
 
-  // The scalars of shown tiles; those of tiles that are gone are forgotten.
+  // Returns the scalars of shown tiles and forgets those of removed ones.
   private scalarsOf(ids: readonly string[]): Progress["scalars"] {
     for (const id of this.scalars.keys()) if (!this.parts.surface.hasAll([id])) this.scalars.delete(id);
     const all = ids.map((id) => this.scalars.get(id)).filter((one) => one !== undefined);
@@ -266,7 +266,7 @@ export class SurfaceSteps {
     return { hidden, selection: await this.parts.pool.select(drawnOf(ids, lattice, hidden)) };
   }
 
-  // What is shown, without the components that are to be hidden now.
+  // Updates the shown components to the current hidden parts.
   private async chooseAnew(): Promise<void> {
     const { frame } = this;
     if (!frame || hidesTheSame(frame.chosen.hidden, this.hidden)) return;

@@ -1,7 +1,7 @@
-// Surfaces of one view that change together: where the time changes, all visible surfaces are swapped between two frames, so
-// that surfaces of different times are never drawn at once.
+// Swaps the surfaces of one view together: when the time changes, all visible surfaces are swapped between two frames,
+// so that surfaces of different times are never drawn together.
 export interface Moment {
-  scene: string; // What is looked at: a series, or a dataset of its own.
+  scene: string; // A series, or a single dataset.
   time: number | null;
 }
 
@@ -11,21 +11,21 @@ interface Waiting {
 }
 
 export class SwapGroup<Member> {
-  private shown: Moment | null = null; // Nothing else is drawn.
+  private shown: Moment | null = null; // Only this moment is drawn.
   private readonly waiting = new Map<Member, Waiting>();
   private readonly has = new Map<Member, Moment>(); // The last moment of each member, drawn or not.
 
-  // `visible`: the members that are visible now; `swapped` is called when another moment is shown.
+  // `visible`: the currently visible members; `swapped` is called when another moment is shown.
   constructor(private readonly visible: () => readonly Member[], private readonly swapped: () => void) {}
 
-  // Whether the member's surface may be drawn: it is of the moment that is shown.
+  // Returns whether the member's surface may be drawn: it belongs to the shown moment.
   mayDraw(member: Member): boolean {
     const moment = this.has.get(member);
     return !moment || !this.shown || isSame(moment, this.shown);
   }
 
-  // The member has a surface ready. `show` is called when all visible members have one of that moment; never, if the member
-  // offers another one before. Another scene is shown as it arrives, and the rest of the former scene is dropped.
+  // Offers a surface of a moment. `show` is called when all visible members have one of that moment, or never if the
+  // member offers another one before. Another scene is shown immediately, and the rest of the former scene is dropped.
   offer(member: Member, moment: Moment, show: () => void): void {
     const isOtherScene = this.shown?.scene !== moment.scene;
     if (isOtherScene) {
@@ -39,7 +39,7 @@ export class SwapGroup<Member> {
     this.update();
   }
 
-  // Drops what the member has offered and not shown.
+  // Drops the member's offer.
   withdraw(member: Member): void {
     this.waiting.delete(member);
   }
@@ -49,7 +49,7 @@ export class SwapGroup<Member> {
     this.has.delete(member);
   }
 
-  // Swaps if the visible members, which may be others than before, are ready.
+  // Swaps if the currently visible members are ready.
   update(): void {
     const visible = this.visible();
     const next = visible.length > 0 ? this.commonOf(visible) : this.latest();
@@ -61,12 +61,12 @@ export class SwapGroup<Member> {
 
   private show(member: Member, { moment, show }: Waiting): void {
     this.waiting.delete(member);
-    this.has.delete(member); // The latest is the last.
+    this.has.delete(member); // Moves it to the end of the map.
     this.has.set(member, moment);
     show();
   }
 
-  // A moment of which all members have a surface, and one of them waits.
+  // Returns a moment that all members have and one of them is waiting for.
   private commonOf(visible: readonly Member[]): Moment | null {
     const first = visible.map((member) => this.waiting.get(member)).find((one) => one !== undefined)?.moment;
     const hasIt = (member: Member) => {
@@ -76,7 +76,7 @@ export class SwapGroup<Member> {
     return first && visible.every(hasIt) ? first : null;
   }
 
-  // Where nothing is visible, nothing has to wait.
+  // If nothing is visible, nothing has to wait.
   private latest(): Moment | null {
     return [...this.has.values()].at(-1) ?? null;
   }

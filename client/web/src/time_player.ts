@@ -1,35 +1,34 @@
-// Shows one time after the other: the next when it is due, and not before all of it is here. While it
-// plays, the next times are prefetched; as soon as it stops, nothing is.
+// Plays a series: shows the next time when it is due and completely loaded, and prefetches the following ones.
 export interface Played {
-  times: readonly number[]; // Ascending; two or more.
+  times: readonly number[]; // Ascending; at least two.
   now: number; // One of them.
   playing: boolean;
-  speed: number; // Times a second.
+  speed: number; // Times per second.
   loop: boolean;
 }
 
 export interface PlayerActions {
   isReady: (time: number) => boolean;
-  prepare: (times: readonly number[]) => void; // The soonest first; none: no prefetch.
+  prepare: (times: readonly number[]) => void; // Soonest first; empty: no prefetch.
   show: (time: number) => void;
-  stop: () => void; // The end is reached.
+  stop: () => void; // Called at the end.
 }
 
 export interface Pace {
-  rate: number | null; // Times a second that were shown lately; null: not known.
+  rate: number | null; // Times per second shown recently; null: unknown.
   isWaiting: boolean; // For the server.
 }
 
 const lately = 2000; // Milliseconds.
-const lateEnough = 250; // The next time is due and not loaded: that is reported.
+const lateEnough = 250; // Milliseconds after which an overdue time is reported as not loaded.
 
 export class TimePlayer {
   private isRunning = false;
-  private due = 0; // When the next time is.
-  private shown: number[] = []; // When the last ones were.
+  private due = 0; // When the next time is due.
+  private shown: number[] = []; // When the last ones were shown.
   private prepared = "";
 
-  // `soon` calls back before the next frame is drawn.
+  // `soon` schedules a callback before the next frame.
   constructor(
     private readonly played: () => Played | null,
     private readonly acts: PlayerActions,
@@ -38,7 +37,7 @@ export class TimePlayer {
     private readonly clock: () => number = () => performance.now(),
   ) {}
 
-  // Settings, or what is looked at, may have changed.
+  // Call when the settings or the dataset may have changed.
   update(): void {
     const played = this.played();
     if (!played?.playing) return this.stop();
@@ -71,7 +70,7 @@ export class TimePlayer {
     const now = this.clock();
     const isReady = this.acts.isReady(ahead[0]);
     if (isReady && now >= this.due) {
-      // What is late is not made up for.
+      // Delays are not made up for.
       const period = 1000 / played.speed;
       this.due = (now - this.due > period ? now : this.due) + period;
       this.shown = [...this.shown.filter((at) => at > now - lately), now];
@@ -95,13 +94,13 @@ export class TimePlayer {
   }
 }
 
-// In the order in which they come; all others, where the first follows the last.
+// Returns the upcoming times in order; with `loop`, all others.
 export function timesAhead({ times, now, loop }: Pick<Played, "times" | "now" | "loop">): number[] {
   const at = times.indexOf(now);
   return [...times.slice(at + 1), ...(loop ? times.slice(0, Math.max(0, at)) : [])];
 }
 
-// `steps` further, around where it loops.
+// Returns the time `steps` later, wrapping around with `loop`.
 export function timeBeside({ times, now, loop }: Pick<Played, "times" | "now" | "loop">, steps: number): number {
   const to = times.indexOf(now) + steps;
   return times[loop ? (to + times.length) % times.length : Math.min(times.length - 1, Math.max(0, to))];

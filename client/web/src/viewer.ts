@@ -1,5 +1,5 @@
-// Surfaces of one dataset in an element of a page: the picture with all that lies over it, without a
-// panel. This is the module `multitetra-viewer`; the page (main.ts) is built on it.
+// Surfaces of one dataset in an element of a page: the scene with its overlays, without a panel. This is the module
+// `multitetra-viewer`, on which the page (main.ts) is built.
 //
 //   import { Viewer } from "multitetra-viewer";
 //   const viewer = new Viewer(element, { server: "https://example.org/", dataset: "head", isovalue: 500.5 });
@@ -52,7 +52,7 @@ export class Viewer {
   readonly settings: Store<Settings>;
   readonly canvas = h("canvas", { tabindex: "0", role: "application", "aria-label":
     "The surface. Drag to rotate, scroll to zoom, right button or Shift to pan. Arrow keys rotate, plus and minus zoom." });
-  readonly frame = h("div", { class: "stage" }); // The picture with what lies over it.
+  readonly frame = h("div", { class: "stage" }); // The scene with its overlays.
   readonly stage: Stage;
   readonly pool = new TilePool(Math.min(6, Math.max(2, (navigator.hardwareConcurrency || 4) - 1)));
   readonly surfaces: SurfaceSet;
@@ -70,9 +70,9 @@ export class Viewer {
   private readonly token: TokenPlace;
   private isDragging = false;
   private readonly detail = new DetailByPixels();
-  private rest = 0; // The timer behind the camera's rest.
+  private rest = 0; // The timer that detects the camera's rest.
 
-  // Throws where the browser cannot draw in three dimensions.
+  // Throws if the browser cannot draw in three dimensions.
   constructor(readonly element: HTMLElement, { server, token = "", ...changes }: ViewerOptions = {}) {
     this.settings = new Store<Settings>({ ...defaults, ...changes });
     this.token = typeof token === "string" ? placeOf(token) : token;
@@ -129,7 +129,7 @@ export class Viewer {
 
   // ---- public
 
-  // Some other settings; `isDragging`: more will follow at once. A view is where one looks from now.
+  // Changes settings; `isDragging`: more changes follow immediately. Setting a view moves the camera.
   set(change: Partial<Settings>, isDragging = false): void {
     const hasEnded = this.isDragging && !isDragging;
     this.isDragging = isDragging;
@@ -139,7 +139,7 @@ export class Viewer {
     change = { ...change, ...begunCut(change, before, this.stage.view()) };
     // Hidden parts belong to one isovalue.
     if (change.isovalue !== undefined && before.hiddenParts.length > 0) change = { hiddenParts: [], ...change };
-    // The isovalue that one time suggests is not what another does: it stays from here.
+    // Times suggest different isovalues: fixes the current one.
     const isStaying = change.t !== undefined && change.dataset === undefined && before.isovalue === null && this.info;
     this.settings.set(isStaying ? { isovalue: suggestedIsovalue(isStaying), ...change } : change);
     const { dataset, labels, t } = this.settings.get();
@@ -151,7 +151,7 @@ export class Viewer {
     return this.settings.get();
   }
 
-  // Another dataset, seen as it is seen first.
+  // Selects another dataset with its default view.
   choose(entry: Entry): void {
     if (this.info && isOfOneSeries(entry.info, this.info)) return;
     this.settings.set({
@@ -161,19 +161,19 @@ export class Viewer {
     this.use(entry.info);
   }
 
-  // At which time it is, of which ones; null: there is nothing to go through.
+  // The current time and all times; null: there are no times to choose.
   get times(): { all: readonly number[]; now: number; unit: string } | null {
     const all = this.info ? timesOf(this.list, this.info) : [];
     return all.length > 1 ? { all, now: timeOf(this.info!)!, unit: this.info!.member!.timeUnit } : null;
   }
 
-  // To a time before or after the one that is shown.
+  // Steps to a later or earlier time.
   stepTime(steps: number): void {
     const { times } = this;
     if (times) this.set({ t: timeBeside({ times: times.all, now: times.now, loop: this.get().loop }, steps), playing: false });
   }
 
-  // Resolves when all that is to be seen of the time that was set is on the screen, or will not be.
+  // Resolves when everything visible at the current time is complete or has failed.
   async settled(): Promise<void> {
     const isUnknown = () => this.surfaces.datasets.get().list !== null && !this.info;
     const isThere = () => this.surfaces.lead?.info === this.info || this.surfaces.progress.get().failure !== null || isUnknown();
@@ -182,7 +182,7 @@ export class Viewer {
     }
   }
 
-  // Calls back on every such event, until what is returned is called.
+  // Registers a listener; returns a function that removes it.
   on<K extends keyof ViewerEvents>(kind: K, listener: (what: ViewerEvents[K]) => void): () => void {
     return this.events.on(kind, listener);
   }
@@ -202,14 +202,14 @@ export class Viewer {
     this.fit();
   }
 
-  // A label fills the picture, whether it is shown or not. Nothing happens where the server does not know where it is.
+  // Fits a label to the view, even if it is hidden. Does nothing if its box is unknown.
   zoomToLabel(dataset: string): void {
     const info = named(this.list, dataset);
     const box = info && labelBox(info);
     if (box) this.stage.frameBounds(box);
   }
 
-  // Another direction is up, and one looks from the front.
+  // Sets the up direction and the default view.
   private turnUp(up: Vec3): void {
     this.set({ up });
     this.stage.defaultView();
@@ -221,18 +221,18 @@ export class Viewer {
     else this.set(parts.change);
   }
 
-  // Turns the picture clockwise around its middle; half a turn turns it upside down.
+  // Rotates the picture clockwise around its center.
   roll(radians: number): void {
     this.set({ up: this.stage.rolledUp(radians) });
   }
 
-  // What is shown, as PNG, when it is complete: on the page's background or on none, with what is written over it and beside it.
+  // Returns the scene with annotations as PNG, when it is complete, on the page's background or transparent.
   async picture(options: PictureOptions = {}): Promise<Blob> {
     if (this.surfaces.progress.get().phase !== "lost") await this.settled();
     return pngOf(this.drawn(options));
   }
 
-  // The same as it is now.
+  // The same in its current state.
   drawn(options: PictureOptions): HTMLCanvasElement {
     const { surroundings: { scale, writtenNumbers: numbers }, orientation: { arms: axes }, samples: { legendWords: legends } } = this;
     const { points, words } = this.measuring.measurement;
@@ -240,7 +240,7 @@ export class Viewer {
     return pictureOf(this.stage, this.element, { scale, numbers, axes, legends, points, words: [...head, ...words] }, options);
   }
 
-  // Ends all work; the element is empty.
+  // Ends all work; empties the element.
   dispose(): void {
     clearTimeout(this.rest);
     this.player.stop();
@@ -264,7 +264,7 @@ export class Viewer {
     this.events.emit("failed", words);
   }
 
-  // ---- what changes lead to
+  // ---- reactions to changes
 
   private listen(): void {
     this.settings.watch((now, before) => {
@@ -295,7 +295,7 @@ export class Viewer {
     });
   }
 
-  // View-dependent detail waits where the first surface was slow to come, until it is switched on by hand.
+  // View-dependent detail is paused if the first surface was slow, until the user switches it on.
   get isDetailPaused(): boolean {
     return this.detail.isPaused(this.get());
   }
@@ -342,7 +342,7 @@ export class Viewer {
     this.notices.clear();
     this.timeBar.show(this.get(), this.times);
     this.player.update();
-    if (isMember) { // Another time, field or label: the places are the same.
+    if (isMember) { // Another time, field or label: places stay valid.
       this.events.emit("dataset", now);
       this.applyLook();
       return this.ask();
@@ -351,7 +351,7 @@ export class Viewer {
     this.orientation.setDataset(now);
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
-    if (!isOther) return; // After a lost connection: the stream continues by itself.
+    if (!isOther) return; // After a lost connection: the stream resumes by itself.
     if (before) this.measuring.forget();
     this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);

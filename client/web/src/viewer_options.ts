@@ -1,39 +1,39 @@
-// What a viewer is made with, and what it reports.
+// The options and events of a viewer.
 import type { DatasetInfo } from "./protocol/messages";
 import type { Picked } from "./scene/picking";
 import type { ShownComponents, StepFacts } from "./state/progress";
 import type { Settings } from "./state/settings";
 
 export interface ViewerOptions extends Partial<Settings> {
-  // The server's address: "https://example.org/volumes/", or that of its WebSocket. The page's own by default.
+  // The server's address: "https://example.org/volumes/", or that of its WebSocket. Default: the page's own server.
   server?: string;
   token?: string | TokenPlace;
 }
 
-// Where a token is, and where one goes that the user has typed.
+// Where a token is read, and where one typed by the user is stored.
 export interface TokenPlace {
   get: () => string;
   set: (token: string) => void;
 }
 
 export interface PictureOptions {
-  enlargement?: number; // Relative to the screen; default 1.
-  width?: number; // In pixels, instead; as far as the graphics card can.
+  enlargement?: number; // Relative to the screen; default: 1.
+  width?: number; // In pixels, instead of `enlargement`, within the GPU's limits.
   isTransparent?: boolean; // Without a background.
-  isOfFilm?: boolean; // One of many: its time is always written on it.
+  isOfFilm?: boolean; // A video frame, which always shows its time.
 }
 
 export interface ViewerEvents {
   settings: Settings; // All of them, after any change.
-  dataset: DatasetInfo; // Another one is looked at, or the same one was prepared anew.
-  // A step of the surface of that number, 0 for the first, and what of it is shown; null: all.
+  dataset: DatasetInfo; // Another dataset is selected, or the current one was prepared again.
+  // A step of a surface (0 for the first) and its visible components; null: all.
   shown: StepFacts & { surface: number; components: ShownComponents | null };
   progress: { surface: number };
-  failed: string; // A dataset that does not exist is named: why, in a sentence. Failures of a surface are in its progress.
+  failed: string; // A nonexistent dataset was named: the reason in a sentence. Failures of a surface are in its progress.
   picked: Picked;
 }
 
-// A token that is kept in memory alone.
+// A token kept only in memory.
 export function placeOf(token: string): TokenPlace {
   let value = token;
   return { get: () => value, set: (typed) => (value = typed) };

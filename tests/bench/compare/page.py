@@ -26,8 +26,8 @@ STYLES = {
 }
 
 LINKS = {"1 Mbit/s": 1e6, "10 Mbit/s": 1e7, "100 Mbit/s": 1e8, "1 Gbit/s": 1e9}
-ERRORS = (0.1, 0.25, 0.5, 1, 2, 4)  # Voxels, of the table of seconds.
-LEAST_DISTANCE = 0.01  # Voxels; less is drawn here, as 0 has no place on a logarithmic axis.
+ERRORS = (0.1, 0.25, 0.5, 1, 2, 4)  # Voxels, in the table of seconds.
+LEAST_DISTANCE = 0.01  # Voxels. Smaller distances are drawn here, because a logarithmic axis has no 0.
 
 
 def count(number):

@@ -17,7 +17,7 @@ from PIL import Image
 HERE = pathlib.Path(__file__).resolve().parent
 TESTS = HERE.parent.parent
 
-# What is printed in the paper: tetrahedra and triangles by error, voxels.
+# The numbers printed in the paper: tetrahedra and triangles by error in voxels.
 PAPER = {
     "box": {0: (1646568, 182376), 1.5: (138042, 68788), 2.5: (115210, 52194), 4: (114556, 51490)},
     "head": {0: (5390896, 255256), 4: (304468, 89300)},

@@ -81,8 +81,8 @@ def main():
     window.SetSize(arguments.side, arguments.side)
     window.AddRenderer(renderer)
 
-    # Looks as `snapshot` does, azimuth 0 along +y, at the box around what glows; a little beside its middle, for no ray may
-    # run in a plane of the grid: VTK would find no way between the tetrahedra.
+    # The view of `snapshot`, azimuth 0 along +y, of the box around the visible values; slightly off its center, because
+    # VTK fails for rays within a plane of the grid between tetrahedra.
     glows = vtk_to_numpy(grid.GetPointData().GetScalars()) > arguments.isovalue
     points = vtk_to_numpy(grid.GetPoints().GetData())[glows]
     low, high = points.min(axis=0), points.max(axis=0)

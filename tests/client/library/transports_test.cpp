@@ -1,4 +1,4 @@
-// What the client makes of listeners: those it comes through, and those it must not.
+// The client with listeners of all transports, valid and faulty.
 #include <gtest/gtest.h>
 
 #include "client/library/client.hpp"
@@ -61,7 +61,7 @@ TEST_P(ListenerTransport, ASilentServerIsLeftAfterTheTimeout) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-// The wait for a message that is given up does not harm the message.
+// Abandoning the wait for a message does not lose the message.
 TEST_P(ListenerTransport, PollingReceivesEveryMessage) {
   const ScriptedServer server(framed_messages(Messages{
       Welcome{},
@@ -167,7 +167,7 @@ TEST(ConnectRetries, ReachesAServerThatStartsLater) {
     ASSERT_FALSE(none);
     const std::string& text = none.error().error.text;
     EXPECT_NE(text.find("Is the server running?"), std::string::npos) << text;
-    // Over TLS a server takes more than an address.
+    // Over TLS a server needs more than an address.
     EXPECT_EQ(text.find("--tcp tcp://127.0.0.1:1") != std::string::npos,
               transport == Transport::kTcp)
         << text;

@@ -96,7 +96,7 @@ class Examples(unittest.TestCase):
             time.sleep(0.05)
         os.environ["MULTITETRA_SERVER"] = found[1] + "/"
         os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
-        # A kernel's folder of its own: nothing of the user's is read or written.
+        # Uses separate configuration folders: nothing of the user's is read or written.
         for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR", "MPLCONFIGDIR"):
             os.environ[name] = str(path / name)
 
@@ -115,7 +115,7 @@ class Examples(unittest.TestCase):
     def test_viewer_both_ways(self):
         self.run_example("viewer_both_ways")
 
-    # The output equals the stored one; pictures exist.
+    # Compares the output with the stored one; pictures must exist.
     def run_example(self, name):
         path = EXAMPLES / f"{name}.ipynb"
         notebook = nbformat.read(path, as_version=4)
@@ -126,7 +126,7 @@ class Examples(unittest.TestCase):
         client.comm_open_handlers = {}  # It takes widgets for those of ipywidgets 7; nothing shows them here.
         client.execute()
         if IS_WRITING:
-            for cell in notebook.cells:  # What a machine grumbles is not the gallery's.
+            for cell in notebook.cells:  # Warnings of the machine are not stored.
                 cell["outputs"] = [output for output in cell.get("outputs", []) if output.get("name") != "stderr"]
                 if cell.cell_type != "code":
                     del cell["outputs"]

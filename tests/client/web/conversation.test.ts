@@ -51,14 +51,15 @@ describe("Conversation", () => {
     expect(before.handOver()).toBeNull(); // Its stream runs.
     before.cancel();
     expect(before.handOver()).toBe(last);
-    expect(before.handOver()).toBeNull(); // It has none any more.
+    expect(before.handOver()).toBeNull(); // It no longer has one.
     const after = new Conversation({ agent: "test", token: () => "secret", held: () => [] });
     expect(after.handOver()).toBeNull();
     expect(after.want(order)).toEqual([]); // It has no connection.
     const effects = after.adopted(last);
     expect(sent(effects)).toEqual(["openStream"]); // Without a greeting.
     expect(opened(effects)!.requestId).toBe(last + 1n);
-    expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]); // Late, of the one before.
+    // Late, of the previous one.
+    expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]);
   });
 
   test("ChecksWhatCameWhenItsConnectionIsHandedOver", () => {
@@ -84,7 +85,7 @@ describe("Conversation", () => {
       steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
     });
     expect(ask([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // Thin.
-    expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // Its place is unknown.
+    expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // Its box is unknown.
   });
 
   test("SendsTheMeasuredSpeedWithEveryStream", () => {

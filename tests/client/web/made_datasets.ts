@@ -1,4 +1,4 @@
-// Datasets as a server could describe them.
+// Datasets as described by a server.
 import { create, type DatasetInfo, DatasetInfoSchema, SeriesMemberSchema } from "../../../client/web/src/protocol/messages";
 
 export function plain(name: string): DatasetInfo {

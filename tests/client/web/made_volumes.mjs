@@ -8,14 +8,14 @@ export function samplesOf(size, value) {
   return samples;
 }
 
-// NRRD of Uint8Array or Float32Array; `space`: further lines of its header.
+// Writes NRRD from a Uint8Array or Float32Array; `space`: further header lines.
 export function writeNrrd(file, size, samples, space = "") {
   const type = samples instanceof Uint8Array ? "uint8" : "float";
   const header = `NRRD0004\ntype: ${type}\ndimension: 3\n${space}sizes: ${size} ${size} ${size}\nendian: little\nencoding: raw\n\n`;
   writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]));
 }
 
-// A VTK image with its arrays, by name, in the XML, in Base64.
+// Writes an XML VTK image with named arrays, in Base64.
 export function writeVti(file, size, arrays) {
   const words = Object.entries(arrays).map(([name, samples]) => {
     const length = Buffer.alloc(4);

@@ -9,7 +9,7 @@ import { WorldSpace } from "../../../client/web/src/protocol/messages";
 
 const identity = [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 
-// The closed surface of a box, outside counterclockwise, in two tiles that share an edge loop.
+// The closed surface of a box, counterclockwise from outside, in two tiles that share an edge loop.
 function box(low: number[], high: number[], name: string) {
   const corner = (bits: number) => [0, 1, 2].map((axis) => (bits & (1 << axis) ? high : low)[axis]);
   const positions = Float32Array.from([0, 1, 2, 3, 4, 5, 6, 7].flatMap(corner));

@@ -5,13 +5,13 @@ import {
 import { defaults } from "../../../client/web/src/state/settings";
 import { withAddedSurface } from "../../../client/web/src/state/surfaces";
 
-// Counts of bins from 0 to their number.
+// A dataset with bins from 0 to their number.
 function dataset(counts: number[], overrides: Partial<WindowedDataset> = {}): WindowedDataset {
   const histogram = { low: 0, high: counts.length, counts: counts.map(BigInt) } as WindowedDataset["histogram"];
   return { min: 0, max: counts.length, valueUnit: "", histogram, ...overrides };
 }
 
-// A dark background, and a few values far above all others.
+// A dark background, and few values far above all others.
 const scan = dataset([900, 60, 8, ...Array<number>(40).fill(100), ...Array<number>(200).fill(0), 1]);
 const ct = dataset([1], { min: -1024, max: 3071, valueUnit: "HU" });
 

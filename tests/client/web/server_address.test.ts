@@ -1,6 +1,6 @@
 import { httpAddress, serverAddress, Token } from "../../../client/web/src/server_address";
 
-// A page at an address, in a browser that remembers what earlier pages of the test have stored.
+// Opens a page, in a browser that keeps what earlier pages of the test have stored.
 function page(address: string) {
   vi.stubGlobal("location", new URL(address));
   const server = serverAddress();

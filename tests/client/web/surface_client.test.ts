@@ -62,7 +62,7 @@ function openStream(): OpenStream | undefined {
   return link.sent.filter(({ case: kind }) => kind === "openStream").at(-1)?.value as OpenStream | undefined;
 }
 
-// Accepts the connection and lists datasets; returns what the client then sends.
+// Accepts the connection and lists datasets; returns the kinds of the client's next messages.
 function accept(): string[] {
   link.sent.length = 0;
   link.events!.opened();
@@ -80,7 +80,7 @@ function streaming() {
   return client;
 }
 
-// What the mesh keeper would say of components, when the test lets it.
+// Selections of the mesh keeper, which the test answers.
 const selections = {
   asked: [] as { drawn: Drawn; answer: (found: Selection) => void }[],
   of: (drawn: Drawn) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),
@@ -194,7 +194,7 @@ describe("SurfaceClient", () => {
     const [four, twelve] = selections.asked;
     expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
     twelve.answer(selectionOf(2));
-    four.answer(selectionOf(3)); // It was cancelled.
+    four.answer(selectionOf(3)); // Superseded.
     await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
     expect(client.drawn.leastDiagonal).toBe(12 * 32);
     client.hide(nothingHidden);
@@ -222,7 +222,7 @@ describe("SurfaceClient", () => {
   });
 });
 
-// A client of cached surfaces, and the selections that its surface was to show.
+// A client of cached surfaces, and the selections that its surface was asked to show.
 function keptAndWanted(wanted: Settings) {
   link.sent.length = selections.asked.length = 0;
   const shows: (Selection | null)[] = [];
@@ -246,7 +246,7 @@ describe("Prefetcher", () => {
     expect(openStream()).toMatchObject({ dataset: "gyroid.t1", steps: StepPolicy.FINAL_ONLY, priority: Priority.BACKGROUND });
     expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(false);
     link.events!.received({ case: "error", value: { requestId: 1n, code: 3, text: "No." } } as ServerKind);
-    expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(true); // There will be none.
+    expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(true); // It has failed.
     expect(openStream()?.dataset).toBe("gyroid.t2");
     prefetcher.close();
   });

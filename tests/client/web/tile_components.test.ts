@@ -10,7 +10,7 @@ import { found, messages, tileFrom } from "./golden_stream";
 
 type Corner = [number, number, number];
 
-// The eight triangles of an octahedron, outside counterclockwise.
+// The eight triangles of an octahedron, counterclockwise from outside.
 function octahedron([x, y, z]: Corner, radius: number): Corner[][] {
   const step = (i: number, axis: number) => (i === axis ? radius : i === axis + 3 ? -radius : 0);
   const at = (i: number): Corner => [x + step(i, 0), y + step(i, 1), z + step(i, 2)];
@@ -32,9 +32,9 @@ function tileOf(mesh: LatticeMesh) {
   return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, boundary: boundaryOf(mesh) };
 }
 
-// Two pieces of dust and a planet, whose boxes have diagonals of 2, 4 and 40 times the root of 3.
+// Two specks and a large octahedron, with box diagonals of 2, 4 and 40 times the root of 3.
 const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
-// Cut by the middle of each face, so that tiles meet along boundaries; each tile knows its own part alone.
+// Splits the faces by their center, so that tiles meet along boundaries; each tile has only its own part.
 function cutAt(x: number) {
   const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
   return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));
@@ -53,7 +53,7 @@ describe("TileComponents", () => {
 
   test("HideTheComponentNearestToAPlace", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
-      // In the middle of a face of the large one, far from its vertices, which those of the small ones are nearer to.
+      // Inside a face of the large one, and nearer to vertices of the small ones than to its own.
       const onPlanet = [100 - 20 / 3, 100 - 20 / 3, 100 - 20 / 3];
       expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet] })).toMatchObject({ components: 3, shown: 2, triangles: 16, largest: [18, 8, 8, 22, 12, 12] });
       expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet, [10, 10, 12]] })).toMatchObject({ shown: 1, triangles: 8 });
@@ -85,7 +85,7 @@ describe("TileComponents", () => {
     const twins = [octahedron([10, 10, 10], 5), octahedron([50, 10, 10], 5)];
     const alike = { leastDiagonal: 0, largestOnly: true };
     expect(drawnComponents(twins.map((one) => tileOf(meshOf(one))), alike)).toMatchObject({ components: 2, shown: 1, triangles: 8 });
-    // That with more triangles, where one has fewer.
+    // The one with more triangles.
     const [one, other] = [tileOf(meshOf(twins[0].slice(0, 7))), tileOf(meshOf(twins[1]))];
     expect(drawnComponents([one, other], alike)).toMatchObject({ shown: 1, triangles: 8, largest: [45, 5, 5, 55, 15, 15] });
   });
@@ -118,7 +118,7 @@ describe("TileComponents", () => {
 
   test("SmallComponentsAreInNoFileAndNoCut", () => {
     const tiles = withDrawnComponents(cutAt(100), { leastDiagonal: 10 });
-    const across = { normal: [0, 0, 1], constant: -10 }; // Through the dust, and below the planet.
+    const across = { normal: [0, 0, 1], constant: -10 }; // Through the specks, and below the large one.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
     const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));

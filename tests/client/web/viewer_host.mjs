@@ -1,4 +1,4 @@
-// A running server that serves the viewer's page, for tests.
+// Runs a server that serves the viewer's page, for tests.
 import { spawn } from "node:child_process";
 
 export class Server {
@@ -8,7 +8,7 @@ export class Server {
     this.port = 0;
   }
 
-  // A second start takes the port of the first.
+  // A second start uses the same port.
   async start() {
     const listeners = ["--tcp", "tcp://127.0.0.1:0", "--http", `http://127.0.0.1:${this.port}`];
     this.process = spawn(this.program, [...this.words, ...listeners], { stdio: ["ignore", "pipe", "pipe"] });
@@ -25,7 +25,7 @@ export class Server {
     });
   }
 
-  // SIGTERM lets it say farewell, SIGKILL does not.
+  // SIGTERM lets the server say goodbye, SIGKILL does not.
   async stop(signal = "SIGTERM") {
     const { process } = this;
     if (!process || process.exitCode !== null || process.signalCode !== null) return;

@@ -1,4 +1,4 @@
-// How programs end, and what of other people's text they print.
+// How programs end, and how they print untrusted text.
 #include "common/cli/program.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Requests as they are typed: the options that both programs share.
+// Parsing of requests: the options shared by both programs.
 #include "common/cli/surface_options.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Result<IsosurfaceRequest> request(std::vector<std::string> words) {
   Command command("", "test");
   SurfaceArguments arguments;
   add_request_options(command, arguments, kRequested);
-  std::reverse(words.begin(), words.end());  // In CLI11's order.
+  std::reverse(words.begin(), words.end());  // CLI11's order.
   command.app().parse(words);
   return request_of(arguments, info());
 }
@@ -235,7 +235,7 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
             "1 of 3 components, those with a diagonal of 10 samples or more");
 }
 
-// A picture leaves out dust alone, and cuts no part of a flow off.
+// A picture omits only dust, not parts of a flow.
 TEST(SurfaceOptions, CountComponentsAsLargeFromAnEighthOfTheLargest) {
   LatticeMesh mesh{.vertices = {}, .triangles = {}};
   for (const std::int32_t side : {79, 640, 81}) {

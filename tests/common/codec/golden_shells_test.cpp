@@ -1,6 +1,6 @@
-// The format does not change by accident: tests/golden/shell_*.bin are what the encoder writes, and
-// shells.txt is what decoders make of them ("name vertices triangles checksum", see
-// tests/support/golden_shells.hpp), here, in Python and in WebAssembly.
+// Protects the format from accidental changes: the encoder must write tests/golden/shell_*.bin, and
+// decoders in C++, Python and WebAssembly must obtain the results in shells.txt ("name vertices
+// triangles checksum", see tests/support/golden_shells.hpp).
 //
 // After a deliberate change: MULTITETRA_WRITE_GOLDEN=1 codec_test --gtest_filter='GoldenShells.*'
 

@@ -1,5 +1,5 @@
-// Sample shells of the public volumes: what their tiles decode to is what core's marching
-// tetrahedra make of the same samples, between sample values and on them.
+// Sample shells of the public volumes: their tiles decode to the surface that core's marching
+// tetrahedra extract from the same samples, for isovalues between and at sample values.
 //
 // The volumes are not part of the project. The large ones run when MULTITETRA_ALL_VOLUMES is set.
 

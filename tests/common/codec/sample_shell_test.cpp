@@ -1,4 +1,4 @@
-// What a sample shell decodes to is what core's marching tetrahedra make of the same samples.
+// A sample shell decodes to the surface that core's marching tetrahedra extract from its samples.
 
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ Volume integers(std::array<std::int32_t, 3> dims, double low, double high, std::
   });
 }
 
-// Every vertex is used, once.
+// Every vertex is used, and distinct.
 void expect_sound(const LatticeMesh& mesh) {
   std::vector<bool> used(mesh.vertices.size());
   for (const TriangleIndices& t : mesh.triangles) {
@@ -83,7 +83,7 @@ void expect_exact(const OwnedBox& box, const ShellOptions& options) {
                                      1 << options.spacing_exponent, value)));
 }
 
-// A volume's surface at a uniform level is what its tiles decode to, taken together.
+// The tiles of a volume together decode to its surface at a uniform level.
 void expect_uniform_surface(const Volume& volume, std::optional<double> outside,
                             std::int32_t margin, int cells, const ShellOptions& options) {
   const Field field(volume, outside, margin);
@@ -144,7 +144,7 @@ TEST(SampleShell, LatticeExactTilesAreTheFinestUniformSurface) {
                              options(0, resolution));
     }
   }
-  // Integers and isovalues on them: many samples have no distance at all.
+  // Integers and isovalues equal to samples: many samples have distance zero.
   expect_uniform_surface(fields::integer_noise({23, 23, 23}, 4, 10), 0.0, 1, 16, options(1));
   expect_uniform_surface(integers<std::int16_t>({21, 30, 17}, -32768, 32768, 11), std::nullopt, 0,
                          32, options(-77));
@@ -216,7 +216,7 @@ TEST(SampleShell, QuantizedVerticesMoveNoFurtherThanTheBound) {
     const LatticeMesh exact = through_bytes(
         box, {.isovalue = isovalue, .values = ShellValues::kLatticeExact, .lattice_resolution = 8});
     ASSERT_EQ(moved.vertices.size(), exact.vertices.size());
-    // Vertices come in the same order: that of their edges.
+    // Vertices are in the order of their edges, which is the same.
     double largest = 0;
     for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
       const LatticePoint& a = moved.vertices[i];
@@ -333,7 +333,7 @@ TEST(SampleShellEncoder, RefusesInputBeyondTheFormat) {
     const auto bytes = encode_shell(box.box(), asked);
     return !bytes && bytes.error().code == ErrorCode::kInvalidArgument;
   };
-  // Fractions are no integers.
+  // Fractions are not integers.
   EXPECT_TRUE(refuses(good, {.isovalue = 0.5, .values = ShellValues::kExact}));
   for (const double isovalue : {kVoid, std::numeric_limits<double>::infinity(), 1e305}) {
     EXPECT_TRUE(refuses(good, {.isovalue = isovalue, .values = ShellValues::kLatticeExact}));

@@ -1,4 +1,4 @@
-// The decoder as WebAssembly makes of a folder's shells what C++ does, and refuses what it refuses.
+// The WebAssembly decoder gives the same results as C++ for a folder of shells, and rejects the same bytes.
 //
 //   node shell_wasm_test.mjs shell.wasm folder    (tests/golden, or one that write_shells has filled)
 import assert from 'node:assert/strict';
@@ -42,7 +42,7 @@ function checksum({ vertices, triangles }) {
   return (sum >>> 0).toString(16);
 }
 
-for (let round = 0; round < 2; ++round) {  // The second time in memory that others have used.
+for (let round = 0; round < 2; ++round) {  // The second time in reused memory.
   for (const line of readFileSync(`${folder}/shells.txt`, 'utf8').trim().split('\n')) {
     const name = line.split(' ')[0];
     const bytes = readFileSync(`${folder}/shell_${name}.bin`);

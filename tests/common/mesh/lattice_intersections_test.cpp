@@ -1,5 +1,5 @@
-// Self-intersections of meshes, compared with a judge without grid and shortcuts: segments against
-// triangles, all pairs, in 128 bits.
+// Self-intersections of meshes, compared with brute force: segments against triangles, all pairs,
+// in 128-bit arithmetic.
 #include "common/mesh/lattice_intersections.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Wide volume(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
 
 int sign(Wide v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-// For triangles in general position: no four corners of theirs in one plane but common ones.
+// For triangles in general position: no four of their corners are coplanar, except common ones.
 bool pierces(const LatticePoint& p, const LatticePoint& q, const LatticeTriangle& t) {
   if (sign(volume(t[0], t[1], t[2], p)) == sign(volume(t[0], t[1], t[2], q))) return false;
   const int a = sign(volume(p, q, t[0], t[1]));
@@ -49,7 +49,7 @@ class RandomTriangles {
   LatticePoint point() {
     return {coordinate_(random_), coordinate_(random_), coordinate_(random_)};
   }
-  // With up to two corners of the other one.
+  // Shares up to two corners with the other triangle.
   LatticeTriangle beside(const LatticeTriangle& other) {
     LatticeTriangle t = {point(), point(), point()};
     const std::size_t common = random_() % 3;

@@ -17,14 +17,14 @@ namespace {
 
 using Corners = std::array<std::array<float, 3>, 3>;
 
-// In world coordinates far from the origin, so that rounding would show.
+// In world coordinates far from the origin, where rounding is visible.
 PositionedMesh world_mesh() {
   const Affine to_world{.columns = {Vec3{0.7, 0, 0}, Vec3{0, 1.3, 0.1}, Vec3{0, 0, 2}},
                         .translation = {-500.25, 1000, 3}};
   return positioned(surfaces::torus(5, 12, 8, 0.2, 1), to_world);
 }
 
-// The triangles by their positions, in file order.
+// Returns the triangles by their positions, in file order.
 std::vector<Corners> corners(const PositionedMesh& mesh) {
   std::vector<Corners> result;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -50,7 +50,7 @@ std::vector<T> take_all(std::string_view bytes, std::size_t offset, std::size_t 
   return values;
 }
 
-// ---- readers as simple as the formats allow
+// ---- minimal readers
 
 PositionedMesh read_ply(std::string_view file) {
   const std::size_t end = file.find("end_header\n") + 11;
@@ -138,7 +138,7 @@ Glb read_glb(std::string_view file) {
   return glb;
 }
 
-// The mesh with a direction at each vertex that no triangle suggests.
+// The mesh with normals unrelated to its triangles.
 PositionedMesh shaded_mesh() {
   PositionedMesh mesh = world_mesh();
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
@@ -148,7 +148,7 @@ PositionedMesh shaded_mesh() {
   return mesh;
 }
 
-// ---- what is written is what was given
+// ---- files contain the given mesh
 
 TEST(MeshFile, HoldsTheNormalsOfTheMesh) {
   const PositionedMesh mesh = shaded_mesh();
@@ -198,7 +198,7 @@ TEST(MeshFile, StlHasTheCornersAndOutwardNormals) {
       return static_cast<double>(expected[to][axis] - expected[0][axis]);
     };
     double square = 0;
-    double volume = 0;  // normal . (edge 1 x edge 2), positive when they turn as a screw.
+    double volume = 0;  // normal . (edge 1 x edge 2), positive for a right-handed screw.
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t a = (axis + 1) % 3;
       const std::size_t b = (axis + 2) % 3;
@@ -274,7 +274,7 @@ TEST(MeshFile, GlbNormalsAreUnitVectorsPointingOutwards) {
   const Vec3 middle = grid_coordinates(center, 5);
   for (std::size_t i = 0; i < normals.size(); ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      // An octahedron's tip lies two grid steps from its middle, straight along its normal.
+      // An octahedron's tip lies two grid steps from its center, along its normal.
       EXPECT_NEAR(static_cast<double>(normals[i][axis]),
                   (static_cast<double>(mesh.positions[i][axis]) - middle[axis]) / 2, 1e-6);
     }

@@ -25,7 +25,7 @@ Vec3 place(std::mt19937_64& random, double size) {
   return {size * uniform(random), size * uniform(random), size * uniform(random)};
 }
 
-// Small triangles, large ones across everything, and degenerate ones.
+// Small triangles, large ones through all others, and degenerate ones.
 std::vector<SurfaceTriangle> triangle_soup(std::mt19937_64& random, std::size_t count) {
   std::vector<SurfaceTriangle> soup;
   for (std::size_t i = 0; i < count; ++i) {
@@ -75,7 +75,7 @@ TEST(NearestTriangle, FindsTheNearestOfAll) {
   }
 }
 
-// Another way to the same number: tests/support/distance.hpp.
+// Compares with an independent formula in tests/support/distance.hpp.
 TEST(NearestTriangle, AgreesWithAnotherFormula) {
   std::mt19937_64 random(6);
   for (int i = 0; i < 5000; ++i) {
@@ -148,7 +148,7 @@ TEST(SurfaceDistances, DistinguishesMaximumAndPercentile) {
   EXPECT_DOUBLE_EQ(d.mean, 1.02);
 }
 
-// What is far may be allowed, and what is near may not.
+// Limits differ between places: a far point may be allowed, and a near one not.
 TEST(SurfaceDistances, ComparedWithTheLimitAtTheirPlace) {
   const std::vector<Vec3> points = {{0.1, 0.5, 3}, {0.9, 0.5, 1}, {0.8, 0.5, 0.1}};
   const auto limit = [](const Vec3& p) { return p[0] < 0.5 ? 5.0 : 0.5; };

@@ -1,4 +1,4 @@
-// The tree of triangles' boxes, compared with looking at all boxes.
+// The bounding volume tree of triangles, compared with a linear search.
 #include "common/mesh/triangle_tree.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The example conversation in tests/golden/conversation.txt equals the bytes of our code.
+// The example conversation in tests/golden/conversation.txt must equal the bytes of our code.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -17,7 +17,7 @@ struct Spoken {
   std::string frame;  // Header and content.
 };
 
-// The file has a title at the start of a line, then indented lines of hexadecimal bytes.
+// The file has titles at the start of a line, each followed by indented lines of hexadecimal bytes.
 std::vector<Spoken> example() {
   const auto path = std::filesystem::path(MULTITETRA_TEST_DATA) / "conversation.txt";
   std::ifstream file(path);
@@ -67,8 +67,8 @@ std::string shell_example() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// What the file shall contain, given the payload of its tile: Draco's bytes may change between
-// versions, their meaning may not.
+// Returns the expected contents of the file, given the payload of its tile: Draco's bytes may
+// change between versions, their meaning may not.
 std::vector<Spoken> expected(const std::string& payload) {
   const IsosurfaceRequest request{.isovalue = 60.5};
   const LatticeMesh mesh = triangle();

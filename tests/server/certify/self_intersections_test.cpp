@@ -38,7 +38,7 @@ int rational_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
   return value.sign();
 }
 
-// Points that are nearly in one plane, of magnitudes that differ.
+// Nearly coplanar points of different magnitudes.
 TEST(Orientation, Exact) {
   std::mt19937_64 random(3);
   std::uniform_int_distribution<int> small(-3, 3);
@@ -50,12 +50,12 @@ TEST(Orientation, Exact) {
       return {scale * small(random), scale * small(random), scale * (3 + 0.1 * small(random))};
     };
     std::array<Vec3, 4> p = {place(), place(), place(), place()};
-    if (i % 3 == 0) {  // A point that rounding took off the plane of the others.
+    if (i % 3 == 0) {  // A point moved off the plane of the others by rounding.
       const double u = uniform(random);
       const double v = uniform(random);
       p[3] = moved(moved(p[0], u, difference(p[1], p[0])), v, difference(p[2], p[0]));
     }
-    if (i % 11 == 0) p[2][1] += 1e-30;  // Far below the others' last bit.
+    if (i % 11 == 0) p[2][1] += 1e-30;  // Far below the last bit of the others.
     const int expected = rational_orientation(p[0], p[1], p[2], p[3]);
     ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << i;
     zeros += expected == 0;

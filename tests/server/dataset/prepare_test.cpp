@@ -1,4 +1,4 @@
-// Preparing: from a volume to a file that is mapped, and what of it holds for any way there.
+// Preparing a volume into a mapped file, and properties common to all ways of preparing.
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
@@ -46,7 +46,7 @@ TEST(Prepare, WritesWhatItKeepsInMemory) {
     verify_dataset(path);
     const DatasetPtr file = open_dataset(path);
     const DatasetPtr memory = testing::prepared(setting);
-    // Only a file has one: memory has no checksums.
+    // Only files have checksums.
     EXPECT_NE(file->info.content_id, 0);
     DatasetInfo info = memory->info;
     info.content_id = file->info.content_id;
@@ -79,7 +79,7 @@ TEST(Prepare, PacksWhatIsConstantForLongIntoNearlyNothing) {
   EXPECT_LT(std::filesystem::file_size(file), volume.size() * sizeof(float) / 40);
   verify_dataset(file);
   EXPECT_EQ(whole_volume(*open_dataset(file)).samples, volume.samples);
-  // All of them zero, to the last sample.
+  // All zeros, to the last sample.
   volume.samples = std::vector<float>(volume.size());
   const std::filesystem::path zeros = prepare_file(folder, {"zeros", volume});
   verify_dataset(zeros);
@@ -119,7 +119,7 @@ TEST(Prepare, WritesTheSameBytesWithAnyMemory) {
   }
 }
 
-// A ball in a corner of a volume that is 0 elsewhere.
+// A ball in a volume that is 0 elsewhere.
 Volume ball_at(const std::array<std::int32_t, 3>& dims, const std::array<double, 3>& centre) {
   return fields::sampled<float>(dims, [&](int x, int y, int z) {
     const double distance = std::hypot(x - centre[0], y - centre[1], z - centre[2]);

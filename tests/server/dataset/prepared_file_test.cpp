@@ -294,7 +294,7 @@ TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
   fs::resize_file(path, 4096);
   EXPECT_NE(error_of([&] { (void)samples->brick(0); }), "none") << static_cast<int>(first);
   EXPECT_NE(error_of([&] { file.check(); }), "none");
-  // What is not there any more can be looked at, in a brick that is read in place.
+  // Missing parts of a mapped file can be read without a crash, in a brick that is read in place.
   std::size_t sum = 0;
   for (const std::byte byte : raw) sum += static_cast<std::size_t>(byte);
   EXPECT_EQ(sum, 0U);

@@ -1,4 +1,4 @@
-// A dataset behind HTTP gives the surfaces of the file, or says why it cannot.
+// A dataset over HTTP gives the surfaces of the file, or an error.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -54,7 +54,7 @@ class RemoteDatasets : public ::testing::Test {
   [[nodiscard]] std::string address(const std::string& lie = "") const {
     return server_.address() + lie + "/noise.mtd";
   }
-  // The error where no surface is made.
+  // Returns the error if no surface is extracted.
   [[nodiscard]] std::string failure(const DatasetPtr& dataset) const {
     try {
       (void)digests(dataset);
@@ -139,7 +139,7 @@ TEST_F(RemoteDatasets, ServedFromTheDiskCache) {
   EXPECT_EQ(again->counts().requests, 1U) << "That of the opening.";
 }
 
-// What a first look at a far dataset costs.
+// The cost of the first preview of a remote dataset.
 TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
   prepare(*source_of(fields::gyroid(200, 0.2, 7)), {.name = "large"}, folder_.path() / "large.mtd",
           {});
@@ -147,7 +147,7 @@ TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
   const DatasetPtr dataset = open_dataset(server_.address() + "/large.mtd", opened);
   EXPECT_EQ(opened->counts().requests, 1U);
   const SurfaceExtractor extractor(dataset);
-  // As plans choose it: so fine that what must be fetched beside the opening stays small.
+  // As plans choose it: fine enough that little is fetched in addition to opening.
   std::int32_t finest = 8;
   while (spectrum_bytes_to_fetch(*dataset, finest) > kFirstFetchedBytes) finest *= 2;
   EXPECT_LE(finest, 64);

@@ -101,7 +101,7 @@ TEST(Statistics, AnInfiniteSampleIsRefused) {
 }
 
 TEST(Statistics, DoNotDependOnTheNumberOfThreads) {
-  // Larger than several portions of work.
+  // Larger than several units of work.
   const Volume volume = generate(GeneratorKind::kGyroid, {.size = 150, .noise = 0.1});
   const SampleStatistics many = statistics(volume);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
@@ -114,7 +114,7 @@ TEST(Statistics, DoNotDependOnTheNumberOfThreads) {
 
 // ---- slab by slab
 
-// The samples begin ... end - 1.
+// Returns the samples begin ... end - 1.
 Samples part_of(const Samples& samples, std::size_t begin, std::size_t end) {
   return std::visit(
       [&](const auto& values) {
@@ -125,7 +125,7 @@ Samples part_of(const Samples& samples, std::size_t begin, std::size_t end) {
       samples);
 }
 
-// The builder after all passes over `samples`, in slabs of `slab` samples, the last ones first.
+// Returns the builder after all passes over `samples`, in slabs of `slab` samples, reversed.
 SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::size_t slab) {
   SampleStatisticsBuilder builder(static_cast<SampleType>(samples.index()));
   const auto pass = [&](auto add) {

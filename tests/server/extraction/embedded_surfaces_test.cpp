@@ -1,5 +1,4 @@
-// Simplified surfaces that are to stay embedded: none cuts itself, at any error, whatever pieces
-// and tiles it is made of.
+// Simplified surfaces that must stay embedded: none intersects itself, for all errors and tiles.
 #include <gtest/gtest.h>
 
 #include <string>

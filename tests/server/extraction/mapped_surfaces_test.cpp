@@ -1,5 +1,5 @@
-// Surfaces under random threshold maps: no crack, the topology of the full surface, and a tighter
-// map only refines; for models of exact errors and for prepared volumes.
+// Surfaces with random threshold maps: no cracks, the topology of the full-resolution surface, and
+// a tighter map only refines; for models of exact errors and for prepared volumes.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ class MappedSurfaces : public ::testing::TestWithParam<Setting> {
  protected:
   const Setting& setting_ = GetParam();
 
-  // Calls visit(case) for random maps under all measures and rules.
+  // Calls visit(case) for random maps with all measures and rules.
   template <typename RequestContext>
   void for_random_maps(const DatasetInfo& info, const RequestContext& visit) {
     std::mt19937_64 random(setting_.name.size());
@@ -124,7 +124,7 @@ TEST_P(MappedSurfaces, PreparedVolumesMatchTheReference) {
   });
 }
 
-// Every threshold of the map at `factor` times its length.
+// Returns the map with all thresholds scaled by `factor`.
 LocalThresholds scaled(LocalThresholds thresholds, double factor) {
   thresholds.at_least *= factor;
   for (ThresholdRegion& region : thresholds.regions) region.threshold *= factor;
@@ -224,7 +224,8 @@ TEST(MappedSurface, FineInARegionAndCoarseElsewhere) {
                 .thresholds = {.regions = {{.shape = BallShape{.centre = {32, 32, 32}, .radius = 9},
                                             .threshold = threshold}}}};
   };
-  // The share of triangles with a corner in the ball that a surface has of the full one's.
+  // Returns the number of triangles with a corner in the ball relative to the full-resolution
+  // surface.
   const Surface full =
       surface_of_model(UniformModel(isosurface.field().grid(), 1000), isosurface.field(), 0.1, {});
   const auto triangles_in_ball = [](const Surface& surface) {

@@ -26,7 +26,7 @@ struct Setting {
 
 std::ostream& operator<<(std::ostream& out, const Setting& setting) { return out << setting.name; }
 
-// Data that end with the grid, a little before it, long before it on one axis, and inside of it.
+// Data that end with the grid, slightly before it, long before it on one axis, and inside it.
 std::vector<Setting> settings() {
   return {
       {"whole_grid", fields::gyroid(17, 0.3, 61), std::nullopt, 0, 0.1},
@@ -72,7 +72,8 @@ bool is_crossed(const ModelCells& model, const std::array<std::int64_t, 4>& cell
   return positives != 0 && positives != 4;
 }
 
-// All are turned alike and together as large as the data: there is no gap, so no overlap either.
+// All have the same orientation and together the volume of the data: there are no gaps, and thus no
+// overlaps.
 TEST_P(ModelCellsTest, FillTheVolume) {
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {
     std::int64_t sum = 0;
@@ -86,7 +87,7 @@ TEST_P(ModelCellsTest, FillTheVolume) {
   });
 }
 
-// With a tolerance the surface may run into the void, where the model does not show it.
+// With a tolerance the surface may extend into the void, where the model does not show it.
 TEST_P(ModelCellsTest, ContainOnlyCellsTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for (const double tolerance : {0, 4}) {
@@ -111,8 +112,8 @@ TEST_P(ModelCellsTest, SurfaceCellsAreThoseTheSurfaceCrosses) {
              });
 }
 
-// A point whose sample lies on the other side than its cell stands twice; all others once, and with
-// the sample that is there.
+// A point whose sample lies on the other side than its cell appears twice; all others once, with
+// their own sample.
 TEST_P(ModelCellsTest, HaveTheSamplesAtTheirPoints) {
   const double isovalue = GetParam().isovalue;
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {

@@ -1,4 +1,4 @@
-// Surfaces in octree cubes, asked for one by one: together they are the surface of the whole.
+// Surfaces in octree cubes, extracted one by one: together they are the whole surface.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ LatticeMesh welded(const std::vector<TileMesh>& tiles) {
   return weld(meshes, kDefaultLatticeResolution);
 }
 
-// The first of isovalues_of(), few enough to be quick.
+// The first of isovalues_of(), for speed.
 std::vector<double> some_isovalues(const PreparedVolume& dataset) {
   std::vector<double> isovalues = isovalues_of(dataset);
   isovalues.resize(2);

@@ -1,4 +1,4 @@
-// Sizes that are estimated before anything is extracted.
+// Sizes that are estimated before extraction.
 #include "server/extraction/surface_sizes.hpp"
 
 #include <cmath>
@@ -26,7 +26,7 @@ std::vector<DatasetPtr> datasets() {
           prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
 }
 
-// As it is sent.
+// Returns the size as sent.
 SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
   const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(dataset));
   return size_of(source.make(step, {}));
@@ -36,7 +36,7 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
   return size_of(dataset, step).triangles;
 }
 
-// No join of pieces is in the chain twice, and none takes no time.
+// The chain has no join of pieces twice, and no join takes zero time.
 TEST(SimplificationWork, AtLeastItsLongestChain) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
@@ -70,7 +70,7 @@ TEST(SurfaceSizes, NearTheRealSizes) {
   }
 }
 
-// What a few blocks become stands for the whole: more than a rough figure, less than the above.
+// Samples a few blocks: better than a rough estimate.
 TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
@@ -87,7 +87,7 @@ TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
       EXPECT_LE(estimate.bytes, 2 * real.bytes + 500);
       EXPECT_GE(estimate.bytes, 0.5 * real.bytes - 500);
       EXPECT_GE(estimate.extracted, 0.7 * real.triangles);
-      // By a quick one a server refuses what is far above its limit.
+      // Servers use quick estimates to reject sizes far above their limits.
       const SurfaceSize quick = quickly.of(step);
       EXPECT_LE(quick.triangles, 3 * real.triangles + 100);
       EXPECT_GE(quick.triangles, 0.2 * real.triangles - 100);
@@ -118,7 +118,7 @@ TEST(SurfaceSizes, Deterministic) {
     EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
 }
 
-// They stand for no others: they are made to see.
+// They are not sampled: they are extracted completely.
 TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
   const SurfaceExtractor extractor(dataset);
@@ -128,7 +128,7 @@ TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
   EXPECT_EQ(estimate.bytes, size_of(dataset, step).bytes);
 }
 
-// A map says how much there is, not the threshold where it says nothing.
+// A map affects the size as a whole, not only by its default threshold.
 TEST(SurfaceSizes, RoughlyKnownForAnyMap) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
@@ -150,7 +150,7 @@ TEST(SurfaceSizes, RoughlyKnownForAnyMap) {
   EXPECT_GT(sizes.rough(half).triangles, 0.4 * everywhere);
 }
 
-// A map's small regions of small thresholds have most of the triangles, or much of them.
+// Small regions with small thresholds have most of the triangles, or many of them.
 class SizesUnderMaps : public ::testing::Test {
  protected:
   [[nodiscard]] static StepRequest allowing(double error, const BoxShape& fine) {

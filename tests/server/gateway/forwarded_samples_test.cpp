@@ -1,4 +1,4 @@
-// Slices, probes and colors through a gateway: what a server answers, from a server that can.
+// Slices, probes and colors through a gateway give the replies of a server that supports them.
 #include <gtest/gtest.h>
 
 #include "server/extraction/surface_extractor.hpp"

@@ -1,4 +1,4 @@
-// Servers behind a gateway that go, hang and come back.
+// Servers behind a gateway that stop, hang and return.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -81,8 +81,8 @@ TEST(GatewayFailover, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
   }
 }
 
-// Patience is with the time without a server, not with one that works for long. Whichever server is
-// asked first works until it is lost.
+// The limit applies to the time without a server, not to long work. Whichever server is used first
+// works until it is lost.
 TEST(GatewayFailover, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   Count working_first;
   Count working_second;
@@ -107,14 +107,14 @@ TEST(GatewayFailover, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   EXPECT_TRUE(is_complete(end_of_stream(client)));
 }
 
-// Its plan has fewer previews: everything takes it long.
+// Its plan has fewer previews, because everything is slow.
 class SlowSteps : public FakeSteps {
  public:
   using FakeSteps::FakeSteps;
   [[nodiscard]] CostEstimates costs() const override { return {.plain = 1, .simplified = 1}; }
 };
 
-// What the client has seen decides, not what the server that goes on would have planned.
+// The resumed stream has the steps that the client has seen, not those of the new server's plan.
 TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
   Count working;
   Upstream fast(std::make_shared<FakeSteps>(
@@ -170,7 +170,7 @@ TEST(GatewayFailover, StopsWhileAServerHangs) {
   open(client, 2);
   client.send(Ping{1});
   (void)client.receive_a<Pong>();
-}  // Whose end waits for the gateway's.
+}  // Destruction waits for the gateway's end.
 
 // Counts the idle connections that a server has closed.
 class IdleCount : public ServiceObserver {
@@ -181,7 +181,7 @@ class IdleCount : public ServiceObserver {
   testing::Count ended;
 };
 
-// With one server and a backoff beyond all patience a loss would fail the stream.
+// With one server and a long backoff, a loss would fail the stream.
 TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   const auto idle = std::make_shared<IdleCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});
@@ -194,12 +194,12 @@ TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   for (int id = 1; id <= 3; ++id) {
     open(client, static_cast<std::uint64_t>(id));
     EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
-    // The link by which the gateway watches the server, once, and those of the streams.
+    // The gateway's health check connection, once, and those of the streams.
     EXPECT_TRUE(idle->ended.reaches_at_least(1 + id));
   }
 }
 
-// Counts the lists that a server gave.
+// Counts the lists that a server sent.
 class ListCount : public ServiceObserver {
  public:
   void request_ended(const ClientFacts&, const RequestFacts& facts) override {

@@ -1,5 +1,4 @@
-// A gateway on a free port of this machine, running in a thread of its own, and servers behind it
-// that can be lost.
+// A gateway on a free local port in its own thread, and servers behind it that can be lost.
 #pragma once
 
 #include <chrono>
@@ -37,7 +36,7 @@ class RunningGateway {
   RunningGateway(const RunningGateway&) = delete;
   RunningGateway& operator=(const RunningGateway&) = delete;
 
-  // Until it has stopped by itself.
+  // Waits until it has stopped by itself.
   void wait() {
     if (thread_.joinable()) thread_.join();
   }
@@ -55,7 +54,7 @@ class RunningGateway {
   std::thread thread_;
 };
 
-// A server on TCP that can be lost: its connections are cut without a word.
+// A server on TCP that can be lost: its connections are cut without a goodbye.
 class Upstream {
  public:
   explicit Upstream(std::shared_ptr<const SurfaceProvider> source, ServerOptions options = {})
@@ -76,7 +75,7 @@ class Upstream {
     thread_.join();
     server_.reset();
   }
-  // On the same port.
+  // Restarts on the same port.
   void start_again() {
     options_.listen = endpoint_;
     start();

@@ -1,4 +1,4 @@
-// Servers come and go at times that the test names.
+// Servers that come and go at times set by the test.
 #include "server/gateway/detail/upstream_health.hpp"
 
 #include <gtest/gtest.h>

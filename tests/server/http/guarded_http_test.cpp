@@ -84,7 +84,7 @@ TEST(GuardedHttp, RefusesPlainHttpWithAnExplanation) {
   EXPECT_EQ(plain.rest(), "");
 }
 
-// The linger time would fail the test: it is not waited for when both have said goodbye.
+// Waiting for the linger time would fail the test; it is skipped when both sides have said goodbye.
 TEST(GuardedHttp, ClosesAfterCloseNotify) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {.connection = {.linger = 1h}},

@@ -17,7 +17,7 @@
 namespace multitetra {
 namespace {
 
-// What comes out on the standard error output meanwhile.
+// Returns what is written to standard error meanwhile.
 template <typename Work>
 std::string logged(const LogOptions& options, const Work& work) {
   ::testing::internal::CaptureStderr();
@@ -120,7 +120,7 @@ TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
 
 // ---- memory
 
-// Sanitizers have a heap of their own.
+// Sanitizers have their own heap.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(TrimHeap, KeepsPiecesOfSomeMebibytesForTheNextUse) {
   trim_heap();

@@ -15,7 +15,7 @@ namespace {
 const ClientFacts kAlice = {
     .protocol = "websocket", .connection = 7, .peer = "192.0.2.7:1234", .name = "alice"};
 
-// The lines that come of it, as JSON.
+// Returns the resulting log lines as JSON.
 template <typename Work>
 std::vector<nlohmann::json> logged(LogLevel level, const Work& work) {
   ::testing::internal::CaptureStderr();
@@ -158,7 +158,7 @@ TEST(RequestLog, ARejectionOverHttpIsOneLineWithItsReason) {
   EXPECT_EQ(lines[0].at("reason"), "None.");
 }
 
-// One client's flood takes neither the disk nor the lines about others.
+// One client's flood exhausts neither the disk nor the lines about others.
 TEST(RequestLog, SamplesFloodsAndCountsLeftOutLines) {
   const ClientFacts flooding{.peer = "192.0.2.66:1"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {

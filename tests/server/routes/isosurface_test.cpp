@@ -182,7 +182,7 @@ TEST(Isosurface, Gets503WhenTheServerStops) {
   stopping.join();
 }
 
-// ---- files on the disk
+// ---- files on disk
 
 StoredMesh stored(ByteReservations::Reservation reservation) {
   struct Holder {

@@ -1,4 +1,4 @@
-// Clients that ask and do not read: the memory of the server stays within what it documents, on all
+// Clients that do not read replies: the server's memory stays within its documented bound, on all
 // routes (server/operations/README.md, "Memory").
 #include <deque>
 #include <fstream>
@@ -29,19 +29,19 @@ constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may have a quarter.
 constexpr std::size_t kCacheBytes = 8 * kMiB;
 constexpr std::size_t kClients = 60;
-// Bytes of one connection: coroutines, a header, a piece of a file.
+// Bytes per connection: coroutines, a header, a piece of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;
-// Two workers, each with a slice of 2 MiB twice and as a picture, and what the allocator keeps.
+// Two workers, each with a slice of 2 MiB twice and as a picture, and the allocator's overhead.
 constexpr std::size_t kWorkerBytes = 24 * kMiB;
 
-// A tile that the server holds, larger than what a system buffers. Tiles are sent as they are held.
+// A cached tile larger than the system's buffers. Tiles are sent from the cache without a copy.
 EncodedTile large_tile() {
   EncodedTile tile = testing::fine_tiles().front();
   tile.payload = std::make_shared<const std::string>(4 * kMiB, 'x');
   return tile;
 }
 
-// A client with an address of its own, whose system takes next to nothing of an answer.
+// A client with its own address whose receive buffer is minimal.
 class UnreadingClient {
  public:
   UnreadingClient(const Endpoint& at, std::size_t number) : socket_(io_, tcp::v4()) {
@@ -53,7 +53,7 @@ class UnreadingClient {
   void ask(const std::string& path) {
     asio::write(socket_, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   }
-  // The status of the answer, once its first bytes have come.
+  // Returns the status of the reply, once its first bytes have arrived.
   std::string status() {
     std::string line(12, ' ');
     error_code error;
@@ -90,7 +90,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
     return options;
   }
 
-  // A viewer with a file larger than what a system buffers.
+  // A viewer with a file larger than the system's buffers.
   RouteOptions routes() {
     folder_.file("viewer/index.html", "<p>viewer");
     folder_.file("viewer/assets/app.js", std::string(4 * kMiB, ' '));
@@ -98,7 +98,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
     options.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer");
     return options;
   }
-  // The path of the surface in the root of a tileset.
+  // Returns the path of the surface in the root of a tileset.
   [[nodiscard]] std::string path_of_cell() const {
     const std::string tileset = "/v1/3dtiles/head/iso/200/tileset.json";
     const auto json = nlohmann::json::parse(HttpClient(server_.http()).get(tileset).body());
@@ -130,7 +130,7 @@ TEST_P(UnreadAnswerMemory, StayWithinTheDocumentedMemory) {
   EXPECT_GT(answered, 0U);
   const std::size_t used = std::max(resident_bytes(), before) - before;
   EXPECT_LT(used, kQueueBytes + kCacheBytes + kClients * kBytesOfAConnection + kWorkerBytes);
-  // Others are served all the same.
+  // Other clients are still served.
   HttpClient newcomer(server_.http());
   EXPECT_EQ(newcomer.get("/v1/datasets/head/slice?width=64&height=64").result_int(), 200U);
   EXPECT_EQ(newcomer.get("/v1/datasets/head/isosurface?isovalue=200&error=1").result_int(), 200U);

@@ -1,5 +1,4 @@
-// A surface is the same to the bit whether its tiles come as meshes from the extractor or as they
-// were encoded, in whatever order.
+// A surface is identical to the bit with tiles from the extractor or encoded ones, in any order.
 #include "server/service/surface.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// A bucket as S3 speaks it: listed, and filled in parts, with signed requests.
+// An S3 bucket: listed, and written in parts, with signed requests.
 #include "server/store/bucket.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ class BucketTest : public ::testing::Test {
       unsetenv(name);
     }
   }
-  // A file of more than two parts.
+  // Returns a file of more than two parts.
   [[nodiscard]] fs::path large_file() const {
     std::string text((std::size_t{33} << 20) + 5, 'a');
     for (std::size_t i = 0; i < text.size(); i += 1001) text[i] = static_cast<char>(i >> 10);
@@ -49,7 +49,7 @@ class BucketTest : public ::testing::Test {
     }
     return "none";
   }
-  // Files of the bucket, with what is left of uploads.
+  // Counts the files of the bucket, including incomplete uploads.
   [[nodiscard]] std::size_t files_in_bucket() const {
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {

@@ -1,4 +1,4 @@
-// A file behind HTTP, read by ranges: the bytes of one version, or an error.
+// A file over HTTP, read by ranges: the bytes of one version, or an error.
 #include "server/store/remote_files.hpp"
 
 #include <gtest/gtest.h>
@@ -217,7 +217,7 @@ TEST_F(RemoteFilesTest, DiscardDamagedBlocks) {
   EXPECT_TRUE(part(*file, 0, kSize) == content(1));
 }
 
-// ---- the folder of this machine
+// ---- the disk cache
 
 TEST_F(RemoteFilesTest, KeepsADiskCacheAcrossProcesses) {
   RemoteFilesOptions options = quick();

@@ -1,4 +1,4 @@
-// Which surface becomes of a budget when the estimates are wrong.
+// The surface selected for a budget when the estimates are wrong.
 #include "server/stream/stream_plan.hpp"
 
 #include <gtest/gtest.h>
@@ -12,13 +12,13 @@ namespace {
 
 using testing::FakeSteps;
 
-// A surface of about `whole` triangles that halves when the error doubles, in one tile.
+// A surface of about `whole` triangles, which halve when the error doubles, in one tile.
 std::uint32_t triangles_at(const IsosurfaceRequest& request, double whole) {
   return static_cast<std::uint32_t>(whole /
                                     std::max({1.0, request.error, request.thresholds.at_least}));
 }
 
-// It is estimated to be a part of what it is.
+// Its estimated size is a fraction of its actual size.
 class Misjudged : public FakeSteps {
  public:
   Misjudged(double whole, double estimated_part, int& made)
@@ -95,7 +95,7 @@ TEST(StreamPlan, AnEstimateThatIsTooLargeCostsASurfaceAndNoDetail) {
   }
 }
 
-// Estimates that know nothing of how a surface shrinks.
+// Estimates that do not depend on the error.
 TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
   class Constant : public Misjudged {
    public:
@@ -177,7 +177,7 @@ TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
   EXPECT_FALSE(estimate(source, state.request, {}));
 }
 
-// Simplification keeps to a budget while it is at work.
+// Simplification itself stays within the budget.
 TEST(StreamPlan, ASimplifiedSurfaceIsMadeOnceAndNamesTheThresholdOfItsBudget) {
   int made = 0;
   const FakeSteps source("simplified", [&made](const StepRequest& step, const std::stop_token&) {
@@ -217,7 +217,7 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   EXPECT_LE(made, 3);
 }
 
-// A stream that goes on where another server stopped.
+// A stream that continues one of another server.
 TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
   const FakeSteps source("head");
   for (const bool previews : {false, true}) {

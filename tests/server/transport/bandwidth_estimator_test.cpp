@@ -1,4 +1,4 @@
-// Links of any speed, at times that the test names.
+// Links of any speed, with times set by the test.
 #include "server/transport/bandwidth_estimator.hpp"
 
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr BandwidthEstimator::Clock::time_point kStart{1h};
-constexpr double kSocket = 64 * 1024;  // What waits in it at most.
+constexpr double kSocket = 64 * 1024;  // The most data buffered in it.
 
-// Messages one after the other over a link that carries so much.
+// Sends messages one after the other over a link of this bandwidth.
 double measured(double bytes_per_second, int messages, double bytes) {
   BandwidthEstimator rate;
   auto now = kStart;

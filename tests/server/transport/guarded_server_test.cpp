@@ -1,4 +1,4 @@
-// Limits of a server on a network: rights, rates, memory, and how it stops.
+// Limits of a server on a network: rights, rates, memory, and shutdown.
 #include <signal.h>
 #include <unistd.h>
 
@@ -39,7 +39,7 @@ CataloguePtr two_datasets() {
   return catalogue;
 }
 
-// The next message that is no part of a step.
+// Returns the next message that is not part of a step.
 ServerMessage after_steps(MessageSocket& socket) {
   for (;;) {
     auto message = socket.receive();
@@ -83,7 +83,7 @@ class Notes : public ServiceObserver {
     notes_.push_back(std::move(note));
   }
 
-  mutable std::mutex mutex_;  // Guards everything below.
+  mutable std::mutex mutex_;  // Guards the members below.
   std::vector<std::string> notes_;
   RequestFacts last_;
   ClientFacts client_;
@@ -170,7 +170,7 @@ TEST_F(TokensTest, ABrokenFileChangesNothing) {
 
 // ---- TLS
 
-// A blocking client that speaks frames over TLS.
+// A blocking client that sends frames over TLS.
 class TlsClient {
  public:
   TlsClient(const Endpoint& server, const std::string& trusted) : context_(make(trusted)) {
@@ -279,7 +279,7 @@ TEST(ServerLimits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) 
   const RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
       {.admission = {.connections = {.total = 4, .per_name = 3}}, .connection = {.linger = 10ms}});
-  MessageSocket alone = greet_from(server, "127.0.2.1");  // Rests for longer than any other.
+  MessageSocket alone = greet_from(server, "127.0.2.1");  // Idle for longer than any other.
   MessageSocket busy = greet_from(server, "127.0.1.1");
   ASSERT_TRUE(busy.send(open_fake(1)));
   ASSERT_TRUE(eventually([&] { return running == 1; }));
@@ -344,7 +344,7 @@ TEST(ServerLimits, WorkersTimeForOneRequest) {
   (void)receive<Pong>(socket);
 }
 
-// What a request takes besides its step. A share has half of what there is.
+// What a request takes besides its step. A share gets half of the total.
 constexpr std::size_t kOfARequest = 4096;
 
 TEST(ServerLimits, BytesThatWaitForClients) {
@@ -382,7 +382,7 @@ TEST(ServerLimits, ClosesIdleClientsOnly) {
   (void)receive<Pong>(busy);
 }
 
-// Whose size takes so long to find out as the test wants.
+// Its size estimates take as long as the test wants.
 class EndlessSizes : public FakeSteps {
  public:
   EndlessSizes(const std::string& name, testing::Count& running)
@@ -427,7 +427,7 @@ TEST(ServerLimits, ClosesClientsThatReadTooSlowly) {
       << "It reads nothing, and its stream goes on.";
 }
 
-// Sizes as they are, and an estimate that is so wrong as the test wants.
+// Actual sizes, and an estimate as wrong as the test wants.
 class SizedSteps : public FakeSteps {
  public:
   SizedSteps(const std::string& name, std::size_t triangles, double estimated)
@@ -445,10 +445,10 @@ class SizedSteps : public FakeSteps {
   double estimated_;
 };
 
-// 1000 triangles at an error of 1, with nine tenths of the limit aimed at: 2.83 are the first rung
-// that fits 400.
+// 1000 triangles at an error of 1, aiming at nine tenths of the limit: 2.83 is the first error that
+// fits 400.
 TEST(ServerLimits, RejectsLargeFinalStepsWithAnErrorThatFits) {
-  for (const double estimated : {1000.0, 420.0}) {  // Refused before it is made, and after.
+  for (const double estimated : {1000.0, 420.0}) {  // Rejected before computing, and after.
     const RunningServer server(
         catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
         {.service = {.limits = {.max_triangles = 400}}});
@@ -532,7 +532,7 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
   EXPECT_EQ(running, 0);
 }
 
-// The process is that of the tests: the server must be listening to signals before one comes.
+// Signals go to the test process, so the server must handle them before one is sent.
 TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
@@ -598,7 +598,7 @@ class SharesTest : public TokensTest {
   SharesTest() {
     write(access_line("alice", "good", {"*"}) + "\n" + access_line("eve", "greedy", {"*"}));
   }
-  // Welcomed by that token.
+  // Connects with this token.
   static MessageSocket welcomed(const RunningServer& server, const std::string& token) {
     MessageSocket socket = greet_with(server, token);
     (void)receive<Welcome>(socket);
@@ -626,7 +626,7 @@ TEST_F(SharesTest, ManyConnectionsOfOneClientLeaveWorkersToOthers) {
   EXPECT_EQ(running_, 1);
 }
 
-// Only a gateway names the clients behind it.
+// Only a gateway names its clients.
 TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
   for (const bool is_trusted : {true, false}) {
     testing::Count running;
@@ -662,7 +662,7 @@ TEST_F(SharesTest, RejectionsHaveARetryDelay) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running_))),
                              with);
   std::vector<MessageSocket> many;
-  for (int i = 0; i < 3; ++i) {  // Half a second is expected of each that was never made.
+  for (int i = 0; i < 3; ++i) {  // Half a second is expected for each new request.
     many.push_back(welcomed(server, "greedy"));
     ASSERT_TRUE(many.back().send(open_fake(1)));
     ASSERT_TRUE(many.back().send(Ping{1}));
@@ -679,7 +679,7 @@ TEST_F(SharesTest, RejectionsHaveARetryDelay) {
   MessageSocket alice = welcomed(server, "good");
   ASSERT_TRUE(alice.send(open_fake(1)));
   ASSERT_TRUE(alice.send(Ping{1}));
-  (void)receive<Pong>(alice);  // Her stream is no refusal: it waits.
+  (void)receive<Pong>(alice);  // Her stream is not rejected: it waits.
 }
 
 OpenStream with_a_large_map(std::uint64_t id) {

@@ -1,4 +1,4 @@
-// A connection without a network and without waiting: the test is the client, and the clock.
+// A connection without a network and without waiting: the test is the client and the clock.
 #include "server/transport/message_connection.hpp"
 
 #include <deque>

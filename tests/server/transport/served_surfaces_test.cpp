@@ -46,13 +46,13 @@ CataloguePtr all_datasets() {
 }
 
 Client client_of(const RunningServer& server) {
-  // Digests of sample shells are those of payloads; shell_extractor_test compares their surfaces.
+  // Sample shells have digests of payloads; shell_extractor_test compares their surfaces.
   auto client = Client::connect(server.endpoint(), {.codecs = {PayloadCodec::kDracoLattice}});
   if (!client) throw std::runtime_error(client.error().error.text);
   return *std::move(client);
 }
 
-// The steps of one stream, none when it failed.
+// Returns the steps of one stream; empty if it failed.
 std::vector<FetchedStep> fetch(Client& client, const DatasetInfo& info,
                                const IsosurfaceRequest& request) {
   std::vector<FetchedStep> steps;
@@ -144,8 +144,8 @@ std::vector<SurfaceTriangle> in_world(const FetchedStep& step, const DatasetInfo
   return surface;
 }
 
-// Simplification uses what the least threshold of a tile leaves: a ball is as exact as requested,
-// and the rest loses much.
+// Simplification uses what the least threshold of a tile permits: a ball is as exact as requested,
+// and the rest is reduced a lot.
 TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -218,7 +218,7 @@ TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
   }
 }
 
-// What is estimated is what comes, about.
+// Estimates are close to the actual sizes.
 TEST(ServedSurfaces, SizesAreNearTheEstimates) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -252,7 +252,7 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
     return steps.back().step->topology.triangles;
   };
   const std::int64_t all = triangles(fetch(client, info, whole));
-  // Below that the noise's topology keeps more.
+  // Below that, the noise's topology keeps more.
   const std::int64_t least =
       triangles(fetch(client, info, {.isovalue = whole.isovalue, .error = 1000}));
   for (const std::int64_t budget : {all / 2, (all + 3 * least) / 4, least}) {
@@ -274,7 +274,7 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
   EXPECT_GE(bytes, 21'000U);
 }
 
-// It is the request that is at fault, not the surface that comes.
+// The error refers to the request, not to the surface that would be sent.
 TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -323,7 +323,7 @@ TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
   }
 }
 
-// Where less error is allowed is what a user looks at.
+// Users look at regions with smaller errors.
 TEST(ServedSurfaces, ComeWithTheTilesOfTheFinestRegionFirst) {
   const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
   IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
@@ -399,7 +399,7 @@ TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
   for (const ContentDigest& digest : digests) EXPECT_EQ(digest, digests.front());
 }
 
-// A file that was damaged after it was prepared: opening does not see it, reading does.
+// A file that was damaged after it was prepared: opening does not detect it, reading does.
 TEST(ServedSurfaces, ADamagedBrickFailsOnlyItsRequests) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "gyroid.mtd";

@@ -1,4 +1,4 @@
-// What readers do with numbers that are none, and with files that are not what they seem.
+// How readers handle special numbers and malformed files.
 #include "server/volume/volume_files.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ std::string vti(const std::string& type, const std::vector<double>& numbers) {
          "</DataArray></PointData></Piece></ImageData></VTKFile>";
 }
 
-// The same numbers in every format that has this type.
+// Writes the same numbers in every format that has this type.
 template <typename Number>
 std::vector<fs::path> written(const TemporaryFolder& folder, const std::vector<double>& numbers,
                               const std::string& nrrd_type, const std::string& meta_type,
@@ -85,7 +85,7 @@ void expect_numbers(const std::vector<fs::path>& files, const std::vector<double
 
 class VolumeFileRobustness : public ::testing::Test {
  protected:
-  // The sentence of the VolumeFileError that opening and reading `file` throws.
+  // Returns the message of the VolumeFileError that opening and reading `file` throws.
   static std::string error_of(const fs::path& file, const VolumeFileOptions& options = {}) {
     try {
       (void)read_volume(file, options);
@@ -191,7 +191,7 @@ TEST_F(VolumeFileRobustness, CubeFilesHaveTheirThirdAxisFastest) {
   EXPECT_EQ(volume.index_to_world({1, 0, 0}), (Vec3{1, 2, 3.125}));
   EXPECT_EQ(volume.index_to_world({0, 0, 1}), (Vec3{1.5, 2, 3}));
   EXPECT_EQ(volume.meaning.length_unit, "bohr");
-  // Two orbitals, one number of each at every point.
+  // Two orbitals: two numbers at every point.
   const fs::path two =
       folder_.file("two.cube", text + "   -1" + grid + "    2    5    6\n" + numbers + numbers);
   expect_contains(error_of(two), "--component");
@@ -202,7 +202,7 @@ TEST_F(VolumeFileRobustness, CubeFilesHaveTheirThirdAxisFastest) {
                   "numbers it ends");
 }
 
-// ---- headers that end their readers
+// ---- headers that crash libraries
 
 TEST_F(VolumeFileRobustness, SurvivesHeadersThatCrashLibraries) {
   const std::string shorts = packed<std::int16_t>(values());
@@ -296,7 +296,7 @@ TEST_F(VolumeFileRobustness, ExtremeShapesAreReadOrRefusedInASentence) {
 
 // ---- random damage
 
-// MULTITETRA_MUTATIONS sets more than the default.
+// MULTITETRA_MUTATIONS increases the number.
 int mutations() {
   const char* const more = std::getenv("MULTITETRA_MUTATIONS");
   return more == nullptr ? 8 : std::atoi(more);

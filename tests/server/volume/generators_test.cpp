@@ -24,7 +24,7 @@ double sample(const Volume& volume, std::int32_t x, std::int32_t y, std::int32_t
       volume.samples);
 }
 
-// The volume and the place of each sample on [-1, 1].
+// The volume and the coordinates of its samples in [-1, 1].
 struct Field {
   Volume volume;
   [[nodiscard]] double place(std::int32_t i) const {
@@ -100,7 +100,7 @@ TEST(Generators, HeadHasItsTissuesWhereTheTableSays) {
 
 TEST(Generators, HeadSurfaceHalfWayIsWhereTheEllipsoidIs) {
   const Volume volume = generate(GeneratorKind::kHead, {.size = 101});
-  // Along x through the centre: air to skull crosses half way, 0, at x = -0.69.
+  // Along x through the center: air to skull crosses 0 halfway, at x = -0.69.
   std::int32_t i = 0;
   while (sample(volume, i + 1, 50, 50) <= 0) ++i;
   const double a = sample(volume, i, 50, 50);
@@ -108,7 +108,8 @@ TEST(Generators, HeadSurfaceHalfWayIsWhereTheEllipsoidIs) {
   EXPECT_NEAR(-1 + 0.02 * (i - a / (b - a)), -0.69, 0.002);
 }
 
-// A hash of every bit of every sample: pinned below, so that a difference on any machine shows.
+// A hash of all bits of all samples, with fixed values below, to detect differences between
+// machines.
 std::uint64_t fingerprint(const Volume& volume) {
   std::uint64_t sum = 0;
   std::visit(

@@ -1,5 +1,4 @@
-// Volumes that scripts write with other programs, each with what it means, are read so or refused
-// in a sentence.
+// Volumes written by scripts with other programs, each with its expected interpretation or error.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The public volumes that developers have beside the repository, compared with their list.
+// The public volumes that developers have next to the repository, compared with their list.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// How much memory the process of a reader takes of files that promise much and have little.
+// The memory that a reader process takes for files that claim much and contain little.
 #include <sys/resource.h>
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
 
-// Sanitizers have memory of their own.
+// Sanitizers have their own memory management.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 namespace multitetra {
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The most that a process had which has ended, in MiB.
+// Returns the peak memory of any ended child process, in MiB.
 long most_of_children() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
@@ -28,7 +28,7 @@ long most_of_children() {
 }
 
 TEST(ReaderMemory, HeadersAreLimited) {
-  // A DICOM file with an element of 3 GiB before its pixels; the file has holes and takes no room.
+  // A DICOM file with an element of 3 GiB before its pixels; the file is sparse.
   const TemporaryFolder folder;
   std::string head(128, '\0');
   head += "DICM";
@@ -51,8 +51,8 @@ TEST(ReaderMemory, HeadersAreLimited) {
 }
 
 TEST(ReaderMemory, ShardLayersDoNotHoldAllIndices) {
-  // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte together. Those of
-  // the first slice say that their chunks are missing; the others are a hole in the file.
+  // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte in total. Those of
+  // the first slice mark their chunks as missing; the others are a hole in the file.
   const TemporaryFolder folder;
   folder.file("many.zarr/zarr.json",
               R"({"zarr_format":3,"node_type":"array","shape":[256,512,512],"data_type":"uint8",)"

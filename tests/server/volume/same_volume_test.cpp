@@ -1,4 +1,4 @@
-// One volume in every format, written by write_volumes.py, is one dataset.
+// One volume in every format, written by write_volumes.py, gives one dataset.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -26,7 +26,7 @@ struct WrittenFormat {
   fs::path path;
 };
 
-// The formats that the script writes into `folder`. Prints a warning for missing packages.
+// Returns the formats that the script writes into `folder`. Prints a warning for missing packages.
 std::vector<WrittenFormat> written_formats(const fs::path& folder) {
   const fs::path list = folder / "list.txt";
   const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
@@ -58,7 +58,7 @@ VolumeChoice choice_for(const std::string& name) {
   return choice;
 }
 
-// Whether the format stores origin and spacing.
+// Returns whether the format stores an origin.
 bool has_origin(const std::string& name) {
   return !name.starts_with("n5") && !name.starts_with("raw") && !name.starts_with("tiff");
 }
@@ -197,7 +197,7 @@ TEST(VolumeFormats, ReadsHttpAndSignedBuckets) {
   }
 }
 
-// What a store refuses is not what it has not.
+// A forbidden part is not a missing part.
 TEST(VolumeFormats, RejectsPartlyForbiddenStores) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
@@ -238,7 +238,7 @@ TEST(VolumeFormats, ErrorsNameNoPasswordOfAnAddress) {
   }
 }
 
-// What comes instead of a range would be taken for its bytes.
+// A full reply would be mistaken for the requested range.
 TEST(VolumeFormats, RejectsServersWithoutRanges) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());

@@ -1,4 +1,4 @@
-// Files that hold several volumes: their times, and that each time is its volume.
+// Files that contain several volumes: their times, and that each time gives its volume.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::vector<double> values_at(int time) {
 std::string shorts_at(int time) { return packed<std::int16_t>(values_at(time)); }
 std::string all_times() { return shorts_at(0) + shorts_at(1) + shorts_at(2); }
 
-// A number for each time, one after the other.
+// Returns the numbers of all times, interleaved per sample.
 std::string interleaved() {
   std::vector<double> numbers;
   for (std::size_t i = 0; i < values().size(); ++i) {
@@ -54,7 +54,7 @@ class SeriesFiles : public ::testing::Test {
     choice.first = true;
     return open_volume(path, {.choice = choice})->members();
   }
-  // That every time is the volume that was written, and that one must be chosen.
+  // Checks that every time gives the volume written, and that one must be chosen.
   void expect_times(const fs::path& path, const SourceTimes& times) {
     SCOPED_TRACE(path.filename().string());
     EXPECT_EQ(members(path).times, times);
@@ -174,7 +174,7 @@ TEST_F(SeriesFiles, NiftiHasTimesAndUnit) {
   expect_times(file("one.nii", bytes), {.count = 3, .at = {0, 1, 2}});
   put(76 + 16, 0.25F);  // pixdim[4]
   put(136, 2);          // toffset
-  bytes[123] = 2 | 16;  // Millimetres, milliseconds.
+  bytes[123] = 2 | 16;  // Millimeters, milliseconds.
   expect_times(file("times.nii.gz", deflated(bytes, true)),
                {.count = 3, .at = {2, 2.25, 2.5}, .unit = "ms"});
   put(76 + 16, 0);

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Samples as numbers; NaN counts as equal to itself.
+// Samples as text; NaN equals itself.
 std::vector<std::string> words_of(const Samples& samples) {
   std::vector<std::string> words;
   std::visit(
@@ -52,7 +52,7 @@ struct WrittenVolume {
 
 class VolumeSources : public ::testing::Test {
  protected:
-  // A volume in every format that the tests can write, each with slices that differ.
+  // Returns a volume in every format that the tests can write, each with slices that differ.
   std::vector<WrittenVolume> all_formats();
 
   fs::path nrrd_file(const std::string& name, const std::string& type, const std::string& more,
@@ -307,9 +307,9 @@ TEST_F(VolumeSources, RefusesInvalidPatterns) {
       std::string::npos);
 }
 
-// ---- what it is for
+// ---- bounded memory
 
-// The memory of this process that is in use now, in bytes.
+// Returns the resident memory of this process in bytes.
 std::int64_t resident_bytes() {
   std::ifstream in("/proc/self/statm");
   std::int64_t all_pages = 0;

@@ -149,7 +149,7 @@ def zarrs():
             fill_value=fill, dimension_separator=v.one_of(".", "/"),
             compressor=v.one_of(None, numcodecs.Zstd(1), numcodecs.GZip(1), numcodecs.Zlib(1), numcodecs.BZ2(1), numcodecs.LZ4(),
                                 numcodecs.Blosc("lz4", shuffle=1), numcodecs.Blosc("zstd", shuffle=2)))
-        written = v.choose.randint(1, shape[0])  # The chunks behind are missing.
+        written = v.choose.randint(1, shape[0])  # The chunks after these are missing.
         array[:written] = samples[:written]
         samples[written:] = fill
         expect_read(v.name, folder / f"{v.name}.zarr", samples)

@@ -199,7 +199,7 @@ def vti_lz4():
     import numcodecs
     data = volume.tobytes()
     parts = [data[i:i + 4096] for i in range(0, len(data), 4096)]
-    small = [numcodecs.LZ4().encode(part)[4:] for part in parts]  # Without numcodecs' count in front.
+    small = [numcodecs.LZ4().encode(part)[4:] for part in parts]  # Without the count that numcodecs prepends.
     head = struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, len(parts[-1]) % 4096, *map(len, small))
     print_volume("vti-lz4", vti_file("lz4", ' compressor="vtkLZ4DataCompressor"', 'format="binary"',
                              base64.b64encode(head) + base64.b64encode(b"".join(small))))
@@ -234,7 +234,7 @@ def dicom():
     print_volume("dicom-rle", folder / "dicom-rle")
     series("dicom-deflated", syntax=pydicom.uid.DeflatedExplicitVRLittleEndian)
     print_volume("dicom-deflated", folder / "dicom-deflated")
-    # Not the volume's place: the tests know these by name.
+    # Differ in place from the volume; the tests know these names.
     series("oblique", (0.36, -0.8, 0.48), (0.48, 0.6, 0.64), (-1.6, 0, 1.2))
     series("tilted", step=(0, 0.5, 2))
 
@@ -266,7 +266,7 @@ def tiff():
     for i in range(SHAPE[0]):
         tifffile.imwrite(folder / "stack" / f"slice{i}.tif", volume[i], metadata=None)
     print_volume("tiff-stack", folder / "stack")
-    # Not the volume's type: the tests know it by name.
+    # Differs in type from the volume; the tests know this name.
     tifffile.imwrite(folder / "imagej.tif", numpy.stack([volume, volume + 1], 1).astype("f4"), imagej=True,
                      resolution=(2, 4 / 3), metadata={"axes": "ZCYX", "spacing": 2.0, "unit": "um"})
 
@@ -291,7 +291,7 @@ def nifti():
         struct.pack_into(endian + "2h", head, 70, 4, 16)
         struct.pack_into(endian + "8f", head, 76, 1, 0.5, 0.75, 2, 1, 1, 1, 1)
         struct.pack_into(endian + "3f", head, 108, 352, 1, 0)
-        head[123] = 3  # Micrometres.
+        head[123] = 3  # Micrometers.
         struct.pack_into(endian + "2h", head, 252, 0, 2)
         struct.pack_into(endian + "12f", head, 280, -0.5, 0, 0, -10, 0, -0.75, 0, 20, 0, 0, 2, 30)
         head[344:347] = b"n+1"
@@ -313,4 +313,4 @@ vti()
 mrc()
 nifti()
 raw()
-run_with_packages(zarr_2, vti_lz4, hdf5, dicom, tiff)  # With packages of others.
+run_with_packages(zarr_2, vti_lz4, hdf5, dicom, tiff)  # These need third-party packages.

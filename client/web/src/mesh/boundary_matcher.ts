@@ -1,19 +1,19 @@
-// Tiles put together by their boundaries: the same counts as common/mesh/mesh_checks.hpp takes from the welded
-// mesh, in time proportional to the boundaries alone.
+// Joins tiles by their boundaries: gives the same counts as common/mesh/mesh_checks.hpp for the welded mesh, in time
+// proportional to the boundaries.
 //
-// A vertex that is not on a boundary is taken for its tile's own. That holds for every isosurface on the
-// lattice: a vertex lies inside one edge of the framework, and the triangles at it go once around.
+// Assumes that a vertex not on a boundary belongs to one tile only. This holds for every isosurface on the lattice: a
+// vertex lies inside one edge of the framework, and its triangles surround it.
 import { Components } from "./components";
 import { countEdges } from "./edge_uses";
 import { PointNumbers } from "./point_numbers";
 import type { TileBoundary } from "./tile_boundary";
 
-// Where a surface may end: on the faces of a box, or up to `inset` lattice steps inside of it.
+// Where a surface may end: on the faces of a box, or up to `inset` lattice steps inside it.
 export interface DataBorder {
   low: [number, number, number];
   high: [number, number, number];
   inset: number;
-  anywhere: boolean; // The data has void samples: a surface may end at any of them.
+  anywhere: boolean; // The data have void samples, at any of which a surface may end.
 }
 
 export interface MeshTopology {
@@ -34,7 +34,7 @@ export function isSound(found: MeshTopology): boolean {
 
 export interface BoundaryMatcher {
   topology: MeshTopology;
-  // For each tile, the number of each of its boundary vertices among those of all boundaries.
+  // For each tile, the numbers of its boundary vertices among those of all boundaries.
   numbers: Uint32Array[];
   rimVertices: number;
 }
@@ -81,7 +81,7 @@ export function joined(boundaries: readonly TileBoundary[], border: DataBorder):
   };
 }
 
-// Components of tiles are one where they share a vertex.
+// Components of tiles that share a vertex are one.
 function countComponents(boundaries: readonly TileBoundary[], numbers: Uint32Array[], shared: number): number {
   const firstOf = boundaries.map(() => 0);
   let total = shared;

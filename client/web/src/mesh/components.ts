@@ -1,4 +1,4 @@
-// Connected sets of the numbers 0 to n - 1.
+// Disjoint sets of the numbers 0 to n - 1.
 export class Components {
   private readonly parent: Uint32Array;
 

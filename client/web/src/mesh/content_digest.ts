@@ -1,6 +1,5 @@
-// The identity of a set of triangles on the lattice, as common/mesh/content_digest.hpp defines it: the
-// sum of one XXH3-128 a triangle, over its nine coordinates from its smallest corner on. Digests of
-// tiles add up to the digest of the mesh.
+// The digest of a set of triangles on the lattice (common/mesh/content_digest.hpp): the sum of one XXH3-128 per
+// triangle, over its coordinates starting from its smallest corner. The digests of tiles add up to that of the mesh.
 import { createXXHash128 } from "hash-wasm";
 
 export interface ContentDigest {
@@ -16,7 +15,7 @@ export function sum(a: ContentDigest, b: ContentDigest): ContentDigest {
   return { high: (a.high + b.high) & mask, low: (a.low + b.low) & mask };
 }
 
-// 32 lower-case hexadecimal digits, `high` first. Also the key of a tile in maps.
+// Returns 32 lower-case hexadecimal digits, `high` first. Also the key of a tile in maps.
 export function hex(digest: ContentDigest): string {
   return (
     digest.high.toString(16).padStart(16, "0") + digest.low.toString(16).padStart(16, "0")
@@ -27,7 +26,7 @@ export function fromHex(text: string): ContentDigest {
   return { high: BigInt("0x" + text.slice(0, 16)), low: BigInt("0x" + text.slice(16)) };
 }
 
-// How OpenStream.cached_tile_digests names tiles: 16 bytes each, `high` then `low`, little-endian.
+// Encodes keys for OpenStream.cached_tile_digests: 16 bytes each, `high` then `low`, little-endian.
 export function packed(keys: readonly string[]): Uint8Array {
   const bytes = new Uint8Array(16 * keys.length);
   const view = new DataView(bytes.buffer);
@@ -41,14 +40,14 @@ export function packed(keys: readonly string[]): Uint8Array {
 
 export type TriangleHasher = (positions: Int32Array, triangles: Uint32Array) => ContentDigest;
 
-// A function that digests a tile's bytes, as manifests of sample shells name their tiles: hex() of one XXH3-128.
+// Returns a function that digests a tile's bytes, for manifests of sample shells: hex() of one XXH3-128.
 export async function payloadHasher(): Promise<(payload: Uint8Array) => string> {
   const hash = await createXXHash128(0, 0);
   return (payload) => hash.init().update(payload).digest("hex");
 }
 
-// A function that digests meshes whose lattice has the given resolution. At most 2^20 triangles
-// at a time: the four sums of 32-bit parts then stay exact in doubles.
+// Returns a function that digests meshes of the given lattice resolution. At most 2^20 triangles per call, so that the
+// four sums of 32-bit parts stay exact in doubles.
 export async function triangleHasher(resolution: number): Promise<TriangleHasher> {
   const hash = await createXXHash128(resolution, 0);
   const corners = new Int32Array(9);

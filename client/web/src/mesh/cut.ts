@@ -1,4 +1,4 @@
-// Where a plane cuts a surface: the line that its triangles have in common with the plane.
+// The intersection of a surface with a plane.
 interface Tile {
   positions: Float32Array;
   triangles: Uint16Array | Uint32Array;
@@ -10,8 +10,8 @@ export interface CutPlane {
   constant: number;
 }
 
-// Segments, two places of three coordinates each. A corner on the plane counts as beyond it, so that
-// neighbours agree: the segments of a closed surface are closed lines.
+// Returns segments, as two places of three coordinates each. A corner on the plane counts as beyond it, so that
+// neighbors agree: a closed surface gives closed lines.
 export function cutLine(tiles: readonly Tile[], { normal: [nx, ny, nz], constant }: CutPlane): Float32Array {
   const segments: number[] = [];
   for (const { positions: p, triangles } of tiles) {
@@ -22,11 +22,11 @@ export function cutLine(tiles: readonly Tile[], { normal: [nx, ny, nz], constant
       const b1 = sides[triangles[t + 1]] >= 0;
       const b2 = sides[triangles[t + 2]] >= 0;
       if (b0 === b1 && b1 === b2) continue;
-      const alone = b1 === b2 ? 0 : b0 === b2 ? 1 : 2; // On its side; the plane cuts the two edges at it.
+      const alone = b1 === b2 ? 0 : b0 === b2 ? 1 : 2; // The corner alone on its side; the plane cuts its two edges.
       for (const step of [1, 2]) {
         const from = triangles[t + alone];
         const to = triangles[t + ((alone + step) % 3)];
-        // From the lesser number on: both triangles at an edge find the same place.
+        // Ordered by vertex number, so that both triangles at an edge compute the same place.
         const [a, b] = from < to ? [from, to] : [to, from];
         const share = sides[a] / (sides[a] - sides[b]);
         for (let axis = 0; axis < 3; ++axis) {

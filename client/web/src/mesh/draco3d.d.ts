@@ -1,4 +1,4 @@
-// The part of Draco's decoder that this viewer calls; the package brings no types of its own.
+// Types for the part of Draco's decoder that the viewer uses; the package has none.
 declare module "draco3d" {
   interface Status {
     ok(): boolean;

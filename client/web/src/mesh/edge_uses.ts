@@ -1,16 +1,16 @@
-// Which edges triangles use, and in which direction: the counting behind every check of a mesh.
+// Counts which edges the triangles use, and in which direction; the basis of all mesh checks.
 //
-// An edge of two triangles that run along it in opposite directions is sound; one of a single
-// triangle is open (a boundary); everything else is no manifold.
+// An edge of two triangles that traverse it in opposite directions is sound; an edge of one
+// triangle is open (a boundary); all others are non-manifold.
 export interface EdgeCounts {
-  edges: number; // Distinct ones.
+  edges: number; // Distinct edges.
   nonmanifold: number;
   open: Uint32Array; // Pairs of vertices, in the direction of their only triangle.
 }
 
-// `directed` holds pairs of vertex numbers below `vertices`, none with two equal ends.
+// `directed`: pairs of different vertex numbers below `vertices`.
 export function countEdges(directed: Uint32Array, vertices: number): EdgeCounts {
-  // Sorted into buckets by the lower end; buckets are short.
+  // Sorts into buckets by the lower end; buckets are short.
   const first = new Uint32Array(vertices + 2);
   for (let e = 0; e < directed.length; e += 2) {
     ++first[Math.min(directed[e], directed[e + 1]) + 2];

@@ -1,5 +1,5 @@
-// Area of a part of a surface, and the volume that it encloses: sums over its triangles, by the
-// divergence theorem. Exact but for the rounding of double precision, for the surface as it is shown.
+// Computes the area of a part of a surface and the volume it encloses, by the divergence theorem. Exact up to rounding
+// in double precision, for the surface as shown.
 import { borderCaps } from "./border_caps";
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";
@@ -14,12 +14,12 @@ interface Tile {
 export interface MassProperties {
   triangles: number;
   area: number; // World units squared.
-  volume: number | null; // World units cubed; null: the part is not closed and encloses nothing.
-  isCapped: boolean; // The border of the data has cut it open; the volume ends there. Caps do not count as area.
+  volume: number | null; // World units cubed; null: the part is not closed.
+  isCapped: boolean; // The border of the data cuts it open, and caps close its volume. They do not count as area.
 }
 
-// `at` selects the connected part: that of a triangle of a tile; null: all parts. `toWorld`: lattice -> world, the columns of x, y, z
-// and the translation. Null: there is no such triangle.
+// `at` selects a connected part by one of its triangles; null: all parts. `toWorld`: lattice -> world, the columns of
+// x, y, z and the translation. Returns null if there is no such triangle.
 export function massProperties(
   tiles: readonly Tile[],
   toWorld: readonly number[],
@@ -42,7 +42,7 @@ export function massProperties(
   return measured(part, numbers.coordinates(), toWorld);
 }
 
-// The connected component of one of the triangles.
+// Returns the connected component of a triangle.
 function partAt(corners: Uint32Array, wanted: number, points: number): Uint32Array {
   const parts = new Components(points);
   for (let t = 0; t < corners.length; t += 3) {
@@ -62,7 +62,7 @@ function partAt(corners: Uint32Array, wanted: number, points: number): Uint32Arr
 
 function measured(part: Uint32Array, lattice: Int32Array, m: readonly number[]): MassProperties {
   let area = 0;
-  let six = 0; // Times the volume, as lattice boxes: integers stay integers.
+  let six = 0; // Six times the volume, in lattice units: integers stay exact.
   const origin = 3 * part[0];
   const at = (vertex: number) => [0, 1, 2].map((axis) => lattice[3 * vertex + axis] - lattice[origin + axis]);
   const inWorld = (v: number[]) => [0, 1, 2].map((row) => m[row] * v[0] + m[3 + row] * v[1] + m[6 + row] * v[2]);

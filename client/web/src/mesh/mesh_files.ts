@@ -1,18 +1,17 @@
-// A surface as a file for other programs: GLB, PLY or STL, all binary, in world coordinates (GLB: as
-// its standard wants, y upwards), with what the files of common/wire/mesh_files.cpp have: GLB always
-// normals and a material, PLY normals where they are the field's. Tiles are welded for GLB and PLY:
-// one lattice point is one vertex.
+// Writes a surface as binary GLB, PLY or STL, in world coordinates (GLB: y up, as required), with the contents of
+// common/wire/mesh_files.cpp: GLB always has normals and a material, PLY has the field's normals. For GLB and PLY tiles
+// are welded: one vertex per lattice point.
 import { PointNumbers } from "./point_numbers";
 
 interface Tile {
   positions: Float32Array; // Lattice coordinates.
   triangles: Uint16Array | Uint32Array;
-  normals: Int16Array; // As of pack(): four numbers a vertex, in the lattice's coordinates.
-  sums: Float32Array | null; // There when the normals are those of the triangles, not of the field.
+  normals: Int16Array; // As of pack(): four numbers per vertex, in lattice coordinates.
+  sums: Float32Array | null; // Present if normals are those of the triangles, not of the field.
 }
 export interface WorldMesh {
   positions: Float32Array;
-  normals: Float32Array; // Three numbers a vertex, of length 1.
+  normals: Float32Array; // Three numbers per vertex, of length 1.
   areOfField: boolean;
   triangles: Uint32Array;
 }
@@ -35,7 +34,7 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
   const directions: number[] = []; // By point, from its first tile.
   let used = 0;
   for (const { positions: p, triangles: corners, normals: n } of tiles) {
-    const own = new Int32Array(p.length / 3).fill(-1); // Vertices without a triangle stay out.
+    const own = new Int32Array(p.length / 3).fill(-1); // Omits vertices without a triangle.
     for (const v of corners) {
       if (own[v] < 0) own[v] = numbers.numberOf(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
       if (3 * own[v] === directions.length) directions.push(n[4 * v], n[4 * v + 1], n[4 * v + 2]);
@@ -61,8 +60,7 @@ export function weldedInWorld(tiles: readonly Tile[], toWorld: readonly number[]
   return { positions, normals: worldNormals(directions, m), areOfField, triangles };
 }
 
-// Normals go to the world with the inverse transpose of the map; its columns are, but for a factor,
-// the cross products of the map's.
+// Transforms normals by the map's inverse transpose, whose columns are, up to a factor, cross products of the map's.
 function worldNormals(lattice: readonly number[], m: readonly number[]): Float32Array {
   const sign = isMirror(m) ? -1 : 1;
   const cross = (u: number, v: number) =>
@@ -82,7 +80,7 @@ function worldNormals(lattice: readonly number[], m: readonly number[]): Float32
   return normals;
 }
 
-// A map that mirrors turns triangles inside out.
+// A mirroring map turns triangles inside out.
 function isMirror([a, b, c, d, e, f, g, h, i]: readonly number[]): boolean {
   return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0;
 }

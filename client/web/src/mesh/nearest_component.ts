@@ -1,4 +1,4 @@
-// The component whose surface comes nearest to a place: which one a picked place means in any step of the surface.
+// Finds the component nearest to a place, which identifies a picked component in any step of the surface.
 import type { LatticeBox } from "./tile_mesh";
 
 type Point = readonly number[];
@@ -8,8 +8,8 @@ interface Tile {
   triangles: Uint16Array | Uint32Array;
 }
 
-// `componentOf`: the component of a vertex of a tile; `boxes`: around each component. Null: there is no triangle. Takes
-// time in proportion to the triangles of the components whose boxes are nearer than the result.
+// `componentOf`: the component of a vertex of a tile; `boxes`: around each component. Returns null if there is no
+// triangle. The time is proportional to the triangles of the components whose boxes are nearer than the result.
 export function nearestComponent(
   tiles: readonly Tile[], componentOf: (tile: number, vertex: number) => number, boxes: readonly LatticeBox[], place: Point,
 ): number | null {
@@ -30,7 +30,7 @@ export function nearestComponent(
   return nearest;
 }
 
-// The triangle nearest to a place; null: there is none.
+// Returns the triangle nearest to a place; null: there is none.
 export function nearestTriangle(tiles: readonly (Tile & { id: string })[], place: Point): { id: string; triangle: number } | null {
   let nearest: { id: string; triangle: number } | null = null;
   let least = Infinity;
@@ -48,7 +48,7 @@ export function nearestTriangle(tiles: readonly (Tile & { id: string })[], place
   return nearest;
 }
 
-// Whether the triangle lies on one side of the place, farther away along an axis: most triangles do.
+// Returns whether the triangle is farther away than `distance` along some axis: a cheap test that most triangles pass.
 function isBeyond(p: Float32Array, [a, b, c]: readonly number[], place: Point, distance: number): boolean {
   for (let axis = 0; axis < 3; ++axis) {
     const [x, y, z] = [p[3 * a + axis] - place[axis], p[3 * b + axis] - place[axis], p[3 * c + axis] - place[axis]];
@@ -61,7 +61,7 @@ function distanceToBox(box: LatticeBox, place: Point): number {
   return Math.hypot(...[0, 1, 2].map((axis) => Math.max(box[axis] - place[axis], 0, place[axis] - box[axis + 3])));
 }
 
-// The distance of the origin: to the triangle's plane where it lies above the inside, else to the nearest edge.
+// Returns the distance from the origin to the triangle's plane if the projection is inside, else to the nearest edge.
 function distanceToTriangle(a: Point, b: Point, c: Point): number {
   const normal = cross(minus(b, a), minus(c, a));
   const length = Math.hypot(...normal);

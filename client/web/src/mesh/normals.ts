@@ -1,12 +1,11 @@
-// Directions for shading, in the lattice's coordinates: the graphics card takes them to the world
-// with the inverse transpose of the map that takes vertices there. Each is four signed 16-bit
-// numbers, x, y, z and 0, which keeps vertices aligned.
+// Normals for shading, in lattice coordinates: the GPU transforms them by the inverse transpose of the map for
+// vertices. Each has four signed 16-bit numbers, x, y, z and 0, which keeps vertices aligned.
 import type { LatticeMesh } from "./tile_mesh";
 
-// The matrix of lattice -> world, by columns, without its translation.
+// The matrix lattice -> world, by columns, without translation.
 export type Linear = readonly number[];
 
-// The field's normals, which the wire has in world coordinates.
+// Converts the field's normals, which the wire has in world coordinates.
 export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
   const packed = new Int16Array((4 * world.length) / 3);
   for (let v = 0; v < world.length / 3; ++v) {
@@ -20,8 +19,7 @@ export function fieldNormals(world: Float32Array, linear: Linear): Int16Array {
   return packed;
 }
 
-// Sums of the triangles' normals at each vertex, weighted by area: three numbers a vertex. Sums of
-// several tiles add up where they meet.
+// Returns area-weighted sums of triangle normals, three numbers per vertex. Sums of tiles add up at shared vertices.
 export function normalSums(mesh: LatticeMesh): Float32Array {
   const p = mesh.positions;
   const sums = new Float32Array(p.length);
@@ -51,8 +49,8 @@ export function normalSums(mesh: LatticeMesh): Float32Array {
   return sums;
 }
 
-// Each vertex takes the sums of its triangles' corners, `rounds` times: directions of a neighbourhood that reaches as far.
-// Triangles of quantized samples are uneven, and single ones say little about the surface's direction.
+// Smooths the sums `rounds` times: each vertex gets the sum over the corners of its triangles, which averages normals
+// over a larger neighborhood. Single triangles of quantized samples do not represent the surface's orientation.
 export function spreadSums(sums: Float32Array, triangles: Uint32Array, rounds: number): Float32Array {
   let from = sums;
   for (let round = 0; round < rounds; ++round) {

@@ -1,4 +1,4 @@
-// Numbers distinct lattice points in the order in which they come: a hash table without objects.
+// Numbers distinct lattice points in order of appearance; a hash table without objects.
 export class PointNumbers {
   private slots: Int32Array;
   private mask: number;
@@ -13,7 +13,7 @@ export class PointNumbers {
     this.points = new Int32Array(3 * Math.max(8, expected));
   }
 
-  // The number of this point; a new one if it was never seen.
+  // Returns the number of this point, assigning a new one if needed.
   numberOf(x: number, y: number, z: number): number {
     let slot = scattered(x, y, z) & this.mask;
     for (;;) {
@@ -37,7 +37,7 @@ export class PointNumbers {
     return this.count;
   }
 
-  // Three coordinates a point.
+  // Three coordinates per point.
   coordinates(): Int32Array {
     return this.points.slice(0, 3 * this.count);
   }

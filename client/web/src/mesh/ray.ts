@@ -1,4 +1,4 @@
-// What a ray meets first on a surface of many tiles.
+// Finds the first intersection of a ray with a surface of many tiles.
 interface Tile {
   id: string;
   positions: Float32Array;
@@ -13,8 +13,7 @@ export interface HalfSpace {
   constant: number;
 }
 
-// All in lattice coordinates; null when the ray meets nothing. With `kept` what lies outside of it
-// was cut away.
+// All in lattice coordinates; null without a hit. Ignores hits outside of `kept`: they are clipped.
 export function nearestHit(
   tiles: readonly Tile[],
   origin: readonly number[],
@@ -77,7 +76,7 @@ function meetsBox(
   return from <= to;
 }
 
-// Moeller and Trumbore; Infinity without a hit.
+// Möller and Trumbore; Infinity without a hit.
 function triangleHit(
   p: Float32Array,
   a: number,

@@ -1,8 +1,8 @@
-// The values of a second field at a tile's vertices, as the wire has them: codes in the order of the
-// vertices' lattice coordinates, by z, then y, then x, whatever order Draco gives them.
+// The values of a second field at a tile's vertices: on the wire, codes in the order of the vertices' lattice
+// coordinates, by z, then y, then x, independent of Draco's order.
 
-// The values for the shader: 1 to 2 from the low end of the range to the high one, -1 where there is no value. 0, the
-// default of a vertex without data, is none of these.
+// Returns the values for the shader: 1 to 2 from the low end of the range to the high one, -1 where there is no value.
+// 0 is the default of a vertex without data.
 export function scalarAttribute(positions: Float32Array, codes: Uint8Array, bits: number): Float32Array {
   const order = verticesInOrder(positions);
   const none = 2 ** bits - 1;
@@ -15,7 +15,7 @@ export function scalarAttribute(positions: Float32Array, codes: Uint8Array, bits
   return attribute;
 }
 
-const orders = new WeakMap<Float32Array, Uint32Array>(); // Tiles are colored again and again.
+const orders = new WeakMap<Float32Array, Uint32Array>(); // Cached, because tiles are colored repeatedly.
 
 function verticesInOrder(p: Float32Array): Uint32Array {
   let order = orders.get(p);

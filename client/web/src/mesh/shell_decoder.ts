@@ -1,8 +1,8 @@
-// A tile's sample shell -> a mesh on the lattice: the samples that the surface runs between are decoded and marched
-// here. The decoder is that of common/codec, compiled to WebAssembly; its README.md describes the format.
+// Decodes a tile's sample shell into a mesh on the lattice: decodes the samples around the surface and runs marching
+// tetrahedra. Uses the decoder of common/codec, compiled to WebAssembly; its README.md describes the format.
 //
-// Nothing the server sends is trusted. The payload is compared with its digest, the header with the manifest before
-// memory is taken for what it promises; the decoder then refuses the bytes or returns exactly so many vertices and
+// Nothing that the server sends is trusted. The payload is checked against its digest, and the header against the
+// manifest, before memory is allocated; the decoder then rejects the bytes or returns exactly the promised vertices and
 // triangles, inside the header's box.
 import { payloadHasher } from "./content_digest";
 import { TileDamage } from "./tile_damage";
@@ -10,14 +10,14 @@ import { type LatticeBox, type LatticeMesh, nameOf, type OctreeCube, type TilePr
 
 const quantized = 2;
 
-// What a step says of all its shells; `values` as in the header: 0 exact, 1 lattice-exact, 2 quantized.
+// The coding of all shells of a step; `values` as in the header: 0 exact, 1 lattice-exact, 2 quantized.
 export interface ShellMode {
   values: number;
-  levelsPerOctave: number; // 1, 2, 4 or 8 of quantized ones, else 0.
+  levelsPerOctave: number; // 1, 2, 4 or 8 if quantized, otherwise 0.
   spacing: number; // Grid steps.
 }
 
-// For spreadSums(): the fewer levels, the more uneven the triangles are.
+// For spreadSums(): fewer levels give more uneven triangles.
 export function normalRounds({ values, levelsPerOctave }: ShellMode): number {
   return values !== quantized ? 1 : { 1: 4, 2: 3, 4: 2 }[levelsPerOctave] ?? 1;
 }
@@ -25,13 +25,13 @@ export function normalRounds({ values, levelsPerOctave }: ShellMode): number {
 export interface MarchedTile {
   mesh: LatticeMesh;
   box: LatticeBox;
-  hasVoid: boolean; // The surface may end inside of the box.
+  hasVoid: boolean; // The surface may end inside the box.
 }
 
 // Throws TileDamage.
 export type ShellDecoder = (payload: Uint8Array, promised: TilePromise, mode: ShellMode, resolution: number) => MarchedTile;
 
-// What common/codec/wasm/shell_wasm.cpp exports; pointers are offsets into `memory`.
+// The exports of common/codec/wasm/shell_wasm.cpp; pointers are offsets into `memory`.
 interface Exports {
   memory: WebAssembly.Memory;
   shell_payload(size: number): number;
@@ -73,7 +73,7 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
     if (decoded < 0) throw damaged(`there is no memory for its ${promised.triangles} triangles`);
     if (decoded !== 0) throw damaged(`its sample shell has ${statuses[decoded] ?? "a fault"}`);
     return {
-      // Copies: the decoder uses its memory again.
+      // Copies, because the decoder reuses its memory.
       mesh: {
         positions: new Int32Array(shell.memory.buffer, shell.shell_vertices(), 3 * promised.vertices).slice(),
         triangles: new Uint32Array(shell.memory.buffer, shell.shell_triangles(), 3 * promised.triangles).slice(),

@@ -1,26 +1,24 @@
-// What the rest of a step must know of one tile: the open edges where it meets its neighbours, and
-// counts of what lies inside. So a whole surface is checked from its tiles' boundaries, which are a small
-// part of it, and a tile that stays is never counted again.
+// The boundary of a tile: the open edges where it meets its neighbors, and counts of its interior. Whole surfaces are
+// checked from the small boundaries of their tiles, so that unchanged tiles are never counted again.
 import { Components } from "./components";
 import { countEdges, type EdgeCounts } from "./edge_uses";
 import type { LatticeBox, LatticeMesh } from "./tile_mesh";
 
 export interface TileBoundary {
   triangles: number;
-  innerVertices: number; // Not on the boundary.
-  innerEdges: number; // Edges of more than one triangle of this tile.
-  nonmanifoldEdges: number; // Inner edges of more than two triangles.
+  innerVertices: number; // Vertices not on the boundary.
+  innerEdges: number; // Edges with more than one triangle of this tile.
+  nonmanifoldEdges: number; // Inner edges with more than two triangles.
   degenerateTriangles: number;
-  components: number; // Components of this tile alone.
-  // The vertices on the boundary: lattice coordinates, number in the tile, number of the component.
+  components: number; // Of this tile alone.
+  // The boundary vertices: lattice coordinates, number in the tile, number of the component.
   positions: Int32Array;
   vertices: Uint32Array;
   component: Uint32Array;
   edges: Uint32Array; // Pairs of boundary vertices, in the direction of their triangle.
 }
 
-// `marched`: the box in which this viewer has marched samples, none of them void, to get the mesh. Such a mesh is
-// manifold, and its edges need not be compared with one another.
+// `marched`: the box in which the viewer marched samples, none of them void, which ensures a manifold mesh.
 export function boundaryOf(mesh: LatticeMesh, marched: LatticeBox | null = null): TileBoundary {
   const vertices = mesh.positions.length / 3;
   const components = new Components(vertices);
@@ -29,7 +27,7 @@ export function boundaryOf(mesh: LatticeMesh, marched: LatticeBox | null = null)
     components.join(mesh.triangles[t + 1], mesh.triangles[t + 2]);
   }
   const { counts, degenerate } = marched ? { counts: marchedEdges(mesh, marched), degenerate: 0 } : comparedEdges(mesh);
-  const numbers = new Map<number, number>(); // Tile's vertex -> boundary's.
+  const numbers = new Map<number, number>(); // The tile's vertex -> the boundary's.
   const edges = counts.open.map((vertex) => {
     let number = numbers.get(vertex);
     if (number === undefined) numbers.set(vertex, (number = numbers.size));
@@ -78,10 +76,10 @@ function comparedEdges({ positions, triangles }: LatticeMesh): { counts: EdgeCou
   return { counts, degenerate: (triangles.length - used / 2) / 3 };
 }
 
-// An edge lies in one face of the box when both ends do. It then lies in a face of one tetrahedron, which has no
-// neighbour there, and is that tetrahedron's alone; every other edge belongs to two triangles.
+// An edge lies in a face of the box if both ends do. Then it lies in a face of one tetrahedron, which has no neighbor
+// there, and has one triangle; every other edge has two.
 function marchedEdges({ positions, triangles }: LatticeMesh, box: LatticeBox): EdgeCounts {
-  const faces = new Uint8Array(positions.length / 3); // A bit for each face of the box that the vertex lies on.
+  const faces = new Uint8Array(positions.length / 3); // One bit per face of the box that contains the vertex.
   for (let v = 0; v < faces.length; ++v) {
     for (let axis = 0; axis < 3; ++axis) {
       const at = positions[3 * v + axis];

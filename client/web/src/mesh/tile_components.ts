@@ -1,8 +1,8 @@
-// The connected components of a surface in tiles, and the surface without some of them: noise in scans makes thousands
-// of small ones around the one that is meant. The same as common/mesh/components.hpp finds in the welded mesh: triangles
-// with a common vertex are connected, and a component is as large as the diagonal of its bounding box.
+// The connected components of a tiled surface, and the surface without some of them: noise in scans causes thousands of
+// small ones. Gives the same result as common/mesh/components.hpp for the welded mesh: triangles with a common vertex
+// are connected, and the size of a component is the diagonal of its bounding box.
 //
-// A tile's own components are found once; what a surface adds takes time in proportion to the tiles' boundaries.
+// The components within a tile are computed once; joining them takes time proportional to the boundaries.
 import { Components } from "./components";
 import { nearestComponent } from "./nearest_component";
 import { PointNumbers } from "./point_numbers";
@@ -18,17 +18,16 @@ interface Tile {
 }
 
 export interface DrawnComponents {
-  components: number; // Components of the whole surface.
-  shown: number; // Components that are drawn.
-  triangles: number; // Triangles that are shown.
-  largest: LatticeBox | null; // Around the drawn one with the longest diagonal; null: none is drawn.
-  // For each tile its triangles in an order in which those of shown components are the first ones, and how many
-  // these are; null: all of them are shown.
+  components: number; // Of the whole surface.
+  shown: number; // Drawn components.
+  triangles: number; // Drawn triangles.
+  largest: LatticeBox | null; // The box of the drawn component with the longest diagonal; null: none is drawn.
+  // Per tile, its triangles with those of drawn components first, and the number of these; null: all are drawn.
   tiles: ({ triangles: Triangles; shown: number } | null)[];
 }
 
-// Which components are drawn: those whose bounding boxes have a diagonal of at least `leastDiagonal` lattice steps, but for those
-// that are the nearest ones to the `hidden` places; of them only the largest, if `largestOnly`.
+// Selects the drawn components: those whose bounding box has a diagonal of at least `leastDiagonal` lattice steps,
+// without those nearest to the `hidden` places; with `largestOnly` only the largest of them.
 export interface DrawnChoice {
   leastDiagonal: number;
   hidden?: readonly (readonly number[])[];
@@ -55,7 +54,7 @@ export function drawnComponents(tiles: readonly Tile[], { leastDiagonal, hidden 
   };
 }
 
-// The shown component with the longest diagonal; among equally long ones that with the most triangles. -1: none is shown.
+// Returns the shown component with the longest diagonal, among equals that with the most triangles; -1: none.
 function largestOf(tiles: readonly Tile[], ofTile: readonly Uint32Array[], diagonals: readonly number[], isShown: readonly boolean[]): number {
   const longest = diagonals.reduce((most, diagonal, i) => (isShown[i] ? Math.max(most, diagonal) : most), -1);
   const candidates = [...diagonals.keys()].filter((i) => isShown[i] && diagonals[i] === longest);
@@ -68,7 +67,7 @@ function largestOf(tiles: readonly Tile[], ofTile: readonly Uint32Array[], diago
   return candidates.reduce((best, i) => (counts[i] > counts[best] ? i : best));
 }
 
-// The tiles with nothing but the triangles of such components.
+// Returns the tiles with only the triangles of drawn components.
 export function withDrawnComponents<T extends Tile>(tiles: readonly T[], choice: DrawnChoice): T[] {
   const { tiles: parted } = drawnComponents(tiles, choice);
   return tiles.map((tile, i) => {
@@ -96,7 +95,7 @@ function componentsOf({ positions: p, triangles }: Tile): OwnComponents {
   const ofVertex = new Uint32Array(p.length / 3);
   const boxes: LatticeBox[] = [];
   for (let v = 0; v < ofVertex.length; ++v) {
-    const root = sets.root(v); // The least of its set: it comes first.
+    const root = sets.root(v); // The smallest vertex of its set, which comes first.
     ofVertex[v] = root === v ? boxes.push(emptyBox()) - 1 : ofVertex[root];
     const box = boxes[ofVertex[v]];
     for (let axis = 0; axis < 3; ++axis) {
@@ -110,8 +109,8 @@ function componentsOf({ positions: p, triangles }: Tile): OwnComponents {
   return own;
 }
 
-// Components of tiles are one where they share a vertex. For each tile, which one of the surface each of its
-// own is; their boxes, in the order in which they come.
+// Joins components of tiles that share a vertex. Returns, for each tile, the surface's component of each of its own,
+// and the boxes of the surface's components in order of appearance.
 function joinedComponents(tiles: readonly Tile[]): { ofTile: Uint32Array[]; boxes: LatticeBox[] } {
   const own = tiles.map(componentsOf);
   const firstOf: number[] = [];
@@ -122,7 +121,7 @@ function joinedComponents(tiles: readonly Tile[]): { ofTile: Uint32Array[]; boxe
   }
   const sets = new Components(total);
   const points = new PointNumbers(tiles.reduce((n, { boundary }) => n + boundary.vertices.length / 2, 16));
-  const firstAt: number[] = []; // The component that came first to each point.
+  const firstAt: number[] = []; // By point, the first component found there.
   tiles.forEach(({ boundary: { positions: p, vertices } }, tile) => {
     vertices.forEach((vertex, i) => {
       const point = points.numberOf(p[3 * i], p[3 * i + 1], p[3 * i + 2]);
@@ -172,7 +171,7 @@ function extend(box: LatticeBox, by: LatticeBox): void {
   }
 }
 
-// The root of a sum that is exact: rounded once, everywhere alike.
+// The root of an exact sum: rounded once, identically on all machines.
 function diagonalOf([x0, y0, z0, x1, y1, z1]: LatticeBox): number {
   return Math.sqrt((x1 - x0) ** 2 + (y1 - y0) ** 2 + (z1 - z0) ** 2);
 }

@@ -1,2 +1,2 @@
-// What is wrong with a tile, in one sentence.
+// Describes in one sentence what is wrong with a tile.
 export class TileDamage extends Error {}

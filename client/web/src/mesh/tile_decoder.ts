@@ -1,6 +1,6 @@
-// A tile's Draco bytes -> a mesh on the lattice, or one sentence with the fault.
+// Decodes a tile's Draco bytes into a mesh on the lattice, or throws TileDamage.
 //
-// The bytes are untrusted: counts are compared with the manifest before Draco allocates for them, then vertices with
+// The bytes are not trusted: counts are compared with the manifest before Draco allocates memory, then vertices with
 // the tile's cube, and the triangles with their digest.
 import type { Decoder, DecoderModule } from "draco3d";
 
@@ -118,7 +118,7 @@ function isInside(positions: Int32Array, cube: OctreeCube, resolution: number): 
   return true;
 }
 
-// Draco splits a vertex where the tile's surface touches itself; one lattice point is one vertex.
+// Draco splits a vertex where the tile's surface touches itself; restores one vertex per lattice point.
 function welded(split: LatticeMesh): LatticeMesh {
   const points = split.positions.length / 3;
   const numbers = new PointNumbers(points);

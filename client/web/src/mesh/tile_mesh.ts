@@ -1,4 +1,4 @@
-// What a tile is after decoding, and what a manifest promised of it.
+// A decoded tile, and its summary in the manifest.
 
 // A tile's octree cube: side 2^exponent grid steps, at (x, y, z) times its side.
 export interface OctreeCube {
@@ -9,7 +9,7 @@ export interface OctreeCube {
 }
 
 export interface TilePromise {
-  key: string; // hex() of the digest of its triangles.
+  key: string; // hex() of its content digest.
   cube: OctreeCube;
   triangles: number;
   vertices: number;
@@ -19,11 +19,11 @@ export interface TilePromise {
 // A box of lattice points: low x, y, z, high x, y, z.
 export type LatticeBox = [number, number, number, number, number, number];
 
-// On the lattice; every vertex distinct and used.
+// On the lattice; every vertex is distinct and used.
 export interface LatticeMesh {
-  positions: Int32Array; // Three a vertex.
+  positions: Int32Array; // Three per vertex.
   triangles: Uint32Array; // Three vertex numbers each, counterclockwise from outside.
-  normals: Float32Array | null; // Three a vertex: the field's, in world coordinates.
+  normals: Float32Array | null; // The field's normals in world coordinates, three per vertex.
 }
 
 export function nameOf(cube: OctreeCube): string {

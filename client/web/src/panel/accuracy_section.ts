@@ -1,4 +1,4 @@
-// How exact the surface has to be, or how large it may be.
+// Controls for the error or the size of the surface.
 import type { DatasetInfo } from "../protocol/messages";
 import { lengthText, voxelLength } from "../stream/dataset";
 import { qualities } from "../state/url_state";
@@ -11,7 +11,7 @@ import { SettingControls } from "./setting_controls";
 const budgetPositions = 40; // 10 000 to 10 million triangles, then no limit.
 
 export interface AccuracyPart extends PanelSection {
-  showPaused: (isPaused: boolean) => void; // View-dependent detail.
+  showPaused: (isPaused: boolean) => void; // While the view-dependent error is not applied.
 }
 
 // `expected` shows the expected size of the surface.

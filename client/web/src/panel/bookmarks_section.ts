@@ -1,10 +1,10 @@
-// Views to come back to. They stay in this browser.
+// Bookmarked views, stored in this browser.
 import type { Bookmarks } from "../state/bookmarks";
 import { h } from "../shared/elements";
 
 export interface BookmarksEvents {
   bookmarks: Bookmarks;
-  currentAddress: () => string; // The address of exactly this view.
+  currentAddress: () => string; // The address of the current view.
   visit: (address: string) => void;
 }
 

@@ -1,11 +1,11 @@
-// What this page has checked of the surfaces that are shown, in words and numbers.
+// Describes what the page has checked of the shown surfaces.
 import type { DrawnSurface, ShownComponents, StepFacts } from "../state/progress";
 import { lengthText } from "../stream/dataset";
 import { h } from "../shared/elements";
 import { counted, grouped, inDigits } from "../shared/quantities";
 import { componentWords, hidesAny } from "./component_filter";
 
-// The final surface has no triangle.
+// Returns whether the final surface has no triangles.
 export function isEmpty(shown: StepFacts): boolean {
   return shown.isFinal && shown.triangles === 0;
 }
@@ -14,7 +14,7 @@ export function isClosed(shown: StepFacts): boolean {
   return shown.topology.borderEdges === 0;
 }
 
-// On one line: what is certain of all surfaces that are shown, of which there is one at least.
+// Returns one line that holds for all shown surfaces. Requires at least one.
 export function sealWords(drawn: readonly DrawnSurface[]): string {
   const components = allComponents(drawn);
   if (hidesAny(components) && components.shown === 0) return "Nothing shown: all components hidden";
@@ -25,7 +25,7 @@ export function sealWords(drawn: readonly DrawnSurface[]): string {
   return words.join(", ");
 }
 
-// "within 0.25 mm", where that is certified of all of them; else empty, or "preview".
+// "within 0.25 mm" if all are certified; otherwise "preview" or empty.
 export function withinWords(drawn: readonly DrawnSurface[]): string {
   if (drawn.length === 0) return "";
   if (drawn.some(({ shown }) => shown.spacing > 1)) return "preview";
@@ -34,7 +34,7 @@ export function withinWords(drawn: readonly DrawnSurface[]): string {
   return shown.errorWorld === 0 ? "full resolution" : `within ${errorLength(shown)}`;
 }
 
-// "0.25 mm", or in voxels where no unit is known.
+// "0.25 mm", or in voxels if the unit is unknown.
 function errorLength(shown: StepFacts): string {
   return shown.lengthUnit ? lengthText(shown.errorWorld, shown, 2) : counted(shown.errorVoxels, "voxel", 2);
 }
@@ -54,14 +54,13 @@ export function trianglesOf({ shown, components }: DrawnSurface): number {
   return components?.triangles ?? shown.triangles;
 }
 
-// That of which least is promised: the coarsest preview, else the one with the largest error.
+// Returns the surface with the weakest guarantee: the coarsest preview, or else the one with the largest error.
 export function leastAccurate(drawn: readonly DrawnSurface[]): StepFacts | null {
   const isLess = (a: StepFacts, b: StepFacts) => (a.spacing !== b.spacing ? a.spacing > b.spacing : a.errorVoxels > b.errorVoxels);
   return drawn.reduce<StepFacts | null>((least, { shown }) => (!least || isLess(shown, least) ? shown : least), null);
 }
 
-// How accurate it is, as a number with its unit: a bound, where it is certified; of a preview, which has none, the
-// spacing of the samples that it looks at.
+// Returns the accuracy and its unit: a bound if certified; for previews, which have none, their spacing.
 export function accuracyOf(shown: StepFacts, digits: number): { value: string; unit: string } {
   if (shown.spacing > 1) return { value: `1 in ${shown.spacing}`, unit: "samples per axis" };
   const voxels = inDigits(shown.errorVoxels, digits);
@@ -69,7 +68,7 @@ export function accuracyOf(shown: StepFacts, digits: number): { value: string; u
   return shown.isCertified ? { value: `≤ ${voxels}`, unit } : { value: voxels, unit };
 }
 
-// The same in the file's unit, where it has one, with the voxels beside it.
+// Returns the same in the file's unit, if any, along with the voxels.
 export function accuracyInUnits(shown: StepFacts): { value: string; label: string } {
   const { value, unit } = accuracyOf(shown, 2);
   const label = shown.pixels === null ? "error" : "error anywhere";
@@ -102,7 +101,7 @@ function errorAnywhere(shown: StepFacts): string {
   return `The error of the original method (${world}); the real distance may exceed it.`;
 }
 
-const mostDetailed = 24; // Surfaces.
+const mostDetailed = 24; // Surfaces described in full.
 
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
   const named = ({ number, shown }: DrawnSurface) => h("h3", {}, `Surface ${number}: isovalue ${inDigits(shown.isovalue, 6)}`);

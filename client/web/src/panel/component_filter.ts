@@ -1,4 +1,4 @@
-// "Hide components smaller than [ ] samples": of one surface, or of several. Noise in scans makes thousands of small ones around the main surface.
+// "Hide components smaller than [ ] samples", for one or several surfaces: noise causes thousands of small ones.
 import type { ShownComponents } from "../state/progress";
 import type { HiddenParts } from "../state/hidden_parts";
 import { maxMinComponent } from "../state/surfaces";
@@ -8,12 +8,12 @@ import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
 export interface ComponentFilterActs {
-  hide: (minComponent: number) => void; // In samples; 0: nothing.
-  showHidden: () => void; // Shows the parts again that were hidden one by one.
-  keepLargest?: (isOn: boolean) => void; // Hides all but one, or shows all again.
+  hide: (minComponent: number) => void; // In samples; 0: hides none.
+  showHidden: () => void; // Shows individually hidden parts again.
+  keepLargest?: (isOn: boolean) => void; // Hides all but the largest, or shows all.
 }
 
-// `of`: whose components, in words.
+// `of`: names the surfaces.
 export function componentFilter(of: string, { hide, showHidden, keepLargest }: ComponentFilterActs): Control<HiddenParts> {
   const input = numberInput(`Hide components of ${of} smaller than, in samples`,
     (samples) => hide(Math.min(maxMinComponent, Math.max(0, samples))), () => hide(0));
@@ -49,7 +49,7 @@ export function hidesAny(components: ShownComponents | null): components is Show
   return components !== null && components.shown < components.components;
 }
 
-// "3 components of 120 shown (smaller than 12 samples hidden)". Those that were hidden one by one are counted, too.
+// "3 components of 120 shown (smaller than 12 samples hidden)". Individually hidden components count as hidden.
 export function componentWords({ shown, components, minComponent }: ShownComponents): string {
   const noun = shown === 1 ? "component" : "components";
   const count = shown === 0 ? "No" : grouped(shown);

@@ -1,4 +1,4 @@
-// What the server has: a picture and the facts of each dataset, or of a series of them; one is chosen.
+// The list of the server's datasets and series, with thumbnails and properties; one is selected.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Entry, Series } from "../state/series";
 import { sampleTypeName } from "../stream/dataset";
@@ -87,5 +87,5 @@ function wordsOf({ times, fields, labels }: Series): string {
   return counts.filter(([count]) => count > 1).map(([count, noun]) => `${count} ${noun}`).join(", ");
 }
 
-// One transparent pixel, until the picture is there.
+// A transparent pixel, until the thumbnail is loaded.
 const blank = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw==";

@@ -1,4 +1,4 @@
-// What one exports: a link, a picture, a file.
+// Exports: a link, pictures, files.
 import type { MeshFormat } from "../workers/worker_messages";
 import { h } from "../shared/elements";
 import { grouped, inTriangleRange } from "../shared/quantities";
@@ -6,7 +6,7 @@ import type { SurfaceSize } from "../state/progress";
 import { choice, toggle } from "./inputs";
 import { numberInput } from "./number_input";
 
-const mostPixels = 16384; // Across.
+const mostPixels = 16384; // Width.
 
 export interface DownloadsEvents {
   copyLink: () => void;
@@ -68,12 +68,12 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
 
 export interface SavedSurface {
   triangles: number;
-  isOfSamples: boolean; // Triangles were made here from samples, and not simplified.
+  isOfSamples: boolean; // Extracted here from sample shells and not simplified.
   isOneOfSeveral: boolean;
-  expected: SurfaceSize | null; // The surface as the settings request it; null: not known.
+  expected: SurfaceSize | null; // The estimate for the request; null: unknown.
 }
 
-// Which triangles a mesh file has.
+// Describes the triangles of a mesh file.
 export function savedWords({ triangles, isOfSamples, isOneOfSeveral, expected }: SavedSurface): string {
   const saved = `Saved ${grouped(triangles)} triangles${isOneOfSeveral ? ", those of the first surface" : ""}`;
   if (!isOfSamples) return `${saved}.`;

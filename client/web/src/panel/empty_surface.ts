@@ -1,11 +1,11 @@
-// Words for a surface of which there is nothing to see.
+// Explains why nothing of a surface is visible.
 import type { ShownSurface } from "../shown_surface";
 import type { Progress } from "../state/progress";
 import { inDigits } from "../shared/quantities";
 import { isEmpty } from "./certificate";
 import { componentWords } from "./component_filter";
 
-// Why there is nothing to see of a surface; null: there is something, or will be.
+// Returns the reason; null: something is visible or will be.
 export function nothingWords({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
   if (!shown || isStreaming) return null;
   if (!isEmpty(shown)) return components?.shown === 0 ? `${componentWords(components)}.` : null;

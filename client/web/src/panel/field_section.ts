@@ -1,4 +1,4 @@
-// A second field that colors the surfaces: another one of the same series, or any dataset in the same world.
+// Selects a second field that colors the surfaces: from the same series, or any dataset in the same world.
 import type { DatasetInfo } from "../protocol/messages";
 import { colorMaps } from "../shared/color_maps";
 import { entriesOf, seriesOf, isOfOneSeries, named, ofField } from "../state/series";
@@ -15,7 +15,7 @@ export interface FieldPart extends PanelSection {
 }
 
 interface Offer {
-  name: string; // The name of the dataset or of its series.
+  name: string; // Of the dataset or its series.
   words: string;
 }
 
@@ -79,7 +79,7 @@ function group(label: string, offers: readonly Offer[]): HTMLElement[] {
   return [h("optgroup", { label }, ...offers.map(({ name, words }) => h("option", { value: name }, words)))];
 }
 
-// A field is named by its first time, so that the names stay while the times go by.
+// A field is identified by its first time, so that names do not change with the time.
 function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: Offer[]; others: Offer[] } {
   const series = seriesOf(list, info);
   const fields = series && series.fields.length > 1 ? series.fields : [];
@@ -97,7 +97,7 @@ function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string)
   return (ofField(series, first, field) ?? info).name;
 }
 
-// What of the offers the wanted one is.
+// Returns the offer that matches the wanted dataset.
 function chosenOf(list: readonly DatasetInfo[], info: DatasetInfo | null, wanted: string): string {
   const by = named(list, wanted);
   if (!wanted || !by || !info) return wanted;

@@ -1,4 +1,4 @@
-// What one can do with mouse, fingers and keys, on one page.
+// The help page: mouse, touch and keyboard.
 import { h } from "../shared/elements";
 
 const hands = [
@@ -51,7 +51,7 @@ export class Help {
         "Everything else is explained where it is: hover over it with the mouse, or reach it with the " +
         "Tab key."));
     close.addEventListener("click", () => this.element.close());
-    // A click beside the page closes it.
+    // A click outside closes it.
     this.element.addEventListener("click", (event) => {
       if (event.target === this.element) this.element.close();
     });

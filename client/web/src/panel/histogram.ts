@@ -1,23 +1,22 @@
-// How often values occur, with a line at each isovalue that one drags. Arrow keys move them as well.
+// The histogram of values, with a line at each isovalue that can be dragged or moved with arrow keys.
 import type { DatasetInfo } from "../protocol/messages";
 import { h } from "../shared/elements";
 import { roundedWithin } from "../shared/quantities";
 
 export interface HistogramEvents {
-  // The line of a surface, 0 for the first. While dragging, and once more with `isDragging` false when
-  // it ends.
+  // Called while dragging, and once with `isDragging` false at the end. `surface`: 0 for the first.
   moved: (surface: number, isovalue: number, isDragging: boolean) => void;
 }
 
 export type ValueRange = Pick<DatasetInfo, "min" | "max">;
 
 export interface Isoline {
-  surface: number; // 0 for the first. Those of other datasets have no line here.
+  surface: number; // 0 for the first. Surfaces of other datasets have no line.
   isovalue: number;
-  color: string; // The color of its surface.
+  color: string; // Of its surface.
 }
 
-const integerTypes = 4; // U8, I8, U16, I16 come before the floats.
+const integerTypes = 4; // U8, I8, U16 and I16 precede the floats.
 const steps: Record<string, number> = {
   ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10,
 };
@@ -32,12 +31,12 @@ export class HistogramView {
       "How often each value occurs in the data. Drag a line: its surface runs through all " +
       "places that have this value.",
   });
-  private readonly handles: HTMLElement[] = []; // One a line.
+  private readonly handles: HTMLElement[] = []; // One per line.
   private readonly low = h("span");
   private readonly high = h("span");
   private readonly pointed = h("output", { class: "histogram-value", hidden: true, "aria-hidden": "true" }); // The value under the pointer.
   private info: DatasetInfo | null = null;
-  private range = { min: 0, max: 1 }; // From the left to the right.
+  private range = { min: 0, max: 1 }; // From left to right.
   private lines: readonly Isoline[] = [];
   private dragged = 0; // The surface whose line moved last.
   private isLog = true;
@@ -51,7 +50,7 @@ export class HistogramView {
     new ResizeObserver(() => this.draw()).observe(this.plot);
   }
 
-  // `range`: of the values from the left to the right; that of all times of a series, so that lines stay where they are.
+  // `range`: the values from left to right; for a series those of all times, so that lines do not move.
   show(info: DatasetInfo, lines: readonly Isoline[], isLog: boolean, range: ValueRange): void {
     const isNew = info !== this.info || isLog !== this.isLog || range.min !== this.range.min || range.max !== this.range.max;
     this.info = info;
@@ -73,7 +72,7 @@ export class HistogramView {
     this.draw();
   }
 
-  // Draws the eye to the first line until one was dragged once.
+  // Highlights the first line until a line was dragged.
   invite(isInviting: boolean): void {
     this.handles[0]?.classList.toggle("is-inviting", isInviting);
   }
@@ -82,7 +81,7 @@ export class HistogramView {
     const { min, max } = this.range;
     const handle = (this.handles[at] ??= this.handle(at));
     handle.style.left = this.percent(isovalue);
-    // With a single surface the handle has the accent color of the page.
+    // A single surface uses the page's accent color.
     handle.style.setProperty("--line-color", this.lines.length > 1 ? color : "");
     handle.setAttribute("aria-label", this.lines.length > 1 ? `Isovalue of surface ${surface + 1}` : "Isovalue");
     handle.setAttribute("aria-valuemin", String(min));
@@ -168,7 +167,7 @@ export class HistogramView {
     const ratio = window.devicePixelRatio;
     canvas.width = Math.round(width * ratio);
     canvas.height = Math.round(height * ratio);
-    // So it is drawn by the processor: the graphics card, busy with surfaces, would have the page wait.
+    // Draws on the CPU: a GPU busy with surfaces would block the page.
     const context = canvas.getContext("2d", { willReadFrequently: true })!;
     context.fillStyle = getComputedStyle(canvas).color;
     const heights = columns(info, this.range, canvas.width, this.isLog);
@@ -187,7 +186,7 @@ function isInteger(info: DatasetInfo): boolean {
   return info.type <= integerTypes;
 }
 
-// Between the integers where the data has only those: there no sample lies on the surface.
+// Rounds between integers for integer data, so that no sample lies on the surface.
 function rounded(value: number, info: DatasetInfo, { min, max }: ValueRange): number {
   if (isInteger(info)) return Math.min(max, Math.floor(value) + 0.5);
   return roundedWithin(value, (max - min) / 10);
@@ -197,8 +196,8 @@ function valueText(value: number, { min, max }: ValueRange): string {
   return String(roundedWithin(value, max - min));
 }
 
-// One height for each column of pixels, 0 to 1. One bin that holds nearly everything (air) would
-// hide all others on a linear scale: there it runs out of the picture.
+// Returns a height from 0 to 1 for each pixel column. On a linear scale a bin that contains nearly all samples (air)
+// would flatten the others, so it is cut off.
 export function columns(info: Pick<DatasetInfo, "histogram">, { min, max }: ValueRange, width: number, isLog: boolean): number[] {
   const { counts, low, high } = info.histogram ?? { counts: [], low: 0, high: 1 };
   if (counts.length === 0) return [];
@@ -207,13 +206,13 @@ export function columns(info: Pick<DatasetInfo, "histogram">, { min, max }: Valu
   const largest = isLog ? sorted[0] : Math.max(1, 1.15 * sorted[Math.min(3, sorted.length - 1)]);
   const scale = (n: number) =>
     isLog ? Math.log1p(n) / Math.log1p(largest || 1) : Math.min(1.1, n / (largest || 1));
-  // Beyond the bins, as where other times have other values, there is nothing.
+  // Columns outside the bins are empty, as when other times have other values.
   const binAt = (x: number) => {
     const value = min + (x / width) * (max - min);
     return Math.floor(((value - low) / (high - low || 1)) * counts.length);
   };
   return Array.from({ length: width }, (_, x) => {
-    // Where bins are narrower than a column: the mean of them.
+    // The mean of the bins in the column.
     const first = binAt(x);
     const last = Math.max(first + 1, binAt(x + 1));
     const sum = numbers.slice(Math.max(0, first), Math.max(0, last)).reduce((total, count) => total + count, 0);

@@ -1,4 +1,4 @@
-// The few kinds of control that the panel is made of, each with its label and its explanation.
+// The controls of the panel, each with a label and an explanation.
 import { h } from "../shared/elements";
 
 export interface Control<T> {
@@ -18,7 +18,7 @@ export interface SliderOptions {
   moved: (value: number, isDragging: boolean) => void;
 }
 
-// A slider with a readout; `moved` hears of every position, and `isDragging` until it is let go.
+// A slider with a readout; `moved` is called for every position, with `isDragging` until release.
 export function slider(options: SliderOptions): Control<number> {
   const toPosition = options.toPosition ?? ((value) => value);
   const fromPosition = options.fromPosition ?? ((position) => position);
@@ -30,7 +30,7 @@ export function slider(options: SliderOptions): Control<number> {
     "aria-label": options.label,
   });
   const readout = h("output");
-  // What is read is what is announced: positions of the slider mean nothing.
+  // Screen readers announce the displayed value, not the slider's position.
   const say = (value: number) => {
     const text = options.text(value);
     readout.textContent = text;
@@ -61,11 +61,11 @@ export function slider(options: SliderOptions): Control<number> {
 export interface ChoiceOptions<T extends string> {
   label: string;
   tip: string;
-  words: readonly (readonly [T, string, string?])[]; // Value, word, own explanation.
+  words: readonly (readonly [T, string, string?])[]; // Value, word and optional explanation.
   chosen: (value: T) => void;
 }
 
-// One of a few words.
+// A choice between a few words.
 export function choice<T extends string>(options: ChoiceOptions<T>): Control<T> {
   const buttons = options.words.map(([value, word, tip]) => {
     const button = h("button", { type: "button", role: "radio", "aria-checked": "false" }, word);

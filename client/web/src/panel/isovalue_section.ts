@@ -1,4 +1,4 @@
-// The isovalues: lines in the histogram that one drags, the first one's number, and suggested values.
+// The isovalues: lines in the histogram, the first one's number, and suggested values.
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import { forever } from "../state/browser_storage";
@@ -21,7 +21,7 @@ export interface IsovaluePart extends PanelSection {
 }
 
 export function isovaluePart(change: Change): IsovaluePart {
-  const hasDragged = forever.get("hasDragged") !== null; // Once is enough.
+  const hasDragged = forever.get("hasDragged") !== null; // The hint is not repeated.
   const hint = h("p", { class: "hint", hidden: hasDragged },
     "Drag the line: the surface runs where the data has this value.");
   let info: DatasetInfo | null = null;
@@ -62,7 +62,7 @@ export function isovaluePart(change: Change): IsovaluePart {
       settings = now;
       log.show(now.logScale);
       filter.show(hiddenPartsOf(now));
-      filter.element.hidden = now.surfaces.length > 0; // Each has its own.
+      filter.element.hidden = now.surfaces.length > 0; // With several surfaces each has its own.
       if (!shown) return;
       const suggested = suggestedIsovalue(shown);
       const lines = surfacesOf(now).flatMap(({ isovalue, color, dataset }, surface) =>

@@ -1,4 +1,4 @@
-// Keyboard shortcuts, active unless the user types text. panel/help.ts lists them.
+// Keyboard shortcuts, inactive while the user types text. panel/help.ts lists them.
 import type { Settings } from "../state/settings";
 
 export interface KeyActions {
@@ -55,7 +55,7 @@ export function installKeyboard(settings: Turned, acts: KeyActions): void {
     if ((event.ctrlKey || event.metaKey) && !event.altKey) return takeBack(event, acts);
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (target.closest("input, select, [role=slider], [role=radio]")) return;
-    if (event.key === " " && target.closest("button, summary, a")) return; // It presses them.
+    if (event.key === " " && target.closest("button, summary, a")) return; // Activates them.
     const act = keys[event.key] ?? keys[event.key.toLowerCase()];
     if (!act) return;
     event.preventDefault();

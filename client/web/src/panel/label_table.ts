@@ -1,4 +1,4 @@
-// The shown labels as a table for spreadsheets: what each encloses, measured of the surfaces that are on the screen.
+// Writes the visible labels as a table for spreadsheets, with the measures of their shown surfaces.
 import type { MassProperties } from "../mesh/mass_properties";
 import type { Label } from "../protocol/messages";
 import { inDigits, withBound } from "../shared/quantities";
@@ -6,10 +6,10 @@ import { inDigits, withBound } from "../shared/quantities";
 export interface MeasuredLabel {
   label: Label;
   found: MassProperties | null; // Null: not measured.
-  bound: number | null; // How far the surface may be off, in world units; null: not known.
+  bound: number | null; // The surface's error in world units; null: unknown.
 }
 
-// CSV with a header. A volume that is not known is empty, as is a bound.
+// Returns CSV with a header. Unknown volumes and bounds are empty.
 export function labelTable(labels: readonly MeasuredLabel[], lengthUnit: string): string {
   const unit = lengthUnit || "unit";
   const header = ["label", "name", `volume_${unit}3`, `volume_bound_${unit}3`, `area_about_${unit}2`, "triangles"];

@@ -1,5 +1,4 @@
-// The labels of a segmentation: of each its color, name, size, opacity and whether it is shown. Those that are hidden are
-// not loaded.
+// The labels of a segmentation: color, name, size, opacity and visibility of each. Hidden labels are not loaded.
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { labelName, labelOf, mostLabelsAtFirst, named, renamedLabel, withLabelName } from "../state/series";
 import type { Progress } from "../state/progress";
@@ -10,16 +9,16 @@ import { grouped } from "../shared/quantities";
 import { componentFilter } from "./component_filter";
 import type { Change, PanelSection } from "./panel_section";
 
-const fewLabels = 8; // Need no search.
+const fewLabels = 8; // At most this many need no search.
 
 export interface LabelsPart extends PanelSection {
   showProgress: (surface: number, progress: Progress) => void;
   showDatasets: (list: readonly DatasetInfo[]) => void;
-  highlight: (surface: number) => void; // That was clicked in the picture; its row is brought into view.
+  highlight: (surface: number) => void; // Scrolls to the row of a surface that was clicked.
 }
 
 export interface LabelsEvents {
-  saveLabels: () => void; // A table of the labels that are shown.
+  saveLabels: () => void; // As a table of the visible labels.
   zoomToLabel: (dataset: string) => void;
 }
 
@@ -125,7 +124,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
   };
 }
 
-// Words of the settings' kind, and what people read.
+// Keys and display names.
 const labelOrders = [["value", "by number"], ["size", "largest first"], ["name", "by name"]] as const;
 
 interface FoundLabel {
@@ -134,7 +133,7 @@ interface FoundLabel {
   label: Label;
 }
 
-// Labels of equal size or name stay in the order of their values.
+// Labels of equal size or name stay in order of their values.
 function inOrder(found: FoundLabel[], order: string): FoundLabel[] {
   if (order === "size") return [...found].sort((a, b) => Number(b.label.samples - a.label.samples));
   if (order === "name") return [...found].sort((a, b) => labelName(a.label).localeCompare(labelName(b.label), "en", { numeric: true }));
@@ -194,11 +193,11 @@ function labelRow(
   };
 }
 
-// A field in place of the name; an empty one takes the name back that the file has.
+// Replaces the name by an input; an empty input restores the file's name.
 function editName(name: HTMLElement, rename: (name: string) => void): void {
   const input = h("input", { type: "text", class: "label-rename", maxlength: String(mostNote), "aria-label": `Name of ${name.textContent}` });
   input.value = name.textContent ?? "";
-  let hasEnded = false; // A field that is taken away is left, too.
+  let hasEnded = false; // Removing an input also blurs it.
   const end = (isTaken: boolean) => {
     if (hasEnded) return;
     hasEnded = true;
@@ -208,7 +207,7 @@ function editName(name: HTMLElement, rename: (name: string) => void): void {
   };
   input.addEventListener("blur", () => end(true));
   input.addEventListener("keydown", (event) => {
-    event.stopPropagation(); // The page's keys are no letters of a name.
+    event.stopPropagation(); // Typed letters must not trigger shortcuts.
     if (event.key === "Enter" || event.key === "Escape") end(event.key === "Enter");
   });
   name.replaceWith(input);
@@ -222,7 +221,7 @@ function opacityOf(what: string, turned: (value: number) => void): HTMLInputElem
   return input;
 }
 
-// `isMixed`: of several surfaces, whose opacities differ; the greatest is where the handle is.
+// `isMixed`: surfaces with different opacities; the slider shows the largest.
 function showOpacity(input: HTMLInputElement, opacity: number, isMixed = false): void {
   input.value = String(opacity);
   input.setAttribute("aria-valuetext", isMixed ? "mixed" : `${Math.round(100 * opacity)} %`);

@@ -1,6 +1,6 @@
-// Colors and the values that they mean, over the picture: of a slice, of a field on the surfaces. Dragged sideways it turns the level, up and
-// down the window, as readers of medical pictures do; arrow keys do the same, a double click resets. The values of the first and
-// the last color can be typed.
+// The color legend over the scene, of a slice or of a field on the surfaces. Dragging horizontally changes the level
+// and vertically the window, as in medical viewers; so do arrow keys, and a double click resets. The values of the
+// first and last color can be typed.
 import { gradientOf, type LegendWords } from "../shared/color_maps";
 import { scaleOf, windowOf } from "../slices";
 import type { Settings } from "../state/settings";
@@ -9,7 +9,7 @@ import { inDigits, roundedWithin } from "../shared/quantities";
 import type { Control } from "./inputs";
 import { numberInput } from "./number_input";
 
-// The names of the settings that a legend shows and turns.
+// The settings that a legend shows and changes.
 export interface LegendNames {
   label: string;
   colors: "sliceColors" | "colors";
@@ -18,17 +18,17 @@ export interface LegendNames {
   isLog: "samplesLog" | "fieldLog";
 }
 
-// The values that it is about.
+// The range and unit of the values.
 export interface LegendValues {
   min: number;
   max: number;
   valueUnit: string;
-  usual?: { level: number; width: number }; // The default window; all values if there is none.
+  usual?: { level: number; width: number }; // The default window; absent: all values.
 }
 
 interface Ends {
-  low: number; // The value of the first color;
-  high: number; // of the last one.
+  low: number; // The value of the first color.
+  high: number; // The value of the last color.
 }
 
 const keys: Record<string, [number, number]> = {
@@ -62,7 +62,7 @@ export class Legend {
     this.listen();
   }
 
-  // Null: no such values are shown. `name`: what they are.
+  // Null hides the legend. `name`: names the values.
   show(settings: Settings, info: LegendValues | null, name = ""): void {
     this.settings = settings;
     this.info = info;
@@ -81,7 +81,7 @@ export class Legend {
     this.slider.setAttribute("aria-valuetext", `level ${roundedWithin((low + high) / 2, span)}, window ${inDigits(span)}`);
   }
 
-  // Null: it is not shown.
+  // Null: not shown.
   get words(): LegendWords | null {
     const { settings, info } = this;
     if (this.element.hidden || !settings || !info) return null;
@@ -91,7 +91,7 @@ export class Legend {
     return { map: settings[this.names.colors], name: this.name.textContent ?? "", low: first, high: last + unit };
   }
 
-  // The value of the first or the last color, typed. Ends in the wrong order are not taken.
+  // An input for the value of the first or last color. Rejects ends in the wrong order.
   private endInput(which: string, entered: (value: number, ends: Ends) => Ends): Control<number | null> {
     return numberInput(`Value of the ${which} color of ${this.names.label}`, (value) => {
       const { settings, info } = this;
@@ -139,7 +139,7 @@ export class Legend {
     });
   }
 
-  // By shares of all the values; the window grows and shrinks by factors.
+  // Moves the level by shares of the values, and scales the window by factors.
   private move(sideways: number, upwards: number, isDragging: boolean): void {
     const { info, settings } = this;
     if (!info || !settings) return;

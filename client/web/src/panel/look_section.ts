@@ -1,4 +1,4 @@
-// How the surface is shown: nothing here changes what it is, but that normals are sent or not.
+// The display of the surface. Nothing here changes its shape; shading decides if normals are sent.
 import { h } from "../shared/elements";
 import type { Change, PanelSection } from "./panel_section";
 import { SettingControls } from "./setting_controls";

@@ -1,8 +1,8 @@
-// Notices: a lost connection, a required token, a refused request, a failed check,
-// a surface too large to be sent unasked.
+// Notices: a lost connection, a required token, a refused request, a failed check, a surface too large to be sent
+// without confirmation.
 //
-// What the keyboard is at stays in the page while the matter is the same, also over an attempt to
-// connect that fails. When the matter is settled the keyboard goes to the picture.
+// The focused element stays in the page while the reason is the same, even over failed attempts to connect. When the
+// reason is resolved, focus moves to the scene.
 import type { Progress } from "../state/progress";
 import { h } from "../shared/elements";
 import { inBytes, inTriangleRange } from "../shared/quantities";
@@ -11,8 +11,8 @@ import { TokenForm } from "./token_form";
 export interface NoticeActions {
   connectNow: () => void;
   useToken: (token: string) => void;
-  insist: () => void; // On the surface that was held back.
-  leave: () => void; // The keyboard goes to what is shown.
+  insist: () => void; // Requests the surface that was held back.
+  leave: () => void; // Moves the focus to the scene.
 }
 
 type Kind = "lost" | "later" | "token" | "words" | "size" | "nothing";
@@ -25,14 +25,14 @@ export class Notices {
   private countdown = 0;
   private progress: Progress | null = null;
   private empty: string | null = null;
-  private kind: Kind = "nothing"; // What the element holds; its parts stay while that is the same.
-  private readonly seconds = h("span", { "aria-hidden": "true" }); // Hidden from screen readers, as it changes twice a second.
+  private kind: Kind = "nothing"; // The kind being shown; its elements are reused while it is the same.
+  private readonly seconds = h("span", { "aria-hidden": "true" }); // Changes twice a second, so hidden from screen readers.
   private readonly words = h("span");
   private form: TokenForm | null = null;
 
   constructor(private readonly acts: NoticeActions) {}
 
-  // Stays until clear(); what is passing as long as it takes to read, or until there is nothing to see.
+  // Stays until clear(); a passing notice stays as long as it takes to read, or until nothing is visible.
   announce(text: string, isPassing = false): void {
     this.own = text;
     this.isPassing = isPassing;
@@ -46,7 +46,7 @@ export class Notices {
     this.draw();
   }
 
-  // `empty`: why there is nothing to see, if the surface has no triangle.
+  // `empty`: the reason if the surface has no triangles.
   show(progress: Progress, empty: string | null): void {
     this.progress = progress;
     if (empty !== null && empty !== this.empty && this.isPassing) this.own = null;

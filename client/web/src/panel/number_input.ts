@@ -1,8 +1,8 @@
-// A number that one types; what is half written is left alone.
+// A number input that is not overwritten while the user types.
 import { h } from "../shared/elements";
 import type { Control } from "./inputs";
 
-// `emptied` hears when nothing is left, where that means something.
+// `emptied` is called when the input was cleared.
 export function numberInput(label: string, entered: (value: number) => void, emptied?: () => void): Control<number | null> {
   const element = h("input", { type: "number", step: "any", "aria-label": label, class: "number" });
   let isTyping = false;

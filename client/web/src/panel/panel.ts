@@ -1,4 +1,4 @@
-// The side panel: everything one can turn, in the order in which one needs it.
+// The side panel: all settings, in the order in which they are needed.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Progress, SurfaceSize } from "../state/progress";
 import { timesOf } from "../state/series";
@@ -38,9 +38,9 @@ export class Panel {
   private readonly labels: LabelsPart;
   private readonly downloads: DownloadsPart;
   private list: readonly DatasetInfo[] = [];
-  // Elements that mean nothing for labels.
+  // Elements that do not apply to labels.
   private readonly ofValues: HTMLElement[];
-  // Elements that mean something for labels only.
+  // Elements that apply only to labels.
   private readonly ofLabels: HTMLElement[];
   private readonly expected = h("p", { class: "expected", "data-tip":
     "How large the surface with these settings is, as the server estimates it before making it." });
@@ -100,10 +100,10 @@ export class Panel {
   showExpected(size: SurfaceSize | null): void {
     this.expected.textContent = size
       ? `${inTriangleRange(size.triangles, size.budget)}, about ${inBytes(size.bytes)}`
-      : "\u00a0"; // The line stays.
+      : "\u00a0"; // Keeps the line's height.
   }
 
-  // A click in the picture has met that surface.
+  // Called when a surface was clicked.
   showPicked(surface: number): void {
     this.labels.highlight(surface);
   }

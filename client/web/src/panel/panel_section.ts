@@ -1,19 +1,19 @@
-// What the parts of the panel have in common.
+// The interface of the panel's sections.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Settings } from "../state/settings";
 
-// Some controls that show settings and change them.
+// Controls that show and change settings.
 export interface PanelSection {
   elements: HTMLElement[];
   show: (settings: Settings, info: DatasetInfo | null) => void;
 }
 
-// `isDragging`: more changes will follow at once.
+// `isDragging`: more changes follow immediately.
 export type Change = (change: Partial<Settings>, isDragging?: boolean) => void;
 
-export const maxError = 8; // Voxels, of sliders.
+export const maxError = 8; // Voxels; the end of the sliders.
 
-// Sliders have more room for small errors, which matter most.
+// Gives small errors, which matter most, more space on sliders.
 export const errorScale = {
   min: 0,
   max: 1,

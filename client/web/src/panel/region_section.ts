@@ -1,4 +1,4 @@
-// Another error in one place: a box or a ball, whose handles are in the picture.
+// A region with another error: a box or a ball with handles in the scene.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Region } from "../state/settings";
 import { type Vec3, worldBox } from "../stream/dataset";

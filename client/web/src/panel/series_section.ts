@@ -1,4 +1,4 @@
-// Which field of a series the surfaces are of.
+// Selects the field of a series.
 import type { DatasetInfo } from "../protocol/messages";
 import { seriesOf, ofField } from "../state/series";
 import { h } from "../shared/elements";

@@ -1,5 +1,4 @@
-// Controls of one setting each: what is turned changes the setting, and show() brings all of them to
-// what the settings are.
+// Controls for one setting each: each changes its setting, and show() updates all of them.
 import type { Settings } from "../state/settings";
 import {
   choice, type ChoiceOptions, type Control, slider, type SliderOptions, toggle, type ToggleOptions,

@@ -1,4 +1,4 @@
-// A plane of samples in the picture: where it lies and its colors. The legend in the picture has the rest.
+// The slice in the scene: position and colors. The legend has the rest.
 import type { DatasetInfo } from "../protocol/messages";
 import { colorMaps } from "../shared/color_maps";
 import { h } from "../shared/elements";

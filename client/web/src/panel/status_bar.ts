@@ -1,11 +1,11 @@
-// One line about the surfaces that are shown and what comes: the error first. The certificate behind it has the rest, also
-// how the surface came. Progress is that of the first visible surface, totals are of all: none is called complete while another one comes.
+// One line about the shown surfaces and the progress, starting with the error. The certificate has the details.
+// Progress is that of the first visible surface, totals are of all; the state is complete only when all are.
 import type { DrawnSurface, SurfacesStatus, SurfaceSize } from "../state/progress";
 import { accuracyInUnits, certificateOf, errorWords, isEmpty, leastAccurate, sealWords, trianglesOf, withinWords } from "./certificate";
 import { h } from "../shared/elements";
 import { grouped, inBytes, inSeconds, inTriangleRange } from "../shared/quantities";
 
-// A value with its name below; it stays in the page while its words change.
+// A value with its name below; the elements stay while the text changes.
 class Fact {
   private readonly value = h("b");
   private readonly label = h("span");
@@ -28,7 +28,7 @@ function waitsForOthers({ progress, done, seen }: SurfacesStatus): boolean {
   return isDone && progress.phase === "ready" && done < seen;
 }
 
-// "about 3 s left" of a step, by how long the first part of its tiles took; empty in the first second, and where nothing has come.
+// "about 3 s left" of a step, extrapolated from the tiles received; empty in the first second and without tiles.
 export function timeLeft(milliseconds: number, received: number, toCome: number): string {
   if (milliseconds < 1000 || received === 0 || received >= toCome) return "";
   const seconds = (milliseconds * (toCome - received)) / received / 1000;
@@ -52,8 +52,8 @@ export class StatusBar {
   private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
   private certified: DrawnSurface[] = [];
-  private stepBegan = { step: -1, toCome: -1, at: 0 }; // Which step is coming, and performance.now() of its beginning.
-  // Announced by screen readers: steps, not every tile.
+  private stepBegan = { step: -1, toCome: -1, at: 0 }; // The step being received, and performance.now() of its beginning.
+  // For screen readers: steps, not tiles.
   private readonly spoken = h("span", { class: "spoken", role: "status" });
 
   constructor() {
@@ -74,7 +74,7 @@ export class StatusBar {
       this.spoken, this.certificateButton);
   }
 
-  // Closes the certificate; false where it was not open.
+  // Closes the certificate; returns false if it was not open.
   closeCertificate(): boolean {
     if (this.certificate.hidden) return false;
     const hadKeyboard = this.certificate.contains(document.activeElement);
@@ -132,7 +132,7 @@ export class StatusBar {
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
     const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "asking the server";
-    // Until then the surface before is shown, and the seal is about that one.
+    // Until then the previous surface is shown, and the seal is about that one.
     this.say(!isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is coming`);
   }
 
@@ -154,7 +154,7 @@ export class StatusBar {
     const triangles = drawn.reduce((sum, surface) => sum + trianglesOf(surface), 0);
     const isPreview = shown && expected && isLead && drawn.length === 1 && (isStreaming || !shown.isFinal);
     const label = drawn.length > 1 ? `triangles of ${drawn.length} surfaces` : "triangles";
-    // A preview may have more: the same surface before it is simplified.
+    // A preview may have more triangles: it is not simplified.
     const coming = expected && `${triangles < expected.triangles ? "of" : "soon"} ${inTriangleRange(expected.triangles, expected.budget)}`;
     this.triangles.show(shown && grouped(triangles), isPreview ? coming ?? label : label);
   }

@@ -1,5 +1,4 @@
-// The list of surfaces: of each its color, isovalue, opacity, error, whether it is shown, and what has
-// come of it. Their lines are in the histogram.
+// The list of surfaces: color, isovalue, opacity, error, visibility and state. Their lines are in the histogram.
 import type { DatasetInfo } from "../protocol/messages";
 import { hiddenPartsOf } from "../state/hidden_parts";
 import type { Progress } from "../state/progress";
@@ -27,7 +26,7 @@ export function surfacesPart(change: Change): SurfacesPart {
   let settings: Settings;
   let info: DatasetInfo | null = null;
   let datasets: readonly DatasetInfo[] = [];
-  const rows = new Map<number, Row>(); // Labels have a list of their own.
+  const rows = new Map<number, Row>(); // Labels have their own list.
   const list = h("ul", { class: "surfaces" });
   const add = h("button", {
     type: "button", class: "action", "data-tip": "Another surface of the same data: skin around bone, for example.",
@@ -41,7 +40,7 @@ export function surfacesPart(change: Change): SurfacesPart {
   const rowAt = (at: number) => {
     const row = surfaceRow(at, (changes, isDragging) => change(withSurface(settings, at, changes), isDragging), () => {
       change(withoutSurface(settings, at));
-      add.focus(); // What had the keyboard is gone.
+      add.focus(); // The focused button was removed.
     });
     list.append(row.element);
     rows.set(at, row);
@@ -73,8 +72,8 @@ export function surfacesPart(change: Change): SurfacesPart {
   };
 }
 
-// The suggested value that is farthest from those that have a surface, of a body rather skin or bone, unless that is shown, and
-// rather any tissue than air; else one between the last and the largest.
+// Returns the suggested value farthest from the used ones, preferring, for bodies, skin or bone if not shown, then any
+// tissue to air; without suggestions, a value between the last used one and the maximum.
 export function nextIsovalue(used: readonly number[], info: WindowedDataset & Pick<DatasetInfo, "suggestedIsovalues">): number {
   const { suggestedIsovalues, max } = info;
   const distance = (value: number) => Math.min(...used.map((other) => Math.abs(other - value)));

@@ -1,4 +1,4 @@
-// Times over the picture: play, a slider, which time it is, how fast, and whether it begins again.
+// The time controls over the scene: play, slider, current time, speed and loop.
 import type { Settings } from "../state/settings";
 import { timeText } from "../state/series";
 import type { Pace } from "../time_player";
@@ -51,7 +51,7 @@ export class TimeBar {
     const text = timeText(now, unit);
     this.slider.setAttribute("aria-valuetext", text);
     this.time.textContent = text;
-    // As wide as the longest that may come: nothing jumps while it plays.
+    // As wide as the longest text, so that nothing moves during playback.
     this.time.style.minWidth = `${Math.max(...all.map((time) => timeText(time, unit).length))}ch`;
     this.play.textContent = settings.playing ? "❚❚" : "▶";
     this.play.setAttribute("aria-label", settings.playing ? "Pause" : "Play");

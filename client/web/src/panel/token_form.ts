@@ -1,4 +1,4 @@
-// A form for a server's token, with the server's own error. The input stays until the server has accepted it.
+// A form for the server's token, with the server's error. The input stays until the server accepts it.
 import { h } from "../shared/elements";
 
 export class TokenForm {
@@ -28,7 +28,7 @@ export class TokenForm {
     this.send.textContent = "Connecting…";
   }
 
-  // The server has refused the token.
+  // The server rejected the token.
   refuse(text: string): void {
     this.send.textContent = "Connect";
     this.words.textContent = text;

@@ -1,4 +1,4 @@
-// One short explanation at a time, for whatever has data-tip: on hover, and on keyboard focus.
+// Tooltips for elements with data-tip, on hover and keyboard focus; one at a time.
 import { h } from "../shared/elements";
 
 export function installTooltips(): void {
@@ -32,7 +32,7 @@ export function installTooltips(): void {
     timer = window.setTimeout(() => showFor(element), delay);
   };
   document.addEventListener("pointerover", (event) => {
-    // No tooltip while something is dragged.
+    // No tooltips while dragging.
     if (event.pointerType === "mouse" && event.buttons === 0) consider(event, 450);
   });
   document.addEventListener("focusin", (event) => {

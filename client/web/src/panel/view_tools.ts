@@ -1,11 +1,11 @@
-// Buttons over the picture: fit, reset and views along the axes.
+// Buttons over the scene: fit, reset and views along the axes.
 import type { Settings } from "../state/settings";
 import { h } from "../shared/elements";
 
 export interface ViewActions {
   fit: () => void;
   reset: () => void;
-  lookUpright: (direction: readonly [number, number, number]) => void; // Where z is what is above in the picture.
+  lookUpright: (direction: readonly [number, number, number]) => void; // The direction for z up, rotated to the current up axis.
   toggleSlices: () => void;
   fullScreen: () => void;
   help: () => void;
@@ -25,7 +25,7 @@ export function viewTools(acts: ViewActions): { element: HTMLElement; show: (set
   };
   const slices = button("Slices", "Slices beside the surface", "Three linked slices that meet in a crosshair (V).", acts.toggleSlices);
   const full = button("Full", "Fullscreen", "The picture alone (Z).", acts.fullScreen);
-  full.append(h("span", { class: "wide" }, "screen")); // Where there is room.
+  full.append(h("span", { class: "wide" }, "screen")); // Hidden in narrow views.
   const element = h("nav", { class: "tools", "aria-label": "View" },
     button("Fit", "Fit the surface", "The whole surface in the picture (F).", acts.fit),
     button("Reset", "Reset view", "The view from the start (R).", acts.reset),

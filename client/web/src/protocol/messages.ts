@@ -1,5 +1,5 @@
-// Bytes of a WebSocket frame <-> messages of the conversation. The only module that depends on their encoding;
-// proto/README.md documents them.
+// Encodes and decodes the messages of the conversation. The only module that depends on their encoding, which
+// proto/README.md documents.
 import { create, fromBinary, toBinary } from "@bufbuild/protobuf";
 
 import {
@@ -23,7 +23,7 @@ export function encoded(kind: ClientKind): Uint8Array {
   return toBinary(ClientMessageSchema, create(ClientMessageSchema, { kind }));
 }
 
-// Throws when the bytes are no message.
+// Throws if the bytes are not a message.
 export function decoded(bytes: Uint8Array): ServerKind {
   return fromBinary(ServerMessageSchema, bytes).kind;
 }

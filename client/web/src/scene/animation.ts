@@ -1,6 +1,5 @@
-// Pictures one after the other, as a film or in a ZIP file: the surface turned once around, or the times of
-// a series. Every picture is drawn as at rest, with what is written on pictures; a film runs as fast as this machine draws them, but no
-// faster than it should.
+// Renders a sequence of pictures as a video or a ZIP file: a turn around the surface, or the times of a series. Every
+// picture has full quality and annotations; a video plays as fast as this machine renders, up to its frame rate.
 import { Zip, ZipPassThrough } from "three/examples/jsm/libs/fflate.module.js";
 
 import { hasDrawn } from "./gpu_fence";
@@ -8,19 +7,19 @@ import { pngOf } from "./png";
 import type { Stage } from "./stage";
 
 export interface Animation {
-  name: string; // The name of the pictures' files.
+  name: string; // File name prefix of the pictures.
   frames: number;
   framesASecond: number;
-  // Brings what picture `at` shows, all of it; before the first one, and after each. Rejects where it cannot.
+  // Prepares picture `at` completely; called for every picture and once after the last. Rejects on failure.
   show: (at: number) => Promise<void>;
 }
 
-// The picture as it is now.
+// Draws the current picture.
 type Draw = () => HTMLCanvasElement;
 
-type ProgressCallback = (share: number) => void; // 0 to 1: what is done.
+type ProgressCallback = (share: number) => void; // 0 to 1.
 
-// The first picture is what is shown; so is what follows the last.
+// Begins and ends at the current view.
 export function turntable(stage: Stage, form: "video" | "pictures"): Animation {
   const frames = form === "video" ? 240 : 120;
   let turned = 0;
@@ -39,7 +38,7 @@ export async function pictures(stage: Stage, animation: Animation, draw: Draw, r
   });
   await run(stage, animation, draw, async (canvas, at) => {
     const png = await pngOf(canvas);
-    const file = new ZipPassThrough(`${animation.name}_${String(at).padStart(4, "0")}.png`); // PNG does not get smaller.
+    const file = new ZipPassThrough(`${animation.name}_${String(at).padStart(4, "0")}.png`); // PNG is already compressed.
     zip.add(file);
     file.push(new Uint8Array(await png.arrayBuffer()), true);
     report((at + 1) / animation.frames);
@@ -85,7 +84,7 @@ async function run(
 ): Promise<void> {
   for (let at = 0; at < frames; ++at) {
     await show(at);
-    await new Promise(requestAnimationFrame); // What lies over the picture follows it.
+    await new Promise(requestAnimationFrame); // The overlays follow the scene.
     await hasDrawn(stage.renderer, 2);
     await use(draw(), at);
   }

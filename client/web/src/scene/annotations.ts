@@ -1,29 +1,29 @@
-// What exported pictures have over the scene: the scale bar, the numbers along the box, the axes, the legends with their units, and what is measured. All of
-// it is drawn at the size that it has on the screen.
+// The annotations of exported pictures: scale bar, numbers along the box, axes, legends with units, and measurements,
+// all in their size on the screen.
 import { gradientOf, type LegendWords } from "../shared/color_maps";
 
 export interface Annotations {
   scale: { pixels: number; text: string } | null; // CSS pixels.
   numbers: readonly WrittenNumber[]; // Along the box of the data.
-  axes: readonly Arm[]; // In the order in which they are drawn.
+  axes: readonly Arm[]; // In drawing order.
   legends: LegendWords[];
-  points: { x: number; y: number; note: string }[]; // In CSS pixels from the left and from above.
-  words: string[]; // What is shown, and what was measured.
+  points: { x: number; y: number; note: string }[]; // In CSS pixels from the upper left corner.
+  words: string[]; // The description of the surfaces and the measurements.
 }
 
-// Its middle, in CSS pixels from the left and from above.
+// Positioned by its center, in CSS pixels from the upper left corner.
 export interface WrittenNumber {
   text: string;
   x: number;
   y: number;
 }
 
-// One end of an axis of the world.
+// One end of a world axis.
 export interface Arm {
   letter: string;
   axis: number;
-  x: number; // To the right, and
-  y: number; // downwards, from where the axes meet: 1 is the whole length.
+  x: number; // To the right,
+  y: number; // and downwards, from the axes' origin; 1 is the full length.
   isBehind: boolean;
 }
 
@@ -32,7 +32,7 @@ const arm = 30; // CSS pixels.
 const axisColors = ["#d9534f", "#5cb85c", "#4f8fd9"];
 const measured = "#ffd24a";
 
-// `ratio`: pixels of the canvas for one of the screen; `ink` and `paper`: colors of words and what lies around them.
+// `ratio`: canvas pixels per CSS pixel; `ink` and `paper`: colors of text and its outline.
 export function annotate(context: CanvasRenderingContext2D, { scale, numbers, axes, legends, points, words }: Annotations, ratio: number, ink: string, paper: string): void {
   context.save();
   context.scale(ratio, ratio);

@@ -1,4 +1,4 @@
-// What the directions of the world are called: by the patient's sides where the space is known.
+// Names of the world's directions: the patient's sides if the space is known.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import type { Vec3 } from "../stream/dataset";
 
@@ -14,7 +14,7 @@ const patient = {
 } as const;
 type Side = keyof typeof patient;
 
-// The ends of x, y and z: of each the one where the coordinate grows, then the other.
+// Returns the ends of x, y and z, the positive end of each first.
 export function axisNames({ space }: Pick<DatasetInfo, "space">): AxisName[] {
   const sides: Side[] | null =
     space === WorldSpace.LPS ? ["L", "R", "P", "A", "S", "I"]

@@ -1,5 +1,5 @@
-// The plane that cuts surfaces open in the scene: its outline on the box of the data, a handle in its middle that moves it along
-// its normal, and one beside that, which turns it around the first as one turns a ball.
+// Handles of the clip plane: its outline on the box of the data, a handle at its center that moves it along its normal,
+// and another one that rotates it around the first like a trackball.
 import * as THREE from "three";
 
 import type { DatasetInfo } from "../protocol/messages";
@@ -15,14 +15,14 @@ type Shown = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
 
 interface Grabbed {
   isTurning: boolean;
-  x: number; // Where the pointer was, in CSS pixels.
+  x: number; // The pointer's start, in CSS pixels.
   y: number;
   normal: THREE.Vector3;
   middle: THREE.Vector3;
   isFlipped: boolean;
 }
 
-const armLength = 64; // CSS pixels from one handle to the other.
+const armLength = 64; // CSS pixels between the handles.
 const reach = 12;
 
 export class CutHandles {
@@ -30,10 +30,10 @@ export class CutHandles {
   private readonly mover = handleMesh(true);
   private readonly turner = handleMesh();
   private readonly lines = new THREE.LineSegments(new THREE.BufferGeometry(), lineMaterial());
-  private shown: Shown | null = null; // Null: nothing is cut.
+  private shown: Shown | null = null; // Null: no clipping.
   private info: DatasetInfo | null = null;
-  private middle = new THREE.Vector3(); // The handle in the middle, on the plane.
-  private outline: THREE.Vector3[] = []; // Two places a line.
+  private middle = new THREE.Vector3(); // The central handle, on the plane.
+  private outline: THREE.Vector3[] = []; // Two places per line.
   private grabbed: Grabbed | null = null;
 
   constructor(
@@ -46,7 +46,7 @@ export class CutHandles {
     this.lines.frustumCulled = false;
     this.group.add(this.lines, this.mover, this.turner);
     stage.scene.add(this.group);
-    // Before the camera's controls hear of it.
+    // Before the camera's controls.
     canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => {
       if (this.grabbed) this.drag(event, this.grabbed, true);
@@ -82,7 +82,7 @@ export class CutHandles {
     this.stage.invalidate();
   }
 
-  // The handle in the middle stays beside where it was.
+  // Keeps the central handle close to its previous place.
   private follow(shown: Shown, info: DatasetInfo, isNew: boolean): void {
     const { low, high } = worldBox(info);
     if (isNew) this.middle.set(...low).add(new THREE.Vector3(...high)).multiplyScalar(0.5);
@@ -99,7 +99,8 @@ export class CutHandles {
     this.outline = around.flatMap(({ place }, i) => [place, around[(i + 1) % around.length].place]);
   }
 
-  // Handles have one size and distance on the screen; the second lies where the plane reaches farthest to the right or up.
+  // Handles have a constant size and distance on the screen; the second one lies farthest to the right or up in the
+  // plane.
   private place(): void {
     if (!this.shown) return;
     const { camera, controls } = this.stage;
@@ -151,13 +152,13 @@ export class CutHandles {
     this.changed(movedCut(along, place.toArray(), info), isDragging);
   }
 
-  // To the right and up in the picture.
+  // Right and up in the picture.
   private axesOfCamera(): THREE.Vector3[] {
     const { quaternion } = this.stage.camera;
     return [new THREE.Vector3(1, 0, 0), new THREE.Vector3(0, 1, 0)].map((axis) => axis.applyQuaternion(quaternion));
   }
 
-  // How far along the normal a movement of the pointer goes. Where one looks along it, upwards is away.
+  // Returns the distance along the normal for a pointer movement. When looking along the normal, up is away.
   private along({ normal, middle }: Grabbed, x: number, y: number): number {
     const unit = this.stage.unitsOf(1);
     const here = this.stage.project(middle);
@@ -169,7 +170,7 @@ export class CutHandles {
   }
 }
 
-// A direction turned around the picture's axes `right` and `up` as the pointer moves, by CSS pixels to the right and down.
+// Rotates a direction like a trackball around the axes `right` and `up`, for a movement in CSS pixels right and down.
 export function turnedLikeABall(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
   const axis = new THREE.Vector3(...up).multiplyScalar(x).addScaledVector(new THREE.Vector3(...right), y).normalize();
   return new THREE.Vector3(...direction).applyAxisAngle(axis, Math.hypot(x, y) / 120).normalize().toArray();

@@ -1,4 +1,4 @@
-// The plane that cuts surfaces open: across an axis of the world, or oblique with any normal.
+// The clip plane: perpendicular to a world axis, or oblique with any normal.
 import * as THREE from "three";
 
 import type { DatasetInfo } from "../protocol/messages";
@@ -8,7 +8,7 @@ import { dot, extentAlong } from "./slice_grid";
 
 type CutSettings = Pick<Settings, "clip" | "clipAt" | "clipFlipped" | "clipNormal">;
 
-// A unit vector, in the direction in which `clipAt` grows; null: nothing is cut.
+// Returns a unit vector in the direction in which `clipAt` grows; null: no clipping.
 export function cutNormal({ clip, clipNormal }: Pick<Settings, "clip" | "clipNormal">): Vec3 | null {
   if (clip === "off") return null;
   if (clip === "oblique") return clipNormal ?? [0, 1, 0];
@@ -19,7 +19,7 @@ export function axisNormal(axis: "x" | "y" | "z"): Vec3 {
   return [..."xyz"].map((one) => (one === axis ? 1 : 0)) as Vec3;
 }
 
-// The half-space that the cut leaves; null: nothing is cut.
+// Returns the half-space that remains; null: no clipping.
 export function clipPlane(settings: CutSettings, info: DatasetInfo | null): THREE.Plane | null {
   const normal = cutNormal(settings);
   if (!normal || !info) return null;
@@ -27,7 +27,7 @@ export function clipPlane(settings: CutSettings, info: DatasetInfo | null): THRE
   return new THREE.Plane(new THREE.Vector3(...normal).multiplyScalar(sign), -sign * distanceOf(normal, settings.clipAt, info));
 }
 
-// The cut moved along its normal to a place of the world, as far as the data reach.
+// Moves the plane along its normal to a place in the world, within the data.
 export function movedCut(normal: Vec3, place: Vec3, info: DatasetInfo): { clipAt: number } {
   const { low, high } = worldBox(info);
   const { from, to } = extentAlong(low, high, normal);
@@ -35,13 +35,13 @@ export function movedCut(normal: Vec3, place: Vec3, info: DatasetInfo): { clipAt
   return { clipAt: Math.min(1, Math.max(0, share)) };
 }
 
-// The cut turned around a place of the world; the side that stays turns with it.
+// Rotates the plane around a place in the world; the remaining side turns with it.
 export function turnedCut(normal: Vec3, place: Vec3, isFlipped: boolean, info: DatasetInfo): Partial<Settings> {
   return { clip: "oblique", clipNormal: normal, clipFlipped: isFlipped, ...movedCut(normal, place, info) };
 }
 
-// What a change that begins a cut changes besides, where it does not say so itself: what is behind the plane stays, so that the
-// cut's face is seen; an oblique plane without a normal faces the camera.
+// Returns additional changes when clipping begins, unless specified: the part behind the plane remains, so that the cut
+// is visible; an oblique plane without a normal faces the camera.
 export function begunCut(
   change: Partial<Settings>, before: Settings, { eye, target }: { eye: readonly number[]; target: readonly number[] },
 ): Partial<Settings> {
@@ -54,9 +54,9 @@ export function begunCut(
   return { clipFlipped: ahead.dot(new THREE.Vector3(...cutNormal({ clip, clipNormal })!)) < 0 };
 }
 
-// Exactly along an axis where the difference is not seen.
+// Snaps to axes where the difference is invisible.
 function inMillionths(part: number): number {
-  return Math.round(part * 1e6) / 1e6 + 0; // Not -0.
+  return Math.round(part * 1e6) / 1e6 + 0; // Converts -0 to 0.
 }
 
 function distanceOf(normal: Vec3, at: number, info: DatasetInfo): number {

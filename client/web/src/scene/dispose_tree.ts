@@ -1,4 +1,4 @@
-// Empties a group and gives the graphics card back what its parts had there.
+// Empties a group and frees the GPU memory of its parts.
 import * as THREE from "three";
 
 export function disposeTree(group: THREE.Group): void {

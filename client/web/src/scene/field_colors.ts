@@ -1,4 +1,4 @@
-// How the values of a second field become colors on surfaces. One for all surfaces of a view.
+// Maps the values of a second field to colors on surfaces; shared by all surfaces of a view.
 import * as THREE from "three";
 
 import { type ColorMap, colorRow, type ColorScale, endsOf, shareInShader } from "../shared/color_maps";
@@ -6,18 +6,18 @@ import { type ColorMap, colorRow, type ColorScale, endsOf, shareInShader } from 
 export class FieldColors {
   readonly uniforms = {
     fieldColors: { value: null as THREE.DataTexture | null },
-    fieldRange: { value: new THREE.Vector2(0, 1) }, // What the surface's numbers span, in values.
+    fieldRange: { value: new THREE.Vector2(0, 1) }, // The values spanned by the surface's scalars.
     fieldEnds: { value: new THREE.Vector2(0, 1) }, // The range of the colors, from endsOf().
     fieldIsLog: { value: false },
-    fieldNone: { value: new THREE.Color() }, // Where there is no value.
+    fieldNone: { value: new THREE.Color() }, // The color where there is no value.
   };
   private map: ColorMap | null = null;
-  private look = ""; // All that the uniforms were set from.
+  private look = ""; // Identifies the uniforms' values.
 
-  // `changed` is called when surfaces have other colors from now on.
+  // `changed` is called when the colors of surfaces change.
   constructor(private readonly changed: () => void) {}
 
-  // `range`: what the surfaces' numbers span, in values. `noValue`: the color where the field has no value.
+  // `range`: the values spanned by the surfaces' scalars. `noValue`: the color where the field has no value.
   setLook({ map, ...scale }: ColorScale, range: { min: number; max: number }, noValue: string): void {
     const look = JSON.stringify([map, scale, range.min, range.max, noValue]);
     if (look === this.look) return;
@@ -39,7 +39,7 @@ export class FieldColors {
     this.map = map;
   }
 
-  // In onBeforeCompile of a surface's material.
+  // Call in onBeforeCompile of a surface's material.
   enter(shader: THREE.WebGLProgramParametersWithUniforms): void {
     Object.assign(shader.uniforms, this.uniforms);
     shader.vertexShader = shader.vertexShader

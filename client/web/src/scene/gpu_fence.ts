@@ -1,7 +1,7 @@
-// GPU fences: whether drawing has finished, polled without blocking.
+// GPU fences: report whether drawing has finished, by polling without blocking.
 import type * as THREE from "three";
 
-// Resolves when all submitted work is drawn, and at once when the context was lost.
+// Resolves when all submitted work is drawn, or at once if the context was lost.
 export async function hasDrawn(renderer: THREE.WebGLRenderer, pause = 30): Promise<void> {
   const gl = renderer.getContext() as WebGL2RenderingContext;
   const fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);

@@ -1,4 +1,4 @@
-// What one drags in the picture: the region of another error, and the plane that cuts surfaces open.
+// The shape of draggable handles in the scene: for the region and the clip plane.
 import type { DatasetInfo } from "../protocol/messages";
 import type { Settings } from "../state/settings";
 import { CutHandles } from "./cut_handles";

@@ -1,15 +1,14 @@
-// The name of the label below the pointer, beside it. One question is under way at a time; of the places that the pointer
-// passes meanwhile the last one follows.
+// Shows the name of the label under the pointer. Only one query runs at a time, followed by one for the last place.
 import { h } from "../shared/elements";
 import type { Label } from "../protocol/messages";
 import type { Picked } from "./picking";
 
 export class LabelHover {
   readonly element = h("div", { class: "label-hover", "aria-hidden": "true", hidden: true });
-  private pointer: { x: number; y: number } | null = null; // Null: no name is wanted.
+  private pointer: { x: number; y: number } | null = null; // Null: no name is needed.
   private isAsking = false;
 
-  // `hasLabels`: whether any label is shown; `find`: what is at a place of the canvas.
+  // `hasLabels`: whether any label is shown; `find`: finds what is at a place of the canvas.
   constructor(
     canvas: HTMLCanvasElement,
     private readonly hasLabels: () => boolean,

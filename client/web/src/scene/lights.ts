@@ -1,6 +1,6 @@
-// Key, fill and rim light. They turn with the camera, so that a surface is lit alike from everywhere:
-// the key from above the left shoulder, a weaker and cooler fill from the right, and a rim from behind
-// that parts a surface from a dark background.
+// Key, fill and rim light, which turn with the camera, so that a surface is lit equally from every side: the key from
+// above the left shoulder, a weaker and cooler fill from the right, and a rim from behind that separates the surface
+// from a dark background.
 import * as THREE from "three";
 
 export class Lights {
@@ -27,7 +27,7 @@ export class Lights {
 function light(color: number, intensity: number, from: [number, number, number]): THREE.DirectionalLight {
   const one = new THREE.DirectionalLight(color, intensity);
   one.position.set(...from);
-  one.add(one.target); // Its target lies at the origin of the group.
+  one.add(one.target); // The target lies at the origin of the group.
   one.target.position.set(...from).negate();
   return one;
 }

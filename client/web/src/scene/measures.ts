@@ -1,4 +1,4 @@
-// Lengths, angles, areas and volumes, as numbers and in words.
+// Lengths, angles, areas and volumes, as numbers and text.
 import type { Vec3 } from "../stream/dataset";
 import { inDigits, withBound } from "../shared/quantities";
 
@@ -6,7 +6,7 @@ export function distanceOf(a: Vec3, b: Vec3): number {
   return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-// In degrees, 0 to 180; null where a side has no length.
+// Returns degrees, 0 to 180; null if a side has no length.
 export function angleAt(corner: Vec3, a: Vec3, b: Vec3): number | null {
   const u = a.map((value, axis) => value - corner[axis]);
   const v = b.map((value, axis) => value - corner[axis]);
@@ -15,13 +15,12 @@ export function angleAt(corner: Vec3, a: Vec3, b: Vec3): number | null {
   return cross === 0 && dot === 0 ? null : (Math.atan2(cross, dot) * 180) / Math.PI;
 }
 
-// The error of an area has no bound; it depends on how far the surface may be off.
+// A distance bound gives no bound of the area's error.
 export function areaText(area: number, { lengthUnit }: { lengthUnit: string }, isExact: boolean): string {
   return `${isExact ? "" : "about "}${inDigits(area, isExact ? 5 : 2)} ${lengthUnit || "unit"}²`;
 }
 
-// `bound`: how far the volume may be off; null: not known. Cubic millimetres of bodies are many: above a thousand they
-// are also given as millilitres.
+// `bound`: the largest error of the volume; null: unknown. Above 1000 cubic millimeters also gives milliliters.
 export function volumeText(volume: number, { lengthUnit }: { lengthUnit: string }, bound: number | null): string {
   const text = (factor: number) =>
     bound === null ? `about ${inDigits(volume * factor, 2)}` : withBound(volume * factor, bound * factor);
@@ -29,7 +28,7 @@ export function volumeText(volume: number, { lengthUnit }: { lengthUnit: string 
   return `${text(1)} ${lengthUnit || "unit"}³${millilitres}`;
 }
 
-// `bound`: as of a volume.
+// `bound`: as for volumes.
 export function lengthWithBound(length: number, { lengthUnit }: { lengthUnit: string }, bound: number | null): string {
   const text = bound === null ? `about ${inDigits(length, 2)}` : withBound(length, bound, 4);
   return `${text} ${lengthUnit || (text === "1" ? "unit" : "units")}`;

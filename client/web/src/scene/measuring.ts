@@ -1,6 +1,6 @@
-// Measurements of picked places: positions, field values, the length between two, the angle at the second of
-// three, and the area and volume of the part that was picked last, which can be hidden. Each place may have a note. A
-// fourth place starts over. Numbers carry their bounds and no digit that means nothing.
+// Measures picked places: positions, field values, the length between two, the angle at the second of three, and the
+// area and volume of the part picked last, which can be hidden. Each place may have a note. A fourth place starts over.
+// Numbers have bounds and only significant digits.
 import * as THREE from "three";
 
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "./measures";
@@ -20,7 +20,7 @@ import type { Stage } from "./stage";
 
 const names = "ABC";
 
-// What is measured, for pictures of it.
+// The measurements, for pictures.
 export interface Measurement {
   points: { x: number; y: number; note: string }[]; // In CSS pixels.
   words: string[];
@@ -28,7 +28,7 @@ export interface Measurement {
 
 interface Place extends MeasuredPlace {
   index: Vec3; // In samples.
-  surface: { tiles: ShownTiles; part: MeasuredPart } | null; // Null: it lies on no surface that is shown.
+  surface: { tiles: ShownTiles; part: MeasuredPart } | null; // Null: on no shown surface.
 }
 
 export class Measuring {
@@ -38,7 +38,7 @@ export class Measuring {
   private places: Place[] = [];
   private readonly dots: HTMLElement[] = [];
   private readonly partLine = h("div");
-  private isPartMeasured = false; // The part of the place that was picked last.
+  private isPartMeasured = false; // Of the place picked last.
   private readonly drawing = document.createElementNS("http://www.w3.org/2000/svg", "svg");
   private readonly line = document.createElementNS("http://www.w3.org/2000/svg", "polyline");
 
@@ -47,7 +47,7 @@ export class Measuring {
     private readonly pool: TilePool,
     private readonly probe: (info: DatasetInfo, world: Vec3) => Promise<ProbedPlace>,
     private readonly changed: (places: readonly MeasuredPlace[]) => void,
-    private readonly leave: () => void, // The keyboard goes to what is shown.
+    private readonly leave: () => void, // Moves the focus to the scene.
     private readonly hidePart: (surface: number, world: Vec3) => void,
     private readonly nameOf: (label: Label) => string,
   ) {
@@ -56,8 +56,8 @@ export class Measuring {
   }
 
   add({ world, index, info, surface }: Picked): void {
-    const bound = surface ? boundOf(surface.tiles.shown) : 0; // A plane lies exactly where it is.
-    const isGoingOn = this.info !== null && isOfOneSeries(this.info, info); // Another label is in the same world.
+    const bound = surface ? boundOf(surface.tiles.shown) : 0; // A place on a plane is exact.
+    const isGoingOn = this.info !== null && isOfOneSeries(this.info, info); // Labels of one series share a world.
     const before = this.places.length < mostPlaces && isGoingOn ? this.places : [];
     this.info = info;
     this.places = [...before, { world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
@@ -70,8 +70,8 @@ export class Measuring {
     this.emitChange();
   }
 
-  // Another step of a surface is shown: what was measured of the part before is out of date, and is measured anew when the final
-  // step is there. At another isovalue the place lies on no surface.
+  // Called when another step of a surface is shown: the measures of the part are outdated and repeated at the final
+  // step. At another isovalue the place lies on no surface.
   replaced(tiles: ShownTiles): void {
     const last = this.places[this.places.length - 1];
     const before = last?.surface?.tiles;
@@ -84,7 +84,7 @@ export class Measuring {
     if (isSame && this.isPartMeasured && facts.isFinal) void this.measurePart(last.surface!);
   }
 
-  // The places that the settings have; of those that were picked here more is known.
+  // Shows the places of the settings; keeps the details of those picked here.
   show(info: DatasetInfo | null, places: readonly MeasuredPlace[]): void {
     const isSame = places.length === this.places.length && places.every((place, i) => isAt(place, this.places[i]) && place.note === this.places[i].note);
     if (!info || (isSame && (places.length === 0 || this.info?.name === info.name))) return;
@@ -97,7 +97,7 @@ export class Measuring {
     this.write();
   }
 
-  // As it is seen now.
+  // As currently visible.
   get measurement(): Measurement {
     const points = this.places.map(({ world }) => this.stage.project(new THREE.Vector3(...world)));
     const isWhole = points.every((at) => at !== null); // None is behind the eye.
@@ -128,7 +128,7 @@ export class Measuring {
     this.labels.replaceChildren(this.drawing, ...this.dots);
   }
 
-  // For the place that was picked last.
+  // For the place picked last.
   private noteInput(i: number): HTMLElement {
     const input = h("input", {
       type: "text", class: "note", placeholder: "Note", maxlength: String(mostNote), "aria-label": `Note on ${names[i]}`,
@@ -156,7 +156,7 @@ export class Measuring {
       ...places.map(({ world, index }, i) =>
         h("p", {}, h("b", {}, names[i]), ` ${worldName(info)} ${world.map((v) => inDigits(v, 5)).join(", ")}`,
           h("span", {}, ` sample ${index.map((v) => v.toFixed(1)).join(", ")}`))),
-      ...(label ? [] : [this.fieldAt(info, last.world)]), // The field of a label says nothing beside its name.
+      ...(label ? [] : [this.fieldAt(info, last.world)]), // A label's field adds nothing to its name.
       ...[...this.lengths(), ...this.angle()].map((text) => h("p", { class: "distance" }, text)));
     const next = ["Click another point to measure.", "Click a third point for the angle."][places.length - 1];
     if (next) this.element.append(h("p", { class: "hint" }, next));
@@ -187,7 +187,7 @@ export class Measuring {
     return angle ? [`Angle at B: ${inDigits(angle, 3)}°`] : [];
   }
 
-  // The place stays if the server returns no value.
+  // If the server returns no value, only the place is shown.
   private fieldAt(info: DatasetInfo, world: readonly number[]): HTMLElement {
     const line = h("p", { class: "field" }, "\u00a0");
     this.probe(info, [...world] as Vec3).then(
@@ -209,7 +209,7 @@ export class Measuring {
     const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
     const found = await this.pool.measure(drawn, toWorld, part).catch(() => null);
     const words = partWords(found, shown.info, boundOf(shown), shown.facts.isCertified && shown.facts.errorWorld === 0);
-    if (this.places[this.places.length - 1]?.surface !== surface) return; // Another place, or another step of the surface.
+    if (this.places[this.places.length - 1]?.surface !== surface) return; // Another place or step in the meantime.
     this.partLine.querySelector(".measure-part")?.replaceWith(h("p", { class: "part" }, ...words));
   }
 
@@ -234,7 +234,7 @@ export class Measuring {
   }
 }
 
-// To the digits that addresses have.
+// Compares with the precision of addresses.
 function isAt(place: MeasuredPlace, known: MeasuredPlace): boolean {
   return place.world.every((value, axis) => Math.abs(value - known.world[axis]) <= 1e-5 * Math.max(1, Math.abs(value)));
 }
@@ -247,7 +247,7 @@ function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node 
   return [h("b", {}, `Value ${inDigits(value, 4)}${unit}`), h("span", {}, words)];
 }
 
-// `bound`: how far the surface may be off, in world units; null: not known.
+// `bound`: the surface's error in world units; null: unknown.
 function partWords(
   found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean,
 ): (Node | string)[] {
@@ -262,7 +262,7 @@ function partWords(
   ];
 }
 
-// What to do for a volume, or for one with a narrower bound; empty: nothing.
+// Returns how to obtain a volume or a tighter bound; empty: not needed.
 export function remedy(volume: number | null, bound: number | null, isFullResolution: boolean): string {
   if (volume === null) {
     return ". The border of the data cuts it open on opposite sides: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";

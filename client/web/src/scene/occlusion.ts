@@ -1,5 +1,5 @@
-// Ambient occlusion of opaque surfaces, from depths and normals: three's ground-truth ambient occlusion. The pattern of
-// its noise is 5 by 5 pixels; average over as many.
+// Ambient occlusion of opaque surfaces from depths and normals: three's ground-truth ambient occlusion. Its noise
+// pattern has 5 by 5 pixels; average over that area.
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 import { generateMagicSquareNoise, GTAOShader } from "three/examples/jsm/shaders/GTAOShader.js";
@@ -8,7 +8,7 @@ import { exactDepths } from "./exact_depths";
 import { layers } from "./layers";
 
 export class Occlusion {
-  // Normals of the field, as surfaces are shaded with: depths alone would show every triangle.
+  // The field's normals, as used for shading: depths alone would show every triangle.
   private readonly shape = new THREE.WebGLRenderTarget(1, 1, {
     minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, depthTexture: exactDepths(),
   });
@@ -36,7 +36,7 @@ export class Occlusion {
     return this.shape.depthTexture!;
   }
 
-  // 1 where light comes from everywhere, less in hollows narrower than `radius`, in world units.
+  // Returns 1 where light arrives from everywhere, less in hollows narrower than `radius`, in world units.
   texture(
     renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: LensSettings, { radius, clip }: OcclusionWish,
     { width, height }: { width: number; height: number },
@@ -76,7 +76,7 @@ export class Occlusion {
 
 export interface OcclusionWish {
   radius: number;
-  clip: THREE.Plane[]; // What materials of solid things have.
+  clip: THREE.Plane[]; // The clip planes of solid materials.
 }
 
 export type LensSettings = THREE.PerspectiveCamera | THREE.OrthographicCamera;

@@ -1,6 +1,5 @@
-// A small picture of the world's axes as one sees them now, with the patient's letters where the space
-// is known. Each end is a button: one then looks from there. Where the space is not known, nothing says what is up: a
-// further button names the axis that is, and turns to the next one.
+// The axes of the world in their current orientation, with the patient's letters if the space is known. Each end is a
+// button for the view from there. If the space is unknown, another button shows and switches the up axis.
 import * as THREE from "three";
 
 import { h } from "../shared/elements";
@@ -47,8 +46,7 @@ export class Orientation {
     this.element.hidden = !isVisible || this.ends.length === 0;
   }
 
-  // The ends as they are seen, those behind first, for pictures: x to the right and y downwards, of length 1 at most. None while
-  // they are hidden.
+  // Returns the visible ends for pictures, far ones first: x right and y down, of length at most 1. Empty while hidden.
   get arms(): Arm[] {
     if (this.element.hidden) return [];
     const toEye = this.stage.lens.quaternion.clone().invert();
@@ -58,7 +56,7 @@ export class Orientation {
       .map(({ letter, axis, at }) => ({ letter, axis, x: at.x, y: -at.y, isBehind: at.z < -0.05 }));
   }
 
-  // The place in `upOrder`, of the axis that is nearest.
+  // Returns the index in `upOrder` of the nearest axis.
   private upAt(): number {
     const { up } = this.stage.camera;
     const along = upOrder.map((axis) => up.dot(new THREE.Vector3(...axis)));
@@ -81,7 +79,7 @@ export class Orientation {
     const toEye = this.stage.lens.quaternion.clone().invert();
     for (const { button, arm, direction } of this.ends) {
       const p = direction.clone().applyQuaternion(toEye);
-      const arms = (count: number) => `calc(${count.toFixed(4)} * var(--arm))`; // As long as letters are large.
+      const arms = (count: number) => `calc(${count.toFixed(4)} * var(--arm))`; // Scales with the font size.
       button.style.transform = `translate(${arms(p.x)}, ${arms(-p.y)})`;
       button.style.zIndex = String(Math.round(10 + 9 * p.z));
       button.classList.toggle("is-behind", p.z < -0.05);

@@ -1,5 +1,5 @@
-// Clicks on the surfaces, and on a slice: of the places that a click meets and that are not cut away, the one
-// that is seen best. A click beside them means nothing.
+// Picks places on surfaces and slices: of the places under the pointer that are not clipped, the most visible one.
+// Clicks that miss do nothing.
 import type * as THREE from "three";
 
 import type { HalfSpace } from "../mesh/ray";
@@ -49,13 +49,13 @@ export class Picking {
     });
   }
 
-  // At a place of the canvas, in CSS pixels from its corner.
+  // `x` and `y`: CSS pixels from the canvas's corner.
   async pick(x: number, y: number): Promise<void> {
     const found = await this.find(x, y);
     if (found) this.picked(found);
   }
 
-  // What is seen best there; null: nothing is.
+  // Returns the most visible place; null: nothing is there.
   async find(x: number, y: number): Promise<Picked | null> {
     const { tiles, clip, info, slice } = this.shown();
     const ray = this.stage.rayAt(x, y);
@@ -83,12 +83,12 @@ export class Picking {
   }
 }
 
-// Among places from the nearest to the farthest, the one with the largest share of the pixel's color, so that a
-// click goes through what is hardly seen; null: there is none.
+// Of places sorted from near to far, returns the one with the largest contribution to the pixel's color, so that clicks
+// pass through nearly transparent surfaces; null: there is none.
 export function seenBest<Place>(hits: { place: Place; opacity: number }[]): Place | null {
   let best: Place | null = null;
   let largest = 0;
-  let light = 1; // What passes the places before.
+  let light = 1; // The light that passes the previous places.
   for (const { place, opacity } of hits) {
     if (light * opacity > largest) {
       best = place;
@@ -99,7 +99,7 @@ export function seenBest<Place>(hits: { place: Place; opacity: number }[]): Plac
   return best;
 }
 
-// The half-space of the world that a plane keeps, in the coordinates that `toWorld` starts from.
+// Returns a plane's half-space in the source coordinates of `toWorld`.
 export function inLattice({ normal, constant }: THREE.Plane, toWorld: Affine): HalfSpace {
   const n = normal.toArray();
   const dot = (at: number) => n[0] * toWorld[at] + n[1] * toWorld[at + 1] + n[2] * toWorld[at + 2];

@@ -1,16 +1,16 @@
-// Programs of the graphics card, made before something is drawn with them. A frame that needs one that is
-// not ready yet has the page wait for it, some tenths of a second where the card is the processor.
+// Compiles GPU programs before they are needed. A frame with a program that is not ready blocks the page, for some
+// tenths of a second with software rendering.
 import * as THREE from "three";
 
 import { hasDrawn } from "./gpu_fence";
 
-const compileTimeout = 5000; // Milliseconds: an upper limit for cards that never report completion.
+const compileTimeout = 5000; // Milliseconds: an upper limit for GPUs that never report completion.
 
 export class Programs {
   private readonly ready = new Set<string>();
   private readonly coming = new Set<string>();
 
-  // `targets`: what things are drawn to: each has programs of its own.
+  // `targets`: the render targets; each needs its own programs.
   constructor(
     private readonly renderer: THREE.WebGLRenderer,
     private readonly scene: THREE.Scene,
@@ -19,8 +19,8 @@ export class Programs {
     private readonly changed: () => void,
   ) {}
 
-  // Whether objects of this kind, such as this one, can be drawn at once. If not, compilation begins, and the callback
-  // is called when it is complete.
+  // Returns whether objects of this kind can be drawn immediately. If not, compilation begins, and the callback is
+  // called when it is complete.
   areReady(kind: string, object: THREE.Object3D): boolean {
     if (this.ready.has(kind)) return true;
     if (!this.coming.has(kind)) void this.make(kind, object);
@@ -37,7 +37,7 @@ export class Programs {
     this.changed();
   }
 
-  // A card that cannot report when a program is ready reports at least a completed draw.
+  // A GPU that cannot report when a program is ready reports at least a completed draw.
   private async made(object: THREE.Object3D, target: THREE.WebGLRenderTarget | null): Promise<void> {
     const { renderer, camera, scene } = this;
     const canReport = renderer.extensions.has("KHR_parallel_shader_compile");

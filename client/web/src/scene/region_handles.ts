@@ -1,5 +1,5 @@
-// The region of another error in the scene: a box or a ball with handles that one drags. Faces of
-// the box move along their axis, the ball's outer handle changes its radius, the middle moves all.
+// The region in the scene: a box or a ball with draggable handles. A box's faces move along their
+// axis, a ball's outer handle changes its radius, and the center moves the whole region.
 import * as THREE from "three";
 
 import type { Region } from "../state/settings";
@@ -11,7 +11,7 @@ import type { Stage } from "./stage";
 interface Handle {
   mesh: THREE.Mesh;
   place: (region: Region) => Vec3;
-  axis: THREE.Vector3 | null; // Null: moves in the plane of the picture.
+  axis: THREE.Vector3 | null; // Null: moves in the view plane.
   dragged: (region: Region, to: Vec3) => Region;
 }
 
@@ -29,7 +29,7 @@ export class RegionHandles {
     private readonly changed: (region: Region, isDragging: boolean) => void,
   ) {
     stage.scene.add(this.group);
-    // Before the camera's controls hear of it.
+    // Before the camera's controls.
     canvas.addEventListener("pointerdown", (event) => this.grab(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => {
       this.drag(event);
@@ -99,7 +99,7 @@ export class RegionHandles {
     this.keepSize();
   }
 
-  // Handles have one size on the screen.
+  // Handles have a constant size on the screen.
   private keepSize(): void {
     const { camera } = this.stage;
     const perPixel = this.stage.unitsOf(1) / camera.position.distanceTo(this.stage.controls.target);
@@ -220,7 +220,7 @@ function ballHandles(): Handle[] {
 export function handleMesh(isMiddle = false): THREE.Mesh {
   const mesh = new THREE.Mesh(
     isMiddle ? new THREE.OctahedronGeometry(1.25) : new THREE.SphereGeometry(1, 16, 12),
-    // Transparent, so that it is drawn behind nothing, not even the wireframe.
+    // Transparent, to be drawn in front of everything, including wireframes.
     new THREE.MeshBasicMaterial({ color: isMiddle ? 0xffffff : color, depthTest: false, transparent: true }),
   );
   mesh.renderOrder = 4;

@@ -1,5 +1,5 @@
-// What surrounds the surface: the box of the data, numbers along three of its edges, and a scale bar,
-// all in the unit of the dataset's spacing.
+// The surroundings of the surfaces: the box of the data, numbers along three of its edges, and a scale bar, in the unit
+// of the dataset's spacing.
 import * as THREE from "three";
 
 import { applied, lengthText, type Vec3 } from "../stream/dataset";
@@ -13,14 +13,14 @@ import type { Stage } from "./stage";
 import { ticks } from "./ticks";
 
 const axisColors = [0xd9534f, 0x5cb85c, 0x4f8fd9];
-const apart = 46; // CSS pixels between two numbers, at least.
+const apart = 46; // The least distance between two numbers, in CSS pixels.
 const outwards = 16; // From an edge to its numbers.
 
-// An edge of the box, and the numbers that may stand along it.
+// An edge of the box that may have numbers.
 interface Edge {
   from: THREE.Vector3;
   to: THREE.Vector3;
-  low: number; // What is written at its ends: world coordinates, or lengths where the box is oblique.
+  low: number; // The numbers at its ends: world coordinates, or lengths if the box is oblique.
   high: number;
 }
 
@@ -31,9 +31,9 @@ export class SceneDecorations {
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];
   private written: WrittenNumber[] = [];
-  private edges: Edge[][] = [[], [], []]; // Four of each axis.
+  private edges: Edge[][] = [[], [], []]; // Four per axis.
   private middle = new THREE.Vector3();
-  private dataset: DatasetInfo | null = null; // Before there is one, no length means anything.
+  private dataset: DatasetInfo | null = null; // Null: lengths have no meaning yet.
 
   constructor(private readonly stage: Stage) {
     stage.scene.add(this.box);
@@ -74,7 +74,7 @@ export class SceneDecorations {
     return this.scaleBar.hidden || !(pixels > 0) ? null : { pixels, text: this.scaleBar.textContent ?? "" };
   }
 
-  // The numbers that are seen.
+  // The visible numbers.
   get writtenNumbers(): readonly WrittenNumber[] {
     return this.numbers.hidden ? [] : this.written;
   }
@@ -103,7 +103,7 @@ export class SceneDecorations {
       const { low, high } = edges[best];
       const length = Math.hypot(b.x - a.x, b.y - a.y);
       if (length < 2 * apart) continue;
-      // Away from the middle of the box, across the edge.
+      // Perpendicular to the edge, away from the box's center.
       const side = Math.sign((b.x - a.x) * (centre!.y - a.y) - (b.y - a.y) * (centre!.x - a.x)) || 1;
       const [nx, ny] = [(side * (b.y - a.y)) / length, (-side * (b.x - a.x)) / length];
       for (const value of ticks(Math.min(low, high), Math.max(low, high), Math.min(6, length / apart))) {
@@ -116,7 +116,7 @@ export class SceneDecorations {
     for (const label of this.labels.slice(this.written.length)) label.hidden = true;
   }
 
-  // Where another number is not in the way.
+  // Unless it would overlap another number.
   private write(text: string, x: number, y: number): void {
     if (this.written.some((other) => Math.abs(other.y - y) < 14 && Math.abs(other.x - x) < 4 * (text.length + other.text.length))) return;
     const at = this.written.push({ text, x, y }) - 1;
@@ -132,8 +132,8 @@ interface Place {
   y: number;
 }
 
-// The edge whose middle is farthest from the box's on the screen, rather below than above: nothing is
-// behind its numbers. -1: they are not all in front of the eye.
+// Returns the edge whose center is farthest from the box's center on the screen, preferring lower ones: nothing is
+// behind its numbers. -1: not all are in front of the eye.
 function outermost(seen: (readonly [Place | null, Place | null])[], centre: Place): number {
   let best = -1;
   let most = -Infinity;

@@ -1,5 +1,4 @@
-// Draws a frame. The plain way is one pass straight to the canvas. Where surfaces are translucent, or
-// hollows are to be darker, there are passes between:
+// Draws a frame, normally in one pass to the canvas. Translucent surfaces and ambient occlusion need more passes:
 //
 //   solid things, marks -> colors, depths ------------->+
 //   solid things -> normals, depths -> occlusion ------->+-> canvas -> overlay
@@ -15,7 +14,7 @@ import { Translucency } from "./translucency";
 export interface FrameOptions {
   occlusion: OcclusionWish | null; // Null: none.
   peels: number; // Passes for translucent surfaces; 0: there are none.
-  hasHandles: boolean; // With what lies over it all: the layer `overlay`.
+  hasHandles: boolean; // Whether to draw the layer `overlay`.
 }
 
 const joining = /* glsl */ `
@@ -64,7 +63,7 @@ export class SceneRenderer {
   private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
     samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
   });
-  private readonly nowhere = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // Takes uploads.
+  private readonly nowhere = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
   private readonly occlusion = new Occlusion();
   private readonly translucency = new Translucency();
   private readonly join = new FullScreenQuad(
@@ -84,12 +83,12 @@ export class SceneRenderer {
 
   constructor(private readonly renderer: THREE.WebGLRenderer) {}
 
-  // What a scene is drawn to: programs for one of them are not those for another.
+  // The render targets of the scene; each needs its own programs.
   get targets(): (THREE.WebGLRenderTarget | null)[] {
     return [null, this.solid];
   }
 
-  // Brings the buffers of the layer `upload` to the graphics card, without drawing the picture again.
+  // Uploads the buffers of the layer `upload` to the GPU without redrawing the picture.
   upload(scene: THREE.Scene, camera: LensSettings): void {
     camera.layers.set(layers.upload);
     this.renderer.setRenderTarget(this.nowhere);

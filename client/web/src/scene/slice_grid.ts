@@ -1,23 +1,23 @@
-// The pixels of a slice across the box of the data, and what lies at them.
+// The pixel grid of a slice through the box of the data.
 import type { Vec3 } from "../stream/dataset";
 import type { SliceGrid, SliceValues } from "../stream/dataset_queries";
 
-export const mostPixels = 768; // Per side: about as fine as a picture shows it.
+export const mostPixels = 768; // Per side; about the resolution of a view.
 
-// An axis of the world, in its direction (1) or against it (-1).
+// A world axis in its direction (1) or against it (-1).
 export interface Direction {
   axis: number;
   sign: 1 | -1;
 }
 
-// How a plane across an axis of the world lies on the screen.
+// The orientation of an axis-aligned plane on the screen.
 export interface PlaneSides {
   axis: number;
   right: Direction;
   down: Direction;
 }
 
-// `at`: 0 to 1 along the unit vector `normal`, as far as the box reaches. Pixels are square and no finer than `spacing`.
+// `at`: 0 to 1 along the unit vector `normal`, over the box. Pixels are square and no finer than `spacing`.
 export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spacing: number): SliceGrid {
   const axis = normal.indexOf(1);
   if (axis < 0) return obliqueGrid(low, high, normal, at, spacing);
@@ -25,7 +25,7 @@ export function sliceGrid(low: Vec3, high: Vec3, normal: Vec3, at: number, spaci
   return planeGrid(low, high, { axis, right: { axis: u, sign: 1 }, down: { axis: v, sign: 1 } }, low[axis] + at * (high[axis] - low[axis]), spacing);
 }
 
-// The same as it lies on the screen. `at`: the world coordinate along its axis.
+// Returns the grid in screen orientation. `at`: the world coordinate along its axis.
 export function planeGrid(low: Vec3, high: Vec3, plane: PlaneSides, at: number, spacing: number): SliceGrid {
   const extent = ({ axis }: Direction) => high[axis] - low[axis];
   const step = Math.max(spacing, extent(plane.right) / mostPixels, extent(plane.down) / mostPixels);
@@ -43,13 +43,13 @@ export function planeGrid(low: Vec3, high: Vec3, plane: PlaneSides, at: number, 
   return { origin, right, down, width, height };
 }
 
-// The least and the largest distance of the box along a unit vector.
+// Returns the least and greatest distance of the box along a unit vector.
 export function extentAlong(low: Vec3, high: Vec3, normal: Vec3): { from: number; to: number } {
   const ends = normal.map((part, axis) => [part * low[axis], part * high[axis]].sort((a, b) => a - b));
   return { from: ends.reduce((sum, [least]) => sum + least, 0), to: ends.reduce((sum, [, most]) => sum + most, 0) };
 }
 
-// The corners of the polygon in which a plane cuts the box, in no order: where normal * place is `distance`.
+// Returns the corners, in any order, of the polygon in which the plane normal * place = `distance` cuts the box.
 export function cutCorners(low: Vec3, high: Vec3, normal: Vec3, distance: number): Vec3[] {
   const corners: Vec3[] = [];
   for (let edge = 0; edge < 12; ++edge) {
@@ -64,7 +64,7 @@ export function cutCorners(low: Vec3, high: Vec3, normal: Vec3, distance: number
   return corners;
 }
 
-// Two unit vectors of the plane across a third: to the right of its pixels, and down.
+// Returns two unit vectors perpendicular to `normal`: right and down.
 export function sidesOf(normal: Vec3): [Vec3, Vec3] {
   const least = normal.map(Math.abs).reduce((best, part, axis, all) => (part < all[best] ? axis : best), 0);
   const across = cross(normal, [0, 1, 2].map((axis) => (axis === least ? 1 : 0)) as Vec3);
@@ -100,7 +100,7 @@ function cross(a: Vec3, b: Vec3): Vec3 {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 }
 
-// The value of the pixel that a place of the plane lies in; NaN beyond the slice.
+// Returns the value of the pixel that contains a place of the plane; NaN outside the slice.
 export function valueAt({ grid, values }: SliceValues, place: Vec3): number {
   const { origin, right, down, width, height } = grid;
   const along = (step: Vec3) => {

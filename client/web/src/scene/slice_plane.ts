@@ -1,5 +1,5 @@
-// A slice of the samples in the picture: a rectangle with the field's colors, and on it the lines in
-// which it cuts the surfaces. As a filled cut it is there only where the field is above an isovalue.
+// A slice of the samples in the scene: a rectangle with the field's colors and the lines where it cuts the surfaces. A
+// filled cut shows it only where the field is above an isovalue.
 import * as THREE from "three";
 
 import type { Affine, Vec3 } from "../stream/dataset";
@@ -9,7 +9,7 @@ import { layers } from "./layers";
 import { valueAt } from "./slice_grid";
 
 export interface SliceLook extends ColorScale {
-  above: number; // Nothing is drawn below this value; -Infinity: all.
+  above: number; // Nothing is drawn below this value; -Infinity: everything is drawn.
 }
 
 export interface CutLines {
@@ -61,7 +61,7 @@ export class SlicePlane {
       "varying vec2 place; void main() { place = uv; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }",
     fragmentShader: fragment,
     side: THREE.DoubleSide,
-    polygonOffset: true, // The lines lie before it.
+    polygonOffset: true, // The lines are in front.
     polygonOffsetFactor: 1,
     polygonOffsetUnits: 2,
   });
@@ -96,7 +96,7 @@ export class SlicePlane {
     const { uniforms } = this.material;
     uniforms.ends.value.set(...endsOf(look));
     uniforms.isLog.value = look.isLog;
-    uniforms.above.value = Math.max(look.above, -3e38); // Shaders know no infinity.
+    uniforms.above.value = Math.max(look.above, -3e38); // GLSL has no infinity.
     if (look.map !== this.map) {
       uniforms.colors.value?.dispose();
       const row = new THREE.DataTexture(colorRow(look.map, 256), 256, 1);
@@ -126,7 +126,7 @@ export class SlicePlane {
     this.invalidate();
   }
 
-  // Where a ray meets what is drawn of it.
+  // Returns where a ray hits the drawn part.
   hit(ray: THREE.Ray): Vec3 | null {
     if (!this.quad.visible || !this.shown) return null;
     const { origin, right, down } = this.shown.grid;

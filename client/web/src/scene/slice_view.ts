@@ -1,5 +1,5 @@
-// One of three linked slices: the samples on a plane across an axis of the world as a flat picture, with the lines where it cuts
-// the surfaces and a crosshair where the other two planes meet it. A click or a drag moves the crosshair, the wheel the plane.
+// One of three linked slices: the samples on a plane perpendicular to a world axis, the lines where it cuts the
+// surfaces, and a crosshair where the other planes meet it. A click or drag moves the crosshair, the wheel the plane.
 import { type DatasetInfo, WorldSpace } from "../protocol/messages";
 import { colorRow, type ColorScale, shareOf } from "../shared/color_maps";
 import { h } from "../shared/elements";
@@ -11,11 +11,11 @@ import { type Direction, type PlaneSides, valueAt } from "./slice_grid";
 import type { CutLines } from "./slice_plane";
 
 const axisColors = ["#ff7a75", "#7fd67f", "#7fb4ff"]; // On gray.
-const gap = 9; // CSS pixels around the middle of the crosshair.
-const wheelStep = 60; // Pixels of the wheel for one sample.
+const gap = 9; // CSS pixels around the crosshair's center.
+const wheelStep = 60; // Wheel pixels per sample.
 
-// As readers of medical pictures expect it: the patient's left on the right, the front on the left or above, the head above.
-// Elsewhere x grows to the right, and y or z upwards.
+// Medical convention: the patient's left on the right, the front on the left or at the top, the head at the top.
+// Otherwise x grows to the right, and y or z upwards.
 export function planeSides({ space }: Pick<DatasetInfo, "space">, axis: number): PlaneSides {
   const isRas = space === WorldSpace.RAS;
   const x: Direction = { axis: 0, sign: isRas ? -1 : 1 };
@@ -44,7 +44,7 @@ export class SliceView {
   private scale: ColorScale = { map: "gray", low: 0, high: 1, isLog: false };
   private slice: SliceValues | null = null;
   private lines: readonly CutLines[] = [];
-  private readonly picture = h("canvas"); // The colors of the slice, a pixel each.
+  private readonly picture = h("canvas"); // The colors of the slice, one pixel each.
   private isPainted = false;
   private isDue = false;
   private scrolled = 0;
@@ -74,7 +74,7 @@ export class SliceView {
     this.slice = slice;
     this.isPainted = false;
     if (!slice) this.lines = [];
-    if (this.info) this.describe(this.info); // The value at the crosshair is known now.
+    if (this.info) this.describe(this.info); // The value at the crosshair is now known.
     this.invalidate();
   }
 
@@ -85,10 +85,10 @@ export class SliceView {
 
   close(): void {
     this.resizing.disconnect();
-    this.isDue = true; // No frame follows.
+    this.isDue = true; // Prevents further frames.
   }
 
-  // Where the data lie in the view, in CSS pixels: as large as fits.
+  // The data's rectangle in the view, in CSS pixels: as large as fits.
   private get place(): Rectangle {
     const { right, down } = this.sides;
     const { low, high } = worldBox(this.info!);
@@ -111,7 +111,7 @@ export class SliceView {
     return sign > 0 ? share : 1 - share;
   }
 
-  // The crosshair there, within the data.
+  // Returns the crosshair moved to (x, y), within the data.
   private crossAt(x: number, y: number): Vec3 {
     const { low, high } = worldBox(this.info!);
     const place = this.place;
@@ -177,7 +177,7 @@ export class SliceView {
     const ratio = Math.min(window.devicePixelRatio, 2);
     canvas.width = Math.round(canvas.clientWidth * ratio);
     canvas.height = Math.round(canvas.clientHeight * ratio);
-    // Drawn by the processor: the graphics card is busy with surfaces.
+    // Draws on the CPU: the GPU is busy with surfaces.
     const context = canvas.getContext("2d", { willReadFrequently: true });
     if (!context || !this.info || canvas.width === 0) return;
     context.scale(ratio, ratio);
@@ -205,7 +205,7 @@ export class SliceView {
     }
   }
 
-  // Each line has the color of the axis that its plane lies across.
+  // Each line has the color of the axis perpendicular to its plane.
   private drawCross(context: CanvasRenderingContext2D, { x, y, width, height }: Rectangle): void {
     const [atX, atY] = this.toScreen(this.cross);
     const line = (color: string, ...ends: number[]) => {
@@ -257,7 +257,7 @@ export class SliceView {
   }
 }
 
-// Places without field stay transparent.
+// Places without a value stay transparent.
 function paint(canvas: HTMLCanvasElement, { grid: { width, height }, values }: SliceValues, scale: ColorScale): void {
   canvas.width = width;
   canvas.height = height;

@@ -1,8 +1,6 @@
-// The picture: camera, lights, background, and a frame whenever something has changed. Nothing is
-// drawn while nothing moves.
+// The scene view: camera, lights and background. Draws a frame after changes, and none otherwise.
 //
-// A frame while something moves has to be quick; when all rests, one more is drawn with all that makes
-// it better. What the graphics card needs little time for is in both.
+// Frames during motion must be fast; at rest one more is drawn with full quality. Effects that are cheap are in both.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -17,14 +15,14 @@ import { Programs } from "./programs";
 export interface StageLook {
   isOrthographic: boolean;
   hasOcclusion: boolean;
-  translucent: number; // Surfaces that are seen through.
-  clip: THREE.Plane[]; // That cut the surfaces.
+  translucent: number; // Number of translucent surfaces.
+  clip: THREE.Plane[]; // Clip planes of the surfaces.
 }
 
 const extensions = ["EXT_texture_filter_anisotropic", "EXT_color_buffer_float", "OES_texture_float_linear", "WEBGL_multisampled_render_to_texture"];
 const restAfter = 180; // Milliseconds without a change.
-const quick = 20; // Milliseconds of the graphics card: a frame that may be drawn while things move.
-const tooSlow = 4000; // And one that is not drawn at all.
+const quick = 20; // Milliseconds of GPU time: acceptable during motion.
+const tooSlow = 4000; // Milliseconds: a frame this slow is not drawn at all.
 const peels = { moving: 3, resting: 6, most: 12 };
 
 export class Stage {
@@ -37,13 +35,13 @@ export class Stage {
   private readonly sceneRenderer: SceneRenderer;
   readonly programs: Programs;
   private look: StageLook = { isOrthographic: false, hasOcclusion: false, translucent: 0, clip: [] };
-  private occlusionCost: number | null = null; // Milliseconds of the frame that had it; null: not known.
+  private occlusionCost: number | null = null; // Milliseconds of a frame with occlusion; null: unknown.
   private restTimer = 0;
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
-  private isDue = false; // A frame is coming.
-  private isChanged = false; // It draws the picture again.
+  private isDue = false; // A frame is scheduled.
+  private isChanged = false; // It redraws the picture.
   private size = { width: 0, height: 0 }; // CSS pixels.
-  // Work to do in small parts, one part a frame: true when some was done or is left.
+  // Work done in small parts, one per frame; returns true if some was done or is left.
   private readonly chores: (() => boolean)[] = [];
   private readonly afterFrame: (() => void)[] = [];
   private isComing = () => false;
@@ -53,12 +51,12 @@ export class Stage {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.setClearColor(0x000000, 0);
-    this.renderer.localClippingEnabled = true; // Materials have planes that cut the surface open.
+    this.renderer.localClippingEnabled = true; // Materials have clip planes.
     this.camera.up.set(0, 0, 1);
     this.flat.up.copy(this.camera.up);
     this.sceneRenderer = new SceneRenderer(this.renderer);
     this.programs = new Programs(this.renderer, this.scene, this.camera, this.sceneRenderer.targets, () => this.invalidate());
-    // Asked now, when nothing is being drawn: later the page would wait for all that is.
+    // Queried now, while nothing is being drawn: later it would block the page until drawing is done.
     for (const name of extensions) this.renderer.extensions.has(name);
     this.scene.add(this.lights.group);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -74,7 +72,7 @@ export class Stage {
     this.wake();
   }
 
-  // A frame for work that changes nothing in the picture.
+  // Schedules a frame for work that does not change the picture.
   wake(): void {
     if (this.isDue) return;
     this.isDue = true;
@@ -87,7 +85,7 @@ export class Stage {
     this.invalidate();
   }
 
-  // What rays and places are seen through.
+  // The current camera, for rays and projections.
   get lens(): LensSettings {
     return this.look.isOrthographic ? this.flat : this.camera;
   }
@@ -100,13 +98,13 @@ export class Stage {
     this.afterFrame.push(listener);
   }
 
-  // While `isComing` is true, more of the picture is on its way, and the processor decodes it: frames at rest, which
-  // take seconds where the processor draws them, too, wait until then.
+  // While `isComing` returns true, more data is being decoded on the CPU: frames at rest, which take seconds with
+  // software rendering, wait until then.
   waitFor(isComing: () => boolean): void {
     this.isComing = isComing;
   }
 
-  // The box of the data; the camera's range of depths follows it.
+  // Sets the box of the data, which determines the camera's depth range.
   setBounds(low: Vec3, high: Vec3): void {
     new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)).getBoundingSphere(
       this.sphere,
@@ -115,22 +113,22 @@ export class Stage {
     this.controls.minDistance = 0.002 * this.sphere.radius;
   }
 
-  // From the front, a little from the side and from above: patients look along -y, where z is up.
+  // From the front, slightly from the side and from above: patients look along -y with z up.
   defaultView(): void {
     this.lookFrom(this.upright([0.55, -1, 0.32]));
   }
 
-  // The direction in the world of one that is meant where z is above.
+  // Rotates a direction given for z up to the current up axis.
   upright(direction: readonly [number, number, number]): THREE.Vector3 {
     const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), this.camera.up);
     return new THREE.Vector3(...direction).applyQuaternion(turn);
   }
 
-  // What is above in the picture; the place of the eye stays.
+  // Sets the up direction; the eye does not move.
   setUp(up: Vec3): void {
     this.camera.up.set(...up).normalize();
     this.flat.up.copy(this.camera.up);
-    // The controls take the direction when they are made, and have no way to change it.
+    // The controls read the direction when they are constructed and cannot change it.
     const { _quat, _quatInverse } = this.controls as unknown as Record<"_quat" | "_quatInverse", THREE.Quaternion>;
     _quat.setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
     _quatInverse.copy(_quat).invert();
@@ -138,7 +136,7 @@ export class Stage {
     this.invalidate();
   }
 
-  // What is above after the picture is turned clockwise around its middle.
+  // Returns the up direction after the picture is rotated clockwise.
   rolledUp(radians: number): Vec3 {
     const ahead = this.controls.target.clone().sub(this.camera.position).normalize();
     const up = new THREE.Vector3(0, 1, 0).applyQuaternion(this.camera.quaternion).applyAxisAngle(ahead, -radians);
@@ -161,7 +159,7 @@ export class Stage {
     this.frameBox(new THREE.Box3(new THREE.Vector3(...low), new THREE.Vector3(...high)));
   }
 
-  // The box fills the picture; the direction of view stays. Nothing happens for an empty box.
+  // Fits the box to the view; keeps the view direction. Ignores empty boxes.
   frameBox(box: THREE.Box3): void {
     if (box.isEmpty()) return;
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
@@ -193,7 +191,7 @@ export class Stage {
     this.invalidate();
   }
 
-  // Turns around the target by radians, moves closer by a factor.
+  // Rotates around the target by radians and moves closer by a factor.
   turn(azimuth: number, elevation: number, factor = 1): void {
     const offset = this.camera.position.clone().sub(this.controls.target);
     const upright = new THREE.Quaternion().setFromUnitVectors(
@@ -221,14 +219,14 @@ export class Stage {
     };
   }
 
-  // World units that a length of CSS pixels covers at the target.
+  // Returns the world length of CSS pixels at the target.
   unitsOf(pixels: number): number {
     const distance = this.camera.position.distanceTo(this.controls.target);
     const height = 2 * distance * Math.tan(THREE.MathUtils.degToRad(this.camera.fov / 2));
     return (pixels * height) / Math.max(1, this.canvas.clientHeight);
   }
 
-  // The ray under a place on the canvas, in CSS pixels from its corner.
+  // Returns the ray through a place on the canvas, in CSS pixels from its corner.
   rayAt(x: number, y: number): THREE.Ray {
     const ndc = new THREE.Vector2(
       (2 * x) / this.canvas.clientWidth - 1,
@@ -239,7 +237,7 @@ export class Stage {
     return caster.ray;
   }
 
-  // Where a place in the world is on the canvas; null behind the camera.
+  // Projects a place to the canvas; null if behind the camera.
   project(place: THREE.Vector3): { x: number; y: number } | null {
     const p = place.clone().project(this.lens);
     if (p.z > 1) return null;
@@ -249,8 +247,8 @@ export class Stage {
     };
   }
 
-  // What is shown as it is at rest, without handles, drawn into a canvas of its own on a background, or on nothing; `enlargement` times as large
-  // as on the screen, as far as the graphics card can.
+  // Draws the scene with full quality and without handles into a new canvas, on a background or transparent;
+  // `enlargement` times the screen size, within the GPU's limits.
   picture(background: string | null, enlargement = 1): HTMLCanvasElement {
     const ratio = this.renderer.getPixelRatio();
     const most = this.renderer.capabilities.maxTextureSize / Math.max(1, this.canvas.width, this.canvas.height);
@@ -272,15 +270,15 @@ export class Stage {
     return copy;
   }
 
-  // For a picture of that many pixels across.
+  // Returns the enlargement for a picture of this width.
   enlargementTo(width: number): number {
-    return (width + 0.01) / (this.size.width * this.renderer.getPixelRatio()); // What is left over is cut off.
+    return (width + 0.01) / (this.size.width * this.renderer.getPixelRatio()); // The fraction is cut off.
   }
 
-  // Gives the graphics card back.
+  // Frees the GPU.
   dispose(): void {
     clearTimeout(this.restTimer);
-    this.isDue = this.isChanged = true; // No frame follows.
+    this.isDue = this.isChanged = true; // Prevents further frames.
     this.controls.dispose();
     this.resizing.disconnect();
     this.renderer.dispose();
@@ -303,7 +301,7 @@ export class Stage {
     if (!isMoving && !this.isQuick()) this.restSoon();
   }
 
-  // Whether frames while things move are as good as those at rest.
+  // Returns whether frames during motion have full quality.
   private isQuick(): boolean {
     const { hasOcclusion, translucent } = this.look;
     return translucent === 0 && (!hasOcclusion || (this.occlusionCost ?? Infinity) <= quick);
@@ -316,7 +314,7 @@ export class Stage {
   private async drawAtRest(): Promise<void> {
     const timer = this.restTimer;
     await hasDrawn(this.renderer);
-    if (this.isChanged || timer !== this.restTimer) return; // Another frame follows, or another rest.
+    if (this.isChanged || timer !== this.restTimer) return; // Another frame or another rest follows.
     if (this.isComing() || this.isDue) return this.restSoon();
     const begin = performance.now();
     this.draw(true);
@@ -342,19 +340,19 @@ export class Stage {
     });
   }
 
-  // Passes: most places have few surfaces one behind the other, however many there are.
+  // Returns the number of passes: most pixels have few overlapping surfaces, even if there are many.
   private peels(isAtRest: boolean): number {
     const { translucent } = this.look;
     if (translucent === 0) return 0;
     return isAtRest ? Math.min(peels.most, Math.max(peels.resting, 2 * translucent)) : peels.moving;
   }
 
-  // The same picture at the distance of the target, without perspective.
+  // Matches the orthographic camera to the perspective one at the distance of the target.
   private followFlat(distance: number, radius: number): void {
     const half = this.unitsOf(this.canvas.clientHeight) / 2;
     const { flat, camera } = this;
     [flat.left, flat.right, flat.top, flat.bottom] = [-half * camera.aspect, half * camera.aspect, half, -half];
-    flat.near = distance - 2.5 * radius; // What is beside or behind the eye is there, too.
+    flat.near = distance - 2.5 * radius; // Includes what is beside or behind the eye.
     flat.far = distance + 2.5 * radius;
     flat.position.copy(camera.position);
     flat.quaternion.copy(camera.quaternion);
@@ -380,13 +378,13 @@ function isSameLook(one: StageLook, other: StageLook): boolean {
     one.translucent === other.translucent && one.clip.length === other.clip.length && one.clip.every(isSamePlane);
 }
 
-// The axis of the world where the direction is within half a degree of one.
+// Snaps directions within half a degree of a world axis to it.
 function nearAxis(direction: THREE.Vector3): THREE.Vector3 {
   const axis = [0, 1, 2].find((one) => Math.abs(direction.getComponent(one)) > Math.cos(THREE.MathUtils.degToRad(0.5)));
   return axis === undefined ? direction : new THREE.Vector3().setComponent(axis, Math.sign(direction.getComponent(axis)));
 }
 
-// Straight along what is up there is no up in the picture: a hair beside it there is.
+// A view straight along the up axis has no up direction; tilts it slightly.
 function besideUp(direction: THREE.Vector3, up: THREE.Vector3): THREE.Vector3 {
   if (direction.clone().normalize().cross(up).length() >= 1e-6) return direction;
   const hair = Math.abs(up.y) < 0.9 ? new THREE.Vector3(0, -1e-4, 0) : new THREE.Vector3(0, 0, -1e-4);

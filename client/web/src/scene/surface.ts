@@ -1,9 +1,8 @@
-// The surface that is shown, tile by tile, and the tiles that may be shown next.
+// The shown surface, tile by tile, and tiles that may be shown next.
 //
-// A tile's buffers go to the graphics card while the step before is still drawn, a little in each
-// frame, and without being drawn. So show() only decides which tiles take part: from one frame to
-// the next the old surface is replaced by the new one, without a hole, and tiles that are in both
-// stay as they are.
+// Buffers of tiles are uploaded to the GPU in small parts while the previous step is still drawn. show() then only
+// selects the tiles: the old surface is replaced by the new one between two frames, without a hole, and common tiles
+// stay.
 import * as THREE from "three";
 
 import type { LatticeBox } from "../mesh/tile_mesh";
@@ -23,27 +22,27 @@ interface KeptTile {
   stepNumber: number;
 }
 
-const bytesAFrame = 3_000_000; // Uploaded while the page stays fluid.
-export const mostTriangles = 12_000_000; // Kept of all surfaces of a view, about, those shown included.
+const bytesAFrame = 3_000_000; // Uploaded per frame, so that the page stays responsive.
+export const mostTriangles = 12_000_000; // The approximate limit of all surfaces of a view, including the shown ones.
 const palette = [
   "#d8b48f", "#7fb3d5", "#8fc9a3", "#e3a6a1", "#b7a3d9", "#e6cf7c",
   "#79c7c5", "#d99bc4", "#a9bf6f", "#c7a17a", "#8fa8d8", "#d6d0c4",
 ];
 const stepPalette = ["#c75146", "#dd8a4a", "#e3c567", "#a7c17a", "#5ea58b", "#4d87b0", "#7b6fb3"];
 
-// What of the settings is one surface's look.
+// The settings that determine a surface's look.
 export type SurfaceLook =
   Pick<Settings, "wireframe" | "shading" | "color" | "opacity" | "visible" | "colorBy" | "material"> & { coloring: Coloring };
 
 export class Surface {
-  budget = mostTriangles; // Kept of this one.
+  budget = mostTriangles; // Triangles kept of this surface.
   private readonly tiles = new Map<string, KeptTile>();
-  private readonly users = new Map<object, Set<string>>(); // The users of each tile; it stays as long as there is one.
-  private readonly early = new Map<string, Float32Array>(); // Scalars of tiles that are not here yet.
+  private readonly users = new Map<object, Set<string>>(); // Ids in use by each user; a tile stays while it is in use.
+  private readonly early = new Map<string, Float32Array>(); // Scalars of tiles that have not arrived.
   private isGone = false;
   private readonly uploads: string[] = [];
   private shown: string[] = [];
-  private selection: Selection | null = null; // The triangles that are shown.
+  private selection: Selection | null = null; // The shown triangles.
   private uses = 0;
   private waiting: { ids: string[]; resolve: () => void }[] = [];
   private readonly materials = new Map<string, THREE.MeshStandardMaterial>();
@@ -60,7 +59,7 @@ export class Surface {
   constructor(
     private readonly scene: THREE.Scene,
     private readonly invalidate: () => void,
-    private readonly wake: () => void, // For a frame that need not draw.
+    private readonly wake: () => void, // Schedules a frame that need not redraw.
     private readonly onDropped: (ids: string[]) => void,
     private readonly field: FieldColors,
     private readonly programs: Programs,
@@ -101,7 +100,7 @@ export class Surface {
     this.wake();
   }
 
-  // Ids of the tiles that are kept, the largest first.
+  // Returns the ids of cached tiles, the largest first.
   ids(prefix: string): string[] {
     return [...this.tiles.entries()]
       .filter(([id]) => id.startsWith(prefix))
@@ -117,7 +116,7 @@ export class Surface {
     return ids.reduce((sum, id) => sum + (this.tiles.get(id)?.triangles ?? 0), 0);
   }
 
-  // Around what is shown; where components are hidden, around the largest of the others.
+  // Returns the box of the shown surface; if components are hidden, that of the largest visible one.
   worldBox(): THREE.Box3 {
     const box = new THREE.Box3();
     if (this.selection) {
@@ -133,9 +132,9 @@ export class Surface {
     return box;
   }
 
-  // Once in a frame, before it is drawn: true when something was done or is left.
+  // Called once per frame before drawing; returns true if something was done or is left.
   uploadSome(): boolean {
-    if (!this.isDrawable()) return false; // A frame follows when it is.
+    if (!this.isDrawable()) return false; // A frame follows when it is drawable.
     let bytes = 0;
     const uploaded: string[] = [];
     while (this.uploads.length > 0 && bytes < bytesAFrame) {
@@ -157,7 +156,7 @@ export class Surface {
     return this.programs.areReady(kind, this.tiles.get(first)!.mesh);
   }
 
-  // Resolves when all of them are on the graphics card.
+  // Resolves when all of them are on the GPU.
   uploaded(ids: string[]): Promise<void> {
     return new Promise((resolve) => {
       this.waiting.push({ ids, resolve });
@@ -166,8 +165,7 @@ export class Surface {
     });
   }
 
-  // From the next frame on exactly these tiles are drawn, and of them the components that are selected; null:
-  // all of them. Requires that they are uploaded.
+  // Draws exactly these tiles from the next frame on, or their selected components. Requires that they are uploaded.
   show(ids: readonly string[], selection: Selection | null = null): void {
     const parted = new Map(selection?.parted.map((one) => [one.id, one]));
     const next = new Set(ids);
@@ -183,7 +181,7 @@ export class Surface {
     this.invalidate();
   }
 
-  // A neighbour has changed, and with it the directions at the common vertices.
+  // Updates normals at vertices shared with a changed neighbor.
   setNormals(id: string, normals: Int16Array): void {
     const attribute = this.tiles.get(id)?.mesh.geometry.getAttribute("normal");
     if (!(attribute instanceof THREE.BufferAttribute)) return;
@@ -191,14 +189,14 @@ export class Surface {
     attribute.needsUpdate = true;
   }
 
-  // Sets the colors of a second field, from scalarAttribute(). They may arrive before their tile, from another worker.
+  // Sets the values of a second field, from scalarAttribute(). They may arrive before their tile.
   setScalars(id: string, scalars: Float32Array): void {
     const tile = this.tiles.get(id);
     if (tile) tile.mesh.geometry.setAttribute("scalar", new THREE.BufferAttribute(scalars, 1));
     else this.early.set(id, scalars);
   }
 
-  // Tiles that were unused for longest go, until the rest fits; never those shown or in use.
+  // Evicts the least recently used tiles beyond the budget, except tiles shown or in use.
   dropUnused(): void {
     let kept = [...this.tiles.values()].reduce((n, tile) => n + tile.triangles, 0);
     if (kept <= this.budget) return;
@@ -216,7 +214,7 @@ export class Surface {
     if (dropped.length > 0) this.onDropped(dropped);
   }
 
-  // They stay until `user` releases what it uses.
+  // Keeps the tiles until release(user).
   use(ids: readonly string[], user: object): void {
     const used = this.users.get(user) ?? new Set();
     this.users.set(user, used);
@@ -229,10 +227,10 @@ export class Surface {
 
   release(user: object): void {
     this.users.delete(user);
-    if (this.users.size === 0) this.early.clear(); // Their tiles are not needed any more.
+    if (this.users.size === 0) this.early.clear(); // Their tiles are no longer needed.
   }
 
-  // Whether one sees through it now.
+  // Whether the surface is visible and translucent.
   get isTranslucent(): boolean {
     return this.look.visible && this.look.opacity < 1;
   }
@@ -256,7 +254,7 @@ export class Surface {
     this.invalidate();
   }
 
-  // Frees everything on the graphics card, without events.
+  // Frees all GPU memory, without events.
   dispose(): void {
     this.isGone = true;
     for (const [id, tile] of [...this.tiles]) this.remove(id, tile);
@@ -296,7 +294,7 @@ export class Surface {
     if (isVisible) this.setLines(tile);
   }
 
-  // The same triangles in another order: the number of drawn ones is enough.
+  // Replaces the index buffer by a permutation with the drawn triangles first, and sets their number.
   private setPart(id: string, part: Selection["parted"][number] | null): void {
     const geometry = this.tiles.get(id)?.mesh.geometry;
     if (!geometry) return;
@@ -345,7 +343,7 @@ export class Surface {
     return material;
   }
 
-  // A color that is being chosen is no new material each time.
+  // Reuses the material while the user changes the color.
   private recolor(before: string): void {
     const material = this.materials.get(before);
     if (!material || palette.includes(before) || stepPalette.includes(before)) return;

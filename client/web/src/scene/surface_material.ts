@@ -1,4 +1,4 @@
-// The shading of surfaces. The inside, visible where a surface ends or is cut, has another color.
+// The materials of surfaces. The inside, visible at ends and cuts, has another color.
 import * as THREE from "three";
 
 import type { FieldColors } from "./field_colors";
@@ -7,8 +7,8 @@ import { peeled } from "./translucency";
 
 interface Finish {
   roughness: number;
-  rim: [number, number, number]; // Light that comes through where the surface turns away, as in skin.
-  isMatcap: boolean; // Shaded by its direction to the eye alone, as a ball in a studio: form before all else.
+  rim: [number, number, number]; // Light at grazing angles, as in skin.
+  isMatcap: boolean; // Shaded by the normal in view space only, like a ball in a studio, to emphasize the shape.
 }
 
 const finishes: Record<Material, Finish> = {
@@ -36,7 +36,7 @@ export function setFinish(material: THREE.MeshStandardMaterial, name: Material):
   (material.userData.finish as THREE.Vector4).set(...rim, isMatcap ? 1 : 0);
 }
 
-// With `field` its colors are those of a second field, where vertices have its values.
+// With `field`, vertices that have values of a second field show its colors.
 export function surfaceMaterial(
   color: string, isTranslucent = false, field: FieldColors | null = null,
 ): THREE.MeshStandardMaterial {
@@ -45,7 +45,8 @@ export function surfaceMaterial(
     metalness: 0,
     side: THREE.DoubleSide,
     blending: isTranslucent ? THREE.NoBlending : THREE.NormalBlending,
-    // Wireframes lie before their triangles; what is peeled is compared with its own depth.
+    // Wireframes lie in front of their triangles; peeled surfaces are compared with their own
+    // depth.
     polygonOffset: !isTranslucent,
     polygonOffsetFactor: 1,
     polygonOffsetUnits: 1,

@@ -1,5 +1,5 @@
-// Small pictures of datasets: the first preview of each, drawn once and kept for the session. They
-// come over a connection of their own, one after the other, and only for what is looked at.
+// Thumbnails of datasets: the first preview of each, drawn once and kept for the session. They use a connection of
+// their own, one at a time, and only for visible list entries.
 import * as THREE from "three";
 
 import { Priority, type DatasetInfo } from "../protocol/messages";
@@ -17,7 +17,7 @@ import { surfaceMaterial } from "./surface_material";
 
 const width = 128;
 const height = 96;
-const plenty = 5000; // Triangles: a first step of so many makes a picture; fewer wait for the next.
+const plenty = 5000; // The least number of triangles for a thumbnail; previews with fewer wait for the next step.
 
 export class Thumbnails {
   private readonly queue: DatasetInfo[] = [];
@@ -34,7 +34,7 @@ export class Thumbnails {
     private readonly token: () => string,
     private readonly pool: TilePool,
     private readonly renderer: THREE.WebGLRenderer,
-    private readonly up: (info: DatasetInfo) => Vec3, // What is above in its picture.
+    private readonly up: (info: DatasetInfo) => Vec3, // The up axis of the picture.
     private readonly made: (name: string, picture: string) => void,
   ) {}
 
@@ -74,7 +74,7 @@ export class Thumbnails {
       opened: () => this.perform(conversation.opened()),
       received: (message) => this.perform(conversation.received(message)),
       closed: () => {
-        // Pictures are no reason to insist.
+        // Thumbnails do not justify retries.
         this.link = this.conversation = null;
         this.current = null;
         this.queue.length = 0;
@@ -120,7 +120,7 @@ export class Thumbnails {
         this.resolutions.set(effect.tile.key, resolution);
         if (stream === this.stream) this.perform(conversation!.decoded(stream, effect.tile.key));
       } catch {
-        // Damaged, or the surface that is looked at went first: perhaps later.
+        // Damaged or superseded: try once more later.
         if (this.current === order.info && !this.tried.has(order.info)) this.queue.push(order.info);
         this.tried.add(order.info);
         if (this.current === order.info) this.finish(null);
@@ -129,7 +129,7 @@ export class Thumbnails {
       const { begin, tiles } = effect.step;
       const triangles = tiles.reduce((n, tile) => n + tile.triangles, 0);
       if (triangles < plenty && !begin.isFinal) {
-        // Too coarse to recognise anything; the next step's checks do not depend on this one's.
+        // Too coarse to recognize; the next step's checks do not depend on this one.
         const sound = { ...nothing, triangles };
         this.perform(conversation!.certified(stream, effect.step, sound));
       } else {
@@ -194,9 +194,9 @@ export class Thumbnails {
     return picture;
   }
 
-  // Asking the graphics card something makes the page wait until it has drawn everything before, which
-  // may be a large surface, for seconds. A first picture has to (extensions, a program for its colors):
-  // so the card is idle before, and the pixels are awaited.
+  // Queries of the GPU block the page until all earlier work is drawn, which may take seconds for a large surface. A
+  // first picture needs some (extensions, shader compilation), so it waits until the GPU is idle and reads the pixels
+  // asynchronously.
   private async render(scene: THREE.Scene, camera: THREE.Camera): Promise<string> {
     await idle(this.renderer);
     const target = new THREE.WebGLRenderTarget(width, height, { samples: 4, colorSpace: THREE.SRGBColorSpace });
@@ -221,7 +221,7 @@ export class Thumbnails {
   }
 }
 
-// Resolves when all frames are drawn, and none has begun meanwhile.
+// Resolves when all frames are drawn and none has begun meanwhile.
 async function idle(renderer: THREE.WebGLRenderer): Promise<void> {
   const { render } = renderer.info;
   for (let frame = -1; frame !== render.frame; ) {

@@ -1,5 +1,4 @@
-// Round numbers along an axis: about `count` of them from `low` to `high`, ends included where they
-// are round; none for a range without length.
+// Returns about `count` round numbers from `low` to `high`, inclusive; empty for an empty range.
 export function ticks(low: number, high: number, count: number): number[] {
   const raw = (high - low) / Math.max(1, count);
   if (!(raw > 0) || !Number.isFinite(raw)) return [];
@@ -7,6 +6,6 @@ export function ticks(low: number, high: number, count: number): number[] {
   const step = [1, 2, 5, 10].map((n) => n * magnitude).find((value) => value >= raw * 0.999)!;
   const first = Math.ceil(low / step - 1e-9);
   const last = Math.floor(high / step + 1e-9);
-  // Multiples, not sums: no error grows along the axis.
+  // Multiples instead of sums, so that errors do not accumulate.
   return Array.from({ length: last - first + 1 }, (_, i) => Number(((first + i) * step).toPrecision(12)));
 }

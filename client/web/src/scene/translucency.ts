@@ -1,8 +1,8 @@
-// Surfaces that one sees through, in the right order whatever lies before what: depth peeling. Each
-// pass draws the nearest of what lies behind the pass before, and adds it behind what is there.
+// Order-independent transparency by depth peeling. Each pass draws the nearest surface behind the
+// previous pass and blends it behind the result.
 //
-// Weighted blending would need one pass, but gives a skin around a bone the weight of its depth
-// instead of its order, which looks milky exactly where surfaces nest.
+// Weighted blending would need only one pass, but it weights surfaces by depth instead of ordering
+// them, which looks milky where surfaces nest.
 import * as THREE from "three";
 import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
 
@@ -12,14 +12,14 @@ import type { LensSettings } from "./occlusion";
 
 const passthrough = "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }";
 
-// What peeled materials share: the depths between which a fragment has to lie.
+// Shared by peeled materials: the depths between which fragments must lie.
 export const peel = {
-  before: { value: null as THREE.Texture | null }, // The pass before; what is not behind it is done.
-  solid: { value: null as THREE.Texture | null }, // What is not in front of it is hidden.
+  before: { value: null as THREE.Texture | null }, // The previous pass; fragments not behind it are done.
+  solid: { value: null as THREE.Texture | null }, // Fragments not in front of it are hidden.
   isFirst: { value: true },
 };
 
-// Makes a material one of those; call it in onBeforeCompile.
+// Adds peeling to a material; call in onBeforeCompile.
 export function peeled(shader: THREE.WebGLProgramParametersWithUniforms): void {
   Object.assign(shader.uniforms, { peelBefore: peel.before, peelSolid: peel.solid, peelIsFirst: peel.isFirst });
   shader.fragmentShader = shader.fragmentShader
@@ -30,7 +30,7 @@ export function peeled(shader: THREE.WebGLProgramParametersWithUniforms): void {
         "ivec2 peelAt = ivec2(gl_FragCoord.xy);\n" +
         "if (gl_FragCoord.z >= texelFetch(peelSolid, peelAt, 0).r) discard;\n" +
         "if (!peelIsFirst && gl_FragCoord.z <= texelFetch(peelBefore, peelAt, 0).r) discard;")
-    // Seen along its skin, there is more of it to look through.
+    // Increases the opacity at grazing angles.
     .replace("#include <premultiplied_alpha_fragment>",
       "float peelRim = 1.0 - abs(dot(normal, geometryViewDir));\n" +
         "gl_FragColor.a += (1.0 - gl_FragColor.a) * gl_FragColor.a * peelRim * peelRim * peelRim;\n" +
@@ -55,7 +55,7 @@ export class Translucency {
     }),
   );
 
-  // All translucent surfaces of the scene in front of `solid`: premultiplied, linear.
+  // Draws all translucent surfaces in front of `solid`: premultiplied, linear.
   texture(
     renderer: THREE.WebGLRenderer, scene: THREE.Scene, camera: LensSettings, solid: THREE.DepthTexture, passes: number,
   ): THREE.Texture {
@@ -63,7 +63,7 @@ export class Translucency {
     for (const target of [...this.targets, this.sum]) target.setSize(width, height);
     renderer.setRenderTarget(this.sum);
     renderer.clear();
-    renderer.autoClear = false; // Passes add up.
+    renderer.autoClear = false; // Passes accumulate.
     peel.solid.value = solid;
     camera.layers.set(layers.translucent);
     for (let pass = 0; pass < passes; ++pass) {

@@ -1,7 +1,6 @@
-// Color maps for numbers: lightness orders the values, also in print and for those with low color
-// colors (viridis, cividis), one with a middle (coolwarm), and gray. The same as those of
-// common/image/color_map.cpp, to the byte, and a scale means here what it means there; where the maps
-// come from is documented there.
+// Color maps for numbers: sequential ones, ordered by lightness for print and color-blind readers (viridis, cividis), a
+// diverging one (coolwarm), and gray. Maps and scales are identical, to the byte, with common/image/color_map.cpp,
+// which documents their sources.
 const maps = {
   gray: ["#000000", "#ffffff"],
   viridis: ["#440154", "#482878", "#3e4989", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"],
@@ -14,23 +13,23 @@ const maps = {
 export type ColorMap = keyof typeof maps;
 export const colorMaps = Object.keys(maps) as ColorMap[];
 
-// What a legend says.
+// The text of a legend.
 export interface LegendWords {
   map: ColorMap;
-  name: string; // Empty: what the colors are is clear.
-  low: string; // With the unit, as is
+  name: string; // Empty: the meaning of the colors is clear.
+  low: string; // With the unit, as is `high`.
   high: string;
 }
 
-// Which values have which colors.
+// Maps values to colors.
 export interface ColorScale {
   map: ColorMap;
-  low: number; // Has the first color of the map;
-  high: number; // the last one.
-  isLog: boolean; // Requires 0 < low < high; what is not positive has the first color.
+  low: number; // Has the first color of the map.
+  high: number; // Has the last color.
+  isLog: boolean; // Requires 0 < low < high; values that are not positive have the first color.
 }
 
-// Red, green and blue, 0 to 255 (sRGB), at a share of the map from 0 to 1; beyond, its ends.
+// Returns red, green and blue, 0 to 255 (sRGB), at a share of the map from 0 to 1; clamped.
 export function colorAt(map: ColorMap, share: number): [number, number, number] {
   const colors = maps[map];
   const at = (Number.isNaN(share) ? 0 : Math.min(1, Math.max(0, share))) * (colors.length - 1);
@@ -40,27 +39,27 @@ export function colorAt(map: ColorMap, share: number): [number, number, number] 
   return [0, 1, 2].map((i) => Math.round((1 - part) * a[i] + part * b[i])) as [number, number, number];
 }
 
-// How far along the map a value is; not limited to 0 to 1.
+// Returns the position of a value along the map, not clamped to 0 to 1.
 export function shareOf(value: number, { low, high, isLog }: Omit<ColorScale, "map">): number {
   if (!(high > low)) return value > low ? 1 : 0;
   if (!isLog) return (value - low) / (high - low);
   return value > 0 ? Math.log(value / low) / Math.log(high / low) : 0;
 }
 
-// The same in GLSL. Takes the scale as (low, high), or, of a logarithmic one, their logarithms.
+// The same in GLSL. Takes the scale as (low, high), or their logarithms for a logarithmic one.
 export const shareInShader = /* glsl */ `
   float shareOf(float value, vec2 ends, bool isLog) {
     if (isLog) return value > 0.0 ? clamp((log(value) - ends.x) / (ends.y - ends.x), 0.0, 1.0) : 0.0;
     return clamp((value - ends.x) / (ends.y - ends.x), 0.0, 1.0);
   }`;
 
-// For shareInShader: ends that differ, for numbers of 32 bits.
+// Returns different ends for shareInShader, in 32-bit precision.
 export function endsOf({ low, high, isLog }: Omit<ColorScale, "map">): [number, number] {
   const [first, last] = isLog ? [Math.log(low), Math.log(high)] : [low, high];
   return [first, last > first ? last : first + 1e-6 * Math.max(1, Math.abs(first))];
 }
 
-// A row of `count` colors as bytes: red, green, blue and 255.
+// Returns a row of `count` colors as bytes: red, green, blue and 255.
 export function colorRow(map: ColorMap, count: number): Uint8Array<ArrayBuffer> {
   const row = new Uint8Array(4 * count).fill(255);
   for (let i = 0; i < count; ++i) row.set(colorAt(map, i / (count - 1)), 4 * i);

@@ -1,4 +1,4 @@
-// Elements in one expression.
+// Creates DOM elements in one expression.
 type Child = Node | string | null;
 
 export function h<K extends keyof HTMLElementTagNameMap>(

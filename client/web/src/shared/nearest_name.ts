@@ -1,6 +1,6 @@
-// The name that was probably meant: for "did you mean".
+// Finds the name that was probably meant, for "did you mean".
 
-// Null: none is near. Case does not matter; up to a third of the letters may be others, missing or too many.
+// Returns null if no name is similar. Ignores case; up to a third of the letters may differ.
 export function nearestName(given: string, names: readonly string[]): string | null {
   const distances = names.map((name) => editDistance(given.toLowerCase(), name.toLowerCase()));
   const least = Math.min(...distances);
@@ -8,7 +8,7 @@ export function nearestName(given: string, names: readonly string[]): string | n
   return least <= Math.max(1, Math.floor(longest / 3)) ? names[distances.indexOf(least)] : null;
 }
 
-// Letters to insert, remove or replace, and neighbours to swap.
+// Counts insertions, deletions, replacements and swaps of adjacent letters.
 function editDistance(a: string, b: string): number {
   const rows = [Array.from({ length: b.length + 1 }, (_, j) => j)];
   for (let i = 1; i <= a.length; ++i) {

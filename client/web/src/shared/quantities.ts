@@ -1,6 +1,6 @@
-// Numbers as people read them.
+// Formats numbers for display.
 
-// 1234567 -> "1 234 567", with thin spaces that do not break.
+// 1234567 -> "1 234 567", with thin no-break spaces.
 export function grouped(count: number): string {
   return String(Math.round(count)).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
@@ -15,7 +15,7 @@ export function inTriangles(count: number): string {
 export const leastOfEstimate = 0.75;
 export const mostOfEstimate = 1.5;
 
-// 15000 -> "11 000 to 23 000 triangles". `budget`: the most triangles that were allowed; 0: any number.
+// 15000 -> "11 000 to 23 000 triangles". `budget`: the largest allowed number of triangles; 0: unlimited.
 export function inTriangleRange(estimate: number, budget = 0): string {
   const most = mostOfEstimate * estimate;
   const isLimited = budget > 0 && budget < most;
@@ -54,7 +54,7 @@ export function inDigits(value: number, digits = 4): string {
   return String(Number(value.toPrecision(digits)));
 }
 
-// A number among others that span `span`: at least four digits, and three of the span, so that they differ visibly.
+// Rounds a value among others that span `span`: to at least four digits, and three digits of the span.
 export function roundedWithin(value: number, span: number): number {
   const decade = (of: number) => Math.floor(Math.log10(Math.abs(of)));
   const digits = value === 0 || !(span > 0) ? 4 : decade(value) - decade(span) + 3;
@@ -66,8 +66,7 @@ export function counted(value: number, noun: string, digits = 3): string {
   return `${inDigits(value, digits)} ${noun}${value === 1 ? "" : "s"}`;
 }
 
-// "12.34 ± 0.05": the digits that mean something where the value may be off by `bound` either way; with no more digits
-// than `most` where it is exact.
+// "12.34 ± 0.05": the significant digits of a value with an error of at most `bound`; at most `most` digits if exact.
 export function withBound(value: number, bound: number, most = 5): string {
   if (!(bound > 0)) return inDigits(value, most);
   const decade = Math.floor(Math.log10(bound));

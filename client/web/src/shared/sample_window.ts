@@ -1,19 +1,19 @@
 // The default range of a dataset's sample colors, and which samples are air.
 //
-// Values of computed tomography are known: Hounsfield units, where air is -1000 and water 0. Elsewhere the histogram decides:
-// a peak at its low end that holds a large share of all samples is the background, and the colors span what most of the other
-// samples have.
+// For computed tomography these are known: in Hounsfield units air is -1000 and water 0. For other data the histogram
+// decides: a peak at the low end that holds a large share of all samples is background, and the colors span most of the
+// other samples.
 import type { DatasetInfo } from "../protocol/messages";
 
 export interface SampleWindow {
   name: string;
-  level: number; // In the middle of the colors;
-  width: number; // so many values they span.
+  level: number; // The center of the range.
+  width: number; // The length of the range.
 }
 
 export type WindowedDataset = Pick<DatasetInfo, "min" | "max" | "valueUnit" | "histogram">;
 
-// As radiologists use them, in Hounsfield units.
+// The usual windows of radiology, in Hounsfield units.
 const ctWindows: readonly SampleWindow[] = [
   { name: "Soft tissue", level: 40, width: 400 },
   { name: "Bone", level: 500, width: 2000 },
@@ -25,11 +25,12 @@ const tissues = [
   { from: 2000, name: "enamel, metal" }, { from: 130, name: "bone" }, { from: -150, name: "soft tissue" },
   { from: -500, name: "skin" }, { from: -Infinity, name: "" },
 ];
-export const mainTissues: readonly string[] = ["skin", "bone"]; // Surfaces of these are looked at most.
+export const mainTissues: readonly string[] = ["skin", "bone"]; // The surfaces viewed most.
 const spread = { low: 0.01, high: 0.995 }; // Shares of the samples that are not background.
-const backgroundShare = 0.15; // The share of all samples, and of the range from its low end, of a background's peak.
+// A background's peak holds at least this share of all samples, within this share of the range from its low end.
+const backgroundShare = 0.15;
 
-// Also where the file does not name the unit: samples from air to bone are hardly anything else.
+// Also recognizes CT files without a unit: few other data range from air to bone.
 export function isCt({ min, max, valueUnit }: WindowedDataset): boolean {
   return valueUnit === "HU" || (valueUnit === "" && min >= -3100 && min <= -900 && max >= 700 && max <= 40000);
 }
@@ -39,12 +40,12 @@ export function sampleWindows(info: WindowedDataset): readonly SampleWindow[] {
   return isCt(info) ? [...ctWindows, all] : [{ name: "Most values", ...defaultWindow(info) }, all];
 }
 
-// What a surface at such a value shows of a body; empty: not known.
+// Returns the tissue at whose boundary such an isovalue lies; empty: unknown.
 export function tissueAtValue(isovalue: number, info: WindowedDataset): string {
   return isCt(info) ? tissues.find(({ from }) => isovalue >= from)!.name : "";
 }
 
-// The default window.
+// Returns the default window.
 export function defaultWindow(info: WindowedDataset): { level: number; width: number } {
   if (isCt(info)) return ctWindows[0];
   const [low, high] = [percentile(info, spread.low), percentile(info, spread.high)];
@@ -52,15 +53,15 @@ export function defaultWindow(info: WindowedDataset): { level: number; width: nu
   return { level: Number(((low + high) / 2).toPrecision(6)), width: Number((high - low).toPrecision(6)) };
 }
 
-// Samples below this value are air, or the background; -Infinity: none are. A window of computed tomography that begins lower,
-// as that of lungs does, is about what is there: nothing within it is air.
+// Samples below this value are air or background; -Infinity: none are. A CT window that begins lower, such as that of
+// lungs, shows them: nothing within it is air.
 export function airBelow(info: WindowedDataset, windowLow: number): number {
   if (isCt(info)) return Math.min(ctAir, windowLow);
   const bins = backgroundBins(info);
   return bins === 0 ? -Infinity : endOf(info, bins);
 }
 
-// The value below which a share of the samples lies, without the background.
+// Returns the value below which a share of the samples lies, without the background.
 function percentile(info: WindowedDataset, share: number): number {
   const counts = info.histogram?.counts.map(Number) ?? [];
   const first = backgroundBins(info);
@@ -74,7 +75,7 @@ function percentile(info: WindowedDataset, share: number): number {
   return share < 0.5 ? info.min : info.max;
 }
 
-// How many of the first bins are the background: those up to the least one after the peak, where there is such a peak.
+// Returns the number of leading bins that are background: up to the minimum after the peak; 0 without such a peak.
 function backgroundBins({ histogram, min, max }: WindowedDataset): number {
   const counts = histogram?.counts.map(Number) ?? [];
   const total = counts.reduce((sum, count) => sum + count, 0);
@@ -88,7 +89,7 @@ function backgroundBins({ histogram, min, max }: WindowedDataset): number {
   return held >= backgroundShare * total && held < total ? end : 0;
 }
 
-// Where a bin begins.
+// Returns where a bin begins.
 function endOf({ histogram, min, max }: WindowedDataset, bin: number): number {
   const { low, high, counts } = histogram ?? { low: min, high: max, counts: [0] };
   return low + (bin / counts.length) * (high - low);

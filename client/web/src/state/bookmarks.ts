@@ -1,9 +1,9 @@
-// Views to come back to, each an address with a name. They stay in this browser.
+// Named views of the user, stored as addresses in this browser.
 import type { Memory } from "./browser_storage";
 
 export interface Bookmark {
   name: string;
-  address: string; // As toAddress() writes it: no token.
+  address: string; // As toAddress() writes it, without the token.
 }
 
 const key = "bookmarks";
@@ -12,17 +12,17 @@ const most = 50;
 export class Bookmarks {
   constructor(private readonly memory: Memory) {}
 
-  // The newest first.
+  // Newest first.
   list(): Bookmark[] {
     try {
       const stored: unknown = JSON.parse(this.memory.get(key) ?? "[]");
       return Array.isArray(stored) ? stored.filter(isBookmark).slice(0, most) : [];
     } catch {
-      return []; // What else is there under this name is not ours.
+      return []; // Stored by something else under this name.
     }
   }
 
-  // One of the same name is replaced.
+  // Replaces a bookmark of the same name.
   add(bookmark: Bookmark): void {
     const others = this.list().filter(({ name }) => name !== bookmark.name);
     this.keep([bookmark, ...others]);

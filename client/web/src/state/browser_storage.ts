@@ -1,5 +1,4 @@
-// What is remembered beyond a reload. A browser that forbids pages to store anything loses nothing
-// but that.
+// Storage that survives a reload. If the browser forbids storage, values are silently not kept.
 export class Memory {
   constructor(private readonly storage: () => Storage) {}
 

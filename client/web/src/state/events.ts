@@ -2,7 +2,7 @@
 export class Events<Kinds extends object> {
   private readonly listeners = new Map<keyof Kinds, Set<(what: never) => void>>();
 
-  // Returns what ends it.
+  // Returns a function that removes the listener.
   on<K extends keyof Kinds>(kind: K, listener: (what: Kinds[K]) => void): () => void {
     const all = this.listeners.get(kind) ?? new Set();
     this.listeners.set(kind, all.add(listener));

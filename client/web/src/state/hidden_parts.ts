@@ -1,12 +1,12 @@
-// Which components of a surface are hidden: small ones, single ones that were picked, or all but the largest.
+// The hidden components of a surface: small ones, individually picked ones, or all but the largest.
 import type { Vec3 } from "../stream/dataset";
 
 export interface HiddenParts {
-  minComponent: number; // Samples: components whose bounding box has a shorter diagonal. 0: none.
-  // World coordinates: the component nearest to each place. It is the same one in steps of any error, as long as the
-  // places of another component are farther away than the error.
+  minComponent: number; // In samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
+  // World coordinates. Hides the component nearest to each place; it is the same in steps of any error, as long as all
+  // other components are farther from the place than the error.
   places: readonly Vec3[];
-  largestOnly?: boolean; // Only the other component with the largest box is shown, whatever the step; absent: false.
+  largestOnly?: boolean; // Of the remaining components, only the one with the largest bounding box is shown; absent: false.
 }
 
 export const nothingHidden: HiddenParts = { minComponent: 0, places: [] };
@@ -19,7 +19,7 @@ export function hidesTheSame(a: HiddenParts, b: HiddenParts): boolean {
   return a.minComponent === b.minComponent && !!a.largestOnly === !!b.largestOnly && String(a.places) === String(b.places);
 }
 
-// The hidden parts of a surface of the settings.
+// Returns the hidden parts of a surface in the settings.
 export function hiddenPartsOf(surface: { minComponent?: number; hiddenParts?: readonly Vec3[]; largestOnly?: boolean }): HiddenParts {
   const { minComponent = 0, hiddenParts = [], largestOnly = false } = surface;
   return { minComponent, places: hiddenParts, largestOnly };

@@ -1,5 +1,5 @@
-// Undo and redo of settings. Changes of the same settings that follow one another closely, as those of
-// a slider that is dragged, are one. Where one looks from, at which time, and what is measured is not undone with them.
+// Undo and redo of settings. Rapid changes of the same setting, as when dragging a slider, count as one. Camera, time
+// and measurements are excluded.
 import type { Settings } from "./settings";
 
 const most = 100;
@@ -25,7 +25,7 @@ export class History {
     if (this.before.length > most) this.before.shift();
   }
 
-  // What the settings are to be, by `apply`; false when there is nothing before.
+  // Calls `apply` with the previous settings; returns false if there are none.
   undo(settings: Settings, apply: (to: Undoable) => void): boolean {
     return this.step(this.before, this.after, settings, apply);
   }

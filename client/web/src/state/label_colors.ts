@@ -1,7 +1,7 @@
-// Colors of labels without a color in the file: the same for the same label everywhere, equally light, and far apart
-// for consecutive labels (a golden angle of hue), with two lightnesses in turn.
+// Colors of labels that have no color in the file: deterministic per label, equally light, and far apart for
+// consecutive labels (hues a golden angle apart), alternating between two lightnesses.
 
-// "#rrggbb"; `fileColor`: 0xRRGGBB, as the file has it.
+// Returns "#rrggbb"; `fileColor`: 0xRRGGBB, as in the file.
 export function labelColor(value: number, fileColor?: number): string {
   if (fileColor !== undefined && fileColor >= 0 && fileColor <= 0xffffff) return `#${fileColor.toString(16).padStart(6, "0")}`;
   const at = Math.abs(Math.round(value));
@@ -10,7 +10,7 @@ export function labelColor(value: number, fileColor?: number): string {
 
 const goldenAngle = 180 * (3 - Math.sqrt(5));
 
-// Björn Ottosson's OKLab in its polar form: lightness 0 to 1, chroma, hue in degrees.
+// Converts from the polar form of Björn Ottosson's OKLab: lightness 0 to 1, chroma, hue in degrees.
 function oklch(lightness: number, chroma: number, hue: number): string {
   const angle = (hue * Math.PI) / 180;
   const [a, b] = [chroma * Math.cos(angle), chroma * Math.sin(angle)];
@@ -25,7 +25,7 @@ function oklch(lightness: number, chroma: number, hue: number): string {
   return `#${linear.map(byteOf).join("")}`;
 }
 
-// Linear light -> two hexadecimal digits of sRGB.
+// Converts linear light to two hexadecimal digits of sRGB.
 function byteOf(light: number): string {
   const inside = Math.min(1, Math.max(0, light));
   const coded = inside <= 0.0031308 ? 12.92 * inside : 1.055 * inside ** (1 / 2.4) - 0.055;

@@ -1,4 +1,4 @@
-// Labels as text, for addresses: "1-322,-17" are those from 1 to 322 without 17, "-17" all without 17, "none" none.
+// Sets of labels as text, for addresses: "1-322,-17" is 1 to 322 without 17, "-17" all but 17, "none" the empty set.
 
 const item = /^(-?)(\d+)(?:-(\d+))?$/;
 const none = "none";
@@ -7,7 +7,7 @@ export function isLabelRanges(text: string): boolean {
   return text === none || text.split(",").every((one) => item.test(one));
 }
 
-// `all` ascend. Null: such text has no words for some of them.
+// `all` must be ascending. Returns null if labels cannot be written this way.
 export function labelRanges(all: readonly number[], shown: ReadonlySet<number>): string | null {
   if (!all.every((value) => Number.isInteger(value) && value >= 0)) return null;
   const ranges = (isIn: (value: number) => boolean, sign: string) =>
@@ -18,7 +18,7 @@ export function labelRanges(all: readonly number[], shown: ReadonlySet<number>):
   return others.length > 0 && without.length < named.length ? without : named;
 }
 
-// Those of `all` that the text names; unknown ones are passed over.
+// Returns the labels in `all` that the text includes; ignores unknown labels.
 export function labelsOfRanges(text: string, all: readonly number[]): Set<number> {
   const words = text === none ? [] : text.split(",");
   const shown = new Set(words[0]?.startsWith("-") ? all : []);
@@ -30,7 +30,7 @@ export function labelsOfRanges(text: string, all: readonly number[]): Set<number
   return shown;
 }
 
-// First and last of those that follow each other in `all`.
+// Returns first and last of each run of consecutive entries of `all`.
 function runsOf(all: readonly number[], isIn: (value: number) => boolean): [number, number][] {
   const runs: [number, number][] = [];
   all.forEach((value, at) => {

@@ -1,5 +1,5 @@
-// Parses settings from outside, such as from a page around this one or from a notebook. They have the names and forms of
-// Settings; what cannot be read is skipped and named.
+// Parses settings from outside, such as an embedding page or a notebook. Names and forms are those of Settings; invalid
+// values are skipped and their names returned.
 import { defaults, type Settings } from "./settings";
 import { fromAddress, toAddress } from "./url_state";
 
@@ -19,13 +19,13 @@ export function parseSettings(given: unknown): ParsedSettings {
   return found;
 }
 
-// A default does not appear in an address; every other value is written to one and read again, within its range.
+// Addresses omit defaults; other values are written to an address and parsed again, which checks their range.
 function settingFrom(name: keyof Settings, value: unknown): Partial<Settings> | undefined {
   if (JSON.stringify(value) === JSON.stringify(defaults[name])) return { [name]: defaults[name] };
   try {
     const read = fromAddress(toAddress({ ...defaults, [name]: value }));
     return Object.hasOwn(read, name) ? { [name]: read[name] } : undefined;
   } catch {
-    return undefined; // Settings of another form.
+    return undefined; // Malformed settings.
   }
 }

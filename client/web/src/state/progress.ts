@@ -1,4 +1,4 @@
-// The status of the shown surface and of the next one, for the status bar and the certificate.
+// The status of the shown and the next surface, for the status bar and the certificate.
 import type { MeshTopology } from "../mesh/boundary_matcher";
 import type { ShellMode } from "../mesh/shell_decoder";
 
@@ -8,35 +8,35 @@ export interface StepFacts {
   triangles: number;
   tiles: number;
   heldTiles: number;
-  bytes: number; // The payloads of all its tiles.
+  bytes: number; // Payloads of all tiles.
   errorWorld: number;
   lengthUnit: string; // The unit of errorWorld; empty: unknown.
   errorVoxels: number;
   isCertified: boolean; // The error is a bound.
-  shell: ShellMode | null; // It came as samples; null: as triangles.
-  spacing: number; // The spacing of a preview's samples; 1: all samples.
-  pixels: number | null; // The allowed error in pixels, if the camera was followed.
+  shell: ShellMode | null; // The mode of sample shells; null: a triangle mesh.
+  spacing: number; // Of a preview's samples; 1: all samples.
+  pixels: number | null; // The allowed error in pixels if it follows the camera.
   preservesTopology: boolean;
   tolerance: number;
   isovalue: number;
   serverSeconds: number;
   digest: string;
   topology: MeshTopology;
-  sameTopologyAs: number | null; // An earlier step of the stream that it was compared with.
+  sameTopologyAs: number | null; // The earlier step that it was compared with.
 }
 
-// What of the surface is shown where small components are hidden.
+// The visible components of the surface, if some are hidden.
 export interface ShownComponents {
-  minComponent: number; // Samples: those whose bounding box has a shorter diagonal are hidden.
-  components: number; // Components of the whole surface.
-  shown: number; // Components that are shown.
-  triangles: number; // That are shown.
+  minComponent: number; // In samples: components whose bounding box has a shorter diagonal are hidden.
+  components: number; // Of the whole surface.
+  shown: number; // Visible components.
+  triangles: number; // Visible triangles.
 }
 
-// As the server estimates it before it makes the surface.
+// The server's estimate, made before the surface is computed.
 export interface SurfaceSize {
   triangles: number; // Estimated.
-  budget: number; // The most triangles that were allowed; 0: any number.
+  budget: number; // The largest allowed number of triangles; 0: unlimited.
   bytes: number;
   errorVoxels: number;
 }
@@ -48,37 +48,37 @@ export interface Progress {
   retryAt: number; // performance.now() of the next attempt, while lost; 0: none.
   isStreaming: boolean;
   // The current or latest stream.
-  step: number; // That is being received.
+  step: number; // The step being received.
   tilesToCome: number;
   tilesReceived: number;
-  bytesReceived: number; // The bytes of all steps.
+  bytesReceived: number; // Of all steps.
   firstTile: number | null; // Milliseconds after the request.
   firstSurface: number | null;
   complete: number | null;
-  shown: StepFacts | null; // Facts of the whole surface.
-  components: ShownComponents | null; // and what of it is shown; null: all.
-  // The server is busy: why, and performance.now() of the next attempt.
+  shown: StepFacts | null; // Of the whole surface.
+  components: ShownComponents | null; // Null: all are shown.
+  // The reason why the server is busy, and performance.now() of the next attempt.
   postponed: { text: string; until: number } | null;
-  heldBack: SurfaceSize | null; // The size of the requested surface, of which less was sent.
+  heldBack: SurfaceSize | null; // The requested size, if the server sent less.
   // A second field on the shown surface: the range of its values, and the largest difference between the field and the
   // interpolated colors.
   scalars: { low: number; high: number; deviation: number } | null;
-  // One sentence for the user, and how bad it is.
+  // One sentence for the user, and its severity.
   failure: { text: string; isFatal: boolean; needsToken: boolean } | null;
 }
 
 export interface DrawnSurface {
-  number: number; // From 1 on, as the list of surfaces has them.
+  number: number; // Counted from 1, as in the list of surfaces.
   shown: StepFacts;
   components: ShownComponents | null;
 }
 
 // All visible surfaces.
 export interface SurfacesStatus {
-  progress: Progress; // Values of the first visible surface, else of the first one.
-  isLead: boolean; // That is the first there is.
+  progress: Progress; // Of the first visible surface, or else of the first one.
+  isLead: boolean; // Whether `progress` is that of the first surface.
   drawn: DrawnSurface[];
-  done: number; // Surfaces with a final step, or that will never have one.
+  done: number; // Surfaces that have a final step or will never have one.
   seen: number; // Visible surfaces.
 }
 

@@ -1,5 +1,5 @@
-// Datasets that belong together, as listed by the server: times of a series, fields of a simulation, labels of a
-// segmentation. They have the same grid, so that settings of one of them (view, errors, regions) hold for all.
+// Series of datasets on the same grid: times, fields of a simulation or labels of a segmentation. Settings of one
+// member (view, errors, regions) apply to all.
 import type { DatasetInfo, Label } from "../protocol/messages";
 import { nearestName } from "../shared/nearest_name";
 import { labelColor } from "./label_colors";
@@ -9,24 +9,24 @@ import { surfacesOf } from "./surfaces";
 
 export interface Series {
   name: string;
-  members: readonly DatasetInfo[]; // As they are listed; two or more.
-  times: readonly number[]; // That differ, ascending; none: it has no times.
-  timeUnit: string; // Empty: times are numbers of frames.
-  fields: readonly string[]; // That differ, as they are listed.
-  labels: readonly DatasetInfo[]; // One member of each label, by its value.
+  members: readonly DatasetInfo[]; // In listed order; at least two.
+  times: readonly number[]; // Distinct and ascending; empty: no times.
+  timeUnit: string; // Empty: times are frame numbers.
+  fields: readonly string[]; // Distinct, in listed order.
+  labels: readonly DatasetInfo[]; // One member per label, by value.
 }
 
-// A line of a list of datasets: what is looked at first when it is chosen.
+// An entry of the dataset list and the dataset shown when it is selected.
 export interface Entry {
   name: string;
   info: DatasetInfo;
   series: Series | null;
 }
 
-export const labelIsovalue = 0.5; // Where the boundary of every label is.
+export const labelIsovalue = 0.5; // The isovalue of every label's boundary.
 export const mostLabelsAtFirst = 24; // Labels shown by default.
 
-// In the order of the list: a series is where its first member is.
+// In listed order; a series appears at its first member.
 export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
   const seen = new Set<string>();
   return list.flatMap((info): Entry[] => {
@@ -38,7 +38,7 @@ export function entriesOf(list: readonly DatasetInfo[]): Entry[] {
   });
 }
 
-// Null: it is in no series, or its only member.
+// Returns null if the dataset is in no series or its only member.
 export function seriesOf(list: readonly DatasetInfo[], info: DatasetInfo): Series | null {
   const name = info.member?.series;
   if (!name) return null;
@@ -62,7 +62,7 @@ export function timeOf({ member }: DatasetInfo): number | null {
   return time !== undefined && Number.isFinite(time) ? time : null;
 }
 
-// The dataset of that name; else the first of the series of that name.
+// Returns the dataset of that name, or else the first of the series of that name.
 export function named(list: readonly DatasetInfo[], name: string): DatasetInfo | null {
   const own = list.find((info) => info.name === name);
   if (own) return own;
@@ -71,26 +71,26 @@ export function named(list: readonly DatasetInfo[], name: string): DatasetInfo |
   return series ? firstOf(series) : null;
 }
 
-// The same field and label at the nearest time there is; itself where it has no other times.
+// Returns the same field and label at the nearest time; the dataset itself if it has no other times.
 export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: number | null): DatasetInfo {
   if (time === null || timeOf(info) === null) return info;
   const distance = (one: DatasetInfo) => Math.abs(timeOf(one)! - time);
   return alike(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
 }
 
-// The times of the same field and label, ascending; none or one: there is no series.
+// Returns the times of the same field and label, ascending; empty outside of series.
 export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number[] {
   return [...new Set(alike(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
 }
 
-// The same label at the same time, of another field.
+// Returns the same label of another field, at the same time if possible.
 export function ofField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
   const isIt = ({ member }: DatasetInfo) => member!.field === field && member!.label?.value === info.member!.label?.value;
   const found = series.members.filter(isIt);
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
 }
 
-// Which values the dataset has over all its times, so that a color means the same at each.
+// Returns the value range over all times of the dataset, so that colors are comparable between times.
 export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min: number; max: number } {
   const all = [info, ...alike(list, info)];
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
@@ -106,35 +106,35 @@ export function timeText(time: number, unit: string): string {
   return unit ? `${number} ${unit}` : `frame ${number}`;
 }
 
-// Null: it is none of a label.
+// Returns null for datasets that are not a label.
 export function labelOf(list: readonly DatasetInfo[], name: string): Label | null {
   return named(list, name)?.member?.label ?? null;
 }
 
-// With the name that the user gave it, if any.
+// Applies the user's name for the label, if any.
 export function renamedLabel(label: Label, names: readonly LabelName[]): Label {
   const given = names.find((one) => one.label === label.value);
   return given ? { ...label, name: given.name } : label;
 }
 
-// As the user calls it.
+// Returns the user's name for the label.
 export function nameOfLabel(label: Label, { labelNames }: Settings): string {
   return labelName(renamedLabel(label, labelNames));
 }
 
-// Names with that label's; an empty one is the file's again.
+// Sets a label's name; an empty one restores the file's.
 export function withLabelName(names: readonly LabelName[], label: number, name: string): LabelName[] {
   const others = names.filter((one) => one.label !== label);
   return name ? [...others, { label, name }].sort((a, b) => a.label - b.label) : others;
 }
 
-// "liver"; where the file names none, "label 3".
+// "liver"; "label 3" if the file has no name.
 export function labelName({ value, name }: Label): string {
   return name || `label ${value}`;
 }
 
-// What is looked at when an entry is chosen: all labels of a segmentation, else one surface. Where one
-// label is named, the others are there to be shown.
+// The settings when an entry is selected: all labels of a segmentation, otherwise one surface. If one label is named,
+// only that one is visible.
 export function settingsOfEntry({ info, series }: Entry, named: string | null = null): Partial<Settings> {
   const labels = series?.labels ?? [];
   const isShown = ({ name }: DatasetInfo, at: number) => (named ? name === named : at < mostLabelsAtFirst);
@@ -144,8 +144,8 @@ export function settingsOfEntry({ info, series }: Entry, named: string | null = 
   return { dataset, isovalue: labelIsovalue, color, opacity, visible, surfaces: others };
 }
 
-// What the settings name, and what is changed of them: all labels of a segmentation, where no surfaces are named; one
-// alone is shown where it is named. Null: the list has no such dataset.
+// Returns the dataset that the settings name and the changes that follow: all labels of a segmentation if no surfaces
+// are named, only one visible if it is named. Null: the dataset is not in the list.
 export function startOf(list: readonly DatasetInfo[], settings: Settings): { info: DatasetInfo; changes: Partial<Settings> | null } | null {
   const { dataset, surfaces, labels, t } = settings;
   const found = dataset ? named(list, dataset) : list[0];
@@ -162,8 +162,8 @@ export function startOf(list: readonly DatasetInfo[], settings: Settings): { inf
   return { info: atTime(list, named(list, changes.dataset!) ?? found, t), changes };
 }
 
-// The settings with all surfaces of a segmentation as few words: the labels that are shown, and as surfaces those alone whose
-// look was changed. startOf() makes the same settings of them.
+// Shortens the settings of a segmentation for addresses: the visible labels, and as surfaces only labels whose look was
+// changed. startOf() restores the settings.
 export function shortened(list: readonly DatasetInfo[], settings: Settings): Settings {
   const info = named(list, settings.dataset);
   const series = info?.member?.label ? seriesOf(list, info) : null;
@@ -179,7 +179,7 @@ export function shortened(list: readonly DatasetInfo[], settings: Settings): Set
   return { ...settings, ...firstOnly(defaults), isovalue: null, labels, surfaces: changed };
 }
 
-// What shortened() wrote.
+// Restores what shortened() wrote.
 function withLabels({ labels: members }: Series, { labels, surfaces }: Settings): Partial<Settings> {
   const shown = labelsOfRanges(labels, members.map(({ member }) => member!.label!.value));
   const changed = new Map(surfaces.map((one) => [one.dataset, one]));
@@ -190,7 +190,7 @@ function withLabels({ labels: members }: Series, { labels, surfaces }: Settings)
 
 type FirstOnly = Pick<Settings, "color" | "opacity" | "visible" | "minComponent" | "hiddenParts" | "material" | "largestOnly">;
 
-// The settings that are of the first surface.
+// Picks the settings of the first surface.
 function firstOnly({ color, opacity, visible, minComponent, hiddenParts, material, largestOnly }: FirstOnly): FirstOnly {
   return { color, opacity, visible, minComponent, hiddenParts, material, largestOnly };
 }
@@ -219,7 +219,7 @@ function firstOf({ members, labels }: Series): DatasetInfo {
   return like.reduce((best, one) => ((timeOf(one) ?? 0) < (timeOf(best) ?? 0) ? one : best), first);
 }
 
-// Members that differ from it in time alone.
+// Returns the members that differ only in time.
 function alike(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
   if (!member) return [];
   return list.filter((one) =>

@@ -1,5 +1,4 @@
-// All settings of a user as one plain value: the request, and how it is
-// shown. The whole of it is in the page's address.
+// All settings of a user as one plain value: the request and its display. The page's address contains all of them.
 import type { ColorMap } from "../shared/color_maps";
 
 export interface BoxRegion {
@@ -26,26 +25,26 @@ export type Material = (typeof materials)[number];
 export type Layout = "surface" | "four";
 export type Theme = "auto" | "dark" | "light";
 
-export const mostHiddenParts = 64; // For each surface.
-export const mostNote = 80; // Characters; also of a label's name.
-export const mostPlaces = 3; // That are measured at a time: two lengths and an angle.
+export const mostHiddenParts = 64; // Per surface.
+export const mostNote = 80; // Characters of a note or a label's name.
+export const mostPlaces = 3; // Measured at a time: two lengths and an angle.
 
-// A place that was picked to be measured.
+// A place that the user picked to measure.
 export interface MeasuredPlace {
   world: [number, number, number];
-  bound: number | null; // How far it may lie from where it was meant, in world units; null: not known.
-  note?: string; // What the user has written on it.
+  bound: number | null; // The largest distance from the intended place, in world units; null: unknown.
+  note?: string; // The user's note.
 }
 
-// A surface beside the first one, of the same dataset or of another one in the same world.
+// A further surface, of the same dataset or another one in the same world.
 export interface AdditionalSurface {
-  dataset?: string; // Empty or absent: that of the first one.
+  dataset?: string; // Empty or absent: that of the first surface.
   isovalue: number;
-  error: number | null; // Voxels; null: as the first one.
+  error: number | null; // Voxels; null: that of the first surface.
   color: string; // "#rrggbb"
-  opacity: number; // 0 to 1: nothing to see through.
+  opacity: number; // 0 to 1 (opaque).
   visible: boolean;
-  minComponent?: number; // In samples, as for the first surface; default 0.
+  minComponent?: number; // In samples, as for the first surface; default: 0.
   hiddenParts?: readonly [number, number, number][]; // As for the first surface; default: none.
   material?: Material; // Default: neutral.
   largestOnly?: boolean; // As for the first surface; default: no.
@@ -58,61 +57,62 @@ export interface LabelName {
 
 export interface Settings {
   // The request.
-  dataset: string; // Or a series of datasets: the first of it.
-  t: number | null; // The time that is shown, of a series that has times: the nearest. Null: the dataset's own.
+  dataset: string; // Or a series of datasets: its first member.
+  t: number | null; // The time within a series; the nearest one is shown. Null: the dataset's own.
   isovalue: number | null; // Null: the dataset's own suggestion.
   error: number; // Voxels, 0 to 8.
   bound: "certified" | "paper";
   topologyRule: "exact" | "paper";
   topologyTolerance: number; // Voxels.
   region: Region | null;
-  followView: boolean; // Finer than the error where that is more than `pixels`.
-  pixels: number; // Allowed error on the screen where the view is followed.
+  followView: boolean; // Reduces the error where it exceeds `pixels` on the screen.
+  pixels: number; // Allowed error on the screen, with followView.
   maxTriangles: number; // 0: no limit.
-  simplify: boolean; // Without the triangles that the error does not need.
-  surfaces: readonly AdditionalSurface[]; // All but the first: state/surfaces.ts has all as one list.
-  labels: string; // The labels of a segmentation that are shown, as label_ranges.ts writes them, until they are surfaces; then empty.
-  labelNames: readonly LabelName[]; // Names that the user gives.
-  // How it is shown.
-  color: string; // This and the next six belong to the first surface.
+  simplify: boolean; // Removes triangles that the error does not require.
+  surfaces: readonly AdditionalSurface[]; // All but the first; state/surfaces.ts has all as one list.
+  labels: string; // The visible labels of a segmentation, in the form of label_ranges.ts, until they become surfaces; then empty.
+  labelNames: readonly LabelName[]; // Names given by the user.
+  // Display.
+  color: string; // This and the next six are of the first surface.
   material: Material;
   opacity: number;
   visible: boolean;
-  minComponent: number; // Samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
+  minComponent: number; // In samples: components whose bounding box has a shorter diagonal are hidden. 0: none.
   hiddenParts: readonly [number, number, number][]; // World coordinates: the component nearest to each is hidden.
-  largestOnly: boolean; // Every component but the one with the largest bounding box is hidden.
-  colorBy: string; // A dataset whose values color the surfaces; empty: none.
-  colors: ColorMap; // These three are settings of those values.
+  largestOnly: boolean; // Shows only the component with the largest bounding box.
+  colorBy: string; // The dataset whose values color the surfaces; empty: none.
+  colors: ColorMap; // This and the next four: the color scale of those values.
   fieldLevel: number | null;
   fieldWindow: number | null;
-  fieldLog: boolean; // Equal factors of the values have equal steps of color.
+  fieldLog: boolean; // Logarithmic color scale.
   noValueColor: string; // The color where the field has no value.
   shading: Shading;
   wireframe: boolean;
   coloring: Coloring;
   clip: Cut;
   clipAt: number; // 0 to 1 along the plane's normal.
-  clipNormal: [number, number, number] | null; // Of an oblique cut: a unit vector in world coordinates; null: none was chosen.
+  // The normal of an oblique cut, a unit vector in world coordinates; null: none chosen.
+  clipNormal: [number, number, number] | null;
   clipFlipped: boolean;
-  filled: boolean; // The cut shows the samples inside of the surfaces.
-  slice: Axis; // A plane of samples in the picture.
-  transparentAir: boolean; // Samples of air are hidden.
+  filled: boolean; // Fills the cut with the samples inside the surfaces.
+  slice: Axis; // A plane of samples in the scene.
+  transparentAir: boolean; // Hides samples of air.
   sliceAt: number; // 0 to 1 along the axis.
-  layout: Layout; // The surface alone, or with three slices beside it that meet
-  cross: [number, number, number] | null; // there, in world coordinates; null: in the middle of the data.
+  layout: Layout; // The surface alone, or with three orthogonal slices
+  cross: [number, number, number] | null; // that intersect here, in world coordinates; null: in the center of the data.
   sliceColors: ColorMap; // The colors of samples.
-  level: number | null; // The sample value in the middle of the colors, and how many they span: null
-  windowWidth: number | null; // for those that show most of the data.
+  level: number | null; // The center of the sample colors' range and its length; null: a range
+  windowWidth: number | null; // that shows most of the data.
   samplesLog: boolean;
   axes: boolean;
   projection: Projection;
-  occlusion: boolean; // Hollows are darker.
+  occlusion: boolean; // Darkens hollows.
   logScale: boolean;
   theme: Theme;
-  playing: boolean; // One time after the other.
-  speed: number; // Times a second, 0.1 to 60.
-  loop: boolean; // After the last time comes the first.
-  up: [number, number, number]; // A unit vector in world coordinates: up in the picture.
+  playing: boolean; // Plays the times.
+  speed: number; // Times per second, 0.1 to 60.
+  loop: boolean; // Restarts after the last time.
+  up: [number, number, number]; // The up direction, a unit vector in world coordinates.
   eye: [number, number, number] | null; // World coordinates; null: the default view.
   target: [number, number, number] | null;
   places: readonly MeasuredPlace[]; // At most three.
@@ -178,8 +178,8 @@ export const defaults: Settings = {
   places: [],
 };
 
-// Whether a new request is needed now. Not for another dataset or time: the code that changes
-// those requests when the dataset is there. Surfaces beside the first are requested when they are visible.
+// Returns whether a new request is needed now. Not for another dataset or time: these are requested when the dataset is
+// available. Surfaces other than the first are requested when they become visible.
 export function isOtherRequest(now: Settings, before: Settings): boolean {
   if (now.dataset !== before.dataset || now.t !== before.t) return false;
   const hasNormals = (s: Settings) => s.shading === "field";

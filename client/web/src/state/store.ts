@@ -1,4 +1,4 @@
-// A value with listeners that are called when it changes.
+// A value whose listeners are called on every change.
 export class Store<T extends object> {
   private readonly listeners = new Set<(now: T, before: T) => void>();
 
@@ -16,7 +16,7 @@ export class Store<T extends object> {
     for (const listener of this.listeners) listener(this.value, before);
   }
 
-  // Also calls the listener at once.
+  // Also calls the listener immediately.
   watch(listener: (now: T, before: T) => void): void {
     this.listeners.add(listener);
     listener(this.value, this.value);

@@ -1,16 +1,16 @@
-// The surfaces of one view as a list. The first one's isovalue and error are the settings' own, so that the address of
-// a page with one surface stays short. All others have their own.
+// The surfaces of a view as a list. The first one uses the settings' own isovalue and error, which keeps addresses of
+// pages with one surface short; the others have their own.
 import { defaults, type AdditionalSurface, type Settings } from "./settings";
 
 export interface SurfaceSettings extends Omit<AdditionalSurface, "isovalue"> {
-  isovalue: number | null; // Null, of the first alone: the dataset's own suggestion.
+  isovalue: number | null; // Null, only for the first: the dataset's suggestion.
 }
 
-// The most surfaces that a user adds by hand.
+// The most surfaces that a user can add.
 export const mostSurfaces = 8;
 // The most labels of a segmentation.
 export const mostLabels = 1024;
-export const maxMinComponent = 1e6; // Samples, as everywhere in the project.
+export const maxMinComponent = 1e6; // In samples, as everywhere in the project.
 
 const outerOpacity = 0.35;
 
@@ -22,7 +22,7 @@ export function surfacesOf(settings: Settings): SurfaceSettings[] {
   return [{ isovalue, error, color, opacity, visible, minComponent, hiddenParts, material, largestOnly }, ...settings.surfaces];
 }
 
-// The request for this surface alone. Null: there is none.
+// Returns the settings of one surface alone; null: there is no such surface.
 export function settingsOf(settings: Settings, at: number): Settings | null {
   const own = surfacesOf(settings)[at];
   if (!own) return null;
@@ -30,7 +30,7 @@ export function settingsOf(settings: Settings, at: number): Settings | null {
   return { ...settings, minComponent, hiddenParts, material, largestOnly, ...own, error: own.error ?? settings.error, surfaces: defaults.surfaces };
 }
 
-// Parts that were hidden belong to one isovalue: at another one all are shown.
+// Hidden parts belong to one isovalue: a change of it shows all parts.
 export function withSurface(settings: Settings, at: number, given: Partial<SurfaceSettings>): Partial<Settings> {
   const hasHidden = (surfacesOf(settings)[at]?.hiddenParts?.length ?? 0) > 0;
   const change = given.isovalue !== undefined && hasHidden ? { hiddenParts: [], ...given } : given;
@@ -45,7 +45,7 @@ export function withSurface(settings: Settings, at: number, given: Partial<Surfa
 
 type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
 
-// What is changed of each; null: nothing.
+// Changes every surface; a null change leaves it as it is.
 export function withAllSurfaces(
   settings: Settings, change: (surface: SurfaceSettings, at: number) => AllChange | null,
 ): Partial<Settings> {
@@ -54,8 +54,8 @@ export function withAllSurfaces(
   return { ...change(first, 0), surfaces };
 }
 
-// Nothing more than `mostSurfaces`. A surface encloses those of larger isovalues: of the new one and the first, the outer one
-// becomes translucent, unless it is. `suggested`: the first one's isovalue, where the settings have none.
+// Adds a surface, up to `mostSurfaces`. A surface encloses those of larger isovalues: the outer one of the new and the
+// first surface becomes translucent, if opaque. `suggested`: the first one's isovalue if the settings have none.
 export function withAddedSurface(settings: Settings, isovalue: number, suggested: number): Partial<Settings> {
   const used = surfacesOf(settings);
   if (used.length >= mostSurfaces) return {};
@@ -66,7 +66,7 @@ export function withAddedSurface(settings: Settings, isovalue: number, suggested
   return isOuter || settings.opacity < 1 ? { surfaces } : { surfaces, opacity: outerOpacity };
 }
 
-// The first leaves its place to the second; the last one stays.
+// Removing the first surface promotes the second; the last one cannot be removed.
 export function withoutSurface(settings: Settings, at: number): Partial<Settings> {
   const surfaces = settings.surfaces.filter((_, i) => i !== at - 1);
   if (at > 0) return { surfaces };
@@ -75,7 +75,7 @@ export function withoutSurface(settings: Settings, at: number): Partial<Settings
   const { dataset, ...look } = next;
   const { minComponent, hiddenParts, material, largestOnly } = { ...defaults, ...look };
   const own = dataset || settings.dataset;
-  // Those that were of the first one's dataset still are.
+  // Keep the dataset of surfaces that used the first one's.
   const kept = rest.map((one) => (own === settings.dataset || one.dataset ? one : { ...one, dataset: settings.dataset }));
   return { ...look, minComponent, hiddenParts, material, largestOnly, dataset: own, error: next.error ?? settings.error, surfaces: kept };
 }

@@ -1,13 +1,11 @@
-// Settings <-> the part of an address behind '#', which is not sent to servers. Only differences from the defaults are
-// in it, in words that a person can edit:
+// Converts settings to and from the part of an address after '#', which is not sent to servers. It contains only
+// differences from the defaults, in readable form:
 //
 //   #dataset=head&isovalue=500.5&error=0.5&region=box:0,0,0,10,10,10=0.25&eye=1,2,3&target=0,0,0
 //
-// The names are those of the settings in snake_case; what a request has is called as in an HTTP query, and
-// `quality` may stand for an error there, too.
+// Names are the settings' in snake_case; request fields are named as in HTTP queries, including `quality` for an error.
 //
-// Unreadable settings are ignored and reported: an address from elsewhere never breaks the
-// page.
+// Invalid settings are ignored and reported, so no address breaks the page.
 import { colorMaps } from "../shared/color_maps";
 import { defaults, type AdditionalSurface, type LabelName, materials, type MeasuredPlace, mostHiddenParts, mostNote, mostPlaces, type Region, type Settings } from "./settings";
 import { isLabelRanges } from "./label_ranges";
@@ -108,7 +106,7 @@ export function fromAddress(text: string): Partial<Settings> {
   return settings;
 }
 
-// The parts that fromAddress() skipped, as written: "error=-1". A token is no setting and is never shown.
+// Returns the parts that fromAddress() skipped, as written: "error=-1". Never includes the token.
 export function misread(text: string): string[] {
   const read = fromAddress(text);
   const isRead = ({ setting, value }: Word) => Object.hasOwn(read, setting) || (setting === "quality" && qualities.has(value));
@@ -117,7 +115,7 @@ export function misread(text: string): string[] {
     .map(({ name, value }) => `${name}=${value}`);
 }
 
-// The settings after the user has edited the address: missing parts get their defaults, invalid ones are unchanged.
+// Returns the settings after an edit of the address: missing parts get defaults, invalid ones keep their values.
 export function edited(now: Settings, text: string): Settings {
   const kept = misread(text)
     .map((parameters) => settingName(parameters.slice(0, parameters.indexOf("="))))
@@ -135,8 +133,8 @@ function settingName(name: string): string {
 }
 
 interface Word {
-  name: string; // As it is written.
-  setting: string; // Empty for a name with capitals, which no address has.
+  name: string; // As written.
+  setting: string; // Empty for names with capitals, which addresses do not have.
   value: string;
 }
 
@@ -147,7 +145,7 @@ function wordsOf(text: string): Word[] {
 
 const switches: ReadonlyMap<string, boolean> = new Map([["true", true], ["on", true], ["false", false], ["off", false]]);
 
-// Errors in voxels by the names that commands and HTTP have for them.
+// Errors in voxels by their names in commands and HTTP.
 export const qualities: ReadonlyMap<string, number> = new Map([["draft", 2], ["normal", 0.5], ["fine", 0.25], ["exact", 0]]);
 
 const plainNames = [
@@ -162,10 +160,9 @@ function short(value: number): string {
   return String(Number(value.toPrecision(6)));
 }
 
-// "300.5,d9775f,0.4": isovalue, color and opacity; an error of its own as fourth (empty: none), "hidden"
-// as fifth, a dataset of its own as sixth, in which what parts these words is written as in addresses, the
-// samples of the smallest component that is shown as seventh, a material as eighth, its hidden parts as ninth: "1:2:3/4:5:6",
-// and "largest" as tenth where only the largest component is shown.
+// "300.5,d9775f,0.4": isovalue, color, opacity; then, each optional: error, "hidden", dataset (with separators
+// percent-encoded), size of the smallest visible component in samples, material, hidden parts "1:2:3/4:5:6", and
+// "largest" if only the largest component is shown.
 function surfaceText(surface: AdditionalSurface): string {
   const { dataset = "", isovalue, error, color, opacity, visible, minComponent = 0, material = "neutral", hiddenParts = [] } = surface;
   const words = [
@@ -204,7 +201,7 @@ function surfacesFrom(text: string | null): AdditionalSurface[] | undefined {
   return surfaces.length < mostLabels && surfaces.every((one) => one !== null) ? surfaces : undefined;
 }
 
-// "3:liver", with what parts such words written as in addresses.
+// "3:liver", with separators percent-encoded.
 function labelNameText({ label, name }: LabelName): string {
   return `${label}:${name.replace(/[;%]/g, encodeURIComponent)}`;
 }
@@ -218,15 +215,14 @@ function labelNamesFrom(text: string | null): LabelName[] | undefined {
   return names.length <= mostLabels && names.every(({ label, name }) => Number.isFinite(label) && name) ? names : undefined;
 }
 
-// Places that are parted by one sign, their coordinates by another.
+// Parses places separated by `between`, their coordinates by `within`.
 function partsFrom(text: string | undefined, between: string, within: string): Settings["hiddenParts"] | undefined {
   if (!text) return undefined;
   const parts = text.split(between).map((one) => numbersFrom(one.replaceAll(within, ","), 3));
   return parts.length <= mostHiddenParts && parts.every((part) => part !== undefined) ? (parts as [number, number, number][]) : undefined;
 }
 
-// "12.5,3,-4,0.25,a note": where it is, its bound, if there is one, and its note, in which what parts these words is
-// written as in addresses.
+// "12.5,3,-4,0.25,a note": the place, its bound (may be empty) and its note, with separators percent-encoded.
 function placeText({ world, bound, note = "" }: MeasuredPlace): string {
   const words = [...world.map(short), bound === null ? "" : short(bound), note.replace(/[,;%]/g, encodeURIComponent)];
   return words.join(",").replace(/,+$/, "");
@@ -245,7 +241,7 @@ function placesFrom(text: string | null): MeasuredPlace[] | undefined {
   return places.length <= mostPlaces && places.every((one) => one !== null) ? places : undefined;
 }
 
-// A direction, or an axis: "-y".
+// Parses a direction or an axis such as "-y".
 function directionFrom(text: string | null): Settings["up"] | undefined {
   const [, sign, axis] = text?.match(/^([+-]?)([xyz])$/) ?? [];
   const numbers = axis ? [..."xyz"].map((one) => (one === axis ? (sign === "-" ? -1 : 1) : 0)) : numbersFrom(text, 3);
@@ -266,7 +262,7 @@ function colorFrom(text: string | null | undefined): string | undefined {
   return text && /^[0-9a-f]{6}$/i.test(text) ? `#${text.toLowerCase()}` : undefined;
 }
 
-// In the form of the programs' --region option.
+// In the form of the --region option.
 function regionText(region: Region): string {
   const numbers =
     region.kind === "box" ? [...region.low, ...region.high] : [...region.centre, region.radius];

@@ -1,8 +1,7 @@
-// Server messages in, complete and checked steps out: the browser's counterpart of client/library/assembler.hpp. Pure:
-// work to be done elsewhere (decoding, checking a whole step) is returned as an effect, and its outcome comes back by a
-// call.
+// Assembles server messages into complete, checked steps; the counterpart of client/library/assembler.hpp. Pure: work
+// done elsewhere (decoding, checking a step) is returned as an effect, and its result is passed to a method.
 //
-// A step is shown only when all its tiles are decoded and its checks have passed; until then the step before stays.
+// A step is shown only after all its tiles are decoded and its checks have passed; until then the previous step stays.
 // Steps end in the order in which they began. After a failed check the assembler returns no more effects.
 import { type ContentDigest, emptyDigest, fromHex, hex, sum } from "../mesh/content_digest";
 import { isSound, type MeshTopology } from "../mesh/boundary_matcher";
@@ -19,7 +18,7 @@ import { manifestFault, parameterFault, preservesTopology, promiseOf } from "./s
 
 export interface StreamOrder {
   info: DatasetInfo;
-  request: IsosurfaceRequest; // Every field is set, none left to its default.
+  request: IsosurfaceRequest; // Every field is set explicitly.
   requestId: bigint;
   isPreviewsOnly?: boolean; // The stream may end before the final step.
 }
@@ -28,15 +27,15 @@ export interface StepOfTiles {
   begin: StepBegin;
   end: StepEnd;
   tiles: TilePromise[];
-  digest: ContentDigest; // The digest of all triangles, computed here.
-  held: number; // Tiles that did not have to be sent.
+  digest: ContentDigest; // Of all triangles, computed here.
+  held: number; // Cached tiles, which were not sent.
 }
 
 export type AssemblerEffect =
   | { kind: "begun"; begin: StepBegin; tiles: TilePromise[]; missing: number }
   | { kind: "decode"; tile: TilePromise; payload: Uint8Array; begin: StepBegin }
   | { kind: "certify"; step: StepOfTiles }
-  // `sameAs`: an earlier step that was found to have the same topology, if one had to.
+  // `sameAs`: the earlier step that it was compared with, if its topology had to be the same.
   | { kind: "committed"; step: StepOfTiles; topology: MeshTopology; sameAs: number | null }
   | { kind: "ended"; outcome: StreamOutcome }
   | { kind: "refused"; code: number; text: string; retryAfter: number } // Seconds; 0: unknown.
@@ -56,16 +55,16 @@ const maxSteps = 64;
 
 export class Assembler {
   private readonly pending: Pending[] = [];
-  private steps = 0; // That have begun.
+  private steps = 0; // Number of steps begun.
   private finalHasBegun = false;
   private streamEnd: { outcome: StreamOutcome } | null = null;
   private isOver = false;
-  private readonly toCome = new Map<number, Set<string>>(); // Keys that must still come, by step.
+  private readonly toCome = new Map<number, Set<string>>(); // Missing tile keys by step.
   private invariants: { step: number; euler: number; components: number } | null = null;
   private readonly announced = new Set<string>();
   private readonly ready: Set<string>;
 
-  // `held`: keys of tiles that are decoded and kept, and were announced to the server.
+  // `held`: keys of cached tiles that were named to the server.
   constructor(
     private readonly order: StreamOrder,
     held: Iterable<string> = [],
@@ -77,7 +76,7 @@ export class Assembler {
     return this.isOver;
   }
 
-  // Whether the server sends nothing more of it; what came may still be decoded and checked.
+  // Whether the server has sent everything; received tiles may still be decoded and checked.
   get isReceived(): boolean {
     return this.isOver || this.streamEnd !== null;
   }
@@ -109,7 +108,7 @@ export class Assembler {
     }
   }
 
-  // A tile that a "decode" effect asked for has passed its checks.
+  // Called when a tile of a "decode" effect has passed its checks.
   decoded(key: string): AssemblerEffect[] {
     this.ready.add(key);
     return this.advance();
@@ -119,7 +118,7 @@ export class Assembler {
     return this.fail(text);
   }
 
-  // The outcome of a "certify" effect.
+  // Called with the result of a "certify" effect.
   certified(step: number, topology: MeshTopology): AssemblerEffect[] {
     const first = this.pending[0];
     if (this.isOver || !first?.certifying || first.begin.step !== step) return [];
@@ -134,7 +133,7 @@ export class Assembler {
 
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
     if (id === this.order.requestId) return act();
-    // An earlier stream's messages may still be under way.
+    // Messages of an earlier stream may still arrive.
     return id < this.order.requestId ? [] : this.fail("A message belongs to a request never made.");
   }
 
@@ -219,7 +218,7 @@ export class Assembler {
       return this.fail("The server ended the stream as complete, but the final step is missing.");
     }
     this.streamEnd = { outcome };
-    // A step that was cut short never comes to an end.
+    // An interrupted step will never be complete.
     if (this.pending.at(-1) && !this.pending.at(-1)!.end) this.pending.pop();
     return this.advance();
   }

@@ -1,12 +1,12 @@
-// What is requested first of a label where many are shown: one preview, so coarse that it takes the server a small part
-// of the final step's time, and so fine that the label still has its form.
+// The first request for a label where many are shown: one preview, coarse enough to take a small part of the final
+// step's time, and fine enough to keep the label's shape.
 import { create } from "@bufbuild/protobuf";
 
 import { type DatasetInfo, type Preview, PreviewSchema } from "../protocol/messages";
 
-const cellsAcross = 4; // At least, along the label's shortest side.
+const cellsAcross = 4; // The least number, along the label's shortest side.
 
-// Null: where the label lies is not known, and the server chooses.
+// Returns null if the label's box is unknown; then the server chooses.
 export function coarsePreview({ member }: DatasetInfo): Preview | null {
   const box = member?.label?.box;
   if (box?.length !== 6) return null;

@@ -1,16 +1,16 @@
-// A few connections, shared by many surfaces. A holder keeps its connection, also when idle, until another one needs
-// it, and then hands it over: of a thousand labels not each has to connect and be greeted.
+// A few connections shared by many surfaces. A holder keeps its connection, even when idle, until another client needs
+// it, so that not each of a thousand labels has to connect.
 
-// An open connection on which nothing more comes, and the last request id on it.
+// An idle connection and the last request id used on it.
 export interface IdleConnection {
   socket: WebSocket;
   lastRequestId: bigint;
 }
 
 export interface PoolClient {
-  readonly isBusy: boolean; // It needs its connection now.
-  granted: (connection: IdleConnection | null) => void; // Null: it makes one.
-  revoked: () => IdleConnection | null; // Null: the connection is lost, or not yet made.
+  readonly isBusy: boolean; // Whether it needs its connection now.
+  granted: (connection: IdleConnection | null) => void; // Null: it must connect.
+  revoked: () => IdleConnection | null; // Null: the connection is lost or not yet open.
 }
 
 export class ConnectionPool {
@@ -25,7 +25,7 @@ export class ConnectionPool {
     this.deal();
   }
 
-  // It needs none any more.
+  // Releases the client's connection or request.
   leave(one: PoolClient): void {
     this.holders.delete(one);
     const at = this.queue.indexOf(one);
@@ -33,7 +33,7 @@ export class ConnectionPool {
     this.deal();
   }
 
-  // A holder may have become idle.
+  // Call when a holder may have become idle.
   deal(): void {
     while (this.queue.length > 0) {
       let connection: IdleConnection | null = null;

@@ -1,6 +1,5 @@
-// A whole conversation with a server, without its socket: reconnects, returns the list of datasets, keeps one stream
-// running, and repeats it after a lost connection, naming the received tiles. Pure; the page performs the effects and
-// reports back.
+// The client side of a conversation, without its socket: reconnects, lists the datasets, keeps one stream running, and
+// repeats it after a lost connection, naming the received tiles. Pure: the page performs the effects and reports back.
 //
 //   opened() -> Hello -> Welcome -> ListDatasets -> DatasetList -> OpenStream ... -> closed()
 import { create } from "@bufbuild/protobuf";
@@ -43,55 +42,55 @@ export type Effect =
   | { kind: "phase"; phase: Phase; retryInMilliseconds?: number }
   | { kind: "datasets"; datasets: DatasetInfo[] }
   | { kind: "opened"; order: StreamRequest; stream: number }
-  // How large the surface of an order would be; answers a query of askSize().
+  // The estimated surface size of an order; the result of askSize().
   | { kind: "size"; order: StreamRequest; triangles: number; bytes: number; errorWorld: number }
   | { kind: "scalars"; stream: number; order: StreamRequest; values: TileValues }
-  // The server wants the stream asked for later; again() does that.
+  // The server postponed the request; again() repeats it.
   | { kind: "postponed"; text: string; inMilliseconds: number }
-  // For a stream; `stream` identifies it, as results from elsewhere may come late.
+  // An effect of stream `stream`, which identifies late results.
   | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNews: boolean }
   | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
 
-// "coarse": one preview of a label, of a spacing chosen here (coarse_preview.ts); else the same as "previews".
+// "coarse": one preview of a label with a spacing chosen here (coarse_preview.ts); "previews" if its box is unknown.
 export type StepsWanted = "all" | "previews" | "coarse" | "final";
 
 export interface StreamRequest {
   info: DatasetInfo;
   request: IsosurfaceRequest;
-  steps?: StepsWanted; // All by default.
+  steps?: StepsWanted; // Default: all.
   scalars?: ScalarOptions;
 }
 
 // A dataset whose values are requested at the vertices, and their range.
 export interface ScalarOptions {
   dataset: string;
-  low?: number; // Both or none: what the dataset has.
+  low?: number; // Both or neither; default: the dataset's range.
   high?: number;
 }
 
-// Whether they are answered by the same surface in the same colors; how it comes does not matter.
+// Whether both orders give the same surface in the same colors; the steps on the way do not matter.
 export function isSameOrder(a: StreamRequest, b: StreamRequest): boolean {
   const [x, y] = [a.scalars, b.scalars];
   const isSameColoring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
   return a.info === b.info && isSameColoring && isSameRequest(a.request, b.request);
 }
 
-// The scalars of a tile; a step's come before its end.
+// The scalars of a tile, received before the step ends.
 export interface TileValues {
   key: string; // The key of the tile.
   codes: Uint8Array;
   range: ScalarRange;
-  deviation: number; // Found between the field and what is interpolated from vertices.
+  deviation: number; // The measured difference between the field and the values interpolated from vertices.
 }
 
 export interface ConversationOptions {
   agent: string;
   token: () => string;
-  // Keys of the tiles that are kept and fit this request; the most useful first.
+  // Keys of cached tiles that fit this request, the most useful first.
   held: (order: StreamRequest) => string[];
-  priority?: Priority; // The priority of all requests; normal by default.
-  trianglesPerSecond?: () => number; // The triangles a second that this page decodes, checks and shows; optional.
-  isListing?: () => boolean; // Whether a new connection lists the datasets; yes by default.
+  priority?: Priority; // Of all requests; default: normal.
+  trianglesPerSecond?: () => number; // The page's measured speed of decoding, checking and showing.
+  isListing?: () => boolean; // Whether a new connection lists the datasets; default: yes.
 }
 
 const policies = {
@@ -100,46 +99,46 @@ const policies = {
 const maxHeld = 8192;
 const firstRetry = 500;
 const longestRetry = 15_000;
-const longestWait = 600_000; // The longest delay that a server may require.
+const longestWait = 600_000; // The longest accepted delay of a server.
 
 export class Conversation {
   private phase: Phase = "connecting";
   private retry = firstRetry;
-  private lastRequestId = 0n; // The last request id of streams and queries.
+  private lastRequestId = 0n; // Of streams and queries.
   private streamId = 0n; // The request id of the last stream.
-  private query: { id: bigint; order: StreamRequest } | null = null; // Under way.
+  private query: { id: bigint; order: StreamRequest } | null = null; // The running query.
   private nextQuery: StreamRequest | null = null;
   private datasets: DatasetInfo[] = [];
   private wanted: StreamRequest | null = null;
   private assembler: Assembler | null = null;
-  private order: StreamRequest | null = null; // The request of the assembler.
+  private order: StreamRequest | null = null; // The order of the assembler.
   private stream = 0;
   private isGivenUp = false;
-  private wait = 0; // Milliseconds until the next connection, from the server's reply.
-  // Steps of `wanted` that were committed already, on this connection or one before.
+  private wait = 0; // Milliseconds until the next connection, as required by the server.
+  // Steps of `wanted` already committed, on this connection or an earlier one.
   private given = 0;
-  // What its stream began with: exactly these steps come again after a lost connection.
+  // The steps begun so far; after a lost connection exactly these are repeated.
   private begun: Preview[] = [];
   private hasFinalBegun = false;
-  private lastStep: StepBegin | null = null; // The last step of the running stream.
+  private lastStep: StepBegin | null = null; // Of the running stream.
 
   constructor(private readonly options: ConversationOptions) {}
 
-  // ---- what the user wants
+  // ---- requests of the user
 
-  // Another surface; it replaces the one before. Waits for a connection if there is none.
+  // Requests another surface, which replaces the previous one. Waits for a connection if there is none.
   want(order: StreamRequest): Effect[] {
     this.wanted = order;
     this.given = 0;
     this.begun = [];
     this.hasFinalBegun = false;
     if (this.phase === "ready") return this.openStream();
-    this.assembler = null; // The stream before is replaced, whose connection was handed over.
+    this.assembler = null; // Replaces the previous stream, whose connection was handed over.
     return [];
   }
 
-  // How large a surface would be. One query is under way at a time; of those that come meanwhile
-  // the last one follows. Without a connection nothing is requested.
+  // Requests the estimated size of a surface. Only one query runs at a time; of those made meanwhile only the last is
+  // sent. Does nothing without a connection.
   askSize(order: StreamRequest): Effect[] {
     if (this.phase !== "ready") return [];
     if (this.query) {
@@ -153,27 +152,27 @@ export class Conversation {
     return [{ kind: "send", message: { case: "estimate", value } }];
   }
 
-  // The user requests a connection; earlier refusals and connections no longer count.
+  // The user requests a connection; resets earlier refusals.
   connecting(): Effect[] {
     this.isGivenUp = false;
     this.assembler = null;
     return this.turn("connecting");
   }
 
-  // Whether the server has sent all of the stream, which may still be decoded and checked.
+  // Whether the server has sent the whole stream; received tiles may still be decoded and checked.
   get isReceived(): boolean {
     return this.assembler?.isReceived === true;
   }
 
-  // The last request id, where another conversation may go on with the connection: it is greeted, and nothing more comes
-  // of a stream. What came is still checked; this conversation then has no connection. Null: it may not.
+  // Gives up an idle connection to another conversation and returns the last request id. Received tiles are still
+  // checked. Returns null if a stream is being received or there is no connection.
   handOver(): bigint | null {
     if (this.phase !== "ready" || this.assembler?.isReceived === false) return null;
     this.phase = "connecting";
     return this.lastRequestId;
   }
 
-  // Goes on with a connection that another conversation has handed over.
+  // Continues on a connection handed over by another conversation.
   adopted(lastRequestId: bigint): Effect[] {
     this.connecting();
     this.retry = firstRetry;
@@ -183,7 +182,7 @@ export class Conversation {
     return this.wanted ? [...ready, ...this.openStream()] : ready;
   }
 
-  // Repeats what was postponed, unless it was superseded.
+  // Repeats a postponed request, unless it was superseded.
   again(): Effect[] {
     const isRunning = this.assembler !== null && !this.assembler.hasEnded;
     return this.phase === "ready" && this.wanted && !isRunning ? this.openStream() : [];
@@ -197,7 +196,7 @@ export class Conversation {
     return [{ kind: "send", message: { case: "cancel", value } }];
   }
 
-  // ---- what the connection reports
+  // ---- events of the connection
 
   opened(): Effect[] {
     this.lastRequestId = 0n;
@@ -212,7 +211,7 @@ export class Conversation {
     return [...this.turn("greeting"), { kind: "send", message: { case: "hello", value } }];
   }
 
-  // The delay before the next attempt grows from time to time; it is part of the phase.
+  // The delay before the next attempt doubles; it is part of the phase.
   closed(): Effect[] {
     this.assembler = null;
     const wait = Math.max(this.retry, this.wait);
@@ -234,7 +233,7 @@ export class Conversation {
         return this.sized(message.value);
       case "error":
         if (message.value.requestId === 0n) return this.refusedAltogether(message.value);
-        // The stream is refused for the same reason, and reports it.
+        // The stream gets the same error and reports it.
         if (message.value.requestId === this.query?.id) return this.askNext();
     }
     if (!this.assembler) return [];
@@ -243,7 +242,7 @@ export class Conversation {
     return this.track(this.assembler.receive(message));
   }
 
-  // ---- what the page did
+  // ---- results of the page
 
   decoded(stream: number, key: string): Effect[] {
     return this.current(stream, (assembler) => assembler.decoded(key));
@@ -291,8 +290,8 @@ export class Conversation {
     this.datasets = datasets;
     const effects: Effect[] = [{ kind: "datasets", datasets }];
     const { wanted } = this;
-    // The page opens its first stream when it has the list of datasets; an interrupted stream is repeated with the
-    // server's current facts of its dataset.
+    // The page opens its first stream when it has the list; an interrupted stream is repeated with the current
+    // information about its dataset.
     if (!wanted || this.assembler) return effects;
     const info = this.datasets.find(({ name }) => name === wanted.info.name);
     if (!info) {
@@ -304,7 +303,7 @@ export class Conversation {
     return [...effects, ...this.openStream()];
   }
 
-  // Values of an earlier stream's tiles may still be under way.
+  // Values of an earlier stream's tiles may still arrive.
   private valued({ requestId, step, index, codes, largestDeviation }: TileScalars): Effect[] {
     if (requestId !== this.streamId || this.assembler?.hasEnded !== false) return [];
     const tile = this.lastStep?.tiles[index];
@@ -324,7 +323,7 @@ export class Conversation {
     const { requestId, step, isFinal, finestSpacing, isUnsimplified, shell } = begin;
     if (requestId === this.streamId) this.lastStep = begin;
     if (requestId !== this.streamId || step < this.begun.length) return;
-    // A final step of shells is named like a preview: it comes instead of the request's own mesh.
+    // A final step of shells is listed as a preview: it precedes the requested mesh.
     if (isFinal && !shell) this.hasFinalBegun = true;
     else this.begun.push(create(PreviewSchema, { finestSpacing, isUnsimplified, shell }));
   }
@@ -359,7 +358,7 @@ export class Conversation {
 
   private refusedAltogether({ code, text, retryAfter }: ErrorReply): Effect[] {
     this.wait = waitOf(retryAfter);
-    // The connection ends; some reasons will not go away by themselves.
+    // The connection ends; only some reasons are temporary.
     const isFatal = code !== ErrorCode.UNAVAILABLE && code !== ErrorCode.LIMIT_EXCEEDED;
     this.isGivenUp = isFatal;
     return [{ kind: "failure", text, isFatal, code }];
@@ -372,7 +371,7 @@ export class Conversation {
       }
       let isNews = true;
       if (effect.kind === "committed") {
-        // Steps that were given before the connection was lost come again.
+        // Steps received before the connection was lost are repeated.
         isNews = effect.step.begin.step >= this.given;
         this.given = Math.max(this.given, effect.step.begin.step + 1);
       }
@@ -384,7 +383,7 @@ export class Conversation {
   }
 }
 
-// A delay in seconds from the wire.
+// Converts the server's delay in seconds to milliseconds.
 function waitOf(seconds: number): number {
   return seconds > 0 ? Math.min(longestWait, Math.max(firstRetry, 1000 * seconds)) : 0;
 }

@@ -1,4 +1,4 @@
-// What follows from a DatasetInfo: lengths, the maps between coordinates, where surfaces may end.
+// Functions of a DatasetInfo: lengths, coordinate maps, where surfaces may end.
 import type { DataBorder } from "../mesh/boundary_matcher";
 import { type DatasetInfo, SampleType, WorldSpace } from "../protocol/messages";
 
@@ -25,12 +25,12 @@ export function inverse(map: Affine): Affine {
   return [...linear, -t[0], -t[1], -t[2]];
 }
 
-// The length of "1 voxel" in world units.
+// Returns the length of one voxel in world units.
 export function voxelLength(info: DatasetInfo): number {
   return Math.min(...info.spacing);
 }
 
-// The diagonal of a cell of eight samples, in world units.
+// Returns the longest diagonal of a cell of eight samples, in world units.
 export function longestCellDiagonal({ indexToWorld: m }: DatasetInfo): number {
   const lengths = [1, -1].flatMap((j) => [1, -1].map((k) => Math.hypot(...[0, 1, 2].map((row) => m[row] + j * m[3 + row] + k * m[6 + row]))));
   return Math.max(...lengths);
@@ -46,7 +46,7 @@ export function lengthText(
   return `${number} ${lengthUnit || (number === 1 ? "unit" : "units")}`;
 }
 
-// What world coordinates are called, for people: by the axes along which they run, where that is known.
+// Returns the display name of world coordinates, by their axes if known.
 export function worldName({ space }: Pick<DatasetInfo, "space">): string {
   return { [WorldSpace.LPS]: "LPS", [WorldSpace.RAS]: "RAS", [WorldSpace.UNSPECIFIED]: "world" }[space] ?? "world";
 }
@@ -63,18 +63,18 @@ export function latticeToWorld(info: DatasetInfo, resolution: number): Affine {
   return [...linear, ...applied(info.indexToWorld, shift)];
 }
 
-// The corners of the data: of the box from the first sample to the last.
+// Returns the bounding box of all samples.
 export function worldBox({ indexToWorld, dims }: DatasetInfo): { low: Vec3; high: Vec3 } {
   return boxOfCorners(indexToWorld, [0, 0, 0], dims.map((n) => n - 1));
 }
 
-// Around the samples of a label; null: the server does not know where they are.
+// Returns a box around the samples of a label; null: unknown.
 export function labelBox({ indexToWorld, member }: DatasetInfo): { low: Vec3; high: Vec3 } | null {
   const box = member?.label?.box ?? [];
   return box.length === 6 ? boxOfCorners(indexToWorld, box.slice(0, 3).map((v) => v - 0.5), box.slice(3).map((v) => v + 0.5)) : null;
 }
 
-// Around a box of sample indices.
+// Returns the world bounding box of a box of sample indices.
 function boxOfCorners(indexToWorld: Affine, least: readonly number[], greatest: readonly number[]): { low: Vec3; high: Vec3 } {
   const low: Vec3 = [Infinity, Infinity, Infinity];
   const high: Vec3 = [-Infinity, -Infinity, -Infinity];
@@ -88,7 +88,7 @@ function boxOfCorners(indexToWorld: Affine, least: readonly number[], greatest: 
   return { low, high };
 }
 
-// Why a field of `b` has no values on surfaces of `a`: they are in different worlds. Null: they are in one, or nothing else is known.
+// Returns why a field of `b` has no values on surfaces of `a`, or null if both may be in one world.
 export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
   const differ = <T>(x: T, y: T) => Boolean(x) && Boolean(y) && x !== y;
   if (differ(a.space, b.space)) return `its world axes are ${worldName(b)}, those of "${a.name}" are ${worldName(a)}`;
@@ -98,7 +98,7 @@ export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
   return isApart ? `it lies elsewhere than "${a.name}": their boxes have no place in common` : null;
 }
 
-// The same as data_border in common/request/dataset_info.cpp, which has the reasons.
+// As data_border in common/request/dataset_info.cpp, which has the reasons.
 export function dataBorder(
   info: DatasetInfo,
   resolution: number,

@@ -1,5 +1,5 @@
-// Single queries about samples: a slice, the field at some places. They have a connection of their own
-// beside the streams, opened with the first query, so that tiles do not delay replies.
+// Queries for samples: a slice, or the field at places. They use a connection of their own, opened with the first
+// query, so that tiles do not delay replies.
 import {
   create, HelloSchema, type ProbedPlace, ProbeSchema, type ServerKind, SliceSchema, PayloadCodec,
 } from "../protocol/messages";
@@ -8,8 +8,8 @@ import { Link } from "./link";
 
 // Pixels of a plane, in world coordinates.
 export interface SliceGrid {
-  origin: Vec3; // The middle of the first pixel.
-  right: Vec3; // From a pixel to the next one of its row.
+  origin: Vec3; // The center of the first pixel.
+  right: Vec3; // From a pixel to the next in its row.
   down: Vec3; // From a row to the next.
   width: number;
   height: number;
@@ -17,8 +17,8 @@ export interface SliceGrid {
 
 export interface SliceValues {
   grid: SliceGrid;
-  values: Float32Array; // Row by row; NaN where there is no field.
-  sampleSpacing: number; // 1, or 8: made of every eighth sample.
+  values: Float32Array; // Row by row; NaN where the field has no value.
+  sampleSpacing: number; // 1; or 8: from every eighth sample.
 }
 
 type Answer = Extract<ServerKind, { case: "sliceReply" | "probeReply" }>;
@@ -29,7 +29,7 @@ interface Asked {
   reject: (error: Error) => void;
 }
 
-const mostAtOnce = 4; // That a server takes of one connection.
+const mostAtOnce = 4; // The server's limit per connection.
 
 export class DatasetQueries {
   private readonly link: Link;
@@ -47,7 +47,7 @@ export class DatasetQueries {
     });
   }
 
-  // Rejects with a sentence.
+  // Rejects with a one-sentence error.
   async slice(dataset: string, grid: SliceGrid): Promise<SliceValues> {
     const answer = await this.ask((requestId) => {
       const value = create(SliceSchema, { requestId, dataset, ...grid });
@@ -58,7 +58,7 @@ export class DatasetQueries {
     if (width !== grid.width || height !== grid.height || values.length !== 4 * width * height) {
       throw new Error(`The server's slice has ${width} by ${height} pixels and ${values.length} bytes.`);
     }
-    // A copy, as the bytes may begin anywhere in their message; numbers of the wire are little-endian.
+    // Copies, because the bytes may be unaligned in their message. The wire format is little-endian.
     return { grid, values: new Float32Array(values.slice().buffer), sampleSpacing };
   }
 

@@ -1,18 +1,18 @@
-// The WebSocket of a conversation: sends its messages, passes on received ones, reconnects.
+// The WebSocket of a conversation: sends and receives messages, reconnects.
 import { type ClientKind, decoded, encoded, type ServerKind, subprotocol } from "../protocol/messages";
 
 export interface LinkEvents {
   opened: () => void;
   received: (message: ServerKind) => void;
   closed: () => void;
-  // No connection can be made to this address: it is none of a WebSocket, or this page may not use it.
+  // This address cannot be connected to: it is not a WebSocket address, or the page may not use it.
   impossible: () => void;
 }
 
 export class Link {
   private socket: WebSocket | null = null;
   private timer = 0;
-  private forbidden = new AbortController(); // Ends with the socket.
+  private forbidden = new AbortController(); // Aborted with the socket.
 
   constructor(
     private readonly address: string,
@@ -33,14 +33,14 @@ export class Link {
     this.use(socket);
   }
 
-  // Takes an open connection over from another link, which has handed it over.
+  // Takes over an open connection from another link.
   adopt(socket: WebSocket): void {
     this.leave();
     this.hearOfPolicy();
     this.use(socket);
   }
 
-  // The open connection, which stays open and is no longer this link's. Null: there is none.
+  // Releases the connection without closing it; null if none is open.
   handOver(): WebSocket | null {
     const { socket } = this;
     if (socket?.readyState !== WebSocket.OPEN) return null;
@@ -83,7 +83,7 @@ export class Link {
     }
   }
 
-  // Closes the connection, if there is one.
+  // Closes the connection, if any.
   leave(): void {
     clearTimeout(this.timer);
     const socket = this.socket;
@@ -92,7 +92,7 @@ export class Link {
     socket?.close();
   }
 
-  // A connection that the page's Content-Security-Policy forbids looks like an unreachable server.
+  // A connection forbidden by the page's Content-Security-Policy looks like an unreachable server.
   private hearOfPolicy(): void {
     this.forbidden = new AbortController();
     const { signal } = this.forbidden;

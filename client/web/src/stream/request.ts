@@ -1,5 +1,4 @@
-// Settings -> the request. All fields are set, so that what the server repeats can
-// be compared with it.
+// Converts settings to a request. All fields are set, so that the server's copy can be compared with it.
 import { create, equals } from "@bufbuild/protobuf";
 
 import {
@@ -38,7 +37,7 @@ export function latticeResolution(info: DatasetInfo): number {
   return Math.min(defaultLatticeResolution, maxLatticeBits - info.gridExponent);
 }
 
-// A good isovalue to begin with.
+// Returns the initial isovalue.
 export function suggestedIsovalue(info: DatasetInfo): number {
   return info.suggestedIsovalues[0] ?? (info.min + info.max) / 2;
 }
@@ -67,9 +66,9 @@ export function isosurfaceRequest(
   });
 }
 
-// Where a pixel at the nearest place of the data is smaller than the allowed error, the smaller of both holds everywhere: the box
-// says the error, as nothing else does where the view has its own. Elsewhere the request is that without a view, so that it
-// stays the same while one turns. A region that is coarser than the rest is meant in order.
+// If a pixel at the nearest place of the data is smaller than the allowed error, the smaller of the two applies
+// everywhere; the box carries the error, because the view replaces it. Otherwise the request has no view and does not
+// change as the camera turns. With a region coarser than the rest, the regions apply in order.
 function localThresholds(info: DatasetInfo, settings: Settings, view: View | null) {
   const { region, error, followView, pixels } = settings;
   const regions = region ? [thresholdRegion(region)] : [];
@@ -79,7 +78,7 @@ function localThresholds(info: DatasetInfo, settings: Settings, view: View | nul
   return { combine: Combination.MINIMUM, regions: [thresholdRegion(whole), ...regions], view: thresholdView(view, pixels, error) };
 }
 
-// In voxels, at the place of the data's box that is nearest to the eye; 0 within it.
+// Returns the size of a pixel in voxels at the place of the data's box nearest to the eye; 0 inside the box.
 export function nearestPixel(info: DatasetInfo, { eye, fieldOfView, heightPixels }: View): number {
   const { low, high } = worldBox(info);
   const distance = Math.hypot(...eye.map((at, axis) => Math.max(low[axis] - at, 0, at - high[axis])));
@@ -87,7 +86,7 @@ export function nearestPixel(info: DatasetInfo, { eye, fieldOfView, heightPixels
   return height / heightPixels / voxelLength(info);
 }
 
-// By its own size on all sides: a surface may end a step beyond the samples.
+// Enlarges the box by its largest side: a surface may end one step beyond the samples.
 function widened({ low, high }: ReturnType<typeof worldBox>): ReturnType<typeof worldBox> {
   const by = Math.max(...low.map((at, axis) => high[axis] - at), 1e-6);
   const moved = (from: readonly number[], step: number) => from.map((at) => at + step) as typeof low;

@@ -1,5 +1,5 @@
-// What a step's beginning is compared with before any of its tiles is looked at: the request, and
-// what can be. A fault is the rest of a sentence that begins with the step's number.
+// Checks the beginning of a step against the request and fixed limits before any tile is processed. A fault is the end
+// of a sentence that begins with the step's number.
 import { create, equals } from "@bufbuild/protobuf";
 
 import { hex } from "../mesh/content_digest";
@@ -16,7 +16,7 @@ import {
 } from "../protocol/messages";
 import { longestCellDiagonal } from "./dataset";
 
-const maxTriangles = 60_000_000; // The most triangles of a step: about what a browser's memory takes.
+const maxTriangles = 60_000_000; // About what a browser's memory holds.
 const maxTileTriangles = 2 ** 20;
 
 export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
@@ -29,19 +29,19 @@ export function promiseOf(summary: StepBegin["tiles"][number]): TilePromise {
   };
 }
 
-// Whether the step promises the topology of the full-resolution surface.
+// Returns whether the step promises the topology of the full-resolution surface.
 export function preservesTopology(begin: StepBegin): boolean {
   return (begin.request?.topologyTolerance === 0 || begin.shell !== undefined) && begin.finestSpacing === 1;
 }
 
-// How the tiles of a step of sample shells are coded; null: they are Draco meshes.
+// Returns the coding of a step's sample shells; null: Draco meshes.
 export function shellModeOf({ shell, finestSpacing }: StepBegin): ShellMode | null {
   if (!shell) return null;
   const { values, levelsPerOctave } = shell;
   return { values: values - ShellValues.EXACT, levelsPerOctave, spacing: finestSpacing || 1 };
 }
 
-// How far vertices of shells may have moved along their edges, in world units. Zero for exact values.
+// Returns the largest displacement of shell vertices along their edges, in world units. 0 for exact values.
 export function displacementBound({ levelsPerOctave, spacing }: ShellMode, info: DatasetInfo): number {
   if (levelsPerOctave === 0) return 0;
   return (0.5 - 1 / (1 + 2 ** (1 / levelsPerOctave))) * spacing * longestCellDiagonal(info);
@@ -91,7 +91,7 @@ export function manifestFault(begin: StepBegin, info: DatasetInfo): string | nul
   return null;
 }
 
-// A preview may be coarser than the request; everything else is as requested.
+// A preview may be coarser than the request; all else must match it.
 export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): string | null {
   const given = begin.request;
   if (!given?.threshold || !asked.threshold) return "it has no parameters";

@@ -1,8 +1,8 @@
-// How many triangles a second are decoded, checked and shown here: servers plan their steps with it.
-// Time counts from a step's last tile on: until then the link may have been what one waited for.
+// Measures how many triangles per second are decoded, checked and shown; servers plan their steps with it. Counts from
+// a step's last tile on, because until then the network may be the bottleneck.
 
-const few = 5000; // Steps of fewer triangles are ignored.
-const weight = 0.5; // The weight of the latest step.
+const few = 5000; // Smaller steps are ignored.
+const weight = 0.5; // Of the latest step.
 
 export class StepSpeed {
   // The default until a step was measured.

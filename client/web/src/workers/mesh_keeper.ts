@@ -1,6 +1,6 @@
-// Keeps a copy of every tile in a worker, for operations on whole surfaces. Checks a step before it is shown, makes
-// normals agree where tiles meet, finds the components that are drawn, finds what a ray hits and a
-// plane cuts of the drawn triangles, measures parts, and writes files.
+// A worker that keeps a copy of every tile for operations on whole surfaces: checks a step before it is shown, makes
+// normals agree between tiles, selects the drawn components, finds intersections of the drawn triangles with rays and
+// planes, measures parts, and writes files.
 import { cutLine } from "../mesh/cut";
 import { type MassProperties, massProperties } from "../mesh/mass_properties";
 import { meshFile } from "../mesh/mesh_files";
@@ -16,7 +16,7 @@ const tiles = new Map<string, KeptTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
 let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
-// Requests for steps without their small components, the latest last.
+// Recent results of allDrawn(), the latest last.
 let drawn: { name: string; tiles: KeptTile[] }[] = [];
 const mostDrawn = 8;
 
@@ -47,7 +47,7 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
   return ids.map((id) => tiles.get(id)!);
 }
 
-// With the triangles that are drawn, and no others. Cached: picking and cutting need the same again and again.
+// Returns the tiles with only the drawn triangles. Cached, because picking and cutting repeat requests.
 async function allDrawn(which: Drawn): Promise<KeptTile[]> {
   const { ids, leastDiagonal, hidden, largestOnly = false } = which;
   const whole = await all(ids);
@@ -73,7 +73,7 @@ async function certified(ids: string[], border: DataBorder): Promise<Certified> 
   return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
 }
 
-// Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals change.
+// Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals changed.
 function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);

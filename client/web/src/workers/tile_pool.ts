@@ -1,4 +1,4 @@
-// The page's side of the workers: tiles are decoded by several, whole steps are kept by one.
+// The page's interface to the workers: several decode tiles, one keeps whole steps.
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DataBorder } from "../mesh/boundary_matcher";
@@ -41,7 +41,7 @@ export class TilePool {
     for (let i = 0; i < workers; ++i) this.idle.push(this.tileWorker());
   }
 
-  // Rejects with one sentence when the tile is damaged, or was dropped by forget().
+  // Rejects with one sentence if the tile is damaged or was dropped by forget().
   decode(job: TileJob, owner: object): Promise<DecodedTile> {
     return new Promise((resolve, reject) => {
       this.queue.push({ job, owner, done: { resolve, reject } });
@@ -49,7 +49,7 @@ export class TilePool {
     });
   }
 
-  // Drops the owner's jobs that no worker has begun; they are rejected.
+  // Drops and rejects the owner's jobs that have not started.
   forget(owner: object): void {
     const gone = this.queue.filter((one) => one.owner === owner);
     this.queue.splice(0, Infinity, ...this.queue.filter((one) => one.owner !== owner));
@@ -64,7 +64,7 @@ export class TilePool {
     return this.ask((request) => ({ kind: "certify", request, ids, border }));
   }
 
-  // Which components of the step are drawn.
+  // Selects the drawn components of the step.
   select(drawn: Drawn): Promise<Selection> {
     return this.ask((request) => ({ kind: "select", request, drawn }));
   }
@@ -73,17 +73,17 @@ export class TilePool {
     return this.ask((request) => ({ kind: "pick", request, drawn, ray }));
   }
 
-  // Measures a connected part; a triangle is one that a hit of the same drawn tiles has returned. Null: all parts.
+  // Measures a connected part, given by a triangle from a hit of the same drawn tiles or by a place; null: all parts.
   measure(drawn: Drawn, toWorld: number[], at: MeasuredPart | null): Promise<MassProperties | null> {
     return this.ask((request) => ({ kind: "measure", request, drawn, toWorld, at }));
   }
 
-  // The scalars of a second field at the tile's vertices, for the graphics card.
+  // Converts the scalars of a second field at the tile's vertices for the GPU.
   scalars(id: string, codes: Uint8Array, bits: number): Promise<Float32Array> {
     return this.ask((request) => ({ kind: "scalars", request, id, codes, bits }));
   }
 
-  // Segments in lattice coordinates, as the plane is.
+  // Returns segments; plane and segments in lattice coordinates.
   cut(drawn: Drawn, plane: CutPlane): Promise<Float32Array> {
     return this.ask((request) => ({ kind: "cut", request, drawn, plane }));
   }
@@ -92,7 +92,7 @@ export class TilePool {
     return this.ask((request) => ({ kind: "file", request, drawn, format, toWorld }));
   }
 
-  // Ends all workers; pending jobs are never answered.
+  // Ends all workers; pending promises never settle.
   dispose(): void {
     for (const worker of [this.keeper, ...this.idle, ...this.jobs.keys()]) worker.terminate();
   }

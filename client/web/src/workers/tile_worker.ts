@@ -1,5 +1,5 @@
-// Decodes tiles off the main thread. The geometry goes to the page for drawing, and a copy with the
-// tile's boundary straight to the mesh keeper, which checks whole steps.
+// Decodes tiles off the main thread. Sends the geometry to the page for drawing, and a copy with
+// the tile's boundary to the mesh keeper, which checks whole steps.
 import createDecoderModule from "draco3d/draco_decoder_nodejs.js";
 import dracoWasm from "draco3d/draco_decoder.wasm?url";
 

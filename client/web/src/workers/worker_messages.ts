@@ -1,5 +1,5 @@
-// What travels between the page, the tile workers and the mesh keeper. A tile's id is its key
-// within one tile memory: the same content with and without normals are two tiles.
+// Messages between the page, the tile workers and the mesh keeper. A tile's id is its key within one tile cache: the
+// same content with and without normals counts as two tiles.
 import type { CutPlane } from "../mesh/cut";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { HalfSpace } from "../mesh/ray";
@@ -17,7 +17,7 @@ export interface TileJob {
   payload: Uint8Array;
   promised: TilePromise;
   resolution: number;
-  shell: ShellMode | null; // Null: it is a Draco mesh.
+  shell: ShellMode | null; // Null: a Draco mesh.
   hasNormals: boolean; // Whether a Draco mesh has normals.
   linear: number[]; // Lattice -> world, 3 x 3 by columns.
 }
@@ -65,12 +65,12 @@ export type KeeperRequest =
 // The tiles of a step, without the components that are not drawn.
 export interface Drawn {
   ids: readonly string[];
-  leastDiagonal: number; // The shortest diagonal of a component's bounding box, in lattice steps; 0: all are drawn.
-  hidden: readonly (readonly number[])[]; // Lattice coordinates: the component nearest to each is not drawn.
-  largestOnly?: boolean; // Only the remaining component with the longest diagonal is drawn; absent: false.
+  leastDiagonal: number; // The shortest diagonal of a drawn component's bounding box, in lattice steps; 0: all are drawn.
+  hidden: readonly (readonly number[])[]; // In lattice coordinates: the component nearest to each is not drawn.
+  largestOnly?: boolean; // Draws only the remaining component with the longest diagonal; absent: false.
 }
 
-// A connected part of a surface: that of a triangle of a tile, as it is drawn, or the nearest one to a place in lattice coordinates.
+// A connected part of a surface: that of a drawn triangle, or the nearest to a place in lattice coordinates.
 export type MeasuredPart = { id: string; triangle: number } | { place: readonly number[] };
 
 // In lattice coordinates.
@@ -86,21 +86,21 @@ export type MeshFormat = "glb" | "ply" | "stl";
 
 export interface Certified {
   topology: MeshTopology;
-  // Computed normals that changed because a neighbour did.
+  // Computed normals that changed because a neighbor did.
   normals: { id: string; normals: Int16Array }[];
 }
 export interface Hit {
   point: [number, number, number]; // Lattice coordinates.
   id: string;
-  triangle: number; // The number in that tile, as it is drawn.
+  triangle: number; // Index among the tile's drawn triangles.
 }
-// Which components of a step are drawn.
+// The drawn components of a step.
 export interface Selection {
-  components: number; // Components of the whole step.
-  shown: number; // Components that are drawn.
-  triangles: number; // That are drawn.
-  largest: LatticeBox | null; // Around the largest component; null: none is drawn.
-  // For each tile that is not drawn as a whole all triangles, drawn ones first, and the number of drawn ones.
+  components: number; // Of the whole step.
+  shown: number; // Drawn components.
+  triangles: number; // Drawn triangles.
+  largest: LatticeBox | null; // The box of the largest drawn component; null: none is drawn.
+  // For each tile that is drawn in part: all triangles, drawn ones first, and the number of drawn ones.
   parted: { id: string; triangles: Triangles; shown: number }[];
 }
 export interface KeeperReply {

@@ -1,4 +1,4 @@
-// A tileset in 3d-tiles-renderer. The token goes into a field of every request.
+// A tileset in 3d-tiles-renderer. The token is in a header of every request.
 import { TilesRenderer } from "3d-tiles-renderer";
 import { GLTFExtensionsPlugin } from "3d-tiles-renderer/plugins";
 import {
@@ -33,7 +33,7 @@ function draw() {
   requestAnimationFrame(draw);
 }
 
-// What of the tiles that are shown is a surface.
+// Returns the shown tiles that contain surfaces.
 function shown() {
   const surfaces = [];
   tiles.forEachLoadedModel((model, tile) => {
@@ -63,7 +63,7 @@ window.counterpart = {
     draw();
     await first;
   },
-  // At so many radii of the whole from its middle. `error` is what may be wrong, in pixels.
+  // Looks from `radii` times the tileset's radius. `error`: the allowed error in pixels.
   look(radii, error) {
     const whole = new Sphere();
     tiles.getBoundingSphere(whole);

@@ -12,8 +12,7 @@ namespace {
 constexpr std::int32_t kCells = 3;
 constexpr std::int32_t kSide = 8 * kCells;
 
-// Random bits over three cells a side, as points and as planes; the cell in the middle is looked
-// at.
+// Random bits over three cells per side, as points and as planes; tests use the middle cell.
 struct Bits {
   Bits(std::uint64_t seed, double density) {
     std::mt19937_64 random(seed);
@@ -45,7 +44,7 @@ struct Bits {
   BitGrid grid;
 };
 
-// Calls `visit(point, layer, bit)` for the points of the cell in the middle of spacing 1, 2 and 4.
+// Calls `visit(point, layer, bit)` for the points of spacing 1, 2 and 4 in the middle cell.
 template <typename Visit>
 void visit_points(const Visit& visit) {
   for (std::int32_t i = 1; i < 512; ++i) {

@@ -15,8 +15,8 @@ DatasetInfo dataset(double spacing = 1) {
   return info;
 }
 
-// A noisy surface: the floor of thresholds thins it out down to what topology needs, which only the
-// tolerance lets go.
+// A noisy surface: the floor of thresholds reduces it down to its topology, which only the
+// tolerance reduces further.
 SurfaceSize noisy_surface(const StepRequest& step) {
   const IsosurfaceRequest& request = step.request;
   const double error = std::max(request.error, request.thresholds.at_least);
@@ -105,7 +105,7 @@ TEST(ErrorSchedule, GrowsFromLevelToLevel) {
   EXPECT_EQ(floor, 256);
 }
 
-// A finer region, or a view, may need a floor that is below the error everywhere else.
+// A finer region, or a view, may need a floor below the error elsewhere.
 TEST(ErrorSchedule, BeginsAtTheLeastThresholdOfAMap) {
   IsosurfaceRequest request = request_for(1);
   request.error = 8;
@@ -116,7 +116,7 @@ TEST(ErrorSchedule, BeginsAtTheLeastThresholdOfAMap) {
   EXPECT_LT(ErrorSchedule(request, dataset()).at(1).thresholds.at_least, 0.1);
 }
 
-// Four levels are an octave.
+// Four levels are one octave.
 TEST(ErrorSchedule, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
   EXPECT_EQ(next_level(TriedLevel{0, 0.85 * 16}, TriedLevel{20, 0.85 / 16}, 3, 40), 10);
   EXPECT_EQ(next_level(TriedLevel{0, 1.1}, TriedLevel{20, 0.01}, 3, 40), 1)

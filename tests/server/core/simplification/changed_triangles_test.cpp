@@ -39,7 +39,7 @@ TEST(ChangedTriangles, MarkTheCornersOfAChangedTriangleThatIntersectsAnObstacle)
   EXPECT_EQ(changed.intersecting_corners(mesh_of({{3, 4, 6}})), (Marks{0, 0, 0, 1, 1, 0, 1}));
 }
 
-// The last call sees the same surface again, so nothing in it has changed.
+// The last call gets the same surface again, so nothing has changed.
 TEST(ChangedTriangles, CompareWhatHasChangedSinceTheLastCall) {
   ChangedTriangles changed(kApart, {});
   EXPECT_FALSE(changed.intersecting_corners(mesh_of({{0, 1, 2}, {3, 4, 6}})).empty());

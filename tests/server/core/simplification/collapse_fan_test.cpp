@@ -1,4 +1,4 @@
-// How near points and edges are to a fan, beside distances that know nothing of fans.
+// Distances of points and edges to a fan, compared with general distances.
 #include "server/core/simplification/detail/collapse_fan.hpp"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,8 @@ TEST(CollapseFan, APointIsNearWhenItsDistanceIsWithinTheLimitAndCountsAsThatAtLe
     auto sector = fan.sector_near({point});
     ASSERT_TRUE(sector);
     ASSERT_LE(*sector, fan.sectors());
-    // What it is straight above of comes first, so it may be within the limit and not the nearest.
+    // The sector that contains the projection is tried first, so it may be within the limit without
+    // being nearest.
     EXPECT_GE(fan.largest(), distance - 1e-9);
     EXPECT_LE(fan.largest(), 1.01 * distance);
     EXPECT_LE(distance_to_sector(point, ring, *sector), 1.01 * distance + 1e-9);

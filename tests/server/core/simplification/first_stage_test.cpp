@@ -26,7 +26,7 @@ class FirstStageTest : public SimplificationGuarantees {
 INSTANTIATE_TEST_SUITE_P(Fields, FirstStageTest, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-// In units of a lattice step: half a voxel, and more.
+// In lattice steps: half a voxel, and more.
 const double kInLatticeSteps[] = {16, 64, 1e6};
 
 TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
@@ -43,7 +43,7 @@ TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
   }
 }
 
-// One way point by point, with the error there; the other way with the largest.
+// In one direction point by point, with the local error; in the other with the largest error.
 TEST_P(FirstStageTest, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);

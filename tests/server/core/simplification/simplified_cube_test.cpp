@@ -16,7 +16,7 @@ namespace {
 
 class SimplifiedCubes : public SimplificationGuarantees {
  protected:
-  // Small ones, so that there are many borders.
+  // Small leaves, so that there are many borders.
   [[nodiscard]] std::vector<TileMesh> leaves(std::size_t max_triangles = 300) {
     const ErrorBasedModel model = isosurfaces_.model({.isovalue = setting_.isovalue});
     return multitetra::finished_tiles(
@@ -81,8 +81,7 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
   }
 }
 
-// Joined or not, the bound is one to the surface before anything was simplified: it does not add up
-// over the levels.
+// The bound refers to the original surface, joined or not: it does not accumulate over levels.
 TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
   const auto parts = leaves();
@@ -145,7 +144,7 @@ TEST_P(SimplifiedCubes, ASmallerBudgetAboveHoldsForWhatIsSimplifiedThere) {
             topology(surface_.mesh, kAnywhere).euler_characteristic);
 }
 
-// Nothing is lost of a piece that was joined and not simplified: neither a seam nor an edge.
+// A joined piece that is not simplified keeps its seams and edges.
 TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) {
   std::vector<SimplifiedPiece> pieces;
   for (const TileMesh& leaf : leaves(100)) pieces.emplace_back(leaf.mesh, step_);

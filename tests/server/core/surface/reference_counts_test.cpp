@@ -1,5 +1,5 @@
-// The counts that an independent implementation of the method measured on public volumes: exact
-// errors must give them.
+// Exact errors must reproduce the counts that an independent implementation of the method measured
+// on public volumes.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +33,7 @@ struct Table {
   std::vector<Row> rows = {};
 };
 
-// At most 0.01 % more or fewer.
+// Allows a difference of 0.01 %.
 void expect_count(std::int64_t count, std::int64_t expected, const char* what) {
   EXPECT_LE(std::abs(static_cast<double>(count - expected)), 1e-4 * static_cast<double>(expected))
       << what << ": " << count << ", expected " << expected;

@@ -1,5 +1,5 @@
-// Threshold maps against their definition, and the monotonicity that models rest on, over random
-// maps: turned, sheared and mirrored data, anisotropic spacing, all kinds of parts.
+// Threshold maps compared with their definition, and the monotonicity that models rely on, over
+// random maps: rotated, sheared and mirrored data, anisotropic spacing, all kinds of parts.
 #include "server/core/thresholds/threshold_map.hpp"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ IsosurfaceRequest random_request(const DatasetInfo& info, std::mt19937_64& rando
   return request;
 }
 
-// Within the extent of the samples, where thresholds are evaluated.
+// Returns a place within the extent of the samples, where thresholds are evaluated.
 Vec3 random_grid_place(const DatasetInfo& info, std::mt19937_64& random) {
   Vec3 place;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -67,7 +67,7 @@ Box random_box(const Box& outer, std::mt19937_64& random) {
     if (box.low[axis] > box.high[axis]) std::swap(box.low[axis], box.high[axis]);
     if (random() % 8 == 0) box.low[axis] = outer.low[axis];
     if (random() % 8 == 0) box.high[axis] = outer.high[axis];
-    // Where cubes of an octree meet.
+    // On the borders of octree cubes.
     const double snapped =
         std::clamp(4 * std::round(box.low[axis] / 4), outer.low[axis], outer.high[axis]);
     if (random() % 4 == 0) box.low[axis] = std::min(snapped, box.high[axis]);
@@ -189,7 +189,7 @@ TEST(ThresholdMap, TighterEverywhereIsTighterInEveryBox) {
         const ThresholdMap tighter(request, info);
         for (int i = 0; i < 40; ++i) {
           const Box box = random_box(whole_grid(info), random);
-          EXPECT_EQ(tighter.least_in(box), 0.5 * map.least_in(box));  // A half is exact.
+          EXPECT_EQ(tighter.least_in(box), 0.5 * map.least_in(box));  // Halving is exact.
         }
       });
 }
@@ -281,7 +281,7 @@ LocalThresholds grid_of(std::array<std::int32_t, 3> dims, std::vector<float> val
 }
 
 TEST(ThresholdMap, GridUsesTheLeastTouchedVoxel) {
-  // Voxels of 16 steps from -8 on: along x 1, 2, nothing, 3; wide along y and z.
+  // Voxels of 16 steps starting at -8: along x 1, 2, none, 3; wide along y and z.
   const LocalThresholds thresholds = grid_of(
       {4, 5, 5},
       [] {
@@ -309,7 +309,7 @@ TEST(ThresholdMap, GridUsesTheLeastTouchedVoxel) {
 }
 
 TEST(ThresholdMap, ViewUsesThePixelSizeAtItsDistance) {
-  // At 90 degrees the picture is as high as it is far away, twice.
+  // At 90 degrees the picture is twice as high as its distance.
   const ThresholdView view{
       .eye = {0, 11, 11}, .field_of_view = 90, .height_pixels = 100, .tolerance_pixels = 5};
   const ThresholdMap map = map_of({.view = view});

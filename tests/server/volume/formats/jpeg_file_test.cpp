@@ -95,15 +95,15 @@ TEST_F(JpegFile, ImagesOfAFolderAreSlices) {
   EXPECT_EQ(samples[0], 90);
   EXPECT_EQ(samples[128], 100);
   EXPECT_EQ(samples[256], 110);
-  // One image alone, recognized by its content.
+  // A single image, recognized by its content.
   EXPECT_EQ(read_volume(folder_.file("one.bin", jpeg({5}))).dims[2], 1);
-  // Previews beside PNG images are left out.
+  // JPEG previews next to PNG images are ignored.
   folder_.file("stack/s9.png", "");
   EXPECT_THROW((void)read_volume(folder_.path() / "stack"), VolumeFileError);
 }
 
 TEST_F(JpegFile, RefusesImagesThatEndEarly) {
-  // libjpeg fills up what is missing with grey.
+  // libjpeg fills missing parts with gray.
   const std::string whole = jpeg({117});
   EXPECT_EQ(refusal(whole), "accepted");
   for (const std::size_t kept :
