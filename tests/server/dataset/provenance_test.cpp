@@ -9,7 +9,7 @@ namespace {
 
 TEST(Provenance, HasTheHashOfTheFile) {
   const TemporaryFolder folder;
-  // XXH3-128 of no bytes, as its specification gives it.
+  // XXH3-128 of no bytes, from its specification.
   EXPECT_EQ(provenance(folder.file("empty.raw", "")),
             (Provenance{"empty.raw", "99aa06d3014798d86001c324468d497f"}));
   EXPECT_NE(provenance(folder.file("a.raw", "a")).digest,

@@ -1,5 +1,5 @@
-// Simplification that stops at a budget: within it and most of it used, with the topology of the
-// full surface, and as near to it as the returned floor of the thresholds says.
+// Simplification that stops at a budget: the surface is within it, uses most of it, has the
+// topology of the full surface, and is as near to it as the returned threshold floor states.
 #include "server/extraction/budgeted_surface.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ double bytes_of(const TiledSurface& surface) {
   return sum;
 }
 
-// In world units along the grid's axes.
+// Triangles in world units along the grid's axes.
 std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const DatasetInfo& info) {
   std::vector<SurfaceTriangle> surface;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -57,7 +57,7 @@ class BudgetedSurfaces : public ::testing::TestWithParam<PreparedSetting> {
     request.max_triangles = request.max_bytes = 0;
     return mesh_of(extractor_.extract({.request = request}));
   }
-  // Everything that is promised of a surface, besides its size.
+  // Checks all guarantees of a surface except its size.
   void expect_good(const BudgetedSurface& made, IsosurfaceRequest request) const {
     request.thresholds.at_least = made.at_least;
     const LatticeMesh full = whole({.isovalue = kIsovalue, .error = 0});
@@ -157,7 +157,7 @@ TEST_P(BudgetedSurfaces, FallBackToTheCoarsest) {
   expect_good(made, request);
 }
 
-// With `embedded`, none intersects itself, whatever was undone.
+// With `embedded`, no surface intersects itself, however many collapses were undone.
 TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
   std::mt19937_64 random(17);
   for (int i = 0; i < 2; ++i) {
@@ -178,7 +178,7 @@ TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
   }
 }
 
-// No place is allowed more than it asked for, or than the one floor that is reported.
+// Only places whose threshold is below the reported floor lose detail, down to that floor.
 TEST_P(BudgetedSurfaces, TakeDetailFromTheFinestRegionsFirst) {
   constexpr double kCoarse = 3;
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = kCoarse, .simplify = true};
@@ -214,7 +214,7 @@ TEST_P(BudgetedSurfaces, DoNotDependOnThreadCount) {
   }
 }
 
-// The others are so small that simplification begins with the requested error.
+// The other fields are so small that simplification begins with the requested error.
 TEST(LargeBudgetedSurfaces, BeginNearTheirBudgetAndUseIt) {
   const DatasetPtr dataset = prepared({"large_noise", fields::noise({56, 56, 56}, 47)});
   const SurfaceExtractor extractor(dataset);

@@ -1,5 +1,4 @@
-// Simplified surfaces that are to stay embedded: none cuts itself, at any error, whatever pieces
-// and tiles it is made of.
+// Embedded simplified surfaces do not intersect themselves, at any error, pieces and tiles.
 #include <gtest/gtest.h>
 
 #include <string>

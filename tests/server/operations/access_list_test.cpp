@@ -142,7 +142,7 @@ TEST(Patterns, AStarIsAnyTextAndAQuestionMarkOneCharacter) {
   }
 }
 
-// Backtracking over all stars would never come to an end here.
+// Backtracking over all stars would take exponential time here.
 TEST(Patterns, ManyStarsTakeNoLongTime) {
   std::string pattern;
   for (int i = 0; i < 100; ++i) pattern += "a*";
@@ -180,7 +180,7 @@ TEST(AccessList, ATimeIsAMomentThatThereIs) {
                                 "2027-01-31T12:00:00Z ", "tomorrow"}) {
     EXPECT_FALSE(time_from(bad)) << bad;
     const auto list = parse_access_list(access_line("a", "x", {"*"}) + " expires=" + bad);
-    if (bad.ends_with(' ')) continue;  // Words end at spaces.
+    if (bad.ends_with(' ')) continue;  // Spaces separate words.
     EXPECT_FALSE(list) << bad;
   }
   EXPECT_FALSE(parse_access_list(access_line("a", "x", {}, time_from("2027-01-31T12:00:00Z"))))

@@ -1,4 +1,4 @@
-// The fair queue in simulated time: how long clients wait beside many others.
+// The fair queue in simulated time: how long clients wait among many others.
 #include <cstdio>
 #include <map>
 #include <string>
@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Workers that take jobs from a queue. A job takes as long as it is expected to; `run` is called at
+// Workers that take jobs from a queue. A job takes exactly its expected time; `run` is called at
 // its end.
 class SimulatedWorkers {
  public:
@@ -25,7 +25,7 @@ class SimulatedWorkers {
                         .expected_seconds = seconds});
     take();
   }
-  // Everything that ends until `time`; what is added meanwhile as well.
+  // Completes all jobs that end by `time`, including those added meanwhile.
   void run_until(double time) {
     while (!running_.empty() && running_.begin()->first <= time) {
       const auto first = running_.begin();
@@ -51,7 +51,7 @@ class SimulatedWorkers {
 
   std::size_t workers_;
   FairQueue queue_;
-  std::multimap<double, FairQueue::DequeuedJob> running_;  // By their ends.
+  std::multimap<double, FairQueue::DequeuedJob> running_;  // By end time.
   double now_ = 0;
 };
 
@@ -61,7 +61,8 @@ std::string numbered(const char* format, int number) {
   return text;
 }
 
-// A client that asks for the next surface when it has one: a preview and a final step each.
+// A client that requests the next surface, a preview and a final step, when it has received the
+// last one.
 class Stream {
  public:
   Stream(SimulatedWorkers& workers, FairQueue::Client client, double preview, double final_step)
@@ -75,7 +76,7 @@ class Stream {
       });
     });
   }
-  // Seconds of each surface, from its request to its end.
+  // Seconds from the request of each surface to its completion.
   [[nodiscard]] const std::vector<double>& seconds() const { return seconds_; }
 
  private:
@@ -118,7 +119,7 @@ TEST(FairQueueSimulation, LongStepsAreDoneHoweverManySmallOnesCome) {
   const Streams small_ones = started(workers, 50, "address 192.0.2.%d", 0.02);
   Stream large(workers, {"address 198.51.100.1", 1000}, 0.02, 2.0);
   large.start();
-  // Each of 51 shares has 3/51 of the time of three workers: 2 s take 34 s.
+  // Each of 51 shares gets 3/51 of the time of three workers: 2 s of work take 34 s.
   workers.run_until(45);
   EXPECT_GE(large.seconds().size(), 1U);
 }
@@ -133,7 +134,7 @@ TEST(FairQueueSimulation, TheNetworksOfOneIpv6NetworkHaveNoMoreThanAFewAddresses
     for (const auto& stream : streams) count += stream->seconds().size();
     return static_cast<double>(count);
   };
-  // A /56 counts for two addresses.
+  // A /56 counts as two addresses.
   EXPECT_NEAR(made(of_one_site) / made(of_addresses), 0.5, 0.1);
 }
 

@@ -1,4 +1,4 @@
-// The service of one process without a transport: the test is the route.
+// The service of one process without a transport: the test takes the place of a route.
 #include "server/service/local_service.hpp"
 
 #include <chrono>
@@ -22,7 +22,7 @@ using testing::Count;
 using testing::FakeSteps;
 using testing::MakeStep;
 
-// A service with one dataset and a client that is known to it.
+// A service with one dataset, and a client whose token was checked.
 struct Running {
   explicit Running(MakeStep make, LocalServiceOptions options = {.workers = 1},
                    AdmissionOptions admission_options = {})

@@ -97,7 +97,7 @@ TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
   }
 }
 
-// A dataset whose servers send these clients no shells.
+// A dataset for which the server sends no shells.
 class StepsWithoutShells : public FakeSteps {
  public:
   using FakeSteps::FakeSteps;
@@ -149,7 +149,7 @@ TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
   permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
   OpenStream open = testing::open_fake(1, "head");
-  // The grid has 64 steps a side.
+  // The grid has 64 steps per side.
   open.resumed_previews = {{.finest_spacing = 64, .shell = quantized_shells(2)}};
   EXPECT_FALSE(permit.accept(open));
   open.resumed_previews = {{.finest_spacing = 32, .shell = quantized_shells(2)}};

@@ -1,5 +1,5 @@
-// A surface is the same to the bit whether its tiles come as meshes from the extractor or as they
-// were encoded, in whatever order.
+// A surface is the same, bit for bit, whether its tiles are the extractor's meshes or encoded
+// tiles, in any order.
 #include "server/service/surface.hpp"
 
 #include <gtest/gtest.h>

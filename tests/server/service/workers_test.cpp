@@ -1,4 +1,4 @@
-// The order of work, and the threads that do it.
+// The order in which jobs are served, and the threads that run them.
 #include "server/service/workers.hpp"
 
 #include <atomic>
@@ -18,13 +18,14 @@ FairQueue::Job long_job() {
   return {.run = [] {}, .is_long = true};
 }
 
-// A client with a share of its own, and one of several clients with a common share.
+// `alone` has a share of its own; all `together` clients have a common share.
 FairQueue::Client alone(std::uint64_t number) {
   return {"share " + std::to_string(number), number};
 }
 FairQueue::Client together(std::uint64_t number) { return {"one share", number}; }
 
-// Takes and finishes jobs one after another; a job of client c takes seconds[c].
+// Takes and finishes one job after another; a job of client c takes seconds[c]. Returns the order
+// of clients.
 std::string order_of_service(FairQueue& queue, const std::map<std::uint64_t, double>& seconds) {
   std::string order;
   while (const auto taken = queue.take()) {
@@ -33,7 +34,7 @@ std::string order_of_service(FairQueue& queue, const std::map<std::uint64_t, dou
   }
   return order;
 }
-// The next job is taken, and has run for so long.
+// Takes the next job, finishes it after `seconds`, and returns its client.
 std::uint64_t serve_next(FairQueue& queue, double seconds) {
   const auto taken = queue.take();
   queue.done(*taken, seconds);

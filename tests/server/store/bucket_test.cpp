@@ -1,4 +1,4 @@
-// A bucket as S3 speaks it: listed, and filled in parts, with signed requests.
+// An S3 bucket: listing and multipart uploads, with signed requests.
 #include "server/store/bucket.hpp"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ class BucketTest : public ::testing::Test {
     }
     return "none";
   }
-  // Files of the bucket, with what is left of uploads.
+  // The number of files in the bucket, including remains of uploads.
   [[nodiscard]] std::size_t files_in_bucket() const {
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {

@@ -1,4 +1,5 @@
-// How much memory the process of a reader takes of files that promise much and have little.
+// Limits the memory of reader processes for files whose headers declare much and that contain
+// little.
 #include <sys/resource.h>
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
 
-// Sanitizers have memory of their own.
+// Sanitizers use additional memory.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 namespace multitetra {
@@ -20,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The most that a process had which has ended, in MiB.
+// The peak resident memory of all child processes that have ended, in MiB.
 long most_of_children() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
@@ -28,7 +29,7 @@ long most_of_children() {
 }
 
 TEST(ReaderMemory, HeadersAreLimited) {
-  // A DICOM file with an element of 3 GiB before its pixels; the file has holes and takes no room.
+  // A DICOM file with an element of 3 GiB before its pixels. The file is sparse.
   const TemporaryFolder folder;
   std::string head(128, '\0');
   head += "DICM";
@@ -52,7 +53,7 @@ TEST(ReaderMemory, HeadersAreLimited) {
 
 TEST(ReaderMemory, ShardLayersDoNotHoldAllIndices) {
   // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte together. Those of
-  // the first slice say that their chunks are missing; the others are a hole in the file.
+  // the first slice mark their chunks as missing; the others are a hole in the file.
   const TemporaryFolder folder;
   folder.file("many.zarr/zarr.json",
               R"({"zarr_format":3,"node_type":"array","shape":[256,512,512],"data_type":"uint8",)"

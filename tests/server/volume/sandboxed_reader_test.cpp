@@ -1,4 +1,4 @@
-// What a reader does wrong in its process is an error in ours: here with readers made to fail, and
+// A reader's crash in its process becomes an error of the caller: with readers made to fail, and
 // with files that crash the libraries of two formats (golden/crashes.txt).
 #include "server/volume/detail/sandboxed_reader.hpp"
 
@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::expect_contains;
 
-// Two slices of 2 x 2 samples; `reading` is called before each slab is read.
+// Two slices of 2 x 2 samples; calls `reading` before each slab is read.
 class FailingSource : public VolumeSource {
  public:
   explicit FailingSource(std::function<void()> reading) : reading_(std::move(reading)) {
@@ -37,7 +37,7 @@ class FailingSource : public VolumeSource {
   VolumeHeader header_;
 };
 
-// The sentence of the error that `action` throws.
+// Returns the message of the error that `action` throws.
 std::string sentence_of(const std::function<void()>& action) {
   try {
     action();
@@ -82,7 +82,7 @@ std::string sentence_about(const std::string& file) {
   return sentence;
 }
 
-// A newer library may refuse the file itself.
+// Newer versions of the library may refuse the file themselves.
 TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
   const std::string sentence = sentence_about("crashes_gdcm.dcm");
   if (sentence.find("crashed") == std::string::npos) {
@@ -92,7 +92,7 @@ TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
   expect_contains(sentence, "It is damaged");
 }
 
-// The library is not asked for chunks of the wrong size, on which it crashes.
+// HDF5 crashes on chunks of the wrong size, so the reader refuses them first.
 TEST(SandboxedVolume, AChunkThatCrashesHdf5IsRefused) {
   expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not hold the");
 }

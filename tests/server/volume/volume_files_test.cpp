@@ -27,7 +27,7 @@ std::vector<double> samples_of(const Volume& volume) {
       volume.samples);
 }
 
-// The sentence of the VolumeFileError that reading `file` throws.
+// Returns the message of the VolumeFileError that reading `file` throws.
 std::string error_of_reading(const fs::path& file, const VolumeFileOptions& options = {}) {
   try {
     (void)read_volume(file, options);
@@ -95,7 +95,7 @@ TEST_F(VolumeFiles, NanStaysAndInfinityBecomesVoid) {
   std::vector<double> numbers = values();
   numbers[3] = std::numeric_limits<double>::quiet_NaN();
   numbers[5] = std::numeric_limits<double>::infinity();
-  numbers[6] = 1e300;  // No float is that large.
+  numbers[6] = 1e300;  // Beyond the range of floats.
   std::vector<std::string> notices;
   const Volume volume = read_volume(
       folder_.file("v.nrrd", nrrd(kNrrdLines + "type: double\n", packed<double>(numbers))),
@@ -265,7 +265,7 @@ TEST_F(VolumeFiles, WrittenNrrdComesBackBitForBit) {
       << "A temporary file was left behind.";
 }
 
-// ---- what cannot be read
+// ---- unreadable files
 
 TEST_F(VolumeFiles, MissingFilesAndUnknownSuffixesHaveARemedy) {
   expect_contains(error_of_reading(folder_.path() / "none.nrrd"), "no such file");
@@ -349,7 +349,7 @@ TEST_F(VolumeFiles, PackedSamplesAreCheckedToTheEndOfTheirStream) {
       changed[bit / 8] = static_cast<char>(changed[bit / 8] ^ (1 << bit % 8));
       try {
         EXPECT_EQ(read(changed), values()) << "bit " << bit;
-      } catch (const VolumeFileError&) {  // As it should be: few bits mean nothing.
+      } catch (const VolumeFileError&) {  // Expected: few changed bits are insignificant.
       }
     }
   }

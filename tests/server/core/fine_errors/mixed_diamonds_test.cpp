@@ -12,8 +12,7 @@ namespace {
 constexpr std::int32_t kCells = 3;
 constexpr std::int32_t kSide = 8 * kCells;
 
-// Random bits over three cells a side, as points and as planes; the cell in the middle is looked
-// at.
+// Random bits over three cells a side, as points and as planes. The tests examine the middle cell.
 struct Bits {
   Bits(std::uint64_t seed, double density) {
     std::mt19937_64 random(seed);
@@ -45,7 +44,7 @@ struct Bits {
   BitGrid grid;
 };
 
-// Calls `visit(point, layer, bit)` for the points of the cell in the middle of spacing 1, 2 and 4.
+// Calls `visit(point, layer, bit)` for the points of spacing 1, 2 and 4 in the middle cell.
 template <typename Visit>
 void visit_points(const Visit& visit) {
   for (std::int32_t i = 1; i < 512; ++i) {
@@ -60,7 +59,7 @@ TEST(MixedDiamonds, NeedABitOfEachKind) {
     const Bits below(2, density);
     const std::array<BitPlane, 8> mixed =
         mixed_diamonds(above.grid, below.grid, above.grid.cell(1, 1, 1));
-    EXPECT_EQ(mixed[0] & 1, 0U);  // Its spacing is larger.
+    EXPECT_EQ(mixed[0] & 1, 0U);  // The spacing of this point is larger.
     visit_points([&](const DividingPoint& point, std::int32_t z, std::int32_t bit) {
       EXPECT_EQ(mixed[static_cast<std::size_t>(z)] >> bit & 1,
                 above.any_in_diamond(point) && below.any_in_diamond(point) ? 1U : 0U);

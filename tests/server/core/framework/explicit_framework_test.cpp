@@ -1,5 +1,5 @@
-// The implicit framework, where a model is a predicate on points, against the explicit one of the
-// paper.
+// Compares the implicit framework, whose models are predicates on points, with the paper's explicit
+// one.
 
 #include "tests/support/explicit_framework.hpp"
 

@@ -12,13 +12,13 @@
 namespace multitetra::testing {
 namespace {
 
-// Sheared, stretched, turned: the world is nowhere near the samples.
+// A sheared, stretched and rotated map whose world coordinates are far from the sample indices.
 Affine oblique() {
   return {.columns = {Vec3{0.4, 0.3, 0}, Vec3{-0.6, 0.8, 0.1}, Vec3{0.2, 0.5, 2}},
           .translation = {10, -20, 30}};
 }
 
-// Requires whole numbers.
+// Requires whole-numbered coordinates.
 double sample(const Volume& volume, const Vec3& p) {
   const std::size_t at =
       volume.index(static_cast<std::int32_t>(p[0]), static_cast<std::int32_t>(p[1]),
@@ -34,7 +34,7 @@ std::vector<float> pixels(const PreparedVolume& volume, const SliceRequest& slic
   return values;
 }
 
-// The samples with that index along an axis, a pixel each.
+// A slice of the samples with index `index` along `axis`, one pixel per sample.
 SliceRequest layer(const DatasetInfo& info, std::size_t axis, int index) {
   const std::size_t right = axis == 0 ? 1 : 0;
   const std::size_t down = axis == 2 ? 1 : 2;
@@ -187,7 +187,7 @@ TEST(Slice, CoarsePixelsUseEveryEighthSample) {
                 sample(volume, {5.0 + 8 * column, 5.0 + 8 * row, 13}));
     }
   }
-  // Between the outermost of them and the end of the data there is a field too.
+  // The field also continues between the outermost of these samples and the end of the data.
   slice.origin = {0, 0, 0};
   EXPECT_EQ(static_cast<double>(pixels(*dataset, slice).front()), sample(volume, {5, 5, 5}));
   slice.detail = SliceDetail::kFull;
@@ -226,7 +226,7 @@ TEST(Probe, ALinearFieldHasItsValueAndWorldGradient) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         EXPECT_NEAR(place.index[axis], index[axis], 1e-12);
         EXPECT_NEAR(place.world[axis], map(index)[axis], 1e-12);
-        // A step along a column of the map is a step to the next sample.
+        // A step along a column of the map leads to the next sample.
         const double by_a_sample = dot(*place.gradient, map.columns[axis]);
         EXPECT_NEAR(by_a_sample, (Vec3{3, 2, -1})[axis], 1e-9);
       }
@@ -236,7 +236,7 @@ TEST(Probe, ALinearFieldHasItsValueAndWorldGradient) {
   EXPECT_FALSE(beyond.value || beyond.gradient);
 }
 
-// A square of side 4 grid steps in the plane z = 3, as two triangles.
+// A square with sides of 4 grid steps in the plane z = 3, as two triangles.
 LatticeMesh square() {
   return {.resolution = 5,
           .vertices = {{64, 64, 96}, {192, 64, 96}, {192, 192, 96}, {64, 192, 96}},
@@ -245,7 +245,7 @@ LatticeMesh square() {
 
 TEST(VertexScalars, ALinearFieldHasNoDeviation) {
   const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
-  // Grid coordinates of the surface are half sample indices of the field.
+  // The surface's grid coordinates are half the field's sample indices.
   const Affine halves = {.columns = {Vec3{0.5, 0, 0}, Vec3{0, 0.5, 0}, Vec3{0, 0, 0.5}},
                          .translation = {1, 2, 3}};
   const Affine map = composed(dataset->info.index_to_world, halves);
@@ -262,8 +262,8 @@ TEST(VertexScalars, BoundTheInterpolationError) {
   const DatasetPtr dataset = make_dataset(parabola, "parabola", std::nullopt, 0);
   const VertexScalars scalars = vertex_scalars(*dataset, square(), {});
   EXPECT_EQ(scalars.values, (std::vector<double>{4, 36, 36, 4}));
-  // The diagonal's middle, at x = 4: 16 instead of 20. Border edges have no neighbour to compare
-  // with.
+  // At the middle of the diagonal, x = 4, the field is 16 but interpolation gives 20. Border edges
+  // have no second triangle to compare with.
   EXPECT_EQ(scalars.largest_deviation, 4);
   const Affine beside = {.columns = Affine{}.columns, .translation = {5, 0, 0}};
   const VertexScalars half = vertex_scalars(*dataset, square(), beside);

@@ -26,7 +26,7 @@ class FirstStageTest : public SimplificationGuarantees {
 INSTANTIATE_TEST_SUITE_P(Fields, FirstStageTest, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-// In units of a lattice step: half a voxel, and more.
+// Error limits in lattice steps; 16 are half a voxel.
 const double kInLatticeSteps[] = {16, 64, 1e6};
 
 TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
@@ -43,7 +43,8 @@ TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
   }
 }
 
-// One way point by point, with the error there; the other way with the largest.
+// From the simplified surface, the error at each point bounds the distance; back, the largest error
+// does.
 TEST_P(FirstStageTest, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);

@@ -1,5 +1,5 @@
-// An independent judge of the bound: CGAL's Hausdorff distance, which leaves no point out, where
-// our own checks look at samples.
+// Checks the bound with CGAL's Hausdorff distance, which covers every point; the project's own
+// checks take samples.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/distance.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -32,7 +32,8 @@ CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
   }
   std::vector<std::vector<std::size_t>> triangles;
   for (const TriangleIndices& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
-  // Where void samples are, surfaces may touch themselves: there vertices are doubled, in place.
+  // At void samples surfaces may touch themselves. There `orient_polygon_soup` duplicates vertices
+  // in place.
   if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) pmp::orient_polygon_soup(points, triangles);
   CgalMesh result;
   pmp::polygon_soup_to_polygon_mesh(points, triangles, result);
@@ -40,7 +41,7 @@ CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
 }
 
 class HausdorffJudge : public SimplificationGuarantees {};
-// Those on which the judge is quick: it takes a thousand times as long as what it judges.
+// The small settings: CGAL takes a thousand times as long as the simplification it checks.
 std::vector<Setting> judged_settings() {
   std::vector<Setting> some = settings();
   std::erase_if(some, [](const Setting& setting) {
@@ -68,7 +69,7 @@ TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
     const double back = distance(full, coarse);
     EXPECT_LE(away, small.bound + exactness);
     EXPECT_LE(back, small.bound + exactness);
-    // The judge sees what there is to be seen: something moved.
+    // The distance is not trivially zero: simplification moved something.
     EXPECT_GT(std::max(away, back), exactness);
   }
 }

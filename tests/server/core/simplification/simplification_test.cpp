@@ -103,7 +103,7 @@ TEST_P(SimplificationGuarantees, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMe
   EXPECT_EQ(untouched.bound, 0);
 }
 
-// With holes, pinched vertices, edges of three triangles and triangles that lie on each other.
+// The meshes have holes, pinched vertices, edges of three triangles and coincident triangles.
 TEST_P(SimplificationGuarantees, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
   std::mt19937_64 random(7);
   for (int round = 0; round < 8; ++round) {
@@ -167,13 +167,13 @@ LatticeMesh plane(std::int32_t side) {
 TEST(Simplification, APlaneKeepsItsBorder) {
   const LatticeMesh mesh = plane(20);
   const Simplified small = simplified(mesh, {.lattice_step = {1, 1, 1}, .max_distance = 1e-6});
-  // A triangle for every edge of the border but two, and two for every vertex that is left inside.
+  // A triangulated disk has a triangle per border edge, minus two, plus two per interior vertex.
   EXPECT_LE(small.mesh.triangles.size(), 90U);
   EXPECT_LE(small.bound, 1e-6);
   EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
 }
 
-// The quality of a triangle: 1 with equal sides, 0 when it is degenerate.
+// The quality of a triangle: 1 if equilateral, 0 if degenerate.
 double regularity(const SurfaceTriangle& t) {
   const Vec3 a = difference(t[1], t[0]);
   const Vec3 b = difference(t[2], t[0]);
@@ -182,7 +182,7 @@ double regularity(const SurfaceTriangle& t) {
          (squared_length(a) + squared_length(b) + squared_length(c));
 }
 
-// Streaks in the shading come from triangles that are long and thin.
+// Long thin triangles cause streaks in the shading.
 TEST(Simplification, GentleSurfacesHaveFewThinTriangles) {
   LatticeMesh waves = plane(60);
   for (LatticePoint& p : waves.vertices) {
@@ -197,7 +197,7 @@ TEST(Simplification, GentleSurfacesHaveFewThinTriangles) {
   EXPECT_LT(100 * thin, 8 * triangles.size()) << thin << " of " << triangles.size();
 }
 
-// Its back is in the other piece: two triangles on each other would be left together.
+// The fourth face is in the other piece: collapsing the front would leave two coincident triangles.
 TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
   const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
                           .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}}};
@@ -214,7 +214,7 @@ TEST_P(SimplificationGuarantees, AnyErrorThatMayBeAskedForHasAFiniteBound) {
   }
 }
 
-// Lengths of 1e-30 to 1e30 have squares beyond single precision.
+// Squares of lengths from 1e-30 to 1e30 exceed the range of single precision.
 TEST_P(SimplificationGuarantees, DoesNotDependOnTheUnitOfLength) {
   const auto in_unit = [&](double unit) {
     return simplified(surface_.mesh,

@@ -1,4 +1,5 @@
-// Stars that are said to lie side by side, compared with all pairs of their triangles.
+// Checks stars that the projection clears of self-intersections by comparing all pairs of their
+// triangles.
 #include "server/core/simplification/detail/star_projection.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// The star of the triangles (centre, around[i], around[i + 1]).
+// Returns whether two triangles (centre, around[i], around[i + 1]) of a star intersect.
 bool intersects_itself(const LatticePoint& centre, const std::vector<LatticePoint>& around) {
   std::vector<LatticePlane> planes;
   for (std::size_t i = 0; i < around.size(); ++i) {
@@ -53,7 +54,7 @@ TEST(StarProjection, ClearsFlatStarsWhateverWayTheyFace) {
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 500; ++i) {
-    // Two directions at right angles.
+    // Two orthogonal directions.
     double a[3], b[3];
     double along = 0, squared = 0;
     for (std::size_t k = 0; k < 3; ++k) a[k] = normal(random), b[k] = normal(random);

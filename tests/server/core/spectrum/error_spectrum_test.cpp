@@ -1,5 +1,5 @@
-// The error spectrum against the exact errors of single isovalues: never smaller, and never much
-// larger.
+// Compares the error spectrum with the exact errors of single isovalues: never smaller, and never
+// much larger.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace multitetra::testing {
 namespace {
 
-// Visits the points that the spectrum holds.
+// Calls `visit` for the points that the spectrum stores.
 template <typename Visit>
 void for_each_point(const SpectrumLayout& layout, const Visit& visit) {
   for (const SpectrumLayout::Level& level : layout.levels()) {

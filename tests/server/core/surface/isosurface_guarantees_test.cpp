@@ -52,7 +52,7 @@ class IsosurfaceGuarantees : public ::testing::TestWithParam<Setting> {
   const Setting& setting_ = GetParam();
   ReferenceIsosurfaces isosurface_{setting_.volume, setting_.outside, setting_.margin};
 
-  // Visits every combination of isovalue, measure and rule.
+  // Visits every combination of isovalue, error measure and topology rule.
   template <typename Visit>
   void for_each_case(const Visit& visit) {
     for (const double isovalue : setting_.isovalues) {
@@ -65,7 +65,7 @@ class IsosurfaceGuarantees : public ::testing::TestWithParam<Setting> {
       }
     }
   }
-  // Where masks are inside the data, a surface may end at any of them.
+  // With masks inside the data, a surface may end at any of them.
   [[nodiscard]] bool is_sound(const MeshTopology& topology) const {
     return topology.nonmanifold_edges == 0 && topology.degenerate_triangles == 0 &&
            (topology.open_edges == 0 || setting_.has_mask);
@@ -73,7 +73,7 @@ class IsosurfaceGuarantees : public ::testing::TestWithParam<Setting> {
 };
 INSTANTIATE_TEST_SUITE_P(Fields, IsosurfaceGuarantees, ::testing::ValuesIn(settings()), name_of);
 
-// Distances are brute force, so only the small fields.
+// Uses only the small fields, as distances are computed by brute force.
 class CertifiedBound : public IsosurfaceGuarantees {};
 std::vector<Setting> small_settings() {
   std::vector<Setting> small = settings();
@@ -98,7 +98,8 @@ TEST_P(IsosurfaceGuarantees, EveryModelIsFreeOfCracks) {
             EXPECT_TRUE(is_sound(surface.topology))
                 << threshold << " " << tolerance << " " << finest;
           } else {
-            // The border's inset is checked with the finest spacing too.
+            // The topology check also gets the finest spacing, on which the inset of the data's
+            // border depends.
             const MeshTopology checked = topology(surface.mesh, [&] {
               DatasetInfo info;
               info.dims = setting_.volume.dims;
@@ -144,7 +145,7 @@ std::vector<Triangle> world_triangles(const LatticeMesh& mesh, const Vec3& spaci
 TEST_P(CertifiedBound, NoPointIsFartherFromTheFullSurfaceThanTheCertifiedBound) {
   const Vec3& spacing = setting_.volume.spacing;
   const double snapping =
-      2 * length(spacing) / (1 << kMaxLatticeResolution);  // One for either surface.
+      2 * length(spacing) / (1 << kMaxLatticeResolution);  // Once for each surface.
   for (const double isovalue : setting_.isovalues) {
     Case c{.isovalue = isovalue,
            .measure = ErrorMeasure::kCertified,
@@ -159,7 +160,7 @@ TEST_P(CertifiedBound, NoPointIsFartherFromTheFullSurfaceThanTheCertifiedBound) 
       c.threshold = threshold;
       const Surface surface = isosurface_(c);
       const auto coarse = world_triangles(surface.mesh, spacing);
-      // A few hundred samples a case.
+      // Keeps a few hundred samples per case.
       const auto thinned = [](std::vector<Triangle> t) {
         const std::size_t step = t.size() / 60 + 1;
         std::vector<Triangle> some;
@@ -218,7 +219,7 @@ TEST_P(IsosurfaceGuarantees, TilesOfAnySizeHoldTheWholeSurfaceOnceAndLieInTheirC
       for (const auto& tile : tiles) {
         EXPECT_TRUE(cubes.insert(tile.cube).second) << to_string(tile.cube);
         EXPECT_FALSE(tile.mesh.triangles.empty());
-        // The own tetrahedra of a cube are at most 48, of two triangles each, and stay together.
+        // A cube owns at most 48 tetrahedra of two triangles each, which are never split.
         EXPECT_LE(tile.mesh.triangles.size(), max_triangles + 96);
         triangles += tile.mesh.triangles.size();
         sum += digest(tile.mesh);

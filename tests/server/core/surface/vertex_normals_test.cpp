@@ -15,14 +15,14 @@ namespace {
 constexpr int kResolution = 5;
 constexpr double kPi = 3.14159265358979323846;
 
-// Places between the first and the last sample, as far from them as `inset` grid steps.
+// Random places between the first and the last sample, at least `inset` grid steps inside.
 std::vector<LatticePoint> places(const DatasetInfo& info, std::int32_t inset, std::size_t count) {
   std::mt19937_64 random(5);
   const auto coordinate = [&](std::size_t axis) {
     const std::int32_t low = (info.margin + inset) << kResolution;
     const std::int32_t high = (info.margin + info.dims[axis] - 1 - inset) << kResolution;
     const double at = low + fields::uniform(random) * (high - low + 1);
-    // As vertices do, some lie on planes of the grid.
+    // Like vertices, some lie on planes of the grid.
     const auto v = static_cast<std::int32_t>(at);
     return fields::uniform(random) < 0.3 ? v >> kResolution << kResolution : v;
   };
@@ -66,7 +66,7 @@ Volume plane() {
                                 [](int x, int y, int z) { return 3.0 * x + 2.0 * y - z + 1e4; });
 }
 
-// Sheared, stretched, turned.
+// A sheared, stretched and rotated map.
 Affine oblique() {
   return {.columns = {Vec3{0.4, 0.3, 0}, Vec3{-0.6, 0.8, 0.1}, Vec3{0.2, 0.5, 2}},
           .translation = {10, -20, 30}};
@@ -89,7 +89,8 @@ TEST(VertexNormals, StandUprightInAnyCoordinates) {
       for (double& entry : volume.index_to_world.columns[1]) entry = -entry;
     }
     const DatasetPtr dataset = make_dataset(volume, "plane");
-    // Upright on two directions along which the field does not change, on the side where it falls.
+    // The normal is perpendicular to two directions along which the field is constant, and points
+    // to lower values.
     const auto along = [&](const Vec3& index) {
       const Vec3 from = volume.index_to_world({0, 0, 0});
       const Vec3 to = volume.index_to_world(index);
@@ -167,7 +168,7 @@ TEST(VertexNormals, TakeNoPartInVoidSamples) {
   const DatasetPtr dataset = make_dataset(volume, "holes");
   const auto falls = [](const Vec3&) { return Vec3{-3, -2, 1}; };
   std::vector<LatticePoint> points = places(dataset->info, 2, 3000);
-  // A place at a void sample has no other one to look at.
+  // At a void sample there is no other sample to interpolate from.
   std::erase_if(points, [](const LatticePoint& p) {
     return ((p.x | p.y | p.z) & ((1 << kResolution) - 1)) == 0;
   });

@@ -1,4 +1,4 @@
-// What the headers of NRRD files mean: places in the world, axes, and data files.
+// Interpretation of NRRD headers: world coordinates, axes, and data files.
 #include "server/volume/formats/nrrd_file.hpp"
 
 #include <gtest/gtest.h>
