@@ -224,7 +224,7 @@ TEST(MappedSurface, FineInARegionAndCoarseElsewhere) {
                 .thresholds = {.regions = {{.shape = BallShape{.centre = {32, 32, 32}, .radius = 9},
                                             .threshold = threshold}}}};
   };
-  // The number of triangles with a corner in the ball, as a share of the full surface's.
+  // Compares the numbers of triangles whose first vertex lies in the ball.
   const Surface full =
       surface_of_model(UniformModel(isosurface.field().grid(), 1000), isosurface.field(), 0.1, {});
   const auto triangles_in_ball = [](const Surface& surface) {

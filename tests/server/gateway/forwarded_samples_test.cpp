@@ -1,4 +1,4 @@
-// Slices, probes and colors through a gateway: what a server answers, from a server that can.
+// Slices, probes and colors through a gateway have the answers of a capable server.
 #include <gtest/gtest.h>
 
 #include "server/extraction/surface_extractor.hpp"

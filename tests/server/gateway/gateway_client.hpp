@@ -1,5 +1,4 @@
-// What a client says to a gateway over a WebSocket, and what it makes of the answers. The dataset
-// is the octahedron.
+// Helpers for a client of a gateway over a WebSocket. The dataset is the octahedron.
 #pragma once
 
 #include <chrono>
@@ -35,7 +34,7 @@ inline void open(WebSocketClient& client, std::uint64_t id, std::string dataset 
       OpenStream{.request_id = id, .dataset = std::move(dataset), .cached_tile_digests = {}});
 }
 
-// The last message of the stream that runs.
+// The last message of the running stream.
 inline ServerMessage end_of_stream(WebSocketClient& client) {
   for (;;) {
     ServerMessage message = client.receive();
@@ -44,7 +43,7 @@ inline ServerMessage end_of_stream(WebSocketClient& client) {
   }
 }
 
-// All messages of the stream that runs.
+// All messages of the running stream.
 inline std::vector<ServerMessage> all_of_stream(WebSocketClient& client) {
   std::vector<ServerMessage> messages;
   do {
@@ -59,7 +58,7 @@ inline bool is_complete(const ServerMessage& last) {
   return end && end->outcome == StreamOutcome::kComplete;
 }
 
-// A tile that passed, as soon as the gateway has checked and kept it; 404 if that is never.
+// Returns a tile as soon as the gateway has checked and cached it, or 404 after ten seconds.
 inline HttpClient::Response kept_tile(HttpClient& client, const ContentDigest& digest,
                                       std::string_view fields = {}) {
   const std::string path = "/v1/tiles/" + digest.hex();

@@ -1,5 +1,5 @@
-// A gateway on a free port of this machine, running in a thread of its own, and servers behind it
-// that can be lost.
+// A gateway on a free port of this machine, running in its own thread, and servers that it can
+// lose.
 #pragma once
 
 #include <chrono>
@@ -37,7 +37,7 @@ class RunningGateway {
   RunningGateway(const RunningGateway&) = delete;
   RunningGateway& operator=(const RunningGateway&) = delete;
 
-  // Until it has stopped by itself.
+  // Waits until the gateway has stopped by itself.
   void wait() {
     if (thread_.joinable()) thread_.join();
   }
@@ -55,7 +55,7 @@ class RunningGateway {
   std::thread thread_;
 };
 
-// A server on TCP that can be lost: its connections are cut without a word.
+// A server on TCP that can be stopped abruptly: its connections are cut.
 class Upstream {
  public:
   explicit Upstream(std::shared_ptr<const SurfaceProvider> source, ServerOptions options = {})
@@ -76,7 +76,7 @@ class Upstream {
     thread_.join();
     server_.reset();
   }
-  // On the same port.
+  // Restarts the server on the same port.
   void start_again() {
     options_.listen = endpoint_;
     start();

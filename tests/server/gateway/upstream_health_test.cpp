@@ -1,4 +1,4 @@
-// Servers come and go at times that the test names.
+// Failures and recoveries of servers, at times chosen by the tests.
 #include "server/gateway/detail/upstream_health.hpp"
 
 #include <gtest/gtest.h>

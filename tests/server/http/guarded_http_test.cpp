@@ -1,4 +1,4 @@
-// The HTTP listener on a network: TLS, limits, the clients they apply to, and draining.
+// Security of the HTTP listener: TLS, limits, the clients they apply to, and draining.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -84,7 +84,8 @@ TEST(GuardedHttp, RefusesPlainHttpWithAnExplanation) {
   EXPECT_EQ(plain.rest(), "");
 }
 
-// The linger time would fail the test: it is not waited for when both have said goodbye.
+// When both sides have sent close_notify the server does not wait for the linger time, which would
+// fail the test.
 TEST(GuardedHttp, ClosesAfterCloseNotify) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {.connection = {.linger = 1h}},

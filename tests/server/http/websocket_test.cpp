@@ -1,4 +1,4 @@
-// The conversation through the WebSocket listener.
+// The conversation over the WebSocket listener.
 #include <chrono>
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ std::string upgrade_with(std::string_view more) {
          std::string(more);
 }
 
-// All messages of one stream, ended by its StreamEnd.
+// Returns all messages of one stream, including its StreamEnd.
 std::vector<ServerMessage> stream(WebSocketClient& client, std::uint64_t id) {
   client.send(OpenStream{.request_id = id, .dataset = "octahedron", .cached_tile_digests = {}});
   std::vector<ServerMessage> messages;
@@ -118,7 +118,7 @@ TEST(WebSocketListener, WaitsForHelloOnlySoLong) {
   client.closed();
 }
 
-// Counts the connections that are over.
+// Counts the connections that have ended.
 class EndCount : public ServiceObserver {
  public:
   void disconnected(const ClientFacts& client, double) override {

@@ -1,4 +1,4 @@
-// Slices and picked places over HTTP.
+// Slices and probes over HTTP.
 #include <png.h>
 
 #include <cstring>

@@ -1,4 +1,4 @@
-// Trees of cells as they come over HTTP.
+// Trees of cells over HTTP.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -134,7 +134,7 @@ TEST_F(TilesetFiles, RejectsUnknownFilesWithAReason) {
     EXPECT_EQ(response.result_int(), expected.first) << path << response.body();
     EXPECT_EQ(error_code_of(response), expected.second) << path;
   }
-  // No surface is an answer, and no error.
+  // An empty surface is a valid answer, not an error.
   const auto nothing = tileset("/v1/3dtiles/gyroid/iso/1e9/tileset.json")["root"];
   EXPECT_FALSE(nothing.contains("content"));
   EXPECT_FALSE(nothing.contains("children"));
@@ -144,7 +144,7 @@ class NeuroglancerFiles : public TilesetFiles {
  protected:
   static std::string at(const std::string& path) { return "/v1/neuroglancer/gyroid/" + path; }
 
-  // Like neuroglancer: retries while the file is being made.
+  // Retries, like neuroglancer, while the server makes the file.
   auto answer(const std::string& path) {
     for (int attempt = 1;; ++attempt) {
       auto response = client_.get(path);
@@ -163,7 +163,7 @@ TEST_F(NeuroglancerFiles, ManifestNamesExistingFragments) {
     std::memcpy(&value, index.body().data() + at, 4);
     return value;
   };
-  // A grid of 2^7 steps: eight leaves, and the root that they are in.
+  // A grid of 2^7 steps: eight leaves and their root.
   ASSERT_EQ(u32(24), 2U);
   EXPECT_EQ(u32(28 + 4 * 2 + 12 * 2), 8U);
   EXPECT_EQ(u32(28 + 4 * 2 + 12 * 2 + 4), 1U);
@@ -198,7 +198,7 @@ TEST_F(NeuroglancerFiles, HaveTheSamplesThemselvesAsAnImage) {
   }
 }
 
-// A server whose steps are counted.
+// A dataset whose steps are counted.
 class CountedCells : public SurfaceProvider {
  public:
   [[nodiscard]] const DatasetInfo& info() const override { return steps_.info(); }

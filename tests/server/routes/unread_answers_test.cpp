@@ -1,5 +1,5 @@
-// Clients that ask and do not read: the memory of the server stays within what it documents, on all
-// routes (server/operations/README.md, "Memory").
+// Clients that send requests and do not read the answers: on all routes the memory of the server
+// stays within its documented bounds (server/operations/README.md, "Memory").
 #include <deque>
 #include <fstream>
 
@@ -26,22 +26,23 @@ using testing::HttpClient;
 using testing::RunningHttpServer;
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
-constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may have a quarter.
+constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may take a quarter.
 constexpr std::size_t kCacheBytes = 8 * kMiB;
 constexpr std::size_t kClients = 60;
-// Bytes of one connection: coroutines, a header, a piece of a file.
+// Bytes per connection: coroutines, a header, a chunk of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;
-// Two workers, each with a slice of 2 MiB twice and as a picture, and what the allocator keeps.
+// Two workers, each with two copies and a picture of a slice of 2 MiB, and what the allocator
+// retains.
 constexpr std::size_t kWorkerBytes = 24 * kMiB;
 
-// A tile that the server holds, larger than what a system buffers. Tiles are sent as they are held.
+// A cached tile larger than the system's socket buffers. Tiles are sent without a copy.
 EncodedTile large_tile() {
   EncodedTile tile = testing::fine_tiles().front();
   tile.payload = std::make_shared<const std::string>(4 * kMiB, 'x');
   return tile;
 }
 
-// A client with an address of its own, whose system takes next to nothing of an answer.
+// A client with an address of its own and a tiny receive buffer.
 class UnreadingClient {
  public:
   UnreadingClient(const Endpoint& at, std::size_t number) : socket_(io_, tcp::v4()) {
@@ -53,7 +54,7 @@ class UnreadingClient {
   void ask(const std::string& path) {
     asio::write(socket_, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   }
-  // The status of the answer, once its first bytes have come.
+  // Waits for the first bytes of the answer and returns its status.
   std::string status() {
     std::string line(12, ' ');
     error_code error;
@@ -90,7 +91,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
     return options;
   }
 
-  // A viewer with a file larger than what a system buffers.
+  // A viewer with a file larger than the system's socket buffers.
   RouteOptions routes() {
     folder_.file("viewer/index.html", "<p>viewer");
     folder_.file("viewer/assets/app.js", std::string(4 * kMiB, ' '));
@@ -130,7 +131,7 @@ TEST_P(UnreadAnswerMemory, StayWithinTheDocumentedMemory) {
   EXPECT_GT(answered, 0U);
   const std::size_t used = std::max(resident_bytes(), before) - before;
   EXPECT_LT(used, kQueueBytes + kCacheBytes + kClients * kBytesOfAConnection + kWorkerBytes);
-  // Others are served all the same.
+  // Other clients are still served.
   HttpClient newcomer(server_.http());
   EXPECT_EQ(newcomer.get("/v1/datasets/head/slice?width=64&height=64").result_int(), 200U);
   EXPECT_EQ(newcomer.get("/v1/datasets/head/isosurface?isovalue=200&error=1").result_int(), 200U);

@@ -37,7 +37,7 @@ TEST(Tileset, LeadsFromTheWholeToTheOctantsThatAreCrossed) {
   ASSERT_EQ(root["children"].size(), 2U);
   EXPECT_EQ(root["children"][0]["content"]["uri"], "id/7-0-0-0.json");
   EXPECT_EQ(root["children"][1]["content"]["uri"], "id/7-1-0-0.json");
-  // Tiles that lead on are as wrong as what they lead to.
+  // A tile that links to another tileset has the error and the box of that tileset's root.
   const auto child = tileset(tree, {7, 1, 0, 0}, {.crossed_octants = 0xFF});
   EXPECT_EQ(child["root"]["geometricError"], root["children"][1]["geometricError"]);
   EXPECT_EQ(child["root"]["boundingVolume"], root["children"][1]["boundingVolume"]);
@@ -84,7 +84,7 @@ TEST(Tileset, AnEmptySurfaceHasNoContent) {
   const auto json = tileset(tree, tree.root(), {.is_empty = true});
   EXPECT_FALSE(json["root"].contains("content"));
   EXPECT_FALSE(json["root"].contains("children"));
-  // A preview too coarse to show anything is refined whatever the distance.
+  // A preview too coarse to show anything is refined at any distance.
   EXPECT_EQ(json["root"]["geometricError"], json["geometricError"]);
 }
 

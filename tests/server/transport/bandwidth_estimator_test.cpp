@@ -1,4 +1,4 @@
-// Links of any speed, at times that the test names.
+// Estimates for links of any speed, at times chosen by the tests.
 #include "server/transport/bandwidth_estimator.hpp"
 
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr BandwidthEstimator::Clock::time_point kStart{1h};
-constexpr double kSocket = 64 * 1024;  // What waits in it at most.
+constexpr double kSocket = 64 * 1024;  // Capacity of the send buffer.
 
-// Messages one after the other over a link that carries so much.
+// Returns the estimate after sending messages of `bytes` bytes over a link of the given rate.
 double measured(double bytes_per_second, int messages, double bytes) {
   BandwidthEstimator rate;
   auto now = kStart;
