@@ -1,4 +1,4 @@
-// What our programs print about themselves, and how they reject wrong command lines.
+// Help, version and errors of command lines.
 #include "common/cli/command_line.hpp"
 
 #include <array>

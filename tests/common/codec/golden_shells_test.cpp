@@ -1,6 +1,6 @@
-// The format does not change by accident: tests/golden/shell_*.bin are what the encoder writes, and
-// shells.txt is what decoders make of them ("name vertices triangles checksum", see
-// tests/support/golden_shells.hpp), here, in Python and in WebAssembly.
+// Guards the format against accidental changes: tests/golden/shell_*.bin are the encoder's output,
+// and shells.txt is what all decoders, in C++, Python and WebAssembly, give for it ("name vertices
+// triangles checksum", see tests/support/golden_shells.hpp).
 //
 // After a deliberate change: MULTITETRA_WRITE_GOLDEN=1 codec_test --gtest_filter='GoldenShells.*'
 

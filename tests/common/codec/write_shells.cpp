@@ -1,7 +1,7 @@
-// Writes sample shells of generated fields, as tests/golden has them, for decoders in other
-// languages: FOLDER/shell_NAME.bin, and FOLDER/shells.txt with what they decode to.
+// Writes sample shells of generated fields for decoders in other languages, laid out as in
+// tests/golden: FOLDER/shell_NAME.bin, and FOLDER/shells.txt with what they decode to.
 //
-//   write_shells FOLDER X Y Z    (boxes of at most so many cells)
+//   write_shells FOLDER X Y Z    (boxes of at most X x Y x Z cells)
 
 #include <array>
 #include <exception>

@@ -23,7 +23,7 @@ std::string hex(const Rgb& color) {
   return text;
 }
 
-// The file is also what the viewer's colors are checked against.
+// The viewer's colors are checked against the same file.
 TEST_F(ColorMapTest, ColorsAreThoseOfAllPrograms) {
   std::ifstream file(MULTITETRA_TEST_DATA "/colors.txt");
   std::set<std::string> maps;

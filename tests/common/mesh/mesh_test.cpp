@@ -13,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// Nowhere to end: every open edge is a crack.
+// The border is far away: every open edge is a crack.
 constexpr DataBorder kNoBorder{.low = {0, 0, 0}, .high = {1 << 20, 1 << 20, 1 << 20}};
 
 std::vector<LatticeTriangle> corners(const LatticeMesh& mesh) {
@@ -154,7 +154,7 @@ TEST(Topology, CallsAHoleInsideTheDataACrack) {
 }
 
 TEST(Topology, AllowsTheSurfaceToEndOnTheBorderOnly) {
-  // A square in the plane x + y + z = const would do; one triangle with two corners on x = 0 will.
+  // A triangle with two corners on x = 0.
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{0, 8, 8}, {0, 16, 8}, {8, 8, 16}}}, 3);
   const DataBorder border{.low = {0, 0, 0}, .high = {64, 64, 64}};
@@ -242,7 +242,7 @@ TEST(ContentDigest, SeesEveryChange) {
 }
 
 TEST(ContentDigest, OneTriangleHasTheDocumentedDigest) {
-  // Stored by clients between connections: a change here is a change of the protocol.
+  // Clients store digests between connections, so a change here changes the protocol.
   const LatticeTriangle t = {LatticePoint{1, 2, 3}, {4, 5, 6}, {7, 8, 10}};
   EXPECT_EQ(digest(t, 5).hex(), "6b5514e8adff4fe31f714a6516d4c88d");
 }

@@ -1,4 +1,4 @@
-// The tree of triangles' boxes, compared with looking at all boxes.
+// Compares the bounding-box tree of triangles with a linear search.
 #include "common/mesh/triangle_tree.hpp"
 
 #include <gtest/gtest.h>

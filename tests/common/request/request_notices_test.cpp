@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-// 11 x 11 x 11 samples from (100, 0, -20) on, two world units apart, values 0 to 255.
+// 11 x 11 x 11 samples, two world units apart, from (100, 0, -20) on, with values from 0 to 255.
 DatasetInfo far_away() {
   DatasetInfo info;
   info.name = "ct";
@@ -61,7 +61,7 @@ TEST(RequestNotices, CountManyRegionsInOneSentence) {
 }
 
 TEST(RequestNotices, SeeABoxBesideAxesThatAreOblique) {
-  DatasetInfo info = far_away();  // Turned by 45 degrees about z.
+  DatasetInfo info = far_away();  // Rotated by 45 degrees about z.
   info.index_to_world = {.columns = {Vec3{1, 1, 0}, Vec3{-1, 1, 0}, Vec3{0, 0, 1}}};
   EXPECT_EQ(notices_of(with(BoxShape{.low = {-1, 9, 0}, .high = {1, 11, 1}}), info), "");
   EXPECT_NE(notices_of(with(BoxShape{.low = {8, 0, 0}, .high = {10, 2, 1}}), info), "")

@@ -9,7 +9,7 @@ namespace {
 
 using testing::expect_contains;
 
-// Ten samples a side, a millimetre apart, from `origin` on.
+// Ten samples per side, a millimetre apart, starting at `origin`.
 DatasetInfo cube_at(const Vec3& origin) {
   DatasetInfo info;
   info.name = "cube";

@@ -18,7 +18,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// ---- what is written is read
+// ---- round trips
 
 TEST(Messages, ClientMessagesRoundTrip) {
   std::mt19937_64 random(1);
@@ -44,7 +44,7 @@ TEST(Messages, ServerMessagesRoundTrip) {
   }
 }
 
-// A request with as much of everything as is allowed.
+// A request with the maximum of everything.
 IsosurfaceRequest largest_request() {
   std::mt19937_64 random(4);
   IsosurfaceRequest request = samples::request(random);
@@ -75,7 +75,7 @@ TEST(Messages, LargestMessagesFitIntoAFrame) {
   EXPECT_TRUE(parse_server_message(bytes));
 }
 
-// ---- what is broken is refused
+// ---- malformed messages are refused
 
 template <typename Parse>
 void expect_calm(const Parse& parse, std::string bytes, std::mt19937_64& random) {
@@ -119,7 +119,8 @@ TEST(Messages, RejectsUnknownKinds) {
   }
 }
 
-// A field of wire type "length-delimited" with a number below 16 and a short content.
+// A field of wire type "length-delimited"; requires a number below 16 and a content below 128
+// bytes.
 std::string field(int number, const std::string& content) {
   return std::string{static_cast<char>(number << 3 | 2), static_cast<char>(content.size())} +
          content;
@@ -185,7 +186,7 @@ TEST(Messages, UnknownErrorCodesMeanUnknown) {
   EXPECT_EQ(std::get<ErrorReply>(*parsed).error.code, ErrorCode::kUnknown);
 }
 
-// ---- what is out of range is refused by name, and the conversation can go on
+// ---- values out of range are refused by name, and the conversation can continue
 
 template <typename Message>
 void expect_refused(Message message, const std::function<void(Message&)>& spoil,
@@ -274,7 +275,7 @@ TEST(OpenStream, OutOfRangeIsRefused) {
          "OpenStream.cached_tile_digests", ErrorCode::kLimitExceeded);
 }
 
-// A request with one part of every kind.
+// A request with one threshold map part of each kind.
 IsosurfaceRequest request_with_a_map() {
   IsosurfaceRequest request;
   request.thresholds.regions = {
@@ -291,7 +292,7 @@ IsosurfaceRequest request_with_a_map() {
   return request;
 }
 
-// The same in an OpenStream and in an Estimate.
+// Expects refusal both in an OpenStream and in an Estimate.
 void expect_map_refused(const std::function<void(LocalThresholds&)>& spoil, const char* text,
                         ErrorCode code = ErrorCode::kInvalidArgument) {
   expect_refused<OpenStream>(
@@ -397,7 +398,7 @@ TEST(ThresholdMaps, RejectsMoreThanTenThousandRegions) {
   }
 }
 
-// The bytes of an OpenStream with request id 9 whose threshold map is `map`.
+// An OpenStream with request id 9 whose threshold map has the bytes `map`.
 std::string open_stream_with_map(const std::string& map) {
   return field(3, "\x08\x09" + field(2, "fuel") + field(3, field(2, map)));
 }
@@ -661,7 +662,7 @@ TEST(EstimateReply, OutOfRangeIsRefused) {
 
 // ---- hostile sizes
 
-// Content as a field, of any length.
+// A length-delimited field with a content of any length.
 std::string long_field(int number, const std::string& content) {
   std::string bytes(1, static_cast<char>(number << 3 | 2));
   for (std::size_t length = content.size();; length >>= 7) {
@@ -670,7 +671,7 @@ std::string long_field(int number, const std::string& content) {
   }
 }
 
-// Field `outer` that holds `entries` empty entries of field `inner`, two bytes each.
+// A field `outer` that contains `entries` empty entries of field `inner`, two bytes each.
 std::string many_entries(int outer, int inner, std::size_t entries) {
   std::string content;
   for (std::size_t i = 0; i < entries; ++i) content += field(inner, "");
@@ -686,14 +687,14 @@ TEST(ServerMessages, RejectsMillionsOfEmptyEntriesBeforeParsing) {
   EXPECT_EQ(code(many_entries(11, 2, 1025)), ErrorCode::kLimitExceeded) << "places";
   EXPECT_EQ(code(many_entries(2, 2, 4097)), ErrorCode::kLimitExceeded) << "datasets";
   EXPECT_EQ(code(many_entries(2, 2, 4096)), ErrorCode::kInvalidArgument) << "nameless datasets";
-  // Said in many portions, which protobuf merges.
+  // In many portions, which protobuf merges.
   std::string portions;
   for (int i = 0; i < 100; ++i) portions += many_entries(3, 10, 3000);
   EXPECT_EQ(code(portions), ErrorCode::kLimitExceeded) << "tiles in portions";
 }
 
 TEST(ThresholdMaps, RejectsMillionsOfEmptyRegionsBeforeParsing) {
-  const std::string map = many_entries(2, 4, 1000000);  // As a field of the request.
+  const std::string map = many_entries(2, 4, 1000000);  // A field of the request.
   const std::string id = "\x08\x09";
   for (const int kind : {3, 6}) {  // OpenStream and Estimate.
     const auto parsed = parse_client_message(long_field(kind, id + long_field(3, map)));
@@ -701,7 +702,7 @@ TEST(ThresholdMaps, RejectsMillionsOfEmptyRegionsBeforeParsing) {
     EXPECT_EQ(parsed.error().error.code, ErrorCode::kLimitExceeded);
     EXPECT_EQ(parsed.error().request_id, 9U);
   }
-  // Said in many portions, which protobuf merges.
+  // In many portions, which protobuf merges.
   std::string portions;
   for (int i = 0; i < 40; ++i) portions += long_field(3, many_entries(2, 4, 300));
   const auto parsed = parse_client_message(long_field(3, portions + id));
@@ -753,7 +754,7 @@ TEST(Messages, AFinalStepThatIsNotAsTheRequestSaysIsRefused) {
 
 TEST(StepBegin, HasAShellStepExactlyWhereItsCodecSaysSo) {
   const std::string id = "\x08\x01";
-  const std::string shells = field(14, "\x08\x01");  // Exact ones.
+  const std::string shells = field(14, "\x08\x01");  // Exact shells.
   EXPECT_TRUE(parse_server_message(field(3, id)));
   EXPECT_TRUE(parse_server_message(field(3, id + "\x38\x02" + shells)));
   for (const std::string& bad :
@@ -804,7 +805,7 @@ TEST(RecordStartedStep, ResumesTheStreamWhereItWas) {
   };
   begins(0, 8, true);
   begins(1, 4, false);
-  begins(0, 8, true);  // It comes again.
+  begins(0, 8, true);  // Repeated.
   begins(1, 4, false);
   const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
                                      {.finest_spacing = 4}};
