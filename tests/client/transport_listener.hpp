@@ -1,6 +1,6 @@
-// A listener of another transport in front of a server that speaks frames over TCP: what comes as
-// WebSocket messages or over TLS goes on as frames, and back. A part of a frame that the server
-// cuts off is passed on as a part of a message.
+// A listener that puts another transport in front of a server with frames over TCP: converts
+// WebSocket messages or TLS streams to frames, and back. If the server cuts a frame, the part is
+// passed on as part of a message.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,9 @@
 
 namespace multitetra::testing {
 
-// How the listener answers a WebSocket handshake.
+// How the listener answers a WebSocket handshake, and how it frames messages.
 struct ListenerManners {
-  std::string subprotocol = std::string(kSubprotocol);  // Empty: none.
+  std::string subprotocol = std::string(kSubprotocol);  // Empty for none.
   int status = 101;
   bool text_messages = false;
   std::string certificate_names = "DNS:localhost,IP:127.0.0.1";
@@ -28,7 +28,7 @@ class TransportListener {
 
   [[nodiscard]] Endpoint endpoint() const { return at("127.0.0.1"); }
   [[nodiscard]] Endpoint at(std::string host) const;
-  // Accepts the certificate of this listener only.
+  // Accepts only this listener's certificate.
   [[nodiscard]] Trust trust() const;
 
  private:

@@ -29,7 +29,7 @@ OpenStream open_stream() {
           .cached_tile_digests = {}};
 }
 
-// ---- streams as an honest server sends them
+// ---- streams of a correct server
 
 struct Step {
   Tiles tiles;
@@ -82,7 +82,7 @@ Messages two_steps() {
       {{.tiles = coarse_tiles(), .error = 4, .is_final = false}, {.tiles = fine_tiles()}});
 }
 
-// ---- what became of a stream
+// ---- the outcome of a stream
 
 struct Outcome {
   std::vector<CommittedStepPtr> steps;
@@ -129,7 +129,7 @@ M& at(Messages& messages, std::size_t index) {
   return std::get<M>(messages.at(index));
 }
 
-// ---- good streams
+// ---- valid streams
 
 TEST(Assembler, GivesEachStepOnceItIsCompleteAndChecked) {
   const Outcome outcome = assemble(two_steps());
@@ -249,7 +249,7 @@ TEST(Assembler, ARefusalDoesNotFailACheck) {
   EXPECT_EQ(outcome.refusal->code, ErrorCode::kInvalidArgument);
 }
 
-// ---- every message lost, twice, or out of place
+// ---- messages lost, repeated, or out of order
 
 TEST(Assembler, DetectsAnyLostMessage) {
   const Messages stream = two_steps();
@@ -324,7 +324,7 @@ TEST(Assembler, DetectsAnyChangedPayloadByte) {
     changed[byte] = static_cast<char>(changed[byte] ^ 0x55);
     at<Tile>(damaged, 1).payload = std::make_shared<const std::string>(changed);
     const Outcome outcome = assemble(damaged);
-    // A byte that Draco does not read may change; then the surface is the very same.
+    // A byte that Draco ignores may change; then the surface is identical.
     if (outcome.failed_check) {
       EXPECT_NE(outcome.failed_check->text.find("tile 0"), std::string::npos);
     } else {
@@ -378,7 +378,7 @@ TEST(Assembler, StepTotalsMustMatchTheReceivedTiles) {
   expect_fault(stream, "the server counts 3 steps");
 }
 
-// Counts within 32 bits are only numbers: nothing is allocated for them before bytes have come.
+// 32-bit counts alone allocate nothing before the tiles arrive.
 TEST(Assembler, AManifestBeyondTheLimitsIsRefusedAtOnce) {
   const auto refused = [](AssemblerLimits limits) {
     Assembler assembler(octahedra_info(), open_stream(), {}, limits);
@@ -406,7 +406,7 @@ TEST(Assembler, AStreamHasALimitOnItsSteps) {
   EXPECT_TRUE(assemble(previews(AssemblerLimits{}.steps + 1)).failed_check);
 }
 
-// Tiles are kept for later steps, so what counts is the stream; a tile in both steps counts once.
+// Tiles are kept for later steps, so the limits are per stream; a tile in both steps counts once.
 TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
   const auto limited = [](AssemblerLimits limits) {
     Assembler assembler(octahedra_info(), open_stream(), {}, limits);
@@ -460,7 +460,7 @@ TEST(Assembler, NoStepFollowsTheFinalOne) {
                "it follows the final step");
 }
 
-// ---- torn surfaces, each tile of which is fine by itself
+// ---- torn surfaces of valid tiles
 
 TEST(Assembler, DetectsACrackBetweenTiles) {
   auto moved = half_octahedron(1);
@@ -484,7 +484,7 @@ TEST(Assembler, DetectsFlippedTriangles) {
   expect_fault(stream_of({{.tiles = folded}}), "4 non-manifold edges");
 }
 
-// A second component far away, in a tile of its own.
+// Adds a second, distant component in a tile of its own.
 Tiles with_a_second_component(Tiles tiles) {
   auto far_away = half_octahedron(-1);
   for (const LatticeTriangle& triangle : half_octahedron(1)) far_away.push_back(triangle);

@@ -1,4 +1,4 @@
-// What the client makes of servers that are wrong.
+// How the client handles faulty servers.
 #include "client/library/client.hpp"
 
 #include <chrono>
@@ -26,7 +26,7 @@ MessageSocket connected_to(const ScriptedServer& server,
   return *std::move(socket);
 }
 
-// A good message follows each bad one: nothing of it may come out any more.
+// A valid message follows each invalid one and must not be returned.
 TEST(MessageSocket, AfterAnyErrorTheConnectionIsClosed) {
   const std::string good = framed_messages(Messages{Pong{1}});
   const std::vector<std::pair<std::string, ErrorCode>> bad = {
@@ -70,7 +70,7 @@ TEST(MessageSocket, ASilentServerIsLeftAfterTheTimeout) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-// A server that sends a byte of an endless message now and then.
+// A server that sends an endless message, one byte at a time.
 class TricklingServer {
  public:
   explicit TricklingServer(std::string first)
@@ -94,7 +94,7 @@ class TricklingServer {
 };
 
 TEST(MessageSocket, TimesOutWhenOnlyPongsArrive) {
-  // After some Pongs a frame of a megabyte begins.
+  // A frame of a megabyte begins after some Pongs.
   const TricklingServer server(framed_messages(Messages(20, Pong{})) + frame_header(1 << 20));
   auto socket = MessageSocket::connect(server.endpoint(), std::chrono::milliseconds(300));
   ASSERT_TRUE(socket);

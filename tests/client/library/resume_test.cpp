@@ -1,4 +1,4 @@
-// A fetch through a network that loses connections, wherever it does.
+// Fetching over a network that cuts connections, at every possible place.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -41,7 +41,7 @@ const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
 CataloguePtr gyroid(double amplitude = 0.4) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  // Each of many cut connections requests the same steps: the cache makes them once.
+  // Many cut connections request the same steps; the cache makes them only once.
   catalogue->add(std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(
           make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
@@ -49,7 +49,7 @@ CataloguePtr gyroid(double amplitude = 0.4) {
   return catalogue;
 }
 
-// Prepared once, its steps made once, for all tests here.
+// One dataset for all tests, so that its steps are made only once.
 const CataloguePtr& shared_gyroid() {
   static const CataloguePtr catalogue = gyroid();
   return catalogue;
@@ -61,7 +61,7 @@ RetryOptions at_once(int most) {
           .longest_wait = std::chrono::milliseconds(2)};
 }
 
-// As a program goes about it: connect, list, fetch, and again from the start of what was lost.
+// Fetches like the program: connects, lists and fetches, retrying whatever was lost.
 ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int retries,
                                                   const Trust& trust = {},
                                                   MeshUse use = MeshUse::kKeep) {
@@ -86,8 +86,7 @@ bool are_distinct(const std::vector<ContentDigest>& tiles) {
   return std::set<ContentDigest>(tiles.begin(), tiles.end()).size() == tiles.size();
 }
 
-// How a client comes to a proxy: straight, or through a listener of another transport in front of
-// it.
+// A client's route to a proxy: directly, or through a listener of another transport.
 class Way {
  public:
   Way(Transport transport, const Endpoint& server) : endpoint_(server) {
@@ -109,7 +108,7 @@ class Way {
 
 class Resume : public ::testing::TestWithParam<Transport> {
  protected:
-  // One conversation that nothing disturbs.
+  // Records an undisturbed conversation.
   void SetUp() override {
     const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{}; });
     const auto steps = fetch_from(proxy.endpoint(), 0);
@@ -123,7 +122,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
     ASSERT_EQ(messages_, 2 + 2 * digests_.size() + tiles_ + 1);
   }
 
-  // Over TCP cuts are tried at every place; what is above it only passes them on.
+  // Over TCP cuts are tested at every place; other transports only relay them, so fewer suffice.
   [[nodiscard]] static std::size_t stride(std::size_t over_tcp) {
     return GetParam() == Transport::kTcp ? over_tcp : 4 * over_tcp + 1;
   }
@@ -139,7 +138,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
   }
 
   RunningServer server_{shared_gyroid()};
-  std::vector<ContentDigest> digests_;  // The digests of the steps.
+  std::vector<ContentDigest> digests_;  // Of the steps.
   std::size_t tiles_ = 0;
   std::size_t final_tiles_ = 0;
   std::size_t messages_ = 0;
@@ -193,7 +192,7 @@ TEST_P(Resume, RefusesAReplacedDataset) {
   EXPECT_EQ(steps.error().error.code, ErrorCode::kUnknownDataset);
 }
 
-// A stream that ends with sample shells is repeated with these, though its plan may be another one.
+// A resumed stream repeats its final step of shells even if a new plan would end differently.
 TEST(ResumeToDisplay, ACutAtAnyMessageCostsNoTileAndNoStep) {
   const RunningServer server(shared_gyroid());
   const auto digests_of = [](const ClientResult<std::vector<FetchedStep>>& steps) {
@@ -227,7 +226,7 @@ INSTANTIATE_TEST_SUITE_P(, Resume,
                                            Transport::kSecureWebSocket),
                          name_of);
 
-// ---- the program, and what it keeps in a folder
+// ---- the program and its tile folder
 
 class ResumeOfProgram : public Resume {
  protected:

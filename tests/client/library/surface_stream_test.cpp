@@ -1,4 +1,4 @@
-// A viewer whose user moves on before the surface is there.
+// A viewer that changes its request before the surface is complete.
 #include "client/library/surface_stream.hpp"
 
 #include <algorithm>
@@ -49,7 +49,7 @@ class SurfaceStreamTest : public ::testing::Test {
             .steps = steps,
             .cached_tile_digests = {}};
   }
-  // Runs the stream to its end; gives how it ended.
+  // Runs the stream to its end and returns its outcome.
   static StreamOutcome finish(SurfaceStream& stream, std::vector<FetchedStep>* steps = nullptr) {
     for (;;) {
       const auto news = stream.next(std::chrono::seconds(30));
@@ -164,7 +164,7 @@ TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
   EXPECT_EQ(finish(stream), StreamOutcome::kComplete);
 }
 
-// A knob that is turned: a hundred isovalues, about thirty a second.
+// A user drags a slider: a hundred isovalues, about thirty per second.
 TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBoundedMemory) {
   constexpr TileMemoryLimits kLimits = {.tiles = 24, .triangles = 100'000};
   Client client = connected();
@@ -176,7 +176,7 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
     isovalue = -0.5 + 0.01 * i;
     ASSERT_TRUE(stream.open(info_, at(isovalue)));
     const auto until = std::chrono::steady_clock::now() + milliseconds(33);
-    // Now and then the hand rests until something is to be seen, however slow the machine is.
+    // Every tenth isovalue waits until a surface is shown, however slow the machine is.
     bool is_waiting = i % 10 == 9;
     while ((is_waiting || std::chrono::steady_clock::now() < until) && stream.is_running()) {
       const auto news = stream.next(milliseconds(5));
@@ -221,7 +221,7 @@ TEST_F(SurfaceStreamTest, AStreamToDisplayEndsWithShellsThatHaveTheTopologyOfThe
   EXPECT_LE(last.begin.error_bound_world, 0.25);
   EXPECT_EQ(last.topology.euler_characteristic, kept.back().step->topology.euler_characteristic);
   EXPECT_EQ(last.topology.components, kept.back().step->topology.components);
-  // All of it is held: nothing travels again.
+  // All tiles are cached: none is sent again.
   const std::uint64_t received = stream.received().tiles;
   to_display.steps = StepPolicy::kFinalOnly;
   ASSERT_TRUE(stream.open(info_, to_display));
@@ -244,7 +244,7 @@ TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
   for (const FetchedStep& step : steps) EXPECT_FALSE(step.step->begin.shell);
 }
 
-// The sources of this test take their time, so that nothing comes for several timeouts.
+// Making a step takes several timeouts.
 TEST(SurfaceStreamRetries, RetriesUntilAccepted) {
   using testing::FakeSteps;
   const RunningServer server(testing::catalogue_of(

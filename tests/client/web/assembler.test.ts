@@ -8,7 +8,7 @@ import { dataset, found, messages, request, tileFrom } from "./golden_stream";
 
 const stream = messages().filter(({ case: kind }) => kind !== "welcome" && kind !== "datasetList");
 
-// Performs what the assembler asks for, as the page does; the effects that a user would see.
+// Performs the assembler's effects as the page does, and returns those visible to a user.
 async function played(all: readonly ServerKind[], assembler = newAssembler()) {
   const seen: AssemblerEffect[] = [];
   const boundaries = new Map<string, TileBoundary>();

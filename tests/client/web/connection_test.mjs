@@ -1,5 +1,4 @@
-// What the viewer promises of its connection, its token, the keyboard and the address, in a real
-// browser against real servers.
+// The viewer's connection, token, keyboard and address, in a real browser against real servers.
 //
 //   node connection_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
@@ -76,7 +75,7 @@ async function asksForAToken(page) {
     return value === "mt_wrong" && selectionStart === 0 && selectionEnd === value.length;
   });
   assert.equal(await page.locator(".notice form").count(), 1, "what was typed is there");
-  await page.keyboard.type(` ${token} `); // As it is copied.
+  await page.keyboard.type(` ${token} `); // With spaces, as when copied.
   await page.keyboard.press("Enter");
   await complete(page);
   assert(await page.locator(".notice").isHidden());
@@ -90,7 +89,7 @@ async function hidesItsToken(page) {
   await open(page, `#dataset=gyroid&token=${token}`, guarded);
   await complete(page);
   await page.waitForFunction(() => !location.href.includes("token"));
-  // Also where the page is there already, and knows a token that is none.
+  // Also if the page is open already and has an invalid token.
   const other = await page.context().browser().newPage();
   await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
   await notice(other, /token is unknown/);
@@ -112,7 +111,7 @@ async function keepsItsToken(page) {
   page.maySay = /Content Security Policy/;
   await page.goto(`${guarded.page}?server=ws://127.0.0.1:${thief.address().port}/v1/stream`);
   await notice(page, /cannot connect to "ws:/);
-  await page.waitForTimeout(1200); // It does not try again.
+  await page.waitForTimeout(1200); // It does not retry.
   assert.equal(visits, 0);
   thief.close();
   await open(page, "#dataset=gyroid", guarded);
@@ -130,7 +129,7 @@ async function takesOverTheAddress(page) {
   await edit(page, "dataset=head");
   await complete(page, ({ digest }) => digest !== after.digest);
   assert.equal(await page.getAttribute('.dataset[data-name="head"]', "aria-pressed"), "true");
-  await edit(page, "error=1.5"); // Applies to whatever is shown.
+  await edit(page, "error=1.5"); // Applies to the displayed surface.
   await saysSettings(page, "dataset=head&error=1.5");
 }
 
@@ -149,12 +148,12 @@ async function tellsWhatItPassesOver(page) {
   assert.equal((await complete(page)).digest, shown.digest);
 }
 
-// As an edit of the address line does.
+// Sets the address's hash like a user's edit.
 async function edit(page, hash) {
   await page.evaluate((said) => (location.hash = said), `${hash}&follow_view=false`);
 }
 
-// Until the address says exactly these settings, and perhaps where one looks from.
+// Waits until the address has exactly these settings, ignoring those of the camera.
 function saysSettings(page, settings) {
   return page.waitForFunction(
     (wanted) => location.hash.slice(1).replace(/&(eye|target|follow_view)=[^&]*/g, "") === wanted, settings);

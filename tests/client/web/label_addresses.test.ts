@@ -9,7 +9,7 @@ const values = Array.from({ length: 322 }, (_, i) => i + 1);
 const list = values.map((value) => member(`cells.label${value}`, "cells", { label: { value, name: `cell ${value}` } }));
 const all: Settings = { ...defaults, ...settingsOfEntry(entriesOf(list)[0]) };
 
-// As a page opens the address.
+// The settings of a page that opens the address.
 function opened(address: string): Settings {
   const settings = { ...defaults, ...fromAddress(address) };
   return { ...settings, ...startOf(list, settings)!.changes };
@@ -20,7 +20,7 @@ describe("LabelRanges", () => {
     const without = (...hidden: number[]) => labelRanges(values, new Set(values.filter((value) => !hidden.includes(value))));
     expect([without(), without(17), without(17, 18, 40)]).toEqual(["1-322", "1-322,-17", "1-322,-17-18,-40"]);
     expect(labelRanges(values, new Set([1, 2, 3, 7]))).toBe("1-3,7");
-    expect(labelRanges([2, 5, 9], new Set([2, 5, 9]))).toBe("2-9"); // None is between.
+    expect(labelRanges([2, 5, 9], new Set([2, 5, 9]))).toBe("2-9"); // No label is in between.
     expect(labelRanges(values, new Set())).toBe("none");
     expect(labelRanges([-7, 3], new Set([3]))).toBeNull();
   });

@@ -1,21 +1,18 @@
-// How long a surface takes to be complete in the viewer, and how long the page's main thread is busy
-// at a time meanwhile.
+// Measures how long the viewer takes to complete a surface, and for how long the main thread of the page is blocked.
 //
 //   node long_tasks.mjs ADDRESS [--undrawn] [--then ISOVALUE]
 //   node long_tasks.mjs 'http://127.0.0.1:7480/#dataset=head&isovalue=300.5&error=0.5' --then 310.5
 //   node long_tasks.mjs 'http://127.0.0.1:7480/#dataset=head&isovalue=500.5&error=0&surfaces=1200.5,7fb3d5' --undrawn
 //
-// --then types another isovalue into the open page once the first surface is there: what a new
-// isovalue takes, without the page's own beginning. The last shows two surfaces, which come at the
-// same time. The end is the first dataset's picture, which is drawn after the surface. A browser
-// without a graphics card draws on the processor, and the page waits for it: --undrawn leaves out
-// the drawing itself, not what leads to it.
+// --then types another isovalue into the open page once the first surface is complete, to measure it without the start
+// of the page. The last example shows two surfaces, which load concurrently. The measurement ends with the first
+// dataset's thumbnail, which is drawn after the surface. A browser without a graphics card draws on the processor and
+// blocks the page: --undrawn skips the drawing, but nothing before it.
 //
-// Prints the words of the status bar with the milliseconds at which they appeared, since the page was
-// opened or the isovalue was entered ("Complete": all steps came, were checked and given to the
-// graphics card); the tasks above 50 ms that the browser reports, those of the first second, in which
-// the page itself begins, apart; the processor time of the main thread, and what was shown in the
-// end. Wall times depend on what else runs on the machine.
+// Prints the texts of the status bar with the milliseconds since the page was opened or the isovalue was entered
+// ("Complete": all steps were received, checked and uploaded to the graphics card); the tasks above 50 ms that the
+// browser reports, with those of the first second, in which the page starts, listed separately; the processor time of
+// the main thread; and the final state. Wall times depend on other load of the machine.
 import { createRequire } from "node:module";
 
 const address = process.argv[2] ?? "http://127.0.0.1:7480/#error=0";
@@ -82,7 +79,7 @@ for (const [when, some] of [["in the first second", begin], ["after that", rest]
 }
 await browser.close();
 
-// All surfaces are there.
+// Waits until all surfaces are complete.
 async function complete() {
   await page.waitForFunction(() => {
     const others = [...document.querySelectorAll(".surface-state")].map(({ textContent }) => textContent);

@@ -109,7 +109,7 @@ describe("Files", () => {
       const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * centre[c], 0));
       for (let v = 0; v < p.length; v += 3) {
         expect(Math.hypot(n[v], n[v + 1], n[v + 2])).toBeCloseTo(1, 5);
-        // Normals of an octahedron go straight away from its middle, along the axes that the map has stretched.
+        // Normals of an octahedron point away from its center, along the axes, which the map scales.
         const away = [0, 1, 2].map((axis) => p[v + axis] - middle[axis]);
         expect(away.reduce((sum, value, axis) => sum + value * n[v + axis], 0) / Math.hypot(...away)).toBeGreaterThan(0.3);
       }
@@ -161,7 +161,7 @@ describe("Normals", () => {
 });
 
 describe("SpreadNormals", () => {
-  // A plane of 13 x 13 points, every one a little above or below it.
+  // A plane of 13 x 13 points, each slightly above or below it.
   const side = 13;
   const positions = Int32Array.from({ length: 3 * side ** 2 }, (_, i) => {
     const v = Math.floor(i / 3);

@@ -1,4 +1,4 @@
-// Series of datasets as a person meets them: labels of a segmentation, times and fields of a simulation.
+// Series of datasets in the viewer: labels of a segmentation, times and fields of a simulation.
 //
 //   node series_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
@@ -78,7 +78,7 @@ async function namesAndIsolates(page) {
   await complete(page);
   await settled(page);
   const canvas = await page.locator(".stage canvas").boundingBox();
-  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2); // The one in the middle.
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2); // The ball in the middle.
   await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
   assert.equal(await page.textContent(".picked-label"), "label 5");
   assert.deepEqual(await page.locator(".label-row.is-picked .label-name").allTextContents(), ["label 5"]);
@@ -189,7 +189,7 @@ async function playsTimes(page) {
   assert.match(await page.evaluate(() => location.hash), /isovalue=0\.5/);
 }
 
-// Two surfaces, of which one is larger with every time: the picture's two rows of facts belong together.
+// Two surfaces, one of which grows with time: both rows of facts must belong to the same time.
 async function showsOneTime(page) {
   const state = "isovalue=0.5&error=1&simplify=false&occlusion=false&surfaces=0.8,7fb3d5&speed=30&playing=true";
   await open(page, `#dataset=flow&${state}`, series);
@@ -226,7 +226,7 @@ async function savesTimes(page) {
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s" && /[&#]t=1(&|$)/.test(location.hash), null, { timeout: patience });
 }
 
-// The samples of one time are damaged on disk: no frame shows the surface of another time in its place.
+// The samples of one time are damaged on disk: no frame shows another time in its place.
 async function failsAFilm(page) {
   const damaged = path.join(scratch, "damaged");
   rmSync(damaged, { recursive: true, force: true });
@@ -243,7 +243,7 @@ async function failsAFilm(page) {
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s", null, { timeout: patience });
 }
 
-// The files of a ZIP archive whose contents are stored as they are, by its directory at the end.
+// Reads a ZIP archive with uncompressed files by its directory at the end.
 function storedFiles(bytes) {
   const files = [];
   let at = bytes.readUInt32LE(bytes.lastIndexOf("PK\x05\x06", undefined, "latin1") + 16);
@@ -256,7 +256,8 @@ function storedFiles(bytes) {
   return files;
 }
 
-// The share of a picture that has the color of a surface, and the pixels of its upper corner on the left that differ from the background.
+// The fraction of a picture with the color of a surface, and the number of pixels at the upper left that differ from
+// the background.
 async function lookAt(data) {
   const image = new Image();
   image.src = `data:image/png;base64,${data}`;
@@ -281,7 +282,7 @@ async function leavesRoom(page) {
   for (const corner of corners) assert(corner.bottom <= times.top, "nothing lies below the times");
 }
 
-// Until nothing comes any more, of no surface.
+// Waits until no surface is loading.
 function settled(page) {
   return page.waitForFunction(() => document.querySelectorAll(".label-row.is-coming").length === 0 &&
     document.querySelector(".state b")?.textContent === "Complete", null, { timeout: patience });
@@ -296,13 +297,13 @@ function prepareLabels() {
   run("prepare", file, "--label", "all", "--name", "seg", "-o", folder);
 }
 
-// Where the ball of a label from 1 to 30 is.
+// The center of the ball of a label from 1 to 30.
 function cellAt(label) {
   const i = label - 1;
   return [4 + 6 * (i % 5), 6 + 10 * (Math.floor(i / 5) % 3), 10 + 12 * Math.floor(i / 15)];
 }
 
-// Thirty small balls, of which the seventeenth is larger.
+// Thirty small balls; the seventeenth is larger.
 function prepareCells() {
   const balls = Array.from({ length: 30 }, (_, i) => [i + 1, ...cellAt(i + 1), i + 1 === 17 ? 2.9 : 2.2]);
   const labelAt = (x, y, z) => balls.find(([, a, b, c, radius]) => Math.hypot(x - a, y - b, z - c) < radius)?.[0] ?? 0;
@@ -311,7 +312,7 @@ function prepareCells() {
   run("prepare", file, "--label", "all", "--name", "cells", "-o", folder);
 }
 
-// A ball that grows, and something else in the same place, at four times.
+// A growing ball, and another field in the same place, at four times.
 function prepareTimes() {
   const files = [0, 1, 2, 3].map((time) => {
     const file = path.join(scratch, `flow_${time}.vti`);

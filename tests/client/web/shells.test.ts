@@ -1,4 +1,4 @@
-// The golden sample shells, as tests/golden/shells.txt says what the C++ decoder makes of them.
+// The golden sample shells decode as recorded from the C++ decoder in tests/golden/shells.txt.
 import { readFileSync } from "node:fs";
 
 import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
@@ -11,7 +11,8 @@ const golden = new URL("../../golden/", import.meta.url);
 const decoder = shellDecoder(readFileSync(new URL("../../../common/codec/wasm/shell_decoder.wasm", import.meta.url)));
 const listed = readFileSync(new URL("shells.txt", golden), "utf8").trim().split("\n").map((line) => line.split(" "));
 
-// As in tests/support/golden_shells.hpp: mode, lattice resolution and a cube around each.
+// As in tests/support/golden_shells.hpp: the mode and the lattice resolution of each shell. `cube` contains all of
+// them.
 const modes: Record<string, [ShellMode, number]> = {
   example: [{ values: 0, levelsPerOctave: 0, spacing: 1 }, 5],
   exact: [{ values: 0, levelsPerOctave: 0, spacing: 1 }, 5],
@@ -36,7 +37,7 @@ async function marched(name: string): Promise<MarchedTile> {
   return (await decoder)(bytes, promised, ...modes[name]);
 }
 
-// As tests/support/golden_shells.hpp computes it.
+// Equals the checksum in tests/support/golden_shells.hpp.
 function checksumOf({ mesh: { positions, triangles } }: MarchedTile): string {
   const compare = (a: number[], b: number[]) => a.map((value, i) => value - b[i]).find((d) => d !== 0) ?? 0;
   const all: number[][] = [];
@@ -53,7 +54,7 @@ describe("ShellDecoder", () => {
   test.each(listed.map(([name]) => name))("MarchesTheSameTrianglesAsInCpp: %s", async (name) => {
     const tile = await marched(name);
     expect(checksumOf(tile)).toBe((await shell(name)).checksum);
-    expect(checksumOf(await marched(name))).toBe(checksumOf(tile)); // In memory that was used before.
+    expect(checksumOf(await marched(name))).toBe(checksumOf(tile)); // In reused memory.
   });
 
   test("RefusesWhatTheManifestDoesNotPromise", async () => {

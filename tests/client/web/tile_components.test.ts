@@ -10,7 +10,7 @@ import { found, messages, tileFrom } from "./golden_stream";
 
 type Corner = [number, number, number];
 
-// The eight triangles of an octahedron, outside counterclockwise.
+// The eight triangles of an octahedron, counterclockwise from outside.
 function octahedron([x, y, z]: Corner, radius: number): Corner[][] {
   const step = (i: number, axis: number) => (i === axis ? radius : i === axis + 3 ? -radius : 0);
   const at = (i: number): Corner => [x + step(i, 0), y + step(i, 1), z + step(i, 2)];
@@ -32,9 +32,10 @@ function tileOf(mesh: LatticeMesh) {
   return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, boundary: boundaryOf(mesh) };
 }
 
-// Two pieces of dust and a planet, whose boxes have diagonals of 2, 4 and 40 times the root of 3.
+// Two small components and a large one, whose bounding boxes have diagonals of 2, 4 and 40 times sqrt(3).
 const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
-// Cut by the middle of each face, so that tiles meet along boundaries; each tile knows its own part alone.
+// Assigns faces to two tiles by their middles, so that the tiles meet along boundaries; each tile has only its own
+// part.
 function cutAt(x: number) {
   const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
   return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));
@@ -53,7 +54,7 @@ describe("TileComponents", () => {
 
   test("HideTheComponentNearestToAPlace", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
-      // In the middle of a face of the large one, far from its vertices, which those of the small ones are nearer to.
+      // The middle of a face of the large component. Vertices of the small ones are nearer than its own.
       const onPlanet = [100 - 20 / 3, 100 - 20 / 3, 100 - 20 / 3];
       expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet] })).toMatchObject({ components: 3, shown: 2, triangles: 16, largest: [18, 8, 8, 22, 12, 12] });
       expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet, [10, 10, 12]] })).toMatchObject({ shown: 1, triangles: 8 });
@@ -64,7 +65,7 @@ describe("TileComponents", () => {
   });
 
   test("MeasureToTheInsideOfTriangles", () => {
-    // A speck that is nearer to the place than all vertices of the large triangle below it.
+    // A small triangle that is nearer to the place than all vertices of the large triangle below it.
     const large = tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]]));
     const speck = tileOf(meshOf([[[30, 30, 6], [31, 30, 6], [30, 31, 6]]]));
     expect(drawnComponents([large, speck], { leastDiagonal: 0, hidden: [[30, 30, 2]] }).tiles.map((part) => part?.shown ?? null)).toEqual([0, null]);
@@ -85,7 +86,7 @@ describe("TileComponents", () => {
     const twins = [octahedron([10, 10, 10], 5), octahedron([50, 10, 10], 5)];
     const alike = { leastDiagonal: 0, largestOnly: true };
     expect(drawnComponents(twins.map((one) => tileOf(meshOf(one))), alike)).toMatchObject({ components: 2, shown: 1, triangles: 8 });
-    // That with more triangles, where one has fewer.
+    // Keeps the one with more triangles.
     const [one, other] = [tileOf(meshOf(twins[0].slice(0, 7))), tileOf(meshOf(twins[1]))];
     expect(drawnComponents([one, other], alike)).toMatchObject({ shown: 1, triangles: 8, largest: [45, 5, 5, 55, 15, 15] });
   });
@@ -118,7 +119,7 @@ describe("TileComponents", () => {
 
   test("SmallComponentsAreInNoFileAndNoCut", () => {
     const tiles = withDrawnComponents(cutAt(100), { leastDiagonal: 10 });
-    const across = { normal: [0, 0, 1], constant: -10 }; // Through the dust, and below the planet.
+    const across = { normal: [0, 0, 1], constant: -10 }; // Through the small components, below the large one.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
     const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));
