@@ -1,5 +1,5 @@
-// What arrives is what was extracted: tiles through Draco and back weld bit for bit, at every
-// lattice.
+// Tiles encoded and decoded by Draco weld, bit for bit, to the extracted mesh, at every lattice
+// resolution.
 
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@ namespace {
 namespace fields = testing::fields;
 
 TEST(DecodedTiles, WeldToTheExtractedMeshAtEveryLatticeResolution) {
-  // Noise gives tiles with many separate pieces and vertices where fans meet; a smooth field long
-  // seams.
+  // Noise gives tiles with many separate pieces and vertices where fans touch; a smooth field gives
+  // long seams.
   for (const DatasetPtr& dataset :
        {make_dataset(fields::noise({40, 33, 37}, 41), "noise"),
         make_dataset(fields::gyroid(65, 0.2, 42), "gyroid"),

@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
-# What `multitetra-gateway` takes from flags, environment and file, how it ends when something is wrong, and that it stops
-# when it is asked to.
+# Options of `multitetra-gateway` from flags, environment and file, its errors, and stopping by signal.
 #   gateway_options_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
 gateway=$(realpath "$1")/multitetra-gateway

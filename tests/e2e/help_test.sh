@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# --help of every command: examples first, then at most 15 everyday options, one line each; --help-all has these and all others.
+# --help of every command prints examples, then at most 15 common options, one line each; --help-all prints all options.
 # Usage: help_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# options_of PAGE: the names of the options of a page of help.
+# options_of PAGE: the names of the options in a help text.
 options_of() { sed -nE 's/^  (-[^ ]+).*/\1/p' <<<"$1"; }
 
 check() {
@@ -33,7 +33,7 @@ check multitetra-load
 all=$("$bin/multitetra-client" fetch --help-all)
 grep -qx 'Errors that differ from place to place:' <<<"$all" || fail "--help-all has no groups"
 
-# Limits of serve are keys of its configuration, with a comment for each.
+# Limits of serve are keys of its configuration, each with a comment.
 "$bin/multitetra-server" serve --print-config >config
 for key in max-connections idle-seconds cache-bytes; do
   grep -B 3 "^$key=" config | grep -q '^# ' || fail "--print-config has no comment for $key: $(cat config)"

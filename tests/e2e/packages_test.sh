@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Each section of docker/packages.txt can be installed on a Debian 12 without any package, and nothing is removed for it.
-# Only simulated; left out (77) where apt knows no packages.
+# Each section of docker/packages.txt can be installed on a minimal Debian 12 without removing packages. Simulated only;
+# skipped (77) where apt has no package lists.
 set -euo pipefail
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$project/tests/support/programs.sh"

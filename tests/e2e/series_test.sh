@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Series of datasets as users make and serve them: the labels of a segmentation, the times of a series, the fields of a
+# Preparing and serving series of datasets: the labels of a segmentation, the times of a series, the fields of a
 # simulation. Usage: series_test.sh DIRECTORY_OF_PROGRAMS [PYTHON_WITH_H5PY]
 set -euo pipefail
 
@@ -8,14 +8,14 @@ server=$bin/multitetra-server
 client=$bin/multitetra-client
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# says FILE WORDS: the dataset's facts have them.
+# says FILE WORDS: checks that the dataset's facts contain the words.
 says() {
   "$server" info "$1" >facts.txt
   grep -qF -- "$2" facts.txt || fail "\"$2\" is not in the facts of $1: $(cat facts.txt)"
 }
 digest() { sed -n 's/^ *"content_digest": "\([^"]*\)".*/\1/p' "$1" | tail -n 1; }
 
-# --- labels: a ball of label 3 in one of label 7, as 3D Slicer writes segments
+# --- labels: a ball of label 3 inside one of label 7, as 3D Slicer writes segments
 python3 - <<'EOPY'
 import math, pathlib
 side = 24
@@ -47,7 +47,7 @@ says organs/organs.label3.mtd ", of which the surface holds 100"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
-# What a header calls a label may hold no control of a terminal, nor marks that turn the direction of writing.
+# Label names from headers are stripped of terminal controls and of marks that change the writing direction.
 sed 's/Name:=liver/Name:=li\xc2\x9b2J\xe2\x80\xaever/' in/organs.seg.nrrd >odd.seg.nrrd
 ends 0 "1 member, 0 failed" "$server" prepare odd.seg.nrrd --label 3 --name odd -o odd
 says odd/odd.label3.mtd '"odd", label 3 ('
@@ -61,7 +61,7 @@ printf 'NRRD0004\ntype: int\n' >broken.nrrd
 ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
 [ ! -e new_folder ] || fail "a folder was left in which there is nothing"
 
-# --- segments that overlap lie in layers, in each of which values start over
+# --- overlapping segments are in separate layers, each with its own numbering
 python3 - <<'EOPY'
 import math, pathlib
 side = 24
@@ -112,18 +112,18 @@ ends 0 "some.mtd" "$server" info some.mtd && rm some.mtd
 ends 2 "line 1 is no label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
 ends 2 "exclude each other" "$server" prepare in/organs.seg.nrrd --label 3 --plan 2 -o some
 ends 2 "for --label" "$server" prepare in/organs.seg.nrrd --label-names names.ctbl -o some
-# The inner label's surface, and the hole in the outer one's field, which is the same.
+# The inner label's surface equals the inner boundary of the outer label.
 "$server" extract organs/organs.label3.mtd --isovalue 0.5 --error 0 -o inner.ply --json --quiet >inner.json
 grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's label is no ball"
 "$server" extract organs/organs.label7.mtd --isovalue 0.5 --error 0 -o outer.ply --json --quiet >outer.json
 grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's label is not two balls"
 
-# Parts one voxel thick lose volume when they are simplified: a notice says how much of a label they are.
+# Parts one voxel thick lose volume in simplification: a notice states their share of a label.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 324 /dev/zero; head -c 81 /dev/zero | tr '\0' '\1'; head -c 324 /dev/zero; } >in/thin.nrrd
 ends 0 "of the 81 voxels of label 1 81 lie in parts one voxel thick" "$server" prepare in/thin.nrrd --label 1 -o thin
 ! grep -q 'one voxel thick' <("$server" prepare in/organs.seg.nrrd --label 3 -o thick 2>&1) || fail "a ball is not thin"
 
-# A label that reaches the volume's border closes there by default.
+# A label that reaches the volume's border is closed there by default.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 729 /dev/zero | tr '\0' '\1'; } >in/full.nrrd
 "$server" prepare in/full.nrrd --label 1 -o full --quiet
 "$server" extract full/full.label1.mtd --isovalue 0.5 --error 0 -o full.ply --json --quiet >full.json
@@ -131,7 +131,7 @@ grep -q '"euler_characteristic": 2' full.json && grep -q '"border_edges": 0' ful
 "$server" prepare in/full.nrrd --label 1 --outside void --margin 0 -o open --quiet
 ends 6 "empty" "$server" extract open/full.label1.mtd --isovalue 0.5 -o open.ply
 
-# --- served: members are listed, and one colors another
+# --- serving: members are listed, and one colors another
 start server "$server" serve organs --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
 http=$(url_of server http)
@@ -151,7 +151,7 @@ ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --
 grep -aq "property float" colored.ply || fail "no values of the other label at the vertices"
 ends_well server "$pid"
 
-# --- times: a NIfTI of four dimensions, and what solvers write: a file for each time, of two fields
+# --- times: a four-dimensional NIfTI, and one file of two fields for each time, as solvers write them
 python3 - <<'EOPY'
 import json, math, pathlib, struct
 side, times = 12, 3
@@ -173,7 +173,7 @@ for name, t in (("run_2", 0), ("run_10", 1), ("run_9", 0.5)):
 pathlib.Path("in/small.vti").write_text(
     '<VTKFile type="ImageData"><ImageData WholeExtent="0 1 0 1 0 1"><Piece Extent="0 1 0 1 0 1"><PointData>'
     '<DataArray type="Float32" Name="pressure" format="ascii">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>')
-# An OME-Zarr of two times and two channels, and one of labels.
+# An OME-Zarr of two times and two channels, and an OME-Zarr of labels.
 def zarr(name, axes, scale, shape, samples, more):
     folder = pathlib.Path("in") / name
     (folder / "0").mkdir(parents=True)
@@ -202,7 +202,7 @@ ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times
 ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times 0:-1 -o beat
 ends 2 "exclude each other" "$server" prepare in/beat.nii --all-times --time 1 -o beat
 ends 2 "for --time-series and --all-times" "$server" prepare in/beat.nii --time 1 --times 0:1 -o one.mtd
-# The second time, prepared for itself, has the same surface.
+# The second time, prepared separately, has the same surface.
 "$server" prepare in/beat.nii --time 1 -o second.mtd --quiet
 for dataset in second.mtd beat/beat.t0001.mtd; do
   "$server" extract "$dataset" --isovalue 0.5 --error 0.2 -o x.ply --json --quiet >x.json
@@ -228,7 +228,7 @@ ends 0 "2 members, 0 failed" "$server" prepare in/nuclei.zarr --label all -o nuc
 says nuclei/nuclei.label1.mtd 'label 1 (#ff0010)'
 says nuclei/nuclei.label2.mtd 'label 2 (nucleus)'
 
-# --- HDF5 of two fields over times, as h5py writes it
+# --- HDF5 with two fields over times, written by h5py
 if [ -n "${2:-}" ]; then
   "$2" - <<'EOPY'
 import h5py, numpy
@@ -258,7 +258,7 @@ EOPY
   says flow/flow.b_q.t0001.mtd '127 to 246'
   ends 0 "1 member" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
   ends 2 "Its fields are p, a/q, b/q." "$server" prepare in/flow.h5 --field mask -o flow
-  # And DICOM of two images at each of four positions.
+  # DICOM with two images at each of four positions.
   "$2" - <<'EOPY'
 import pathlib, pydicom
 from pydicom.dataset import FileDataset, FileMetaDataset
@@ -283,7 +283,7 @@ EOPY
   says gated/gated.t0001.mtd '1000 to 1035'
 fi
 
-# --- a series that is prepared again leaves no stale members, and none of another kind is touched
+# --- preparing a series again removes stale members, but none of another kind
 mkdir again
 for i in 1 2 3; do "$server" generate torus --size 9 --noise 0.01 --seed "$i" -o "again/v$i.nrrd" --quiet; done
 ends 0 "3 members, 0 failed" "$server" prepare again/v1.nrrd again/v2.nrrd again/v3.nrrd --time-series v -o latest
@@ -293,7 +293,7 @@ ends 0 "v.t0002.mtd: removed" "$server" prepare again/v1.nrrd again/v2.nrrd --ti
 ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --name organs -o latest
 [ -e latest/organs.label7.mtd ] || fail "a label that was not asked for is removed"
 
-# --- a dataset of another source is replaced on request alone
+# --- a dataset of another source is replaced only on request
 "$server" prepare again/v1.nrrd -o kept.mtd --quiet
 ends 2 "kept.mtd is a dataset of 'v1.nrrd'" "$server" prepare again/v2.nrrd -o kept.mtd
 ends 0 "kept.mtd" "$server" prepare again/v2.nrrd -o kept.mtd --force

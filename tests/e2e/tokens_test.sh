@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Tokens from their making to their end: names are unique, files private, revoked and expired tokens worthless, also on
-# connections that are open. Usage: tokens_test.sh DIRECTORY_OF_PROGRAMS
+# The life of tokens: names are unique, files are private, and revoked and expired tokens stop working, also on open
+# connections. Usage: tokens_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -15,7 +15,7 @@ alice=$("$server" token alice --file tokens)
 chmod 640 tokens
 mkdir etc
 if [ "$(id -u)" = 0 ]; then
-  # As root for a service, whose group the folder has.
+  # Written by root for a service whose group owns the folder.
   chgrp nogroup etc
   "$server" token alice --file etc/tokens >/dev/null
   "$server" token bob --file etc/tokens >/dev/null
@@ -55,12 +55,13 @@ ends 2 "--file" "$server" token list
 ends 2 "revoke NAME" "$server" token revoke --file tokens
 ends 2 "30d" "$server" token carol --expires soon --file tokens
 
-# Each of many at the same time has its line.
+# Concurrent appends write one line each.
 for i in $(seq 20); do "$server" token "user$i" --file tokens >/dev/null & made+=("$!"); done
 wait "${made[@]}"
 [ "$(grep -c '^user' tokens)" = 20 ] || fail "of twenty tokens made at once $(grep -c '^user' tokens) are there"
 
-# What is wrong is one line of the log, with the token's name and the reason; the client's reply is that to a typing error.
+# Each problem is one line of the log with the token's name and the reason; clients get the same reply as for a mistyped
+# name.
 "$server" generate torus --size 9 -o torus.nrrd --quiet
 "$server" prepare torus.nrrd -o torus.mtd --name torus --quiet
 seer=$("$server" token seer --datasets torus --file watched)
@@ -87,8 +88,8 @@ grep 'tokens file read again' watched.log | grep -q 'tokens=2' || fail "no count
 ends_well watched "$pid"
 pid=$watching
 
-# A token ends by itself, without SIGHUP.
-soon=$(date -u -d '+12 seconds' +%Y-%m-%dT%H:%M:%SZ)  # Time enough for a machine that has other work.
+# A token expires without SIGHUP.
+soon=$(date -u -d '+12 seconds' +%Y-%m-%dT%H:%M:%SZ)  # Long enough for a busy machine.
 short=$("$server" token short --expires "$soon" --file tokens)
 long=$("$server" token long --expires 12h --file tokens)
 heeded lets_in "$long" || fail "a token that expires is not known"
