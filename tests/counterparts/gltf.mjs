@@ -1,4 +1,4 @@
-// A GLB as the Khronos validator and three.js see it.
+// Checks a GLB with the Khronos validator and three.js.
 //
 //   node gltf.mjs FILE TRIANGLES
 import assert from "node:assert/strict";

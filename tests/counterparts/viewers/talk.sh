@@ -1,9 +1,9 @@
-# Viewers that others wrote, with what a server has: sourced by ../run.sh. They come from npm when they are first needed,
-# and stay beside the programs; so do the pictures of what they show.
+# Tests with third-party viewers, sourced by ../run.sh. Viewers are installed from npm when first needed and stay beside
+# the programs, as do the screenshots.
 
 viewers_store=$bin/../counterparts
 pictures=$viewers_store/pictures
-pages_port=$(free_port)   # Pages at this port may use the servers.
+pages_port=$(free_port)   # Servers allow pages at this port.
 
 prepare_trees() {
   [ ! -e tree.mtd ] || return 0
@@ -14,7 +14,7 @@ prepare_trees() {
 }
 tree_settings=557.5,error=1
 
-# segment_of ISOVALUE: its number as neuroglancer has it.
+# segment_of ISOVALUE: the number of its segment in neuroglancer.
 segment_of() { python3 -c 'import struct, sys; print(struct.unpack("<Q", struct.pack("<d", float(sys.argv[1]) or -0.0))[0])' "$1"; }
 
 # Installs and builds the viewers and sets the certificate that they accept; fails where that is impossible.
@@ -30,7 +30,7 @@ install_viewers() {
     fi
     npx vite build --logLevel warn
   ) >npm.log 2>&1 || { cat npm.log >&2; leave_out "viewers from npm, which could not be installed"; return 1; }
-  # The only unknown certificate that Node and Chromium accept.
+  # The only self-signed certificate that Node and Chromium accept.
   export NODE_EXTRA_CA_CERTS=$work/tls.pem PICTURES=$pictures PAGES_PORT=$pages_port
   CERTIFICATE_HASH=$(openssl x509 -in tls.pem -pubkey -noout | openssl pkey -pubin -outform der |
     openssl dgst -sha256 -binary | base64)
@@ -66,7 +66,7 @@ talk_neuroglancer() {
   echo "Pictures are in $pictures."
 }
 
-# What export writes, from a web server that knows nothing of us.
+# The output of export, served by an ordinary web server.
 talk_exported() {
   local port one
   port=$(free_port)

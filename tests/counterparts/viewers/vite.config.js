@@ -1,6 +1,7 @@
 import { defineConfig } from "vite";
 
-// Neuroglancer's icons come from a commit on GitHub; the registry's package of that name lacks some. Here they are empty.
+// Neuroglancer's icons come from a commit on GitHub; the npm package of that name lacks some. They are replaced by
+// empty ones.
 function withoutIcons() {
   return {
     name: "without-icons",

@@ -1,4 +1,4 @@
-// A tileset in CesiumJS, somewhere on the globe. The token is in the address.
+// Shows a tileset in CesiumJS, anywhere on the globe. The token is in the address.
 const { Cesium } = window;
 
 const viewer = new Cesium.Viewer("globe", {
@@ -25,7 +25,8 @@ window.counterpart = {
     tileset.tileFailed.addEventListener(({ url, message }) => failed.push(`${url}: ${message}`));
     viewer.scene.primitives.add(tileset);
   },
-  // At so many radii of the whole from its middle. `error` is what may be wrong, in pixels.
+  // Looks at the middle from a distance of `radii` radii of the whole. `error` is the allowed screen-space error in
+  // pixels.
   look(radii, error) {
     const range = radii * tileset.boundingSphere.radius;
     const offset = new Cesium.HeadingPitchRange(0.4, -0.2, range);

@@ -1,4 +1,4 @@
-// A tileset in 3d-tiles-renderer. The token goes into a field of every request.
+// Shows a tileset in 3d-tiles-renderer. A header field of every request has the token.
 import { TilesRenderer } from "3d-tiles-renderer";
 import { GLTFExtensionsPlugin } from "3d-tiles-renderer/plugins";
 import {
@@ -33,7 +33,7 @@ function draw() {
   requestAnimationFrame(draw);
 }
 
-// What of the tiles that are shown is a surface.
+// The surfaces of the visible tiles.
 function shown() {
   const surfaces = [];
   tiles.forEachLoadedModel((model, tile) => {
@@ -63,7 +63,8 @@ window.counterpart = {
     draw();
     await first;
   },
-  // At so many radii of the whole from its middle. `error` is what may be wrong, in pixels.
+  // Looks at the middle from a distance of `radii` radii of the whole. `error` is the allowed screen-space error in
+  // pixels.
   look(radii, error) {
     const whole = new Sphere();
     tiles.getBoundingSphere(whole);
