@@ -3,9 +3,9 @@
 # and filled.
 #   stores.sh FOLDER-OF-PROGRAMS [STORE...]     nginx s3rver radosgw
 #
-#  nginx        a folder behind a web server
-#  s3rver       an S3 bucket in Node, from npm; it requires signatures, and accepts any
-#  radosgw      an S3 bucket with signatures in a Ceph cluster of one monitor and one in-memory OSD (as root)
+# nginx        a folder behind a web server
+# s3rver       an S3 bucket in Node, from npm; it requires signatures, and accepts any
+# radosgw      an S3 bucket with signatures in a Ceph cluster of one monitor and one in-memory OSD (as root)
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 project=$(cd "$here/../.." && pwd)

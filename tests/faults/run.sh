@@ -7,19 +7,19 @@
 #   bash tests/faults/run.sh --quick             seconds of each with a small volume, to test the trials themselves
 #   --programs DIR                               uses the programs in DIR instead of building the release preset
 #
-#  many         1000 WebSocket clients, 60 s: no error, memory constant after the first half
-#  nginx        cached tiles over HTTP, compared with nginx serving the same bytes: at least half of its throughput
-#  nuisances    50 good clients among 800 that stall, send slowly, disconnect or send garbage: at most twice their times alone
-#  greedy       a good client and 250 connections with the most work per request: its first preview in 0.5 s, its final
-#               step in at most three times its time alone, and cached results immediately
-#  hoarding     a good client and 250 connections with the most memory per request that read nothing: memory stays within
-#               the documented bound, and is freed afterwards
-#  hoarding-http the same for HTTP responses: raw slices, value probes, tiles, cells of 3D Tiles, from four addresses
-#  many-addresses  a small surface among 200 addresses with long final steps, without tokens: complete within 1 s
-#  idle-addresses  idle connections from six addresses fill the server: a newcomer is served within 1 s
-#  changed-file one served file is overwritten, another truncated: only their datasets fail, a third one is served
-#  cuts         the connection is cut 200 times at random places: the right mesh, and no tile is sent twice
-#  lost-server  kill -9 of one of two servers behind the gateway: no client loses its result
+# many         1000 WebSocket clients, 60 s: no error, memory constant after the first half
+# nginx        cached tiles over HTTP, compared with nginx serving the same bytes: at least half of its throughput
+# nuisances    50 good clients among 800 that stall, send slowly, disconnect or send garbage: at most twice their times alone
+# greedy       a good client and 250 connections with the most work per request: its first preview in 0.5 s, its final
+#              step in at most three times its time alone, and cached results immediately
+# hoarding     a good client and 250 connections with the most memory per request that read nothing: memory stays within
+#              the documented bound, and is freed afterwards
+# hoarding-http the same for HTTP responses: raw slices, value probes, tiles, cells of 3D Tiles, from four addresses
+# many-addresses  a small surface among 200 addresses with long final steps, without tokens: complete within 1 s
+# idle-addresses  idle connections from six addresses fill the server: a newcomer is served within 1 s
+# changed-file one served file is overwritten, another truncated: only their datasets fail, a third one is served
+# cuts         the connection is cut 200 times at random places: the right mesh, and no tile is sent twice
+# lost-server  kill -9 of one of two servers behind the gateway: no client loses its result
 set -euo pipefail
 
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)

@@ -80,7 +80,7 @@ function streaming() {
   return client;
 }
 
-// Simulates the mesh worker's selections of components; the test decides when it answers.
+// Simulates the mesh keeper's selections of components; the test decides when it answers.
 const selections = {
   asked: [] as { drawn: Drawn; answer: (found: Selection) => void }[],
   of: (drawn: Drawn) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),

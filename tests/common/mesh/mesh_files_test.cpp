@@ -313,8 +313,8 @@ TEST(MeshFile, AnEmptyMeshGivesAFileWithoutTriangles) {
   EXPECT_EQ(mesh_file(empty, MeshFormat::kStl).size(), 84U);
   const Glb glb = read_glb(mesh_file(empty, MeshFormat::kGlb));
   EXPECT_FALSE(glb.json.contains("meshes"));
-  EXPECT_EQ(glb.json.at("scenes").at(0), nlohmann::json::object());  // glTF forbids empty lists of
-                                                                     // nodes.
+  EXPECT_EQ(glb.json.at("scenes").at(0),
+            nlohmann::json::object());  // glTF forbids empty node lists.
   EXPECT_TRUE(mesh_file(empty, MeshFormat::kDrc).empty());
 }
 

@@ -79,8 +79,8 @@ class ConversationTest : public ::testing::Test {
       io_.get_executor(), service_.open(client_), Session(catalogue_of(source_), {}), client_);
 };
 
-// Every stream that is kept, here or in the workers' queue, owns a reference to the source, as does
-// its size estimate.
+// Every stream that is kept, here or in the workers' queue, shares ownership of the source, as does
+// the forecast of its time.
 TEST_F(ConversationTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
   const long before = source_.use_count();
   constexpr std::uint64_t kStreams = 100;

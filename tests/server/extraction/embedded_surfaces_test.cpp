@@ -1,4 +1,4 @@
-// Embedded simplified surfaces do not intersect themselves, at any error, pieces and tiles.
+// Embedded simplified surfaces do not intersect themselves, whatever the error and tiles.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -158,7 +158,7 @@ TEST(RequestLog, ARejectionOverHttpIsOneLineWithItsReason) {
   EXPECT_EQ(lines[0].at("reason"), "None.");
 }
 
-// One client's flood fills neither the disk nor displaces lines about others.
+// A flood from one client neither fills the disk nor displaces lines about others.
 TEST(RequestLog, SamplesFloodsAndCountsLeftOutLines) {
   const ClientFacts flooding{.peer = "192.0.2.66:1"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {

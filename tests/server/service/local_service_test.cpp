@@ -22,7 +22,7 @@ using testing::Count;
 using testing::FakeSteps;
 using testing::MakeStep;
 
-// A service with one dataset, and a client whose token was checked.
+// A service with one dataset, and an admitted client.
 struct Running {
   explicit Running(MakeStep make, LocalServiceOptions options = {.workers = 1},
                    AdmissionOptions admission_options = {})

@@ -80,8 +80,7 @@ TEST(CollapseFan, AnEdgeIsNearToASpokeWhenTheirDistanceIsWithinTheLimit) {
         const Vec3 on_spoke = moved(ring[0], j / 1000.0, difference(ring[k], ring[0]));
         distance = std::min(distance, distance_to_triangle(on_spoke, edge));
       }
-      const double least = std::max(distance - 4e-3, 0.0);  // The spoke is sampled, so the distance
-                                                            // may be smaller between two samples.
+      const double least = std::max(distance - 4e-3, 0.0);  // Allows for the sampling of the spoke.
       fan.set_up(ring, least);
       if (least > 0) {
         EXPECT_FALSE(fan.is_near({low}, {high}, k, k));
