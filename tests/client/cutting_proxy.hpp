@@ -28,8 +28,7 @@ struct Cut {
 
 class CuttingProxy {
  public:
-  // `cut_of(i)` returns where connection i is cut. Connection i goes to server i, or to the last
-  // server.
+  // `cut_of(i)` returns where connection i is cut. Connection i goes to server i or the last one.
   CuttingProxy(std::vector<Endpoint> servers, std::function<Cut(int)> cut_of)
       : servers_(std::move(servers)), cut_of_(std::move(cut_of)), thread_([this] { serve(); }) {}
 

@@ -60,8 +60,7 @@ for i in $(seq 20); do "$server" token "user$i" --file tokens >/dev/null & made+
 wait "${made[@]}"
 [ "$(grep -c '^user' tokens)" = 20 ] || fail "of twenty tokens made at once $(grep -c '^user' tokens) are there"
 
-# Each problem is one line of the log with the token's name and the reason; clients get the same reply as for a mistyped
-# name.
+# Each problem is one line of the log with token name and reason; clients get the reply for a mistyped name.
 "$server" generate torus --size 9 -o torus.nrrd --quiet
 "$server" prepare torus.nrrd -o torus.mtd --name torus --quiet
 seer=$("$server" token seer --datasets torus --file watched)

@@ -207,8 +207,7 @@ TEST(Framing, TurnsWithTheUpAxis) {
     const Vec3 right = cross(camera.up, camera.back);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(right[i], camera.right[i], 1e-12) << axis;
   }
-  // Like the viewer, which rotates from z to -y as three.js does: looks along z where z-up looks
-  // along y.
+  // Rotated from z to -y like the viewer (three.js): looks along z where z-up looks along y.
   const Camera along_z = framing(mesh.positions, 0, 0, 160, 120, {0, -1, 0});
   EXPECT_NEAR(along_z.back[2], -1, 1e-12);
   EXPECT_NEAR(along_z.right[0], 1, 1e-12);

@@ -108,8 +108,7 @@ async function followsADrag(page) {
   assert.notEqual(after.triangles, before.triangles);
 }
 
-// Controls keep their positions while surfaces appear, change and vanish; only the user's choices add or remove
-// controls.
+// Controls keep their positions while surfaces appear, change and vanish; only choices add or remove controls.
 async function keepsItsControls(page) {
   await open(page, "#dataset=head&isovalue=500.5&error=0.5");
   await complete(page);

@@ -256,8 +256,7 @@ function storedFiles(bytes) {
   return files;
 }
 
-// The fraction of a picture with the color of a surface, and the number of pixels at the upper left that differ from
-// the background.
+// The fraction of a picture with a surface's color, and the pixels at the upper left that are not background.
 async function lookAt(data) {
   const image = new Image();
   image.src = `data:image/png;base64,${data}`;

@@ -34,8 +34,7 @@ function tileOf(mesh: LatticeMesh) {
 
 // Two small components and a large one, whose bounding boxes have diagonals of 2, 4 and 40 times sqrt(3).
 const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
-// Assigns faces to two tiles by their middles, so that the tiles meet along boundaries; each tile has only its own
-// part.
+// Assigns faces to two tiles by their middles, so that the tiles meet along boundaries.
 function cutAt(x: number) {
   const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
   return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));

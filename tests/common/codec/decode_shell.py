@@ -367,8 +367,7 @@ class Shell:
             ends = [(above[0], below[0]), (above[0], below[1]), (above[1], below[1]), (above[1], below[0])]
         else:
             ends = [(p, q) for p in above for q in below]
-        # Orients the polygon towards the mean of the low corners, using midpoints of edges: rounding cannot make these
-        # collinear.
+        # Orients the polygon to the low corners' mean, by midpoints of edges: rounding cannot make these collinear.
         middles = [tuple(p[a] + q[a] for a in range(3)) for p, q in ends]
         u, v = ([middles[i][a] - middles[0][a] for a in range(3)] for i in (1, 2))
         normal = [u[(a + 1) % 3] * v[(a + 2) % 3] - u[(a + 2) % 3] * v[(a + 1) % 3] for a in range(3)]

@@ -80,8 +80,7 @@ std::vector<std::vector<std::uint8_t>> small_shells() {
 TEST(ShellDecoderRobustness, PrefixesAreRefused) {
   for (const auto& bytes : small_shells()) {
     ASSERT_EQ(decode_shell(bytes).status, ShellStatus::kOk);
-    // The decoder appends up to four zeros, so prefixes that lack only the last bytes may decode to
-    // other values.
+    // The decoder appends up to four zeros, so prefixes without the last bytes may decode.
     constexpr std::size_t kSupplied = 4;
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       const std::vector<std::uint8_t> prefix(bytes.begin(),

@@ -52,8 +52,7 @@ TEST(MeshComponents, MatchTheTopologysCount) {
 }
 
 TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
-  // A box of 2 x 3 x 6 samples has a diagonal of exactly 7 only if nothing is rounded before the
-  // root.
+  // A box of 2 x 3 x 6 samples: its diagonal is exactly 7 if only the root is rounded.
   const std::vector<LatticeTriangle> triangles = {{{{1, 1, 1}, {65, 97, 1}, {65, 1, 193}}}};
   const MeshComponents components = components_of(index_triangles(triangles, 5));
   EXPECT_EQ(components.diagonals.front(), 7.0);

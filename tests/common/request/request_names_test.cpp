@@ -110,8 +110,7 @@ TEST(RequestNames, MatchProtobuf) {
         field.group != FieldGroup::kColors && field.group != FieldGroup::kFile;
     return is_in_request && field.name != "quality" && field.name != "region";
   });
-  // Differences: lists have plural names, a quality is sent as an error, and the other fields have
-  // no option.
+  // Lists have plural names, a quality is sent as an error, and the other fields have no option.
   expected.merge(Names{"regions", "threshold", "threshold_grid", "at_least", "cell"});
   EXPECT_EQ(names, expected);
 }

@@ -119,8 +119,7 @@ TEST(Messages, RejectsUnknownKinds) {
   }
 }
 
-// A field of wire type "length-delimited"; requires a number below 16 and a content below 128
-// bytes.
+// A field of wire type "length-delimited"; requires number < 16 and content.size() < 128.
 std::string field(int number, const std::string& content) {
   return std::string{static_cast<char>(number << 3 | 2), static_cast<char>(content.size())} +
          content;

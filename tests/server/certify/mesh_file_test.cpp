@@ -1,5 +1,4 @@
-// Reading meshes of every format that the project writes, variants that other programs write, and
-// damaged files.
+// Reads meshes in every format the project writes, other programs' variants, and damaged files.
 #include "server/certify/mesh_file.hpp"
 
 #include <zlib.h>

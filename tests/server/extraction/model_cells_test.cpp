@@ -87,8 +87,7 @@ TEST_P(ModelCellsTest, FillTheVolume) {
   });
 }
 
-// With a topology tolerance the surface may extend into the void, where the model does not contain
-// it.
+// With a topology tolerance the surface may extend into the void, beyond the model.
 TEST_P(ModelCellsTest, ContainOnlyCellsTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for (const double tolerance : {0, 4}) {

@@ -1,6 +1,5 @@
 // Sample shells of prepared datasets: they decode to what core's marching tetrahedra make of the
-// uniform level, have the topology of the full surface, and move vertices no farther than they
-// state.
+// uniform level, have the full surface's topology, and move vertices within their bound.
 
 #include "server/extraction/shell_extractor.hpp"
 

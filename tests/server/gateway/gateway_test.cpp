@@ -279,8 +279,7 @@ TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
   EXPECT_LE(refused, 1);
 }
 
-// Receives a stream of `messages` messages whose server stops after `seen` of them. Both servers
-// have the same steps.
+// Receives a stream of `messages` messages; its server stops after `seen` of them.
 std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t messages) {
   auto first = std::make_unique<Upstream>(octahedron());
   auto second = std::make_unique<Upstream>(octahedron());

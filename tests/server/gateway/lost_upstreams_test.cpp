@@ -114,8 +114,7 @@ class SlowSteps : public FakeSteps {
   [[nodiscard]] CostEstimates costs() const override { return {.plain = 1, .simplified = 1}; }
 };
 
-// The previews of the first server determine the rest of the stream, not the plan of the server
-// that continues it.
+// The previews already sent determine the rest of the stream, not the next server's plan.
 TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
   Count working;
   Upstream fast(std::make_shared<FakeSteps>(
@@ -182,8 +181,7 @@ class IdleCount : public ServiceObserver {
   testing::Count ended;
 };
 
-// With a single server and a backoff longer than the failover timeout, a lost server would fail the
-// stream.
+// With one server and a backoff beyond the failover timeout, a lost server would fail the stream.
 TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   const auto idle = std::make_shared<IdleCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});

@@ -1,5 +1,4 @@
-// A gateway on a free port of this machine, running in its own thread, and servers that it can
-// lose.
+// A gateway on a free local port, running in its own thread, and servers that it can lose.
 #pragma once
 
 #include <chrono>

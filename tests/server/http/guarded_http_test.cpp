@@ -84,8 +84,7 @@ TEST(GuardedHttp, RefusesPlainHttpWithAnExplanation) {
   EXPECT_EQ(plain.rest(), "");
 }
 
-// When both sides have sent close_notify the server does not wait for the linger time, which would
-// fail the test.
+// After close_notify from both sides the server does not linger, which would fail the test.
 TEST(GuardedHttp, ClosesAfterCloseNotify) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {.connection = {.linger = 1h}},

@@ -31,8 +31,7 @@ constexpr std::size_t kCacheBytes = 8 * kMiB;
 constexpr std::size_t kClients = 60;
 // Bytes per connection: coroutines, a header, a chunk of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;
-// Two workers, each with two copies and a picture of a slice of 2 MiB, and what the allocator
-// retains.
+// Two workers, each with two copies and a picture of a slice of 2 MiB, and retained memory.
 constexpr std::size_t kWorkerBytes = 24 * kMiB;
 
 // A cached tile larger than the system's socket buffers. Tiles are sent without a copy.

@@ -11,8 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Workers that take jobs from a queue. A job takes exactly its expected time; `run` is called at
-// its end.
+// Workers that take jobs from a queue. A job takes its expected time, then `run` is called.
 class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
@@ -61,8 +60,7 @@ std::string numbered(const char* format, int number) {
   return text;
 }
 
-// A client that requests the next surface, a preview and a final step, when it has received the
-// last one.
+// A client that requests one surface after another, each a preview and a final step.
 class Stream {
  public:
   Stream(SimulatedWorkers& workers, FairQueue::Client client, double preview, double final_step)

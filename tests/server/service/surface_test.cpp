@@ -1,5 +1,4 @@
-// A surface is the same, bit for bit, whether its tiles are the extractor's meshes or encoded
-// tiles, in any order.
+// A surface is identical whether made from extracted meshes or encoded tiles, in any order.
 #include "server/service/surface.hpp"
 
 #include <gtest/gtest.h>

@@ -24,8 +24,7 @@ FairQueue::Client alone(std::uint64_t number) {
 }
 FairQueue::Client together(std::uint64_t number) { return {"one share", number}; }
 
-// Takes and finishes one job after another; a job of client c takes seconds[c]. Returns the order
-// of clients.
+// Runs all jobs in order; one of client c takes seconds[c]. Returns the clients in that order.
 std::string order_of_service(FairQueue& queue, const std::map<std::uint64_t, double>& seconds) {
   std::string order;
   while (const auto taken = queue.take()) {

@@ -1,5 +1,4 @@
-// Limits the memory of reader processes for files whose headers declare much and that contain
-// little.
+// Memory of reader processes for files whose headers declare much more than they contain.
 #include <sys/resource.h>
 
 #include <gtest/gtest.h>

@@ -427,8 +427,7 @@ def hdf5():
         short = file.create_dataset("v", SHAPE, "<i2", chunks=SHAPE, compression="lzf")
         short.id.write_direct_chunk((0, 0, 0), b"\x1f" + bytes(32))  # 32 bytes of a whole chunk.
     refuse("hdf5-lzf-short", folder / "short.h5", "cannot be read")
-    # Layers of chunks whose second chunk is too short for its shape, with every filter; and
-    # complete ones.
+    # Layers of chunks, the second one too short for its shape, with every filter; and complete ones.
     short = volume.tobytes()[:60]
     layouts = {"deflate": {"compression": "gzip"}, "shuffle": {"compression": "gzip", "shuffle": True},
                "checksum": {"compression": "gzip", "fletcher32": True}, "none": {}}

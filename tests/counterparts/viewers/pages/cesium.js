@@ -25,8 +25,7 @@ window.counterpart = {
     tileset.tileFailed.addEventListener(({ url, message }) => failed.push(`${url}: ${message}`));
     viewer.scene.primitives.add(tileset);
   },
-  // Looks at the middle from a distance of `radii` radii of the whole. `error` is the allowed screen-space error in
-  // pixels.
+  // Looks at the middle from `radii` radii of the whole away. `error` is the allowed screen-space error in pixels.
   look(radii, error) {
     const range = radii * tileset.boundingSphere.radius;
     const offset = new Cesium.HeadingPitchRange(0.4, -0.2, range);

@@ -63,8 +63,7 @@ window.counterpart = {
     draw();
     await first;
   },
-  // Looks at the middle from a distance of `radii` radii of the whole. `error` is the allowed screen-space error in
-  // pixels.
+  // Looks at the middle from `radii` radii of the whole away. `error` is the allowed screen-space error in pixels.
   look(radii, error) {
     const whole = new Sphere();
     tiles.getBoundingSphere(whole);

@@ -210,8 +210,7 @@ TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {.triangles = 1e4}).size(), 1U);
 }
 
-// Returns whether the step before the last is the request's own model, unsimplified, with all other
-// options.
+// Returns whether the step before the last is the request's own model without simplification.
 bool has_certified(const std::vector<Shown>& steps, const IsosurfaceRequest& request) {
   if (steps.size() < 2) return false;
   const StepRequest& step = steps[steps.size() - 2].step;

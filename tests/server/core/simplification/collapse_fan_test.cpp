@@ -54,8 +54,7 @@ TEST(CollapseFan, APointIsNearWhenItsDistanceIsWithinTheLimitAndCountsAsThatAtLe
     auto sector = fan.sector_near({point});
     ASSERT_TRUE(sector);
     ASSERT_LE(*sector, fan.sectors());
-    // The sector straight below the point is tried first; it may be within the limit without being
-    // the nearest.
+    // The sector straight below is tried first; it may be near without being the nearest.
     EXPECT_GE(fan.largest(), distance - 1e-9);
     EXPECT_LE(fan.largest(), 1.01 * distance);
     EXPECT_LE(distance_to_sector(point, ring, *sector), 1.01 * distance + 1e-9);

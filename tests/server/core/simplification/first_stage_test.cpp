@@ -43,8 +43,7 @@ TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
   }
 }
 
-// From the simplified surface, the error at each point bounds the distance; back, the largest error
-// does.
+// The local error bounds distances from the simplified surface, the largest error those to it.
 TEST_P(FirstStageTest, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);

@@ -1,5 +1,4 @@
-// Checks the bound with CGAL's Hausdorff distance, which covers every point; the project's own
-// checks take samples.
+// Checks the bound with CGAL's Hausdorff distance over all points; other tests use samples.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/distance.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -32,8 +31,7 @@ CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
   }
   std::vector<std::vector<std::size_t>> triangles;
   for (const TriangleIndices& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
-  // At void samples surfaces may touch themselves. There `orient_polygon_soup` duplicates vertices
-  // in place.
+  // Where surfaces touch themselves, at void samples, vertices are duplicated in place.
   if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) pmp::orient_polygon_soup(points, triangles);
   CgalMesh result;
   pmp::polygon_soup_to_polygon_mesh(points, triangles, result);

@@ -81,8 +81,7 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
   }
 }
 
-// Joined or not, the bound refers to the surface before any simplification: it does not accumulate
-// over the levels.
+// The bound always refers to the surface before simplification: it does not add up over levels.
 TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
   const auto parts = leaves();

@@ -1,5 +1,4 @@
-// Checks stars that the projection clears of self-intersections by comparing all pairs of their
-// triangles.
+// Checks stars that the projection clears by comparing all pairs of their triangles.
 #include "server/core/simplification/detail/star_projection.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// Compares the error spectrum with the exact errors of single isovalues: never smaller, and never
-// much larger.
+// The error spectrum is never below the exact errors of single isovalues, and never far above.
 
 #include <gtest/gtest.h>
 

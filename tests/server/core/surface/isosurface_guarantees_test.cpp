@@ -98,8 +98,7 @@ TEST_P(IsosurfaceGuarantees, EveryModelIsFreeOfCracks) {
             EXPECT_TRUE(is_sound(surface.topology))
                 << threshold << " " << tolerance << " " << finest;
           } else {
-            // The topology check also gets the finest spacing, on which the inset of the data's
-            // border depends.
+            // The inset of the data's border depends on the finest spacing.
             const MeshTopology checked = topology(surface.mesh, [&] {
               DatasetInfo info;
               info.dims = setting_.volume.dims;

@@ -1,5 +1,4 @@
-// Exact errors must reproduce the counts that an independent implementation of the method measured
-// on public volumes.
+// Exact errors reproduce the counts of an independent implementation on public volumes.
 
 #include <gtest/gtest.h>
 

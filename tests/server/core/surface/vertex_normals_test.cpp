@@ -89,8 +89,7 @@ TEST(VertexNormals, StandUprightInAnyCoordinates) {
       for (double& entry : volume.index_to_world.columns[1]) entry = -entry;
     }
     const DatasetPtr dataset = make_dataset(volume, "plane");
-    // The normal is perpendicular to two directions along which the field is constant, and points
-    // to lower values.
+    // Perpendicular to two directions in which the field is constant, and towards lower values.
     const auto along = [&](const Vec3& index) {
       const Vec3 from = volume.index_to_world({0, 0, 0});
       const Vec3 to = volume.index_to_world(index);

@@ -1,5 +1,4 @@
-// TIFF pages and PNG images of every kind, written by libtiff and libpng, and the descriptions of
-// ImageJ and OME-TIFF.
+// TIFF and PNG images written by libtiff and libpng, and descriptions of ImageJ and OME-TIFF.
 #include "server/volume/formats/tiff_file.hpp"
 
 #include <gtest/gtest.h>

@@ -403,8 +403,7 @@ TEST(LabelMap, HasTheSameTrianglesWhereTwoLabelsTouchBesideAThird) {
   const auto two = places_of(surface_of(map, 2));
   std::vector<LatticeTriangle> shared;
   std::set_intersection(one.begin(), one.end(), two.begin(), two.end(), std::back_inserter(shared));
-  // The face between the blocks has 4 x 4 cells with only these two labels, each with at least two
-  // triangles.
+  // The common face has 4 x 4 cells with only these two labels, of two triangles or more.
   EXPECT_GE(shared.size(), 32);
   const auto vertices_at_border = [](const std::vector<LatticeTriangle>& triangles) {
     std::vector<LatticePoint> corners;
