@@ -1,4 +1,4 @@
-// A proxy that cuts connections between clients and a server as a test requires.
+// A proxy between clients and servers that cuts connections at places that a test chooses.
 #pragma once
 
 #include <algorithm>
@@ -18,18 +18,17 @@
 
 namespace multitetra::testing {
 
-// Where a connection is cut, in messages from the server (Welcome is the first).
+// Where a connection is cut. Counts messages from the server; Welcome is the first.
 struct Cut {
-  std::size_t messages = SIZE_MAX;  // The number of messages passed on,
-  std::size_t tiles = SIZE_MAX;     // or of tiles, whichever is reached first,
-  std::size_t bytes_of_next = 0;    // and the bytes passed on of the next frame, never all.
-  bool stays_open = false;          // The connection stays silent instead of being cut.
+  std::size_t messages = SIZE_MAX;  // Messages passed on before the cut,
+  std::size_t tiles = SIZE_MAX;     // or tiles, whichever comes first,
+  std::size_t bytes_of_next = 0;    // plus bytes of the next frame, never all of it.
+  bool stays_open = false;          // Stay silent instead of closing.
 };
 
 class CuttingProxy {
  public:
-  // `cut_of` returns where connection 0, 1, ... is cut. Connection i goes to server i, further ones
-  // to the last server.
+  // `cut_of(i)` returns where connection i is cut. Connection i goes to server i or the last one.
   CuttingProxy(std::vector<Endpoint> servers, std::function<Cut(int)> cut_of)
       : servers_(std::move(servers)), cut_of_(std::move(cut_of)), thread_([this] { serve(); }) {}
 
@@ -44,7 +43,7 @@ class CuttingProxy {
 
   [[nodiscard]] Endpoint endpoint() const { return {.host = "127.0.0.1", .port = port_}; }
 
-  // Returns the tiles passed on completely, over all connections.
+  // The tiles, messages and connections passed on completely, over all connections.
   [[nodiscard]] std::vector<ContentDigest> tiles() const {
     const std::lock_guard lock(mutex_);
     return tiles_;
@@ -75,7 +74,8 @@ class CuttingProxy {
       upstream.connect({asio::ip::make_address(server.host), server.port});
       std::thread requests([&] { pass_requests(client, upstream); });
       pass_answers(upstream, client, cut_of_(connection));
-      // The client closes its side after reading everything; closing ours earlier could lose bytes.
+      // The client closes its side after it has read everything; closing this side earlier could
+      // discard data that it has not read.
       requests.join();
     }
   }
@@ -134,7 +134,7 @@ class CuttingProxy {
   tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
   std::uint16_t port_ = acceptor_.local_endpoint().port();
   std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;  // Guards the next three.
+  mutable std::mutex mutex_;  // Guards the three members below.
   std::vector<ContentDigest> tiles_;
   int messages_ = 0;
   int connections_ = 0;

@@ -1,4 +1,4 @@
-// A server that sends scripted messages to one client, once, whatever the client sends.
+// A server that sends scripted bytes to one client, once, whatever the client sends.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ class ScriptedServer {
           for (error = {}; !error;) socket.read_some(asio::buffer(heard), error);
         })) {}
 
-  // If no client ever connected, connects itself, so that the thread ends.
+  // Connects and disconnects, so that the thread ends even if no client has connected.
   ~ScriptedServer() {
     boost::system::error_code ignored;
     tcp::socket(io_).connect(acceptor_.local_endpoint(), ignored);
@@ -47,7 +47,7 @@ class ScriptedServer {
 
   [[nodiscard]] Endpoint endpoint() const { return {.host = "127.0.0.1", .port = port_}; }
 
-  // Returns whether the client closes the connection within a few seconds.
+  // Returns whether the client closes the connection within five seconds.
   [[nodiscard]] bool client_leaves() const {
     return client_left_.wait_for(std::chrono::seconds(5)) == std::future_status::ready;
   }
@@ -56,7 +56,7 @@ class ScriptedServer {
   asio::io_context io_;
   tcp::acceptor acceptor_{io_, {asio::ip::make_address("127.0.0.1"), 0}};
   std::uint16_t port_ = acceptor_.local_endpoint().port();
-  std::future<void> client_left_;  // Its destructor waits for the thread.
+  std::future<void> client_left_;  // The destructor waits for the thread.
 };
 
 }  // namespace multitetra::testing

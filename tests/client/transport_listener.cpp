@@ -18,11 +18,11 @@
 namespace multitetra::testing {
 namespace {
 
-// ---- WebSockets by hand (RFC 6455), to test the client's library against the specification
+// ---- WebSockets without a library, to check the client's library against RFC 6455
 
 enum Opcode : unsigned char { kText = 1, kBinary = 2, kClose = 8, kPing = 9, kPong = 10 };
 
-// Section 4.2.2: hashes the key followed by a fixed text.
+// Section 4.2.2: the hash of the key followed by a fixed text.
 std::string accept_key(const std::string& key) {
   const std::string text = key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
   std::array<unsigned char, SHA_DIGEST_LENGTH> digest{};
@@ -32,7 +32,7 @@ std::string accept_key(const std::string& key) {
   return reinterpret_cast<const char*>(base64.data());
 }
 
-// Returns the value of a header field, with the capitalization that the client uses.
+// Returns the value of an HTTP header field; names are case-sensitive.
 std::string field_of(const std::string& head, const std::string& name) {
   const std::size_t at = head.find("\r\n" + name + ": ");
   if (at == std::string::npos) return {};
@@ -40,7 +40,7 @@ std::string field_of(const std::string& head, const std::string& name) {
   return head.substr(begin, head.find("\r\n", begin) - begin);
 }
 
-// Section 5.2, from a server: not masked.
+// Section 5.2: frames of servers are not masked.
 std::string frame_of(Opcode opcode, std::string_view payload, bool is_final = true) {
   std::string frame(1, static_cast<char>((is_final ? 0x80 : 0) | opcode));
   const auto put_size = [&frame, size = payload.size()](int bytes) {
@@ -63,7 +63,7 @@ struct WebSocketFrame {
   std::string payload;
 };
 
-// Reads one masked frame of a client; a close frame if the connection ends.
+// Reads one masked frame of a client; returns a close frame when the connection ends.
 asio::awaitable<WebSocketFrame> next_frame(StreamSocket& socket) {
   error_code error;
   std::array<unsigned char, 8> head{};
@@ -191,7 +191,7 @@ class TransportListener::State {
     co_return true;
   }
 
-  // Returns the next bytes for the server; empty after the client has disconnected.
+  // Returns the next bytes for the server, or an empty string when the client has disconnected.
   asio::awaitable<std::string> next_request(PassagePtr passage) {
     if (!at({}).is_web_socket()) {
       std::array<char, 4096> bytes{};

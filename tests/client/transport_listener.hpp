@@ -1,5 +1,6 @@
-// A listener of another transport in front of a server that uses frames over TCP: converts
-// WebSocket messages or TLS to frames and back, partial frames to partial messages.
+// A listener that puts another transport in front of a server with frames over TCP: converts
+// WebSocket messages or TLS streams to frames, and back. If the server cuts a frame, the part is
+// passed on as part of a message.
 #pragma once
 
 #include <memory>
@@ -10,9 +11,9 @@
 
 namespace multitetra::testing {
 
-// How the listener handles a WebSocket handshake.
+// How the listener answers a WebSocket handshake, and how it frames messages.
 struct ListenerManners {
-  std::string subprotocol = std::string(kSubprotocol);  // Empty: none.
+  std::string subprotocol = std::string(kSubprotocol);  // Empty for none.
   int status = 101;
   bool text_messages = false;
   std::string certificate_names = "DNS:localhost,IP:127.0.0.1";

@@ -1,4 +1,4 @@
-// A browser's own WebSocket, from a listener's page and from a page of another origin.
+// A browser's WebSocket, from the listener's own page and from a page of another origin.
 //
 //   node browser.mjs TOKEN HTTPS-URL...
 import assert from "node:assert/strict";
@@ -45,8 +45,8 @@ try {
   elsewhere.close();
 }
 
-// Runs in the page. Returns the kinds of the replies to Hello and Ping, by field number; none if the connection is
-// refused.
+// Runs in the page. Returns the kinds of the messages that answer Hello and Ping, by field number; none if the
+// connection is rejected.
 function converse({ stream, token }) {
   const text = new TextEncoder();
   const field = (number, bytes) => [(number << 3) | 2, bytes.length, ...bytes];

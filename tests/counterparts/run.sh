@@ -15,7 +15,7 @@ tested=0
 leave_out() { echo "!! LEFT OUT: $1: NOT TESTED (docker/install.sh tests bench)." >&2; }
 source "$here/viewers/talk.sh"
 
-# ---- servers
+# ---- the servers
 
 openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=localhost \
   -addext subjectAltName=DNS:localhost,IP:127.0.0.1 -keyout tls.key -out tls.pem 2>/dev/null
@@ -30,14 +30,14 @@ if [[ " $* " =~ \ (tiles|neuroglancer|paraview)\  ]]; then
   datasets+=(tree.mtd lump.mtd)
 fi
 
-if [[ " $* " =~ " websockets " ]]; then  # Selects one of several datasets.
+if [[ " $* " =~ " websockets " ]]; then  # The client must choose one of several datasets.
   for name in another third; do
     "$bin/multitetra-server" prepare head.nrrd -o $name.mtd --name $name --quiet
     datasets+=($name.mtd)
   done
 fi
 
-# Prints the address with the certificate's name.
+# The address with the host name of the certificate.
 named() { local url; url=$(url_of "$@"); echo "${url/127.0.0.1/localhost}"; }
 
 room=(--max-requests-per-second 100000 --allow-origin "http://127.0.0.1:$pages_port")
@@ -103,7 +103,7 @@ talk_curl() {
     [ "$(status "$mesh" -H "$auth" -D headers)" = 200 ] || fail "curl: $url: a mesh"
     cp body mesh.glb
     [ "$(status "${mesh/glb/ply}" -H "$auth")" = 200 ] || fail "curl: $url: a PLY file"
-    # If vertices are in another order, the files have the same length.
+    # The order of vertices may differ; then the files have the same size.
     [ "$(stat -c %s body)" = "$(stat -c %s extracted.ply)" ] || fail "curl: $url: not the mesh that is extracted"
     etag=$(sed -n 's/^ETag: \(.*\)\r$/\1/Ip' headers)
     [ "$(status "$mesh" -H "$auth" -H "If-None-Match: $etag")" = 304 ] || fail "curl: $url: no 304"
@@ -114,7 +114,7 @@ talk_curl() {
   done
   if [ "${#https[@]}" = 3 ]; then
     [ "$(status "${https[2]}/metrics")" = 404 ] || fail "curl: nginx shows the metrics"
-    # The log has the client's address.
+    # The log has the address of the client, not the forwarded one.
     status "${https[2]}/v1/none" -H 'X-Forwarded-For: 203.0.113.9' >/dev/null
     ! grep -q 203.0.113.9 plain.log || fail "curl: a client chooses its own address"
   fi

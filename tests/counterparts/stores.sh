@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# Tests datasets in stores of other projects: verified, served and extracted by ranges; buckets are also listed and
-# written.
+# Stores of other projects that hold a dataset: it is verified, served and extracted by ranges; buckets are also listed
+# and filled.
 #   stores.sh FOLDER-OF-PROGRAMS [STORE...]     nginx s3rver radosgw
 #
-# nginx        a folder on a web server
-# s3rver       an S3 bucket in Node, from npm; requires signatures, but accepts any
+# nginx        a folder behind a web server
+# s3rver       an S3 bucket in Node, from npm; it requires signatures, and accepts any
 # radosgw      an S3 bucket with signatures in a Ceph cluster of one monitor and one in-memory OSD (as root)
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -28,7 +28,7 @@ fetch() {  # fetch SERVER FILE: writes the surface and prints its digest.
 start file "$bin/multitetra-server" serve head.mtd --tcp off --http 127.0.0.1:0
 digest=$(fetch "$(url_of file http)" file.ply)
 
-# Checks a dataset in a store.
+# Checks the guarantees of a dataset, wherever it is stored.
 hold_to_it() {  # hold_to_it STORE ADDRESS
   local server fetched
   "$bin/multitetra-server" verify "$2" --quiet || fail "$1: not verified"
@@ -42,8 +42,8 @@ hold_to_it() {  # hold_to_it STORE ADDRESS
   echo "$1: verified, extracted, and served ($fetched blocks fetched)"
 }
 
-# Creates a bucket, prepares a dataset into it and lists it.
-fill_bucket() {  # fill_bucket STORE: AWS_... have its address.
+# Makes a bucket, prepares a dataset into it and lists it.
+fill_bucket() {  # fill_bucket STORE: at the address in AWS_... variables.
   local put=(curl -sSf --aws-sigv4 aws:amz:us-east-1:s3 --user "$AWS_ACCESS_KEY_ID:$AWS_SECRET_ACCESS_KEY" -o out)
   digest_of() { echo "x-amz-content-sha256: $(sha256sum <"$1" | cut -d ' ' -f 1)"; }
   "${put[@]}" -H "$(digest_of /dev/null)" -X PUT "$AWS_ENDPOINT_URL/volumes" || fail "$1: no bucket"
@@ -78,7 +78,7 @@ serve_s3rver() {
   unset "${!AWS_@}"
 }
 
-# Starts a minimal cluster, whose data is lost at its end.
+# Starts a minimal cluster that keeps everything in memory.
 start_ceph() {  # start_ceph PORT
   local id
   mkdir -p ceph/mon ceph/osd

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A server behind nginx below a path of a site, with and without nginx removing the path: page, files, meshes and
-# streams work. Usage: base_path_test.sh DIRECTORY_OF_PROGRAMS
+# A server below a path of an nginx site, with and without the proxy stripping the path: page, files, meshes and
+# conversations work. Usage: base_path_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -21,7 +21,7 @@ start server "$server" serve gyroid.mtd --tcp off --http 127.0.0.1:0 --viewer pa
   --trusted-proxy 127.0.0.1
 http=$(url_of server http)
 port=$(free_port)
-# The recipe's locations at its end, in the places that it names.
+# The recipe's commented example at its end, split into its two places.
 sed -n '/^# Below a path/,$s/^#   //p' "$recipe" | sed "s|http://127.0.0.1:7480|$http|" >below
 sed -n '/^map/,/^}/p' below >map
 sed '/^map/,/^}/d' below >locations

@@ -1,9 +1,9 @@
-// Checks the guarantee on real data: no surface with the bound `certified` is farther from the
-// full-resolution one than its error plus the lattice rounding, both ways, and its topology is the
-// same. Meshes are fetched over TCP and compared with the volume's file.
+// Checks the certified bound on real data: no surface of bound `certified` is farther from the
+// full-resolution one than its error plus the lattice's, both ways, and its topology is the same.
+// Meshes are fetched over TCP and compared with the volume's file.
 //
-// The large volumes take minutes and run when MULTITETRA_ALL_VOLUMES is set
-// (`bash tests/run.sh --all`).
+// The large volumes take minutes and run when MULTITETRA_ALL_VOLUMES is set (`bash tests/run.sh
+// --all`).
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -64,7 +64,7 @@ TEST_P(CertifiedDistances, NeverExceedErrorPlusLattice) {
                                                .lattice = kDefaultLatticeResolution});
       EXPECT_TRUE(certificate.keeps_topology());
       EXPECT_EQ(certificate.mesh, fetched->step->topology);
-      // At error 0 points without any error are fused: fewer triangles of the same surface.
+      // At error 0, points with error 0 are fused: fewer triangles, the same surface.
       EXPECT_GE(certificate.reference.triangles, full->step->topology.triangles);
       EXPECT_EQ(certificate.reference.euler_characteristic,
                 full->step->topology.euler_characteristic);

@@ -1,5 +1,4 @@
-// Encoding is lossless: tiles decoded from Draco weld bit for bit to the extracted mesh, at every
-// lattice resolution.
+// Tiles that pass through Draco weld to the extracted mesh, at every lattice resolution.
 
 #include <gtest/gtest.h>
 
@@ -13,8 +12,7 @@ namespace {
 namespace fields = testing::fields;
 
 TEST(DecodedTiles, WeldToTheExtractedMeshAtEveryLatticeResolution) {
-  // Noise gives tiles with many separate pieces and vertices where fans meet; a smooth field gives
-  // long seams.
+  // Noise gives tiles with many pieces and vertices where fans touch; a smooth field long seams.
   for (const DatasetPtr& dataset :
        {make_dataset(fields::noise({40, 33, 37}, 41), "noise"),
         make_dataset(fields::gyroid(65, 0.2, 42), "gyroid"),

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# server/demo.sh, a newcomer's first command, with the programs of this build. Usage: demo_test.sh DIRECTORY_OF_PROGRAMS
+# Runs server/demo.sh, the first command of new users, with this build's programs. Usage: demo_test.sh
+# DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$project/tests/support/programs.sh"
 
-# --- for scripts: everything is created and checked, and temporary files are removed
+# --- for scripts: everything is made and checked, and nothing keeps running
 bash "$project/server/demo.sh" --no-serve --programs "$bin" --output "$work/demo" >demo.log 2>&1 || fail "demo.sh ended with $?: $(cat demo.log)"
 for file in demo.mtd demo.ply demo.png demo.svg report.json; do
   [ -s "demo/$file" ] || fail "there is no $file"
@@ -21,7 +22,7 @@ END
 page=$(sed -n 's/^ *\(http:[^ ]*\) in a browser.*/\1/p' demo.log)
 ! curl -s -o /dev/null --max-time 5 "${page%%#*}" || fail "--no-serve leaves a server"
 
-# --- interactive: the address is printed last and served until Ctrl-C
+# --- for users: the address is printed last and serves the page until Ctrl-C
 start serving bash "$project/server/demo.sh" --serve --programs "$bin" --output "$work/demo"
 for _ in $(seq 1200); do
   grep -q "Serving until" serving.log && break

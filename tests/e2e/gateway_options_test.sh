@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The options of `multitetra-gateway` from flags, environment and file, its exit codes, and its shutdown.
+# Options of `multitetra-gateway` from flags, environment and file, its errors, and stopping by signal.
 #   gateway_options_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
 gateway=$(realpath "$1")/multitetra-gateway

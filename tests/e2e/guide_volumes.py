@@ -20,8 +20,8 @@ def nifti(name, values, times=1, code=16, letter="f"):
     struct.pack_into("<8h", header, 40, 4 if times > 1 else 3, SIDE, SIDE, SIDE, times, 1, 1, 1)
     struct.pack_into("<2h", header, 70, code, struct.calcsize(letter) * 8)
     struct.pack_into("<8f", header, 76, 1, 1, 1, 1, 1, 1, 1, 1)
-    struct.pack_into("<2f", header, 108, 352, 1)  # The samples' offset, their slope.
-    header[123] = 2 + 8  # Millimeters, seconds.
+    struct.pack_into("<2f", header, 108, 352, 1)  # Offset and slope of the samples.
+    header[123] = 2 + 8  # Millimetres, seconds.
     struct.pack_into("<h", header, 254, 1)
     struct.pack_into("<12f", header, 280, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0)
     header[344:348] = b"n+1\0"

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs the commands of README.md, client/FETCHING.md, server/volume/FORMATS.md and server/operations/DEPLOYMENT.md
-# unchanged, on small generated volumes, and checks that every option named in a guide exists. Usage: guides_test.sh
-# DIRECTORY_OF_PROGRAMS
+# unchanged, on small generated volumes, and checks that all options named in guides exist.
+# Usage: guides_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -9,7 +9,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 export PATH=$bin:$PATH
 
-# commands_of PAGE: prints its commands, with smaller sizes and without those that set up a shell or a server.
+# commands_of PAGE: its indented lines with smaller sizes, without those that set up a shell or a server.
 commands_of() {
   sed -n 's/^    //p' "$root/$1" | grep -v '^PATH=\|^bash \|^docker run \|/multitetra view \| serve .*&' |
     sed 's/--size 128/--size 48/; s/--min-component 12/--min-component 2/; s/1920x1080/192x108/; s/at=64,64,64/at=24,24,24/
@@ -35,7 +35,7 @@ commands_of README.md >commands
 grep -q 'certify head.ply' commands || fail "README.md has no commands: $(cat commands)"
 bash -euo pipefail commands >out 2>&1 || fail "README.md: $(tail -n 5 out)"
 
-# Runs the commands of the formats' guide whose input tests/e2e/guide_volumes.py can write.
+# Runs every command of the formats guide whose input tests/e2e/guide_volumes.py can write.
 commands_of server/volume/FORMATS.md >formats
 mkdir formats_work
 cp head.nrrd head.mtd formats_work/
@@ -49,7 +49,7 @@ while IFS= read -r line; do
 done < <(sed 's/  *#.*//' formats)
 [ "$runs" -ge 14 ] || fail "server/volume/FORMATS.md: only $runs commands were run"
 
-# Tokens, a certificate, a configuration, and a server with them.
+# Deployment guide: tokens, a certificate, a configuration, and a server that uses them.
 mkdir deployment volumes
 cp head.mtd volumes/
 commands_of server/operations/DEPLOYMENT.md | sed 's|/srv/volumes|../volumes|; s/0\.0\.0\.0:[0-9]*/127.0.0.1:0/g' >commands
@@ -72,7 +72,7 @@ start configured $(grep -- '--config server.toml' ../commands)
 url_of configured http >/dev/null || fail "server.toml does not start a server: $(cat configured.log)"
 cd ..
 
-# The addresses for other viewers: of a first file, or of a folder that has a file named info.
+# The addresses for other viewers: of an entry file, or of a folder that contains "info".
 grep -o 'http://127.0.0.1:7480/v1/\(3dtiles\|neuroglancer\)/[^ `]*' "$root/client/paraview/README.md" | sed 's|");||' | sort -u >addresses
 [ -s addresses ] || fail "client/paraview/README.md has no addresses"
 python3 - "$page" <<'EOT' || fail "client/paraview/README.md has an address that does not answer"
@@ -83,7 +83,7 @@ for line in open("addresses"):
     json.load(urllib.request.urlopen(address if address.endswith(".json") else address + "/info"))
 EOT
 
-# Every option of a command in a guide is in the help of that command.
+# Every option of a command in a guide is in that command's help.
 for guide in README.md client/FETCHING.md server/volume/FORMATS.md server/operations/DEPLOYMENT.md client/paraview/README.md \
   docker/parts/README.md docker/serving/README.md; do
   sed -e ':join' -e '/\\$/{N;s/\\\n//;b join' -e '}' "$root/$guide" | grep -o '^ *multitetra-[a-z]* .*' |

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# --help of every command: examples first, then at most 15 common options, one line each; --help-all also has all
-# others. Usage: help_test.sh DIRECTORY_OF_PROGRAMS
+# --help of every command prints examples, then at most 15 common options, one line each; --help-all prints all options.
+# Usage: help_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# options_of PAGE: prints the names of the options on a help page.
+# options_of PAGE: the names of the options in a help text.
 options_of() { sed -nE 's/^  (-[^ ]+).*/\1/p' <<<"$1"; }
 
 check() {

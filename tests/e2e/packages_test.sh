@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Each section of docker/packages.txt can be installed on a minimal Debian 12 without removing a package. Only
-# simulated; skipped (77) if apt has no package lists.
+# Each section of docker/packages.txt can be installed on a minimal Debian 12 without removing packages. Simulated only;
+# skipped (77) where apt has no package lists.
 set -euo pipefail
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$project/tests/support/programs.sh"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# docker/parts: preparing a volume in parts by schedulers gives the same dataset as in one process.
+# docker/parts: preparation in parts by schedulers gives the same dataset as one process.
 #   parts_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
 bin=$(cd "$1" && pwd)
@@ -11,7 +11,7 @@ mkdir path volumes datasets
 multitetra-server generate gyroid --size 40 -o volumes/gyroid.nrrd --quiet
 multitetra-server prepare volumes/gyroid.nrrd -o whole.mtd --quiet
 
-# A scheduler that runs jobs immediately and arrays sequentially, as Slurm does without --cpus-per-task.
+# A scheduler that runs each job immediately, and array jobs sequentially, as Slurm does without --cpus-per-task.
 cat >path/sbatch <<'EOF'
 #!/usr/bin/env bash
 array=1-1
@@ -27,7 +27,7 @@ bash "$project/docker/parts/slurm.sh" "$work/volumes/gyroid.nrrd" "$work/slurm.m
 [ ! -e failed.log ] || fail "slurm.sh: $(cat failed.log jobs.log)"
 cmp -s slurm.mtd whole.mtd || fail "slurm.sh: another dataset than one process makes"
 
-# The Snakefile finds single-file volumes of any format, and fails without any.
+# The Snakefile finds single-file volumes of any format, and fails if there are none.
 cp volumes/gyroid.nrrd volumes/other.nii.gz
 mkdir empty
 kinds="mgz mgh vtk cube ims pvti zip map ccp4 hdf5 mrc.gz dat hdr"

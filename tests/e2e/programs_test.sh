@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The programs as used: generate, prepare, info, extract, serve, list and fetch, and their error messages. Usage:
-# programs_test.sh DIRECTORY_OF_PROGRAMS
+# The programs as users run them: generate, prepare, info, extract, serve, list and fetch, with their error messages.
+# Usage: programs_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -9,11 +9,11 @@ client=$bin/multitetra-client
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# Prints the first value of a key in our indented JSON.
+# The value of a key in indented JSON, first occurrence.
 value() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1" | head -n 1; }
 last_value() { sed -n "s/^ *\"$2\": \"\{0,1\}\([^\",]*\)\"\{0,1\},\{0,1\}$/\1/p" "$1" | tail -n 1; }
 
-# --- every kind is generated, prepared and extracted without cracks
+# --- every kind of volume is generated, prepared and extracted without a crack
 for kind in sphere torus gyroid marschner-lobb box head; do
   "$server" generate "$kind" --size 33 --noise 0.01 -o "$kind.nrrd" --quiet
   "$server" prepare "$kind.nrrd" -o "$kind.mtd" --quiet
@@ -33,7 +33,7 @@ done
 cmp -s torus.json report.json || fail "--report is not what --json prints: $(cat report.json)"
 [ "$(value torus.json euler_characteristic)" = 0 ] || fail "the torus is none"
 
-# --- all formats, coordinates, levels, the model
+# --- all formats, coordinates and levels, and export of the model
 for format in ply stl obj drc glb; do
   "$server" extract gyroid.mtd -o "mesh.$format" --coordinates index --quiet
   [ -s "mesh.$format" ] || fail "no mesh.$format"
@@ -47,7 +47,7 @@ crossed=$(value level.json active_tetrahedra)
 grep -aq "NumberOfCells=\"$crossed\"" model.vtu || fail "the model file does not hold what the surface crosses"
 ends 2 "--model" "$server" extract gyroid.mtd -o level.ply --model-scope surface
 
-# --- certificates: a mesh in every format; moved, cut and against another volume
+# --- certificates: meshes in every format; shifted, cut, and compared with another volume
 "$server" generate gyroid --size 33 -o smooth.nrrd --quiet
 "$server" prepare smooth.nrrd -o smooth.mtd --quiet
 isovalue=$("$server" info smooth.mtd --json | grep -A 1 '"suggested_isovalues"' | sed -n '2s/[ ,]//gp')
@@ -100,7 +100,7 @@ ends 2 "--orient" "$server" prepare sphere.nrrd -o never.mtd --orient x,y,y
 ends 2 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 
-# --- several volumes and a folder of many: failures are reported, current datasets are kept
+# --- several volumes and a folder of volumes: failures are reported, up-to-date datasets stay
 mkdir -p many/inside
 cp gyroid.nrrd many/a.nrrd
 cp sphere.nrrd many/inside/b.nrrd
@@ -119,14 +119,14 @@ ends 2 "There is no volume in empty" "$server" prepare empty -o new_folder
 ends 2 "--component" "$server" prepare many/a.nrrd -o a.mtd --component last
 ends 0 "OME-Zarr" "$server" formats
 
-# --- an image that crashes its reader is rejected, as a volume and as a threshold grid
+# --- a file that crashes its reader is refused, as a volume and as a threshold grid
 { printf '# vtk DataFile Version 3.0\nx\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 4 3 2\nPOINT_DATA 24\nSCALARS s '
   head -c 5000 /dev/zero | tr '\0' x
   printf ' 1\nLOOKUP_TABLE default\n'; head -c 48 /dev/zero; } >crash.vtk
 ends 2 "crash.vtk" "$server" prepare crash.vtk -o crash.mtd
 ends 2 "crash.vtk" "$server" extract gyroid.mtd --error 1 --threshold-grid crash.vtk -o x.ply
 
-# --- grids beyond 4096 steps work, with lattices as fine as their coordinates allow
+# --- grids beyond 4096 steps, with the finest lattice that their coordinates allow
 head -c 20000 /dev/zero | tr '\0' 'x' >long.raw
 "$server" prepare long.raw --dims 5000,2,2 -o long.mtd --quiet
 ends 2 "at most 7" "$server" extract long.mtd --isovalue 1 --error 1 --lattice 8 -o x.ply
@@ -150,7 +150,7 @@ for dataset in gyroid head torus; do
 done
 ls steps/step_0.ply >/dev/null || fail "no saved step"
 
-# A threshold map of all kinds, in both programs.
+# Threshold maps with parts of all kinds, on both command lines.
 { printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 2 1 1\nencoding: ascii\nspace dimension: 3\n'
   printf 'space directions: (12,0,0) (0,90,0) (0,0,90)\nspace origin: (6,45,45)\n\n1.5 nan\n'; } >grid.nrrd
 map=(--error 3 --region ball:9,9,9,7=0.1 --region box:9,9,25,30,30,30=0.6 --region-unit index
@@ -162,7 +162,7 @@ for combine in order minimum; do
     fail "with a threshold map ($combine) the fetched mesh is not the extracted one"
   grep -q '"radius"' report.json || fail "the report has no threshold map"
 done
-# A budget gives the same mesh in both programs, within the budget.
+# With a budget both programs make the same mesh.
 for budget in "--max-triangles 3000" "--max-bytes 9000"; do
   # shellcheck disable=SC2086
   "$client" fetch --server "$url" --dataset gyroid --error 0 $budget -o fetched.ply --report report.json --quiet
@@ -178,7 +178,7 @@ done
 ends 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
 ends 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
 ends 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
-# Pictures: reproducible, different from other views, and one of an empty surface.
+# Snapshots are reproducible and change with the view.
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 -o once.png --quiet
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
 cmp once.png twice.png || fail "the same picture has other bytes the second time"
@@ -192,7 +192,6 @@ cmp once.png twice.png || fail "the same picture has other bytes the second time
 ! cmp -s once.png up.png || fail "--up changes nothing"
 ends 2 "--up" "$client" snapshot --server "$url" --dataset gyroid --up w -o x.png
 ! cmp -s once.png aside.png || fail "a picture from the side is that from the front"
-# An empty surface is reported, and written only with the option for it.
 
 # --- several surfaces: parts of one GLB, or a file each; one picture; one budget
 two="--server $url --dataset gyroid --isovalue -0.5,0.5"
@@ -215,6 +214,7 @@ ends 2 "opacity" "$client" snapshot $two --opacity 0.1,0.2,0.3 -o never.png
 ends 2 "opacity" "$client" snapshot $two --opacity 0 -o never.png
 ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
 
+# Empty surfaces are reported, and written only with --allow-empty.
 for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" \
   "$client fetch --server $url --dataset gyroid -o nothing.ply" "$server extract gyroid.mtd -o nothing.obj"; do
   ends 6 'there is none at isovalue 1e+09; values of "gyroid" go from' $command --isovalue 1e9
@@ -229,7 +229,7 @@ ends 6 '"mesh_file": null' "$client" fetch --server "$url" --dataset gyroid --is
 ends 6 'empty' "$client" fetch --server "$url" --dataset gyroid --isovalue 1e9 -o x.ply
 grep -q 'topology preserved *empty' out || fail "an empty mesh preserves a topology"
 ends 0  '"notices": [' "$client" estimate --server "$url" --dataset gyroid --isovalue 1e9 --json
-# So are errors for places without data, and invalid boxes.
+# Notices for regions without data; errors for invalid boxes.
 ends 0 "Region 2 is outside" "$client" fetch --server "$url" --dataset gyroid --region-unit index --region ball:9,9,9,3=0 \
   --region ball:90,90,90,3=0 -o x.ply
 ends 0 "from (0, 0, 0) to (32, 32, 32) in sample indices" "$server" extract gyroid.mtd --region-unit index \
@@ -238,7 +238,7 @@ ends 2 "low corner above its high one along y" "$client" fetch --server "$url" -
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
-# Small components are removed from files and reported; the whole surface is checked.
+# Files omit small components and reports count them; the whole surface is checked.
 "$server" generate head --size 33 --noise 120 --seed 3 -o dusty.nrrd --quiet
 "$server" prepare dusty.nrrd -o dusty.mtd --quiet
 "$server" extract dusty.mtd --isovalue 100 --error 0 -o whole.ply --json --quiet >whole.json
@@ -250,7 +250,7 @@ grep -q "The file has $few of .* components, those with a diagonal of 12 samples
 [ "$(value whole.json content_digest)" = "$(value large.json content_digest)" ] || fail "another surface without dust"
 [ "$(stat -c %s large.ply)" -lt "$(stat -c %s whole.ply)" ] || fail "no triangle is left out"
 ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 1000 -o none.ply
-# Certificates ignore removed components, known from the file or an option.
+# Certificates ignore removed components if the file or an option names their size.
 dust() { "$server" certify "$1" --volume dusty.nrrd --isovalue 100 --error 0 --lattice 5 --quiet "${@:2}"; }
 dust large.ply || fail "large.ply is not certified"
 "$server" extract dusty.mtd --isovalue 100 --error 0 --min-component 12 -o large.glb --quiet
@@ -273,11 +273,11 @@ python3 - own.json large.json <<'END' || fail "extract reports other measures th
 import json, math, sys
 own, fetched = (json.load(open(name)) for name in sys.argv[1:])
 for key in "area", "area_is_exact", "volume", "volume_reason", "volume_bound":
-    # Areas are summed in another order.
+    # The order of summation differs.
     same = math.isclose(own[key], fetched[key], rel_tol=1e-12) if isinstance(own[key], float) else own[key] == fetched[key]
     assert same, (key, own[key], fetched[key])
 END
-# A client stops at its deadline, however much more it would receive.
+# A client stops at its deadline, however large the surface is.
 ends 1 "Timed out before" "$client" fetch --server "$url" --dataset gyroid --error 0 --deadline 0.002 -o x.ply
 ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -o x.ply
 "$client" fetch --server "$url" --dataset gyroid --error 1 --deadline 60 -o x.ply --quiet || fail "a long deadline is too short"
@@ -286,7 +286,7 @@ ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -
   fail "an estimate in other units: $("$client" estimate --server "$url" --dataset gyroid --error 0.5)"
 "$client" fetch --server "$url" --dataset gyroid --error 1 --region ball:9,9,9,3=2 -o x.ply 2>&1 >/dev/null |
   grep -q 'errors up to 2 voxels' || fail "errors of a map are printed in other units"
-# Unwritable outputs are detected before anything is fetched or computed.
+# Unwritable outputs are reported before anything is fetched or computed.
 ends 1 "nowhere/x.ply" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.ply
 ends 1 "nowhere/x.json" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report nowhere/x.json
 ends 1 "nowhere/x.png" "$client" snapshot --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.png
@@ -301,9 +301,9 @@ ends 2 "isovalue" "$client" fetch --server "$url" --dataset gyroid --isovalue na
 ends 1 "127.0.0.1:1" "$client" list --server tcp://127.0.0.1:1
 ends_well server "$pid"
 
-# --- error messages
+# --- errors are explained
 ends 2 "missing.nrrd" "$server" prepare missing.nrrd -o x.mtd
-# Neither inputs, under any name, nor files that are not datasets are overwritten.
+# Inputs are never overwritten, under any name, nor files that are not datasets.
 cp torus.nrrd volume.nrrd
 ln -s volume.nrrd link.mtd
 sum=$(sha256sum <volume.nrrd)
@@ -342,7 +342,7 @@ ends 1 'folder/b.mtd: every byte is as it was written' "$server" verify folder
 ends 2 "There is no dataset in empty" "$server" verify empty
 ends 2 "Did you mean --isovalue" "$client" fetch --isovale 3
 ends 2 "Did you mean snapshot" "$client" snapshoot
-# Prints bash's completions for a command line.
+# Completions that bash offers at the end of a line.
 offers() {
   local offered
   offered=$(source "$project/docker/debian/completion.bash" && COMP_WORDS=("${@:2}") && COMP_CWORD=$(($# - 2)) && _multitetra &&

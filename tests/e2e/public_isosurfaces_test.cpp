@@ -1,8 +1,8 @@
-// All stages on real data: every public volume is read, prepared, extracted and fetched over TCP at
-// its isovalues. The topology is the same at every threshold, no mesh has a crack, and the fetched
-// mesh is the extracted one, for any number of threads.
+// Reads, prepares, extracts and fetches over TCP every public volume at its isovalues. The topology
+// is the same at every threshold, no mesh has a crack, and fetched and extracted meshes are equal,
+// for any number of threads.
 //
-// The volumes are not part of the project. The large ones take minutes and run if
+// The volumes are not part of the project. The large ones take minutes and run when
 // MULTITETRA_ALL_VOLUMES is set (`bash tests/run.sh --all`).
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ using testing::PublicVolume;
 
 class PublicIsosurfaces : public ::testing::TestWithParam<PublicVolume> {};
 
-// Extracts everything again with the given number of threads.
+// Extracts the step anew with the given number of threads.
 ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& step, int threads) {
   oneapi::tbb::task_arena arena(threads);
   ContentDigest sum;

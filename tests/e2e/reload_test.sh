@@ -8,14 +8,14 @@ server=$bin/multitetra-server
 client=$bin/multitetra-client
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# dataset KIND FILE [OPTIONS]: prepares a dataset named "volume" of that kind.
+# dataset KIND FILE [OPTIONS]: prepares a dataset named "volume" of that shape.
 dataset() {
   local kind=$1 file=$2
   shift 2
   "$server" generate "$kind" --size 33 -o volume.nrrd --quiet
   "$server" prepare volume.nrrd -o "$file" --force --quiet "$@"
 }
-# reload: sends SIGHUP and waits until the server has reloaded.
+# reload: sends SIGHUP and waits until the server has reread the folder.
 looks=0
 reload() {
   looks=$((looks + 1))
@@ -28,7 +28,7 @@ reload() {
 }
 digest() { sed -n 's/^ *"content_digest": "\([0-9a-f]*\)",\{0,1\}$/\1/p' "$1" | tail -n 1; }
 names() { "$client" list --server "$url" | tail -n +2 | cut -d' ' -f1 | tr '\n' ' '; }
-fetched() {  # fetched NAME: prints the digest of its surface, and over HTTP the tag.
+fetched() {  # fetched NAME: prints the digest of its surface.
   "$client" fetch --server "$url" --dataset "$1" --isovalue 0 --normals 8 -o mesh.ply --report mesh.json --quiet
   digest mesh.json
 }
@@ -43,7 +43,7 @@ http=$(url_of server http)
 sphere=$(fetched volume)
 sphere_tag=$(tag volume)
 
-# New, replaced (also with the same samples elsewhere in the world) and removed datasets.
+# New datasets, replaced ones (also with the same samples elsewhere in the world), and removed ones.
 dataset torus served/a.mtd
 dataset gyroid served/b.mtd --name gyroid
 [ "$(fetched volume)" = "$sphere" ] || fail "another dataset without SIGHUP"
@@ -66,7 +66,7 @@ reload
 [ "$(fetched volume)" = "$torus" ] || fail "the same samples elsewhere have another surface on the lattice"
 [ "$(tag volume)" != "$torus_tag" ] || fail "a file of other coordinates has the old tag"
 
-# A broken file, and one that was served before: logged, with no other change.
+# Damaged files, one new and one served before, are logged and change nothing else.
 head -c 2000 served/b.mtd >served/broken.mtd
 head -c 2000 served/b.mtd >cut && mv cut served/b.mtd
 reload
@@ -79,13 +79,13 @@ reload
 [ "$(names)" = "volume " ] || fail "what is gone is still offered: $(names)"
 grep -q 'no longer served' server.log || fail "the removed dataset is not logged"
 
-# A folder that cannot be read changes nothing.
+# An unreadable folder changes nothing.
 mv served away
 reload
 [ "$(names)" = "volume " ] || fail "without its folder the server offers: $(names)"
 mv away served
 
-# Running streams get the surface that was begun, every time.
+# Running streams receive the surface of the dataset they began with, repeatedly.
 for round in 1 2 3; do
   dataset head served/a.mtd --bins "$((round + 8))"
   reload

@@ -8,7 +8,7 @@ server=$bin/multitetra-server
 client=$bin/multitetra-client
 source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 
-# says FILE TEXT: checks the output of `info`.
+# says FILE WORDS: checks that the dataset's facts contain the words.
 says() {
   "$server" info "$1" >facts.txt
   grep -qF -- "$2" facts.txt || fail "\"$2\" is not in the facts of $1: $(cat facts.txt)"
@@ -47,27 +47,7 @@ says organs/organs.label3.mtd ", of which the surface holds 100"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
-# Meshes of all labels: in one file with their names, or one each. Those that touch share triangles.
-ends 0 '"rest of it"' "$server" extract organs --error 0.5 -o organs.glb
-python3 - organs.glb <<'EOPY'
-import json, struct, sys
-data = open(sys.argv[1], "rb").read()
-scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
-names = [node.get("name") for node in scene["nodes"]]
-assert names == ["liver", "rest of it"], names
-EOPY
-ends 0 "common_triangles" "$server" extract organs --error 0.5 -o organs.stl --json
-for key in open_edges nonmanifold_edges; do
-  [ "$(grep -c "\"$key\": 0" out)" = 2 ] || fail "$key: $(cat out)"
-done
-[ "$(grep -o '"common_triangles": [1-9][0-9]*' out | sort -u | wc -l)" = 1 ] || fail "no common border: $(cat out)"
-[ -s organs_organs.label3.stl ] && [ -s organs_organs.label7.stl ] || fail "no file for each label: $(ls)"
-ends 2 "are for one dataset, not a folder" "$server" extract organs --max-triangles 100 -o organs.glb
-ends 2 "are for one dataset, not a folder" "$server" extract organs --level 3 -o organs.glb
-mkdir grids && cp whole.mtd organs/organs.label3.mtd grids
-"$server" generate gyroid --size 17 -o other.nrrd >/dev/null && "$server" prepare other.nrrd -o grids/other.mtd >/dev/null 2>&1
-ends 2 "have different grids" "$server" extract grids --isovalue 0.5 -o grids.glb
-# What a header calls a label may hold no control of a terminal, nor marks that turn the direction of writing.
+# Label names from headers are stripped of terminal controls and of marks that change the writing direction.
 sed 's/Name:=liver/Name:=li\xc2\x9b2J\xe2\x80\xaever/' in/organs.seg.nrrd >odd.seg.nrrd
 ends 0 "1 member, 0 failed" "$server" prepare odd.seg.nrrd --label 3 --name odd -o odd
 says odd/odd.label3.mtd '"odd", label 3 ('
@@ -81,7 +61,7 @@ printf 'NRRD0004\ntype: int\n' >broken.nrrd
 ends 2 "broken.nrrd" "$server" prepare broken.nrrd --label all -o new_folder
 [ ! -e new_folder ] || fail "a folder was left in which there is nothing"
 
-# --- overlapping segments lie in layers, each with its own values
+# --- overlapping segments are in separate layers, each with its own numbering
 python3 - <<'EOPY'
 import math, pathlib
 side = 24
@@ -132,13 +112,13 @@ ends 0 "some.mtd" "$server" info some.mtd && rm some.mtd
 ends 2 "line 1 is no label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
 ends 2 "exclude each other" "$server" prepare in/organs.seg.nrrd --label 3 --plan 2 -o some
 ends 2 "for --label" "$server" prepare in/organs.seg.nrrd --label-names names.ctbl -o some
-# The inner label's surface, and the hole in the outer one's field, which is the same.
+# The inner label's surface equals the inner boundary of the outer label.
 "$server" extract organs/organs.label3.mtd --isovalue 0.5 --error 0 -o inner.ply --json --quiet >inner.json
 grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's label is no ball"
 "$server" extract organs/organs.label7.mtd --isovalue 0.5 --error 0 -o outer.ply --json --quiet >outer.json
 grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's label is not two balls"
 
-# Parts one voxel thick lose volume when simplified: a notice reports their share of the label.
+# Parts one voxel thick lose volume in simplification: a notice states their share of a label.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 324 /dev/zero; head -c 81 /dev/zero | tr '\0' '\1'; head -c 324 /dev/zero; } >in/thin.nrrd
 ends 0 "of the 81 voxels of label 1 81 lie in parts one voxel thick" "$server" prepare in/thin.nrrd --label 1 -o thin
 ! grep -q 'one voxel thick' <("$server" prepare in/organs.seg.nrrd --label 3 -o thick 2>&1) || fail "a ball is not thin"
@@ -151,7 +131,7 @@ grep -q '"euler_characteristic": 2' full.json && grep -q '"border_edges": 0' ful
 "$server" prepare in/full.nrrd --label 1 --outside void --margin 0 -o open --quiet
 ends 6 "empty" "$server" extract open/full.label1.mtd --isovalue 0.5 -o open.ply
 
-# --- served: members are listed, and one colors another
+# --- serving: members are listed, and one colors another
 start server "$server" serve organs --tcp 127.0.0.1:0 --http 127.0.0.1:0
 url=$(url_of server tcp)
 http=$(url_of server http)
@@ -171,7 +151,7 @@ ends 1 '"organs" is a series of datasets; choose one of them' "$client" fetch --
 grep -aq "property float" colored.ply || fail "no values of the other label at the vertices"
 ends_well server "$pid"
 
-# --- times: a four-dimensional NIfTI, and solver output: one file per time, with two fields
+# --- times: a four-dimensional NIfTI, and one file of two fields for each time, as solvers write them
 python3 - <<'EOPY'
 import json, math, pathlib, struct
 side, times = 12, 3
@@ -193,7 +173,7 @@ for name, t in (("run_2", 0), ("run_10", 1), ("run_9", 0.5)):
 pathlib.Path("in/small.vti").write_text(
     '<VTKFile type="ImageData"><ImageData WholeExtent="0 1 0 1 0 1"><Piece Extent="0 1 0 1 0 1"><PointData>'
     '<DataArray type="Float32" Name="pressure" format="ascii">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>')
-# An OME-Zarr of two times and two channels, and one of labels.
+# An OME-Zarr of two times and two channels, and an OME-Zarr of labels.
 def zarr(name, axes, scale, shape, samples, more):
     folder = pathlib.Path("in") / name
     (folder / "0").mkdir(parents=True)
@@ -248,7 +228,7 @@ ends 0 "2 members, 0 failed" "$server" prepare in/nuclei.zarr --label all -o nuc
 says nuclei/nuclei.label1.mtd 'label 1 (#ff0010)'
 says nuclei/nuclei.label2.mtd 'label 2 (nucleus)'
 
-# --- HDF5 of two fields over times, as h5py writes it
+# --- HDF5 with two fields over times, written by h5py
 if [ -n "${2:-}" ]; then
   "$2" - <<'EOPY'
 import h5py, numpy
@@ -278,7 +258,7 @@ EOPY
   says flow/flow.b_q.t0001.mtd '127 to 246'
   ends 0 "1 member" "$server" prepare in/flow.h5 --field p --time 1 -o flow_one
   ends 2 "Its fields are p, a/q, b/q." "$server" prepare in/flow.h5 --field mask -o flow
-  # DICOM of two images at each of four positions.
+  # DICOM with two images at each of four positions.
   "$2" - <<'EOPY'
 import pathlib, pydicom
 from pydicom.dataset import FileDataset, FileMetaDataset

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The options of `multitetra-server serve` from flags, environment and file, and its exit codes.
+# Options of `multitetra-server serve` from flags, environment and file, and its errors.
 #   serve_options_test.sh FOLDER-OF-PROGRAMS
 set -euo pipefail
 server=$(realpath "$1")/multitetra-server
@@ -23,7 +23,7 @@ for line in max-connections=11 max-regions=22 max-estimates=33; do
 done
 grep -q 'b.example' config || fail "a list in the file is not taken: $(cat config)"
 
-# The printed configuration is read back unchanged.
+# The printed configuration reads back unchanged.
 "$server" serve --config config --print-config >again
 cmp config again || fail "--print-config does not read what it prints"
 
@@ -32,7 +32,7 @@ grep -qx "datasets=\"$PWD/v.mtd\"" config || grep -qxF "datasets=[\"$PWD/v.mtd\"
 grep -q 's3://b/v.mtd' paths || fail "an address is no path: $(grep datasets paths)"
 grep -qx "tokens=\"$PWD/tokens\"" paths || fail "a relative path: $(grep tokens paths)"
 
-# Every error is one clear line with its own exit code.
+# Errors end with one clear line and a specific exit code.
 echo 'max-conections = 1' >typo.toml
 ends 2 'no option "max-conections"' "$server" serve v.mtd --config typo.toml
 printf 'threads = 1\nmax-regions = 5\nthreads = 2\n' >twice.toml
@@ -56,15 +56,15 @@ ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"
 
-# A new token works with the file that it was appended to, and only its owner can read the file.
+# A new token is in the list that it was appended to, and only its owner can read the file.
 token=$("$server" token alice --datasets 'v*' --append tokens)
 [ "$(stat -c %a tokens)" = 600 ] || fail "others may read the tokens file"
 grep -q "^alice $(printf %s "$token" | sha256sum | cut -d' ' -f1) v\*$" tokens || fail "$(cat tokens)"
-printf %s "$(cat tokens)" >tokens  # Without its last newline.
+printf %s "$(cat tokens)" >tokens  # Without the final line break.
 "$server" token bob --append tokens >/dev/null
 [ "$(wc -l <tokens)" = 2 ] || fail "a line was glued to another: $(cat tokens)"
 
-# The log warns about access by others if they can connect.
+# The log warns about insecure settings when other machines can connect.
 openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=other.example \
   -addext subjectAltName=DNS:other.example -keyout tls.key -out tls.pem 2>/dev/null
 chmod 644 tls.key
@@ -79,13 +79,13 @@ grep -q 'every client may see all datasets' open.log || fail "no warning about a
 grep -q 'traffic is not encrypted' open.log || fail "no warning about missing TLS"
 grep -q 'the TLS key is readable by all users' guarded.log || fail "no warning about a readable key: $(cat guarded.log)"
 ! grep -q 'every client may\|not encrypted' guarded.log || fail "a warning about a guarded server"
-# DNS rebinding: a page of another site cannot give this machine its own name to read local data.
+# DNS rebinding is prevented: pages of other sites cannot read a local server under their own host name.
 status_as() { curl -s -o /dev/null -w '%{http_code}' -H "Host: $1" "$alone_http/v1/datasets"; }
 [ "$(status_as localhost) $(status_as evil.example)" = "200 421" ] || fail "a server for this machine is asked by any name"
 ends 2 'not a host name' "$server" serve v.mtd --allow-host https://example.org
 ! grep -q 'warning' alone.log || fail "a warning about a local server: $(cat alone.log)"
 
-# Ports and names are printed.
+# Errors print the correct port and scheme.
 client=$(realpath "$(dirname "$server")")/multitetra-client
 ends 1 'port uses HTTP: write ws://' "$client" list --server "tcp://${alone_http#http://}"
 ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"

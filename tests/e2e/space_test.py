@@ -24,8 +24,8 @@ except ImportError:
 LPS_OF_RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 OBLIQUE = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 
-# Public volumes that VTK reads, with isovalues. Large ones run if MULTITETRA_ALL_VOLUMES is set.
-SMALL = 1 << 20  # Samples.
+# Public volumes that VTK reads, with an isovalue. The large ones run when MULTITETRA_ALL_VOLUMES is set.
+SMALL = 1 << 20  # In samples.
 PUBLIC = {
     "HeadMRVolume/HeadMRVolume.mhd": 25, "Brain_float/Brain.mhd": 60, "ironProt.vtk": 80, "hydrogen.vti": 0.1,
     "hydrogen.vtk": 0.1, "viscousfingers_060_density_064.vti": 35, "avg152T1_RL_nifti.nii.gz": 175,
@@ -107,7 +107,7 @@ def check(name, server, path, isovalue, affine=None):
         points, triangles, info = our_surface(server, path, isovalue, pathlib.Path(folder))
     ours = measures(points, triangles)
     voxel = np.linalg.norm(affine[:3, :3], axis=0).min()
-    # Both surfaces cross the same edges of the grid, ours also its diagonals: in noise it has more area.
+    # Both surfaces cross the edges of the grid, ours also its diagonals: in noise it has more area.
     corner = max(np.abs(theirs[0] - ours[0]).max(), np.abs(theirs[1] - ours[1]).max()) / voxel
     centre = np.abs(theirs[2] - ours[2]).max() / voxel
     print(f"{name}: corners of the box {corner:.3f} voxels apart, centroids {centre:.3f} ({info.get('space', 'no space')})")

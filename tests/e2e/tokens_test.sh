@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The life of tokens: names are unique, files private, and revoked and expired tokens are rejected, also on open
+# The life of tokens: names are unique, files are private, and revoked and expired tokens stop working, also on open
 # connections. Usage: tokens_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
@@ -15,7 +15,7 @@ alice=$("$server" token alice --file tokens)
 chmod 640 tokens
 mkdir etc
 if [ "$(id -u)" = 0 ]; then
-  # As root for a service, whose group owns the folder.
+  # Written by root for a service whose group owns the folder.
   chgrp nogroup etc
   "$server" token alice --file etc/tokens >/dev/null
   "$server" token bob --file etc/tokens >/dev/null
@@ -55,12 +55,12 @@ ends 2 "--file" "$server" token list
 ends 2 "revoke NAME" "$server" token revoke --file tokens
 ends 2 "30d" "$server" token carol --expires soon --file tokens
 
-# Concurrent additions do not lose lines.
+# Concurrent appends write one line each.
 for i in $(seq 20); do "$server" token "user$i" --file tokens >/dev/null & made+=("$!"); done
 wait "${made[@]}"
 [ "$(grep -c '^user' tokens)" = 20 ] || fail "of twenty tokens made at once $(grep -c '^user' tokens) are there"
 
-# Errors are one line of the log, with the token's name and the reason; the client's reply is that to a wrong token.
+# Each problem is one line of the log with token name and reason; clients get the reply for a mistyped name.
 "$server" generate torus --size 9 -o torus.nrrd --quiet
 "$server" prepare torus.nrrd -o torus.mtd --name torus --quiet
 seer=$("$server" token seer --datasets torus --file watched)
@@ -88,7 +88,7 @@ ends_well watched "$pid"
 pid=$watching
 
 # A token expires without SIGHUP.
-soon=$(date -u -d '+12 seconds' +%Y-%m-%dT%H:%M:%SZ)  # Enough time for a busy machine.
+soon=$(date -u -d '+12 seconds' +%Y-%m-%dT%H:%M:%SZ)  # Long enough for a busy machine.
 short=$("$server" token short --expires "$soon" --file tokens)
 long=$("$server" token long --expires 12h --file tokens)
 heeded lets_in "$long" || fail "a token that expires is not known"

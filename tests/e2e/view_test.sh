@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# `multitetra view`: shows a volume in the browser with one command. Usage: view_test.sh DIRECTORY_OF_PROGRAMS
+# `multitetra view` opens a volume in the browser with one command. Usage: view_test.sh DIRECTORY_OF_PROGRAMS
 set -euo pipefail
 
 bin=$(cd "$1" && pwd)
@@ -10,14 +10,14 @@ source "$(dirname "${BASH_SOURCE[0]}")/../support/programs.sh"
 export XDG_CACHE_HOME=$work/cache BROWSER=$work/browser
 unset DISPLAY WAYLAND_DISPLAY MULTITETRA_HTTP
 
-# A browser that records the addresses it opens.
+# A fake browser that records the addresses it opens.
 cat >browser <<'END'
 #!/bin/sh
 echo "$1" >>"$(dirname "$0")/opened"
 END
 chmod +x browser
 
-# starts NAME ARGUMENTS...: sets `url` to the server's address, without the fragment.
+# starts NAME WORDS...: sets `url` to the server's address, without the settings of the page.
 starts() {
   local name=$1
   start "$name" "$view" view --quiet "${@:2}"
@@ -36,7 +36,7 @@ starts() {
 names() {
   curl -s "$url/v1/datasets" | python3 -c 'import json, sys; print(*sorted(d["name"] for d in json.load(sys.stdin)["datasets"]))'
 }
-# lists NAMES: waits until these datasets are served; some are prepared while others are served.
+# lists NAMES: waits until these datasets are listed, as some are prepared while others are served.
 lists() {
   for _ in $(seq 600); do
     [ "$(names)" != "$1" ] || return 0
@@ -60,7 +60,7 @@ open(sys.argv[1], "wb").write(header + samples)
 END
 }
 
-# --- without a file, the demo volume; the browser opens its address
+# --- without a file: the demo volume; the browser opens the page
 starts demo
 [ "${shown%%&*}" = visible_female_head ] || fail "the demo shows $shown"
 case "$shown" in
@@ -73,8 +73,8 @@ grep -qF "$url/#dataset=visible_female_head" opened || fail "the browser opened 
 curl -s "$url/" | grep -qi '<html\|no viewer' || fail "no page at $url/"
 ends_by_interrupt
 
-# --- prepared datasets are found again by content, also from another folder
-mkdir volumes  # A newer file next to a volume may be a part of it, so it is prepared again.
+# --- prepared datasets are found again by content, also in another folder
+mkdir volumes  # Volumes are prepared again when there are newer files beside them, which may belong to them.
 volume volumes/bar.nrrd '20 * x + y'
 starts first --no-browser volumes/bar.nrrd
 lists "bar"
@@ -90,7 +90,7 @@ ends_by_interrupt
 [ "$(ls cache/multitetra | grep -c '^bar-')" = 2 ] || fail "another volume of that name was not prepared"
 [ "$(wc -l <opened)" = 1 ] || fail "--no-browser opened one"
 
-# --- borders are those of `prepare`; another border gives another dataset
+# --- borders are those of `prepare`; another border makes another dataset
 starts closed --no-browser --outside 0 --margin 1 volumes/bar.nrrd
 ends_by_interrupt
 found=0
@@ -101,7 +101,7 @@ done
 if "$view" view --no-browser --outside nothing volumes/bar.nrrd 2>err.txt; then fail "--outside nothing is taken"; fi
 grep -q 'must be void or a finite number' err.txt || fail "--outside nothing: $(cat err.txt)"
 
-# --- the cache is bounded: evicts the least recently used datasets, but not the shown ones
+# --- the cache is bounded: the least recently used dataset is evicted, displayed ones stay
 starts bounded --no-browser --cache-bytes 1 volumes/bar.nrrd
 for _ in $(seq 200); do [ "$(ls cache/multitetra | wc -l)" = 1 ] && break; sleep 0.05; done
 [ "$(ls cache/multitetra | wc -l)" = 1 ] || fail "the cache keeps $(ls cache/multitetra)"
@@ -143,7 +143,7 @@ starts folder --no-browser two
 lists "a b"
 ends_by_interrupt
 
-# --- label images of an OME-Zarr are labels of the volume
+# --- label images of an OME-Zarr are offered as labels of the volume
 python3 - <<'END'
 import json, pathlib
 def image(folder, dtype, samples):
@@ -164,7 +164,7 @@ starts zarr --no-browser slide.zarr
 lists "cells.label1 cells.label2 slide"
 ends_by_interrupt
 
-# --- a label map next to a volume is served as labels, and so is one opened directly
+# --- label maps, beside a volume or opened directly, are offered as labels
 mkdir scan
 volume scan/ct.nrrd '20 * x + y'
 volume scan/ct_seg.nrrd 'x // 4'
@@ -179,7 +179,7 @@ starts map --no-browser scan/ct_seg.nrrd
 lists "ct_seg ct_seg.label1 ct_seg.label2"
 ends_by_interrupt
 
-# --- datasets are served without preparation, also those in subfolders
+# --- prepared datasets are served directly, also those in subfolders
 mkdir -p prepared/organs
 "$server" prepare scan/ct.nrrd -o prepared/ct.mtd --quiet
 "$server" prepare scan/ct_seg.nrrd --label all -o prepared/organs --quiet
@@ -187,7 +187,7 @@ starts datasets --no-browser prepared
 lists "ct ct_seg.label1 ct_seg.label2"
 ends_by_interrupt
 
-# --- properties missing in the file
+# --- options for what the file does not specify
 starts placed --no-browser --spacing 2,2,3 --length-unit um volumes/bar.nrrd
 curl -s "$url/v1/datasets" | tr -d ' \n' | grep -qF '"spacing":[2.0,2.0,3.0]' || fail "--spacing changes nothing: $(curl -s "$url/v1/datasets")"
 curl -s "$url/v1/datasets" | grep -q 'µm' || fail "--length-unit changes nothing"

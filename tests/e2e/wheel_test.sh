@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The wheel that client/python/wheel.py makes of this build: its package and its command work when unpacked. Usage:
-# wheel_test.sh BUILD PYTHON
+# The wheel that client/python/wheel.py makes of this build works, package and command, when it is unpacked.
+# Usage: wheel_test.sh BUILD PYTHON
 set -euo pipefail
 
 build=$(cd "$1" && pwd)
@@ -10,7 +10,7 @@ project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 source "$project/tests/support/programs.sh"
 
 wheel=$("$python" "$project/client/python/wheel.py" "$build" "$work")
-# Installs as pip does: files with their modes and digests, and a script for each entry point.
+# Installs like pip: checks modes and digests, and makes a script for each entry point.
 "$python" - "$wheel" site <<'END'
 import base64, configparser, csv, hashlib, io, pathlib, sys, zipfile
 archive = zipfile.ZipFile(sys.argv[1])

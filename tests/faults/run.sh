@@ -1,24 +1,24 @@
 #!/usr/bin/env bash
-# Tests a server under load and faults, over loopback. Each trial prints its figures and one row of a table, and fails
-# if a guarantee is violated. Run it on an idle machine; all trials take about ten minutes.
+# Trials of a server under load and faults, over loopback. Each prints its figures and one row of a table, and fails
+# when a guarantee is broken. Run it on an otherwise idle machine; all trials take about ten minutes.
 #
 #   bash tests/faults/run.sh                     all trials
-#   bash tests/faults/run.sh many nuisances      only these trials
-#   bash tests/faults/run.sh --quick             some seconds each, with a small volume, as a quick check
+#   bash tests/faults/run.sh many nuisances      some of those below
+#   bash tests/faults/run.sh --quick             seconds of each with a small volume, to test the trials themselves
 #   --programs DIR                               uses the programs in DIR instead of building the release preset
 #
 # many         1000 WebSocket clients, 60 s: no error, memory constant after the first half
 # nginx        cached tiles over HTTP, compared with nginx serving the same bytes: at least half of its throughput
 # nuisances    50 good clients among 800 that stall, send slowly, disconnect or send garbage: at most twice their times alone
-# greedy       a good client among 250 connections with the most work per request: its first preview in 0.5 s, its final
+# greedy       a good client and 250 connections with the most work per request: its first preview in 0.5 s, its final
 #              step in at most three times its time alone, and cached results immediately
-# hoarding     a good client among 250 connections with the most memory per request that read nothing: memory stays
-#              within the documented bound, and is freed afterwards
-# hoarding-http the same for HTTP replies: raw slices, value probes, tiles, cells of 3D Tiles, from four addresses
+# hoarding     a good client and 250 connections with the most memory per request that read nothing: memory stays within
+#              the documented bound, and is freed afterwards
+# hoarding-http the same for HTTP responses: raw slices, value probes, tiles, cells of 3D Tiles, from four addresses
 # many-addresses  a small surface among 200 addresses with long final steps, without tokens: complete within 1 s
-# idle-addresses  all connections of a server used by idle ones of six addresses: a newcomer is served within 1 s
-# changed-file a served file is overwritten, another one truncated: errors for those datasets, and a third one is served
-# cuts         the connection cut 200 times at random places: the right mesh, and no tile sent twice
+# idle-addresses  idle connections from six addresses fill the server: a newcomer is served within 1 s
+# changed-file one served file is overwritten, another truncated: only their datasets fail, a third one is served
+# cuts         the connection is cut 200 times at random places: the right mesh, and no tile is sent twice
 # lost-server  kill -9 of one of two servers behind the gateway: no client loses its result
 set -euo pipefail
 
@@ -51,21 +51,21 @@ rows=()
 left_out=()
 leave_out() { left_out+=("$1"); echo "!! LEFT OUT: $1"; }
 row() { rows+=("| $1 | $2 | $3 |"); }
-# expect WHAT CONDITION...: checks a condition in awk's arithmetic, which supports fractions.
+# expect WHAT CONDITION...: fails unless the condition, in awk's arithmetic, is true.
 expect() { awk "BEGIN { exit !($2) }" || fail "$1: $2"; }
 # value FILE KEY...: prints a value of a JSON report.
 value() { python3 "$here/json_value.py" "$@"; }
 choose() { if [ "$quick" = true ]; then echo "$1"; else echo "$2"; fi; }
 
-# --- a server and its limits
+# --- starting and measuring a server
 
 "$programs/multitetra-server" generate head --size "$(choose 64 256)" --noise 20 -o head.nrrd --quiet
 "$programs/multitetra-server" prepare head.nrrd -o head.mtd --name head --quiet
 
-# Room for a thousand clients from one address.
+# Limits that allow a thousand clients from one address.
 room=(--max-connections=5000 --max-connections-per-address=5000 --max-requests-per-second=1000000)
 
-# begin NAME COMMAND...: starts it, and sets tcp and http to its addresses, if it has them.
+# begin NAME COMMAND...: starts it, and sets tcp and http to its listening addresses, if any.
 begin() {
   start "$@"
   url_of "$1" '[a-z]*' >/dev/null
@@ -78,27 +78,27 @@ begin_server() {
 }
 stop() { kill "$1" 2>/dev/null || true; wait "$1" 2>/dev/null || true; }
 
-# Records the resident KiB of a process every half second, until the process or this function ends.
+# Records the resident KiB of a process every half second, until it or this function is stopped.
 watch_memory() {
   while kill -0 "$1" 2>/dev/null; do
     sed -n 's/^VmRSS:[^0-9]*\([0-9]*\).*/\1/p' "/proc/$1/status" 2>/dev/null >>"$2" || true
     sleep 0.5
   done
 }
-# largest FILE FROM TO: prints the largest MiB between fractions of the time.
+# largest FILE FROM TO: the maximum in MiB between two fractions of the time.
 largest() {
   awk -v from="$2" -v to="$3" '{ a[NR] = $1 } END { for (i = 1; i <= NR; ++i) if (i > from * NR && i <= to * NR && a[i] > m) m = a[i];
     printf "%.0f", m / 1024 }' "$1"
 }
-# Prints the current resident MiB of a process.
+# The resident MiB of a process.
 resident() { awk '/^VmRSS/ { printf "%.0f", $2 / 1024 }' "/proc/$1/status"; }
 # Prints the median of wrk's runs.
 requests_a_second() {
   sed -n 's/^Requests\/sec: *//p' "$1" | sort -n | awk '{ a[NR] = $1 } END { print NR ? a[int((NR + 1) / 2)] : 0 }'
 }
 load() { "$programs/multitetra-load" --json "$@"; }
-# begin_others FILE ARGUMENTS...: runs multitetra-load in the background until end_others. Sets `others` to the
-# program's own process instead of a shell's, so that no client outlives its trial.
+# begin_others FILE ARGUMENTS...: runs multitetra-load in the background until end_others. `others` is the process of
+# the program itself, not of a shell, so that no client outlives its trial.
 begin_others() { "$programs/multitetra-load" --json "${@:2}" >"$1" & others=$!; pids+=("$others"); }
 end_others() {
   kill "$others" 2>/dev/null || fail "$1: the others had gone"
@@ -166,13 +166,13 @@ trial_nuisances() {
     "memory $(largest alone.memory 0 1) MiB alone, $memory MiB among them; $(value leaving.json connections made) visits left, $(value garbage.json connections made) of garbage"
 }
 
-# Tokens of Alice and Eve: each has its own share of the server, as two addresses would.
+# Tokens for Alice and Eve: a share of the server each, as for two addresses.
 make_tokens() {
   rm -f tokens
   "$programs/multitetra-server" token alice --append tokens >alice.token
   "$programs/multitetra-server" token eve --append tokens >eve.token
 }
-# one_good_client FILE SECONDS ISOVALUES: Alice's results for surfaces of this many isovalues.
+# one_good_client FILE SECONDS ISOVALUES: runs Alice's client with surfaces of that many isovalues.
 one_good_client() {
   load --server "$tcp" --token-file alice.token --clients 1 --threads 1 --duration "$2" --grace 120 --pause 0.1 \
     --script random-isovalues --isovalues "$3" --errors 0.5 --simplify on --seed 7 >"$1" ||
@@ -221,7 +221,7 @@ trial_hoarding() {
   begin hoarding "$programs/multitetra-server" serve head.mtd --tcp 127.0.0.1:0 --http 127.0.0.1:0 --tokens tokens \
     --max-connections 5000 --max-connections-per-address 5000 --queue-bytes 256MiB --cache-bytes 64MiB
   one_good_client before.json "$(choose 2 5)" 4
-  sleep 4  # Time to trim free memory.
+  sleep 4  # Free memory is returned meanwhile.
   before=$(resident "$pid")
   watch_memory "$pid" hoarding.memory &
   local watcher=$!
@@ -229,7 +229,7 @@ trial_hoarding() {
     --duration "$duration" >hoarding.json || fail "hoarding: they did not come in"
   one_good_client among.json "$(choose 2 5)" 4
   kill -0 "$pid" 2>/dev/null || fail "hoarding: the server is gone"
-  # Running work ends at its next tile, and memory is freed a moment later.
+  # Running work ends at its next tile, and its memory is returned soon after.
   local seconds=0
   after=$(resident "$pid")
   while [ "$seconds" -lt 60 ] && awk "BEGIN { exit !($after > 1.5 * $before + 64) }"; do
@@ -240,7 +240,7 @@ trial_hoarding() {
   stop "$pid"
   stop "$watcher"
   peak=$(largest hoarding.memory 0 1)
-  # Queue and cache, a message of 2 MiB and 64 KiB of buffers per connection, and the memory before.
+  # Queue and cache, a message of 2 MiB and 64 KiB of buffers per connection, and the memory used before.
   bound=$(awk "BEGIN { printf \"%.0f\", 256 + 64 + $many * 2.1 + $before }")
   expect "hoarding: memory is within the documented bound" "$peak <= $bound"
   expect "hoarding: memory comes back" "$after <= 1.5 * $before + 64"
@@ -266,12 +266,12 @@ trial_hoarding_http() {
     fail "hoarding-http: they did not come in"
   curl -sf --max-time 30 "http://$http/v1/datasets/head/slice?width=64&height=64" -o slice.png || fail "hoarding-http: others are not served"
   kill -0 "$pid" 2>/dev/null || fail "hoarding-http: the server is gone"
-  sleep 4  # Time to trim free memory.
+  sleep 4  # Free memory is returned meanwhile.
   after=$(resident "$pid")
   stop "$pid"
   stop "$watcher"
   peak=$(largest hoarding_http.memory 0 1)
-  # Queue and cache, 64 KiB and a piece of a mesh file per connection, slices in progress, and the memory before.
+  # Queue and cache, 64 KiB and a chunk of a mesh file per connection, slices in progress, and the memory used before.
   bound=$(awk "BEGIN { printf \"%.0f\", 256 + 64 + 320 + $many * 0.4 + $before }")
   expect "hoarding-http: answers came" "$(value hoarding_http.json answered) > 0"
   expect "hoarding-http: memory is within the documented bound" "$peak <= $bound"
@@ -280,7 +280,7 @@ trial_hoarding_http() {
     "$(value hoarding_http.json answered) answers begun, $(value hoarding_http.json refused) refused"
 }
 
-# small_surfaces FILE SECONDS: different surfaces of the small dataset, for a client from 127.0.0.1.
+# small_surfaces FILE SECONDS: a client at 127.0.0.1 that requests distinct surfaces of the small dataset.
 small_surfaces() {
   load --server "$tcp" --dataset small --clients 1 --threads 1 --duration "$2" --grace 60 --pause 0.2 \
     --script random-isovalues --isovalues 100000 --errors 0.5 --seed 11 >"$1" || { fail "a client of another address ended badly"; cat "$1" >&2; }
@@ -393,7 +393,7 @@ trial_lost_server() {
   local second=$pid second_at=$tcp
   begin gateway "$programs/multitetra-gateway" --upstream "$first_at" --upstream "$second_at" --http 127.0.0.1:0 "${room[@]}"
   local gateway=$pid
-  # Datasets are distributed by name: the busy server is the one that serves this dataset.
+  # Names determine the server of a dataset: the one with more processor time serves this one.
   ( sleep $((duration / 3)); 
     a=$(awk '{ print $14 + $15 }' "/proc/$first/stat"); b=$(awk '{ print $14 + $15 }' "/proc/$second/stat")
     victim=$first; [ "$a" -ge "$b" ] || victim=$second

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# A mixed soak test: good clients, whose meshes are all checked, and readers of slices, values, 3D Tiles and sample
-# shells, with a server, and with a gateway and two servers, among all misbehaving clients, while tokens are revoked,
-# certificates and tokens reloaded, datasets replaced, and servers killed and restarted. Fails if a good client fails, a
-# process ends unexpectedly, open files or threads grow after halftime, when caches are full, or memory grows in the
-# second half: its mean over the last quarter of the rounds compared with the quarter before. Prints a row of a table.
-# Run it on an idle machine.
+# A mixed soak test of a server, and of a gateway in front of two servers. Good clients, whose meshes are all checked,
+# and readers of slices, values, 3D Tiles and sample shells run together with all kinds of misbehaving clients, while
+# tokens are revoked, certificates and tokens reloaded, datasets replaced, and servers killed and restarted. Fails when
+# a good client fails, when a process ends by itself, when there are more open files or threads at the end than halfway
+# (with caches already full), or when memory grows in the second half: the mean over the last quarter of the rounds is
+# compared with that over the quarter before. Prints a row of a table. Run it on an otherwise idle machine.
 #
 #   bash tests/faults/soak.sh MINUTES            with the programs of the release preset
-#   --programs DIR                               with those in DIR, such as the asan and tsan presets
+#   --programs DIR                               with those in DIR, also of the asan and tsan presets
 set -euo pipefail
 
 project=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -32,7 +32,7 @@ fi
 source "$project/tests/support/programs.sh"
 value() { python3 "$project/tests/faults/json_value.py" "$@"; }
 
-# The sanitizer retains freed memory, by default up to 256 MiB, which would look like a leak.
+# The sanitizer's quarantine of freed memory, 256 MiB by default, would look like a leak.
 export ASAN_OPTIONS=${ASAN_OPTIONS:-quarantine_size_mb=16}
 
 server=$programs/multitetra-server
@@ -40,7 +40,7 @@ end=$(awk "BEGIN { printf \"%d\", $(date +%s) + 60 * $minutes }")
 halfway=$(awk "BEGIN { printf \"%d\", $(date +%s) + 30 * $minutes }")
 round_seconds=20
 
-# --- served: two datasets, one of which is repeatedly replaced by the same
+# --- the datasets: two, one of which is repeatedly replaced by an identical one
 
 "$server" generate head --size 64 --noise 20 -o head.nrrd --quiet
 mkdir served
@@ -69,7 +69,7 @@ is_there "$http_port"; is_there "$gateway_port"
 
 # --- one round
 
-# good NAME PORT: runs clients that check every mesh.
+# good NAME PORT: runs conversations whose meshes are all checked.
 good() {
   "$programs/multitetra-load" --json --server "ws://127.0.0.1:$2" --token-file alice.token --clients 4 --threads 1 \
     --duration "$round_seconds" --grace 240 --script mixed --isovalues 16 --errors 0.5,2 --check full --pause 0.3 \
@@ -86,14 +86,14 @@ meshes() {
       "http://127.0.0.1:$http_port/v1/datasets/head/isosurface?isovalue=$((300 + RANDOM % 600))&error=1&format=obj" || true
   done
 }
-# HTTP replies that are never read: slices, meshes, cells of 3D Tiles, from four addresses.
+# HTTP responses that are never read: slices, meshes, cells of 3D Tiles, from four addresses.
 unread() {
   python3 "$project/tests/faults/unread_answers.py" "127.0.0.1:$http_port" --clients 40 --addresses 4 \
     --seconds $((round_seconds - 2)) --token-file eve.token "/v1/datasets/head/slice?format=raw&width=1024&height=1024" \
     "/v1/datasets/head/isosurface?error=0.5&format=stl" /v1/3dtiles/head/iso/500/tileset.json \
     "/v1/datasets/head/value?at=1,2,3" >unread.json 2>/dev/null
 }
-# Reads slices, values and surfaces of 3D Tiles over HTTP; the same bytes each time.
+# Reads slices, values and surfaces of 3D Tiles with separate HTTP clients; the bytes are the same each time.
 readers() {
   local i url="http://127.0.0.1:$http_port" auth="Authorization: Bearer $(cat alice.token)" cell
   for i in $(seq 8); do
@@ -109,7 +109,7 @@ readers() {
     sleep 1
   done
 }
-# Fetches surfaces for display, as sample shells; the same meshes each time.
+# Fetches surfaces to display, sent as sample shells; the meshes are the same each time.
 shells() {
   PYTHONPATH=$programs/../python /usr/bin/python3 - "ws://127.0.0.1:$http_port" alice.token shells.first <<'EOF'
 import pathlib, sys
@@ -131,13 +131,13 @@ shake() {
   sleep 2
   kill -HUP "$steady" "$a" "$b" "$gateway"
   sleep 2
-  cp tokens tokens.all && cp tokens.without tokens.new && mv tokens.new tokens && kill -HUP "$steady"  # Revokes Eve's token.
+  cp tokens tokens.all && cp tokens.without tokens.new && mv tokens.new tokens && kill -HUP "$steady"  # Disconnects Eve.
   "$server" prepare head.nrrd -o served/other.mtd --name other --quiet
   sleep 2
   mv tokens.all tokens && kill -HUP "$steady"
   sleep 2
 }
-# restart NAME: kills one of the servers behind the gateway by kill -9 and starts it again.
+# restart NAME: kills (-9) a server behind the gateway and starts another in its place.
 restart() {
   local -n process=$1
   local port=$1_port
@@ -147,13 +147,13 @@ restart() {
   process=$pid
 }
 
-# Prints MiB, open files and threads. Unnamed files are cached meshes, bounded by --mesh-cache-bytes.
+# MiB, open files, threads. Excludes unnamed files: these are cached meshes, bounded by --mesh-cache-bytes.
 state_of() {
   echo "$(awk '/^VmRSS/ { printf "%d", $2 / 1024 }' "/proc/$1/status")" \
     "$(find "/proc/$1/fd" -mindepth 1 ! -lname '*/#* (deleted)' | wc -l)" \
     "$(awk '/^Threads/ { print $2 }' "/proc/$1/status")"
 }
-rest() { sleep 8; }  # Connections linger, and free memory is trimmed.
+rest() { sleep 8; }  # Until lingering connections have closed and free memory is returned.
 
 has_python=
 if PYTHONPATH=$programs/../python /usr/bin/python3 -c 'import multitetra' 2>/dev/null; then
@@ -163,7 +163,7 @@ else
 fi
 round=0
 streams=0
-declare -A before memory  # The last state of the first half; MiB in the third and the last quarter.
+declare -A before memory  # The state at the end of the first half; MiB in the third and the last quarter.
 while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
   round=$((round + 1))
   jobs_of_round=()
@@ -199,9 +199,9 @@ while [ "$(date +%s)" -lt "$end" ] || [ "$round" -lt 2 ]; do
   done
 done
 
-# --- evaluation
+# --- the results
 
-# Prints the mean MiB over the third quarter of the rounds and over the last one.
+# Mean MiB of the third quarter of the rounds and of the last one.
 late_means() {
   awk '{ mib[NR] = $1 }
     END {
@@ -209,7 +209,7 @@ late_means() {
       printf "%.0f %.0f\n", n ? third / n : mib[1], last / m
     }' "$1.memory"
 }
-# Sanitizers retain freed memory for a while, and few rounds do not fill the caches.
+# Sanitizers' allocators retain freed memory for a while, and few rounds do not fill the caches.
 growth=1.05 slack=4
 if [ "$round" -lt 24 ] || grep -qE "MULTITETRA_SANITIZE:[A-Z]*=." "$programs/../CMakeCache.txt" 2>/dev/null; then growth=1.5 slack=64; fi
 

@@ -1,4 +1,4 @@
--- Asks for the paths in the file "paths", one after the other.
+-- Requests the paths in the file "paths" one after the other, repeatedly.
 local paths = {}
 for path in io.lines("paths") do paths[#paths + 1] = path end
 local number = 0

@@ -1,4 +1,4 @@
-// Steps of sample shells in the assembler, from correct and faulty servers.
+// Assembling steps of sample shells, from correct and from faulty servers.
 #include <functional>
 
 #include <gtest/gtest.h>
@@ -78,7 +78,7 @@ ShellStream honest_stream() {
   return stream;
 }
 
-// Returns the committed step or the failed check.
+// Returns the committed step, or the check that failed.
 Result<CommittedStepPtr> assembled_step(ShellStream stream, const OpenStream& open = to_display()) {
   StepEnd end{.request_id = kShellStreamId};
   for (const EncodedTile& tile : stream.tiles) {
@@ -110,7 +110,7 @@ void expect_refused_shells(const std::function<void(ShellStream&)>& spoil, const
   EXPECT_NE(step.error().text.find(words), std::string::npos) << step.error().text;
 }
 
-// Replaces a tile's payload consistently with the manifest.
+// Replaces a tile's payload and announces it in the manifest.
 void put_payload(EncodedTile& tile, std::string payload) {
   tile.summary.digest = digest_of_bytes(payload);
   tile.summary.bytes = static_cast<std::uint32_t>(payload.size());
@@ -186,7 +186,7 @@ TEST(AssembledShells, RejectsShellsThatLeaveAHole) {
   expect_refused_shells([](ShellStream& stream) { stream.tiles.pop_back(); }, "open edges");
 }
 
-// Each tile is sound by itself; on their common face one has vertices that the other lacks.
+// Each shell is a valid tile, but vertices at their common border do not match.
 TEST(AssembledShells, RejectsShellsThatDoNotMeetTheirNeighbors) {
   for (const double isovalue : {229.5, 240.5}) {
     expect_refused_shells(

@@ -249,7 +249,7 @@ TEST(Assembler, ARefusalDoesNotFailACheck) {
   EXPECT_EQ(outcome.refusal->code, ErrorCode::kInvalidArgument);
 }
 
-// ---- every message lost, repeated or misplaced
+// ---- messages lost, repeated, or out of order
 
 TEST(Assembler, DetectsAnyLostMessage) {
   const Messages stream = two_steps();
@@ -324,7 +324,7 @@ TEST(Assembler, DetectsAnyChangedPayloadByte) {
     changed[byte] = static_cast<char>(changed[byte] ^ 0x55);
     at<Tile>(damaged, 1).payload = std::make_shared<const std::string>(changed);
     const Outcome outcome = assemble(damaged);
-    // A byte that Draco ignores may change; then the surface must be identical.
+    // A byte that Draco ignores may change; then the surface is identical.
     if (outcome.failed_check) {
       EXPECT_NE(outcome.failed_check->text.find("tile 0"), std::string::npos);
     } else {
@@ -378,7 +378,7 @@ TEST(Assembler, StepTotalsMustMatchTheReceivedTiles) {
   expect_fault(stream, "the server counts 3 steps");
 }
 
-// Counts are only numbers: nothing is allocated for them before bytes arrive.
+// 32-bit counts alone allocate nothing before the tiles arrive.
 TEST(Assembler, AManifestBeyondTheLimitsIsRefusedAtOnce) {
   const auto refused = [](AssemblerLimits limits) {
     Assembler assembler(octahedra_info(), open_stream(), {}, limits);
@@ -406,7 +406,7 @@ TEST(Assembler, AStreamHasALimitOnItsSteps) {
   EXPECT_TRUE(assemble(previews(AssemblerLimits{}.steps + 1)).failed_check);
 }
 
-// Tiles are kept for later steps, so the whole stream counts; a tile in both steps counts once.
+// Tiles are kept for later steps, so the limits are per stream; a tile in both steps counts once.
 TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
   const auto limited = [](AssemblerLimits limits) {
     Assembler assembler(octahedra_info(), open_stream(), {}, limits);
@@ -460,7 +460,7 @@ TEST(Assembler, NoStepFollowsTheFinalOne) {
                "it follows the final step");
 }
 
-// ---- torn surfaces with sound tiles
+// ---- torn surfaces of valid tiles
 
 TEST(Assembler, DetectsACrackBetweenTiles) {
   auto moved = half_octahedron(1);
@@ -484,7 +484,7 @@ TEST(Assembler, DetectsFlippedTriangles) {
   expect_fault(stream_of({{.tiles = folded}}), "4 non-manifold edges");
 }
 
-// Adds a second component far away, in its own tile.
+// Adds a second, distant component in a tile of its own.
 Tiles with_a_second_component(Tiles tiles) {
   auto far_away = half_octahedron(-1);
   for (const LatticeTriangle& triangle : half_octahedron(1)) far_away.push_back(triangle);

@@ -1,4 +1,4 @@
-// The client with faulty servers.
+// How the client handles faulty servers.
 #include "client/library/client.hpp"
 
 #include <chrono>
@@ -26,7 +26,7 @@ MessageSocket connected_to(const ScriptedServer& server,
   return *std::move(socket);
 }
 
-// A valid message follows each bad one and must not be returned.
+// A valid message follows each invalid one and must not be returned.
 TEST(MessageSocket, AfterAnyErrorTheConnectionIsClosed) {
   const std::string good = framed_messages(Messages{Pong{1}});
   const std::vector<std::pair<std::string, ErrorCode>> bad = {
@@ -70,7 +70,7 @@ TEST(MessageSocket, ASilentServerIsLeftAfterTheTimeout) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-// A server that occasionally sends a byte of an endless message.
+// A server that sends an endless message, one byte at a time.
 class TricklingServer {
  public:
   explicit TricklingServer(std::string first)
@@ -94,7 +94,7 @@ class TricklingServer {
 };
 
 TEST(MessageSocket, TimesOutWhenOnlyPongsArrive) {
-  // After some Pongs, a frame of one megabyte begins.
+  // A frame of a megabyte begins after some Pongs.
   const TricklingServer server(framed_messages(Messages(20, Pong{})) + frame_header(1 << 20));
   auto socket = MessageSocket::connect(server.endpoint(), std::chrono::milliseconds(300));
   ASSERT_TRUE(socket);

@@ -46,7 +46,7 @@ TEST(DecodedTileCache, ATileLargerThanTheMemoryEvictsNothing) {
   EXPECT_TRUE(memory.tiles().contains(digest_of(0)));
 }
 
-// Otherwise the tile would be sent again for every request with normals.
+// Without normals, the server would send the tile again for every request with normals.
 TEST(DecodedTileCache, KeepsNormalsOfARepeatedTile) {
   const auto with_normals = [] {
     LatticeMesh mesh = *mesh_of(5);

@@ -1,4 +1,4 @@
-// Threshold images in all kinds of NRRD files that the client reads.
+// Reading threshold images from NRRD files of all supported kinds.
 #include "client/library/nrrd_thresholds.hpp"
 
 #include <zlib.h>
@@ -55,7 +55,7 @@ TEST_F(NrrdThresholds, ReadsOriginAndDirections) {
   EXPECT_TRUE(std::isnan(grid.thresholds[3]));
 }
 
-// The server accepts such headers for volumes.
+// The server accepts such headers in volumes, too.
 TEST_F(NrrdThresholds, ReadsLinesThatEndInCrAndFieldsInCapitals) {
   const ThresholdGrid grid = good(
       "NRRD0005\rType: MET_FLOAT\rA note:=sizes: 9\rDimension: 3\rSizes: 2 1 1\r"

@@ -1,4 +1,4 @@
-// JSON reports, as a function and as written by the client program.
+// Machine-readable reports, as made by the library and written by the client program.
 #include "client/library/report.hpp"
 
 #include <unistd.h>
@@ -25,7 +25,7 @@ using Messages = std::vector<ServerMessage>;
 
 const IsosurfaceRequest kReportedRequest = {.isovalue = 100.5, .error = 1};
 
-// Stream 2 with one final step, the octahedron in two tiles.
+// Stream 2 with one final step: the octahedron in two tiles.
 Messages octahedron_stream() {
   const auto tiles = testing::coarse_tiles();
   StepBegin begin{.request_id = 2,
@@ -120,9 +120,9 @@ TEST(MeshDistanceBound, AddsHalfALatticeStepAlongACellsDiagonal) {
   info.index_to_world.columns = {Vec3{2, 0, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 6}};
   StepBegin begin = octahedron_report().steps.back().step->begin;
   begin.error_bound_world = 0.25;
-  // The diagonal of 2, 3 and 6 is 7.
   EXPECT_DOUBLE_EQ(mesh_distance_bound(begin, info).value(),
-                   0.25 + 7 / std::exp2(begin.request.lattice_resolution + 1));
+                   0.25 + 7 / std::exp2(begin.request.lattice_resolution + 1));  // The diagonal of
+                                                                                 // 2, 3 and 6 is 7.
   begin.request.topology_tolerance = 2;
   EXPECT_FALSE(mesh_distance_bound(begin, info));
 }
@@ -232,14 +232,14 @@ TEST(Report, PreviewLineShowsTheSpacingAndNoError) {
   EXPECT_EQ(line.find("error"), std::string::npos) << line;
 }
 
-// ---- the program, with failing servers
+// ---- the program with failing servers
 
 class ReportOfProgram : public ::testing::Test {
  protected:
   ReportOfProgram() { std::filesystem::create_directories(folder_); }
   ~ReportOfProgram() override { std::filesystem::remove_all(folder_); }
 
-  // Runs `fetch` against a server that sends these messages; returns the exit code.
+  // Runs `fetch` against a server that answers with these messages; returns the exit code.
   int fetch_from(const Messages& stream) {
     Messages messages = {Welcome{},
                          DatasetList{.request_id = 1, .datasets = {testing::octahedra_info()}}};

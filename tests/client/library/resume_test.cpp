@@ -1,4 +1,4 @@
-// A fetch over a network that may lose the connection at any point.
+// Fetching over a network that cuts connections, at every possible place.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -41,7 +41,7 @@ const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
 CataloguePtr gyroid(double amplitude = 0.4) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
-  // Many cut connections request the same steps: the cache computes them once.
+  // Many cut connections request the same steps; the cache makes them only once.
   catalogue->add(std::make_shared<ExtractedSurfaces>(
       std::make_shared<const SurfaceExtractor>(
           make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
@@ -49,7 +49,7 @@ CataloguePtr gyroid(double amplitude = 0.4) {
   return catalogue;
 }
 
-// Prepared once for all tests, with cached steps.
+// One dataset for all tests, so that its steps are made only once.
 const CataloguePtr& shared_gyroid() {
   static const CataloguePtr catalogue = gyroid();
   return catalogue;
@@ -61,7 +61,7 @@ RetryOptions at_once(int most) {
           .longest_wait = std::chrono::milliseconds(2)};
 }
 
-// Fetches as programs do: connects, lists, fetches, and repeats all of it after a lost connection.
+// Fetches like the program: connects, lists and fetches, retrying whatever was lost.
 ClientResult<std::vector<FetchedStep>> fetch_from(const Endpoint& server, int retries,
                                                   const Trust& trust = {},
                                                   MeshUse use = MeshUse::kKeep) {
@@ -86,7 +86,7 @@ bool are_distinct(const std::vector<ContentDigest>& tiles) {
   return std::set<ContentDigest>(tiles.begin(), tiles.end()).size() == tiles.size();
 }
 
-// The client's route to a proxy: direct, or through a listener of another transport in front of it.
+// A client's route to a proxy: directly, or through a listener of another transport.
 class Way {
  public:
   Way(Transport transport, const Endpoint& server) : endpoint_(server) {
@@ -108,7 +108,7 @@ class Way {
 
 class Resume : public ::testing::TestWithParam<Transport> {
  protected:
-  // Runs one undisturbed conversation.
+  // Records an undisturbed conversation.
   void SetUp() override {
     const CuttingProxy proxy({server_.endpoint()}, [](int) { return Cut{}; });
     const auto steps = fetch_from(proxy.endpoint(), 0);
@@ -122,7 +122,7 @@ class Resume : public ::testing::TestWithParam<Transport> {
     ASSERT_EQ(messages_, 2 + 2 * digests_.size() + tiles_ + 1);
   }
 
-  // Over TCP every place is tried; other transports pass the same messages.
+  // Over TCP cuts are tested at every place; other transports only relay them, so fewer suffice.
   [[nodiscard]] static std::size_t stride(std::size_t over_tcp) {
     return GetParam() == Transport::kTcp ? over_tcp : 4 * over_tcp + 1;
   }
@@ -192,7 +192,7 @@ TEST_P(Resume, RefusesAReplacedDataset) {
   EXPECT_EQ(steps.error().error.code, ErrorCode::kUnknownDataset);
 }
 
-// A stream that ends with sample shells is resumed with these, even if its plan would differ now.
+// A resumed stream repeats its final step of shells even if a new plan would end differently.
 TEST(ResumeToDisplay, ACutAtAnyMessageCostsNoTileAndNoStep) {
   const RunningServer server(shared_gyroid());
   const auto digests_of = [](const ClientResult<std::vector<FetchedStep>>& steps) {

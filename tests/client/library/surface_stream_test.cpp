@@ -1,4 +1,4 @@
-// A viewer whose user changes the request before the surface is complete.
+// A viewer that changes its request before the surface is complete.
 #include "client/library/surface_stream.hpp"
 
 #include <algorithm>
@@ -49,7 +49,7 @@ class SurfaceStreamTest : public ::testing::Test {
             .steps = steps,
             .cached_tile_digests = {}};
   }
-  // Runs the stream to its end; returns its outcome.
+  // Runs the stream to its end and returns its outcome.
   static StreamOutcome finish(SurfaceStream& stream, std::vector<FetchedStep>* steps = nullptr) {
     for (;;) {
       const auto news = stream.next(std::chrono::seconds(30));
@@ -164,7 +164,7 @@ TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
   EXPECT_EQ(finish(stream), StreamOutcome::kComplete);
 }
 
-// Drags through a hundred isovalues at about thirty per second.
+// A user drags a slider: a hundred isovalues, about thirty per second.
 TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBoundedMemory) {
   constexpr TileMemoryLimits kLimits = {.tiles = 24, .triangles = 100'000};
   Client client = connected();
@@ -176,7 +176,7 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
     isovalue = -0.5 + 0.01 * i;
     ASSERT_TRUE(stream.open(info_, at(isovalue)));
     const auto until = std::chrono::steady_clock::now() + milliseconds(33);
-    // Sometimes the drag pauses until something is visible, however slow the machine is.
+    // Every tenth isovalue waits until a surface is shown, however slow the machine is.
     bool is_waiting = i % 10 == 9;
     while ((is_waiting || std::chrono::steady_clock::now() < until) && stream.is_running()) {
       const auto news = stream.next(milliseconds(5));
@@ -244,7 +244,7 @@ TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
   for (const FetchedStep& step : steps) EXPECT_FALSE(step.step->begin.shell);
 }
 
-// Sources of this test are slow, so that nothing arrives for several timeouts.
+// Making a step takes several timeouts.
 TEST(SurfaceStreamRetries, RetriesUntilAccepted) {
   using testing::FakeSteps;
   const RunningServer server(testing::catalogue_of(

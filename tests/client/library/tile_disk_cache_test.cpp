@@ -27,7 +27,7 @@ class TileFolderTest : public ::testing::Test {
   void write(const std::string& bytes) const {
     std::ofstream(file(), std::ios::binary | std::ios::trunc) << bytes;
   }
-  // Returns what a later run loads.
+  // Loads the folder as a later run would.
   TileDiskCache::Loaded load(DecodedTileCache& memory, std::uint64_t most_triangles = 1000) const {
     return TileDiskCache(temporary_.path() / "tiles").load(memory, most_triangles);
   }
@@ -55,7 +55,7 @@ TEST_F(TileFolderTest, FileLayoutMatchesItsDescription) {
   EXPECT_TRUE(bytes().ends_with(*tile_.payload));
 }
 
-// An unused byte may change; then the tile is identical.
+// Changing an unused byte leaves the tile unchanged.
 TEST_F(TileFolderTest, SkipsTilesWithChangedBytes) {
   const std::string whole = bytes();
   int passed_over = 0;

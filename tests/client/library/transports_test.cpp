@@ -1,4 +1,4 @@
-// The client with listeners of all transports, valid and faulty.
+// Listeners that the client accepts, and listeners it must reject.
 #include <gtest/gtest.h>
 
 #include "client/library/client.hpp"
@@ -61,7 +61,7 @@ TEST_P(ListenerTransport, ASilentServerIsLeftAfterTheTimeout) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-// Abandoning the wait for a message does not lose the message.
+// A wait that times out does not lose part of the message.
 TEST_P(ListenerTransport, PollingReceivesEveryMessage) {
   const ScriptedServer server(framed_messages(Messages{
       Welcome{},
@@ -162,12 +162,12 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
 
 TEST(ConnectRetries, ReachesAServerThatStartsLater) {
   for (const Transport transport : {Transport::kTcp, Transport::kTls, Transport::kWebSocket}) {
-    // Port 1: only root can listen below 1024.
+    // Only root can listen on port 1.
     const auto none = connect({.host = "127.0.0.1", .port = 1, .transport = transport}, {});
     ASSERT_FALSE(none);
     const std::string& text = none.error().error.text;
     EXPECT_NE(text.find("Is the server running?"), std::string::npos) << text;
-    // Over TLS a server needs more than an address.
+    // A TLS server needs more options than an address, so none are suggested.
     EXPECT_EQ(text.find("--tcp tcp://127.0.0.1:1") != std::string::npos,
               transport == Transport::kTcp)
         << text;

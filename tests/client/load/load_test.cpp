@@ -1,4 +1,4 @@
-// The load generator: scripts are reproducible, and clients detect faults.
+// The load generator: its scripts are repeatable, and its clients detect faults.
 #include <gtest/gtest.h>
 
 #include "client/library/message_socket.hpp"
@@ -46,7 +46,7 @@ std::string bytes_of(const Act& act) {
 constexpr std::array kScripts = {ScriptKind::kRandomIsovalues, ScriptKind::kDrag,
                                  ScriptKind::kRegion, ScriptKind::kMixed};
 
-// Steps of one request may differ only in their finest spacing, or in whether they are simplified.
+// Only steps with the same finest spacing and simplification are compared.
 TEST(Agreement, ComparesStepsWithNoneButTheSameOnes) {
   Agreement agreement;
   const StepBegin final_step = {.is_final = true, .request = {.simplify = true}};
@@ -117,7 +117,7 @@ CataloguePtr gyroid() {
   return catalogue;
 }
 
-// The replies to one request, checked by validator and assembler.
+// The replies to one request, with the verdicts of validator and assembler.
 class StreamChecksTest : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -250,7 +250,7 @@ TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
     EXPECT_GE(statistics.complete, 2U);
     EXPECT_GT(statistics.thorough_streams, 0U);
     EXPECT_GT(statistics.tiles_decoded, 0U);
-    // Counts the whole run, including streams that end after its time.
+    // Includes streams that end after the scheduled time.
     EXPECT_GE(statistics.seconds, statistics.last_tile.quantile(1));
     EXPECT_GT(statistics.steps_compared, 0U);
     EXPECT_EQ(statistics.whole.count(), statistics.complete);
@@ -276,7 +276,7 @@ TEST(LoadTool, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
   EXPECT_EQ(statistics.checks_failed, 0U) << statistics.failed_checks.front();
 }
 
-// All clients connect and get a first surface; then they exceed the rate limit.
+// All clients connect and get a first surface; then they exceed the request rate.
 TEST(LoadTool, RejectedClientsRetryAfterTheDelay) {
   const RunningServer server(gyroid(),
                              {.admission = {.requests = {.per_second = 10, .burst = 28}}});
@@ -345,7 +345,7 @@ TEST(LoadTool, ServesUsersAfterMisbehavingClients) {
     LoadOptions options = short_load(server.endpoint(), 6);
     const MisbehaviourCounts counts = run_misbehaviour(kind, options);
     EXPECT_GE(counts.connections, 6U) << name(kind);
-    // This script waits for each surface, however busy the machine is.
+    // Users of this script wait for each surface, however slow the machine is.
     options.session.script = ScriptKind::kRandomIsovalues;
     EXPECT_GE(run_load(options).complete, 1U) << "after " << name(kind);
   }

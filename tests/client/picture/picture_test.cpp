@@ -1,4 +1,4 @@
-// Pictures drawn without a display.
+// Rendering pictures without a display.
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -17,7 +17,7 @@
 namespace multitetra {
 namespace {
 
-// A ball of radius 1 around `middle` with triangles facing outwards; `rings` from pole to pole.
+// A ball of radius 1 around `middle` with outward triangles and `rings` rings from pole to pole.
 PositionedMesh ball(std::array<float, 3> middle, int rings = 24) {
   PositionedMesh mesh;
   const int around = 2 * rings;
@@ -58,10 +58,10 @@ Picture picture_of(const PositionedMesh& mesh, double azimuth, double elevation,
 
 int brightness(const Pixel& pixel) { return pixel[0] + pixel[1] + pixel[2]; }
 
-// The pixels that the surface covers completely or partly, on a transparent background.
+// Pixels covered wholly or partly by the surface, on a transparent background.
 struct Covered {
   double share = 0;
-  double x = 0;  // Their center, from 0 to 1.
+  double x = 0;  // The centroid, from 0 to 1.
   double y = 0;
 };
 Covered covered(const Picture& picture) {
@@ -87,7 +87,7 @@ TEST(Picture, HasTheWholeSurfaceInItsMiddle) {
   const Covered found = covered(picture);
   EXPECT_NEAR(found.x, 0.5, 0.01);
   EXPECT_NEAR(found.y, 0.5, 0.01);
-  EXPECT_GT(found.share, 0.45);  // A ball that fills nine tenths of the height.
+  EXPECT_GT(found.share, 0.45);  // The ball fills nine tenths of the height.
   EXPECT_LT(found.share, 0.55);
   EXPECT_EQ(picture.at(0, 0)[3], 0);
   EXPECT_EQ(picture.at(80, 60)[3], 255);
@@ -117,7 +117,7 @@ TEST(Picture, HasSmoothEdges) {
 }
 
 TEST(Picture, ShowsWhatIsNearerWhateverTheOrderOfTriangles) {
-  // Along +y the first ball hides the second; from behind the second hides the first.
+  // Along +y the first ball hides the second; seen from behind, the second hides the first.
   const PositionedMesh small = ball({0, -3, 0}, 8);
   PositionedMesh large = ball({0, 3, 0});
   for (const bool small_first : {true, false}) {
@@ -148,7 +148,7 @@ TEST(Picture, LeavesOutWhatIsBehindTheEyeOrBesideIt) {
 TEST(Picture, LitFromTheEye) {
   const Picture picture = picture_of(ball({0, 0, 0}), 200, -30);
   EXPECT_GT(brightness(picture.at(80, 60)), 400);
-  // Towards its edges the ball faces away from the light; the lamp is at the upper left.
+  // The ball is darker towards its edges; the light is at the upper left.
   EXPECT_GT(brightness(picture.at(80, 60)), brightness(picture.at(80, 108)) + 100);
   EXPECT_GT(brightness(picture.at(60, 40)), brightness(picture.at(100, 80)));
 }
@@ -167,13 +167,13 @@ TEST(Picture, TakesTheNormalsThatAreSent) {
   for (const auto& position : facets.positions) facets.normals.push_back(position);
   const Picture sent = picture_of(facets, 0, 0);
   EXPECT_NE(computed.pixels, sent.pixels);
-  for (UnitVector& normal : facets.normals) normal = {0, 1, 0};  // All away from the eye.
+  for (UnitVector& normal : facets.normals) normal = {0, 1, 0};  // All facing away from the eye.
   const int unlit = brightness(picture_of(facets, 0, 0).at(80, 60));
   EXPECT_LT(unlit, brightness(sent.at(80, 60)) - 100);
 }
 
 TEST(Picture, TurnsAsItsAnglesSay) {
-  // A ball at +x: on the right from the front, and in the center from the side.
+  // An object on the +x side appears at the right from the front, and in the middle from +x.
   const PositionedMesh lopsided = joined(ball({0, 0, 0}), ball({4, 0, 0}, 4));
   const DrawOptions transparent = {.background = Background::kTransparent};
   const Camera front = framing(lopsided.positions, 0, 0, 160, 120);
@@ -188,7 +188,7 @@ TEST(Picture, TurnsAsItsAnglesSay) {
             covered(drawn(lopsided, side, transparent)).share * 0.2);
 }
 
-// A roof: two triangles per side, with its ridge along z, seen from the front.
+// A roof with two triangles per side and its ridge along z, seen from the front.
 PositionedMesh roof() {
   return {.positions = {{-1, 0, -1}, {0, -1, -1}, {1, 0, -1}, {-1, 0, 1}, {0, -1, 1}, {1, 0, 1}},
           .triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}}};
@@ -200,14 +200,14 @@ TEST(Framing, TurnsWithTheUpAxis) {
   for (const char* axis : {"x", "-x", "y", "-y", "z", "-z"}) {
     const Vec3 up = up_axis_from(axis).value();
     const Camera camera = framing(mesh.positions, 20, 10, 160, 120, up);
-    // Neither its elevation nor its handedness depends on the up axis.
+    // The view's elevation and handedness do not depend on the up axis.
     EXPECT_NEAR(dot(camera.up, up), upright.up[2], 1e-12) << axis;
     EXPECT_NEAR(dot(camera.back, up), upright.back[2], 1e-12) << axis;
     EXPECT_NEAR(dot(camera.right, up), 0, 1e-12) << axis;
     const Vec3 right = cross(camera.up, camera.back);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(right[i], camera.right[i], 1e-12) << axis;
   }
-  // Like three.js, which the viewer uses, rotates z to -y: looks along z where z-up looks along y.
+  // Rotated from z to -y like the viewer (three.js): looks along z where z-up looks along y.
   const Camera along_z = framing(mesh.positions, 0, 0, 160, 120, {0, -1, 0});
   EXPECT_NEAR(along_z.back[2], -1, 1e-12);
   EXPECT_NEAR(along_z.right[0], 1, 1e-12);
@@ -273,7 +273,7 @@ TEST(Picture, FadesWiresWhereTrianglesAreSmall) {
   EXPECT_LT(darkening(200), 60);
 }
 
-// A ball seen through a larger one around it.
+// A ball inside another, translucent ball.
 class NestedBalls : public ::testing::Test {
  protected:
   [[nodiscard]] Picture drawn_with(std::vector<DrawnSurface> surfaces,
@@ -318,7 +318,7 @@ TEST_F(NestedBalls, DoNotDependOnTheOrderOfSurfaces) {
 TEST_F(NestedBalls, LetTheirGroundThroughWhereNothingIsSolid) {
   const DrawOptions options{.background = Background::kTransparent};
   const Picture one = drawn_with({{.mesh = &outer_, .opacity = 0.5}}, options);
-  EXPECT_NEAR(one.at(80, 60)[3], 255 * (1 - 0.5 * 0.5), 1);  // Its front and its back.
+  EXPECT_NEAR(one.at(80, 60)[3], 255 * (1 - 0.5 * 0.5), 1);  // The front and the back of the ball.
   const Picture two =
       drawn_with({{.mesh = &outer_, .opacity = 0.5}, {.mesh = &inner_, .opacity = 0.5}}, options);
   EXPECT_NEAR(two.at(80, 60)[3], 255 * (1 - 1 / 16.0), 1);
@@ -358,7 +358,7 @@ TEST(PngFile, DeterministicPngOfTheRequestedSize) {
   EXPECT_EQ(png_file(picture), bytes);
 }
 
-// Counts dark pixels in a part of a picture.
+// Counts the dark pixels in a part of a picture.
 int dark_pixels(const Picture& picture, int left, int top, int right, int bottom) {
   int count = 0;
   for (int y = top; y < bottom; ++y) {
@@ -385,7 +385,7 @@ TEST(ScaleBar, HasARoundLengthThatThePictureHas) {
     const ScaleLength length = scale_length(camera);
     EXPECT_GT(length.pixels, 40) << radius;
     EXPECT_LE(length.pixels, 110.001) << radius;
-    // Equal to the distance of two points at the scene's center.
+    // As long as the same distance between two places in the middle of the picture.
     EXPECT_NEAR(length.world * camera.pixels_at_one / -camera.seen({0, 0, 0})[2], length.pixels,
                 1e-6)
         << radius;
@@ -406,7 +406,7 @@ TEST(ScaleBar, IsALineWithAStrokeAtEachEnd) {
     EXPECT_GT(dark_pixels(picture, end - 2, 695, end + 3, 699), 2) << end;
     EXPECT_GT(dark_pixels(picture, end - 2, 701, end + 3, 706), 2) << end;
   }
-  EXPECT_GT(dark_pixels(picture, left, 676, 1264, 692), 30);  // Its length as text.
+  EXPECT_GT(dark_pixels(picture, left, 676, 1264, 692), 30);  // The text of the length.
   EXPECT_EQ(dark_pixels(picture, 0, 0, left - 60, 720), 0);
 }
 

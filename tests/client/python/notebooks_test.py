@@ -46,7 +46,7 @@ class ViewerOfNotebooks(unittest.TestCase):
         self.assertEqual(
             viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&color=aabbcc"
         )
-        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As set by the page.
+        viewer.settings = {"dataset": "a head", "isovalue": 7.5, "error": 0.25}  # As the page does.
         viewer.error = 2.0
         self.assertEqual(viewer.wanted["isovalue"], 7.5)
         self.assertEqual(viewer.wanted["error"], 2.0)
@@ -96,7 +96,7 @@ class Examples(unittest.TestCase):
             time.sleep(0.05)
         os.environ["MULTITETRA_SERVER"] = found[1] + "/"
         os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
-        # Uses separate configuration folders: nothing of the user's is read or written.
+        # Separate folders for the kernel, so that none of the user's are read or written.
         for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR", "MPLCONFIGDIR"):
             os.environ[name] = str(path / name)
 
@@ -115,7 +115,7 @@ class Examples(unittest.TestCase):
     def test_viewer_both_ways(self):
         self.run_example("viewer_both_ways")
 
-    # Compares the output with the stored one; pictures must exist.
+    # Checks that the output equals the stored output and that pictures exist.
     def run_example(self, name):
         path = EXAMPLES / f"{name}.ipynb"
         notebook = nbformat.read(path, as_version=4)
@@ -123,10 +123,10 @@ class Examples(unittest.TestCase):
         client = nbclient.NotebookClient(
             notebook, timeout=120, kernel_name="python3", record_timing=False, store_widget_state=False
         )
-        client.comm_open_handlers = {}  # It takes widgets for those of ipywidgets 7; nothing shows them here.
+        client.comm_open_handlers = {}  # nbclient would handle widgets as those of ipywidgets 7; nothing displays them here.
         client.execute()
         if IS_WRITING:
-            for cell in notebook.cells:  # Warnings of the machine are not stored.
+            for cell in notebook.cells:  # Warnings depend on the machine.
                 cell["outputs"] = [output for output in cell.get("outputs", []) if output.get("name") != "stderr"]
                 if cell.cell_type != "code":
                     del cell["outputs"]

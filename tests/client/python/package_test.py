@@ -229,7 +229,7 @@ class Package(unittest.TestCase):
             *_, drawn = server.steps("gyroid", 0.1, error=0.5, display=True)
         self.assertTrue(drawn.is_final)
         self.assertLessEqual(drawn.error_bound_world, 0.5)
-        self.assertGreater(drawn.mesh.error_bound, drawn.error_bound_world)  # Includes rounding to the lattice.
+        self.assertGreater(drawn.mesh.error_bound, drawn.error_bound_world)  # The lattice error is added.
         self.assertLess(drawn.mesh.error_bound, drawn.error_bound_world + 0.1)
         self.assertEqual((drawn.euler_characteristic, drawn.components), (kept.euler_characteristic, kept.components))
         self.assertGreater(len(drawn.mesh.faces), len(kept.mesh.faces), "it is not simplified")
@@ -240,7 +240,7 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[0]) as server:
             steps = list(server.steps("gyroid", 0.1, error=0.5))
             last = steps[-1].mesh
-            self.assertGreater(last.error_bound, steps[-1].error_bound_world)  # Includes rounding to the lattice.
+            self.assertGreater(last.error_bound, steps[-1].error_bound_world)  # The lattice error is added.
             self.assertEqual(last.volume_bound, last.area * last.error_bound)
             self.assertTrue(all(step.mesh.error_bound is None for step in steps if step.spacing > 1))
             self.assertIsNone(server.isosurface("gyroid", 0.1, error=0.5, bound="paper").error_bound)
@@ -266,7 +266,7 @@ class Package(unittest.TestCase):
             info = {one.name: one for one in server.datasets()}["gyroid"]
         np.testing.assert_array_equal(vertices, mesh.vertices[:, ::-1])
         self.assertEqual(len(values), len(vertices))
-        # Reversed axes mirror, so the faces are reversed and enclose the same volume.
+        # Reversing axes mirrors, so faces are flipped to enclose the same volume.
         np.testing.assert_allclose(sixfold_volume(vertices, faces), sixfold_volume(mesh.vertices, mesh.faces))
         samples, options, kind = image_layer(np.zeros((2, 3, 4)), info)
         self.assertEqual((kind, samples.shape), ("image", (4, 3, 2)))
@@ -327,7 +327,7 @@ class Package(unittest.TestCase):
             try:
                 self.assertAlmostEqual(mesh.volume / properties.GetVolume(), 1, places=6)
             except ValueError:
-                pass  # It ends with the data.
+                pass  # The surface ends at the border of the data.
 
     def test_an_empty_surface_is_told(self):
         with multitetra.connect(self.urls[0]) as server:
@@ -454,18 +454,18 @@ class Package(unittest.TestCase):
         with Meddler(self.urls[0], flip_a_bit_of_the_first_tile) as url, multitetra.connect(url) as server:
             with self.assertRaisesRegex(multitetra.CheckError, "tile"):
                 server.isosurface("gyroid", 0.1, error=0.5)
-            # A failed surface is not cached, and the connection can be used again.
+            # Nothing of the failed step is cached, and the connection remains usable.
             self.assertGreater(len(server.isosurface("gyroid", 0.1, error=0.5).faces), 0)
 
     def test_a_step_of_another_request_or_without_a_bound_is_found(self):
-        for asked, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue, and the error.
+        for asked, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue and the error.
             def meddle(frame, _):
                 if frame[0] != 0x1A:  # The tag of ServerMessage.step_begin.
                     return frame
                 return frame.replace(struct.pack("<d", asked), struct.pack("<d", answered))
 
             with Meddler(self.urls[0], meddle) as url, multitetra.connect(url) as server:
-                # A message with a NaN is malformed.
+                # A message with a NaN violates the protocol.
                 with self.assertRaises((multitetra.CheckError, ConnectionError)):
                     server.isosurface("gyroid", 0.1, error=0.5)
 

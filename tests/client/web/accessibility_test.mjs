@@ -1,5 +1,5 @@
-// axe-core finds no serious problem in the page, dark and light, wide and narrow, with everything open. On a phone,
-// touch targets are large enough, and the surface is visible.
+// axe-core finds nothing serious in the page, dark and light, wide and narrow, with everything open. On a phone,
+// buttons are large enough for fingers and the surface has enough space.
 //
 //   node accessibility_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
@@ -18,7 +18,7 @@ for (const theme of ["dark", "light"]) {
       await complete(page);
       await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
       const canvas = await page.locator(".stage canvas").boundingBox();
-      await page.mouse.click(canvas.x + 0.5 * canvas.width, canvas.y + 0.42 * canvas.height); // Next to the handles.
+      await page.mouse.click(canvas.x + 0.5 * canvas.width, canvas.y + 0.42 * canvas.height); // Not on a handle.
       await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
       await page.click(".seal");
       await page.evaluate(() => (document.getElementById("tooltip").style.display = "none"));
@@ -37,9 +37,9 @@ await test("LeavesRoomForFingersAndForTheSurface", async (page) => {
   await complete(page);
   await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
   const small = await page.evaluate(() => [...document.querySelectorAll("button, input, select, summary")].flatMap((one) => {
-    const hit = one.closest(".toggle") ?? one; // Its label belongs to it.
+    const hit = one.closest(".toggle") ?? one; // Its label is clickable, too.
     const { width, height } = hit.getBoundingClientRect();
-    const isAnAxis = one.closest(".orientation"); // Duplicated by the buttons "Front", "Side" and "Top".
+    const isAnAxis = one.closest(".orientation"); // The buttons "Front", "Side" and "Top" do the same.
     return isAnAxis || width === 0 || (width >= 43.5 && height >= 43.5) ? [] : [`${hit.outerHTML.slice(0, 120)}: ${width} x ${height}`];
   }));
   assert.deepEqual(small, []);

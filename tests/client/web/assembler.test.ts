@@ -8,7 +8,7 @@ import { dataset, found, messages, request, tileFrom } from "./golden_stream";
 
 const stream = messages().filter(({ case: kind }) => kind !== "welcome" && kind !== "datasetList");
 
-// Performs the assembler's effects as the page does; returns those visible to the user.
+// Performs the assembler's effects as the page does, and returns those visible to a user.
 async function played(all: readonly ServerKind[], assembler = newAssembler()) {
   const seen: AssemblerEffect[] = [];
   const boundaries = new Map<string, TileBoundary>();

@@ -1,4 +1,4 @@
-// Checks that axe-core finds no serious problem in a page.
+// Expects axe-core to find nothing serious in a page.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -7,7 +7,7 @@ const installed = createRequire(new URL("../../../client/web/package.json", impo
 const axe = readFileSync(installed.resolve("axe-core"), "utf8");
 
 export async function examine(page) {
-  // The page's policy forbids external scripts, but not evaluated ones.
+  // The page's policy forbids external scripts, but not evaluated code.
   await page.evaluate(axe);
   const { violations } = await page.evaluate(() => window.axe.run());
   const serious = violations.filter(({ impact }) => impact === "serious" || impact === "critical");

@@ -1,4 +1,4 @@
-// The viewer in a real browser, with a real server.
+// The viewer in a real browser, against a real server: what a user sees.
 //
 //   node browser_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
@@ -66,7 +66,7 @@ async function showsASurface(page) {
   );
 }
 
-// At errors below a voxel the page receives samples and extracts triangles; above, it receives simplified triangles.
+// Below an error of one voxel the server sends samples, which the page triangulates; above it, simplified meshes.
 async function marchesSamples(page) {
   const certificateAt = async (error, isIt) => {
     await open(page, `#dataset=head&isovalue=500.5&error=${error}`);
@@ -96,7 +96,7 @@ async function followsADrag(page) {
   await page.mouse.down();
   for (let i = 1; i <= 6; ++i) {
     await page.mouse.move(line.x + 1 + 8 * i, y);
-    // A capture may fall between two frames of a busy browser; a lasting empty picture fails twice.
+    // A screenshot may fall between two frames of a busy browser; a lasting empty picture fails twice.
     assert((await isFilled()) || (await isFilled()), "something is shown at every moment of the drag");
   }
   await page.mouse.up();
@@ -108,7 +108,7 @@ async function followsADrag(page) {
   assert.notEqual(after.triangles, before.triangles);
 }
 
-// Controls stay while surfaces come and go; only the user's choices change them.
+// Controls keep their positions while surfaces appear, change and vanish; only choices add or remove controls.
 async function keepsItsControls(page) {
   await open(page, "#dataset=head&isovalue=500.5&error=0.5");
   await complete(page);
@@ -148,7 +148,7 @@ async function refinesARegion(page) {
   await page.mouse.down();
   await page.mouse.move(x + 50, y - 20, { steps: 4 });
   await page.mouse.up();
-  // The address follows every mouse move; the final place is above the center.
+  // The address is updated with every mouse move; the final position is above the middle.
   await page.waitForFunction(() => {
     const ball = new URLSearchParams(location.hash.slice(1)).get("region")?.match(/ball:([^=]*)=/);
     return ball && Number(ball[1].split(",")[2]) > 32;
@@ -206,7 +206,7 @@ async function cutsOpen(page) {
   await page.waitForFunction(() => /clip=x/.test(location.hash));
   const half = await surfacePixels(page);
   assert(half.share < 0.7 * whole.share && half.share > 0.2 * whole.share, `${half.share} of ${whole.share}`);
-  // A click on the clipped part hits nothing; on the other side it returns the place.
+  // A click where the surface was cut away hits nothing; on the other side it returns the position.
   const canvas = await page.locator(".stage canvas").boundingBox();
   const click = (share) => page.mouse.click(canvas.x + share * canvas.width, canvas.y + canvas.height / 2);
   await click(0.42);
@@ -219,7 +219,7 @@ async function cutsOpen(page) {
   assert.equal(await atKeyboard(page), "canvas");
 }
 
-// The plane first faces the camera; the central handle pushes it away, the other one rotates it.
+// The plane faces the camera first; the middle handle moves it, the one next to it rotates it.
 async function turnsTheCut(page) {
   const size = 64;
   await open(page, "#dataset=head&error=2&axes=false&eye=32,-120,32&target=32,32,32");
@@ -261,7 +261,7 @@ async function turnsTheCut(page) {
 }
 
 async function givesFiles(page) {
-  // A picture requested early waits for the surface.
+  // A picture requested before there is a surface waits for it.
   await open(page, "#dataset=head&error=0.25&axes=false&eye=32,-120,32&target=32,32,32");
   const early = await downloaded(page, "Picture");
   const [red, green, blue] = await pixelOf(page, early, 0.5, 0.5);
@@ -287,12 +287,12 @@ async function givesFiles(page) {
   assert.deepEqual((await cornerOf(page, large))[3], 0, "nothing lies behind the surface");
 }
 
-// Returns the first pixel of a PNG: red, green, blue and alpha.
+// The first pixel of a PNG as [red, green, blue, alpha].
 function cornerOf(page, png) {
   return pixelOf(page, png, 0, 0);
 }
 
-// Returns the pixel at a share of the width and height.
+// The pixel at a fraction of the width and the height.
 function pixelOf(page, png, across, down) {
   return page.evaluate(async ({ data, across, down }) => {
     const image = new Image();
@@ -447,14 +447,14 @@ async function measuresAPart(page) {
   await page.click(".measure-part");
   await page.waitForSelector(".part", { timeout: patience });
   const [, area, volume, bound] = (await page.textContent(".part")).match(/Area about ([\d.]+) \S+², volume ([\d.]+) ± ([\d.]+) /).map(Number);
-  // Compares with the downloaded file, of all parts.
+  // The saved file of all parts gives the same measures.
   const whole = massOf(await downloaded(page, "STL"));
   const parts = Number((await page.textContent(".certificate")).match(/Connected components(\d+)/)[1]);
   const share = parts === 1 ? 0.94 : 0.5;
   assert(area > share * whole.area && area < 1.06 * whole.area, `${area} of ${whole.area}`);
   if (parts === 1) assert(Math.abs(volume - whole.volume) < bound, `${volume} ± ${bound}, ${whole.volume}`);
   assert.match(await page.textContent(".part"), /Exact narrows the bound/);
-  // Another quality is measured again.
+  // Measured again for another quality.
   await page.click('[aria-label="Qualities"] button:text-is("Exact")');
   await page.waitForFunction(() => /full resolution/.test(document.querySelector(".part")?.textContent ?? ""), null, { timeout: patience });
   const exact = massOf(await downloaded(page, "STL"));
@@ -481,17 +481,17 @@ async function hidesDust(page) {
     return { vertices, faces, shown: value("components_written"), all: value("components"), digest: value("content_digest") };
   };
   const [large, larger] = [written(6), written(12)];
-  let sent = 0; // Over the surface's connection; its thumbnail uses another.
+  let sent = 0; // Counts frames of the surface's connection; the dataset list's thumbnails use another.
   page.once("websocket", (socket) => socket.on("framesent", () => ++sent));
-  // From the first frame, with a setting in the address. With field normals the mesh is that of the command line;
-  // without, it is that of the finest level, which has other triangles of the same surface.
+  // The setting in the address applies from the first frame. With the field's gradients the mesh equals the command
+  // line's; without them it is the finest level's, another triangulation of the same surface.
   await open(page, "#dataset=dusty&isovalue=100&error=0&axes=false&shading=field&min_component=6", await serveFolder(folder));
   const whole = await complete(page, ({ triangles }) => triangles === large.faces);
   assert.equal(whole.digest, large.digest, "what is checked is the whole surface");
   assert(Number((await page.textContent(".bytes span")).match(/in (\d+) tiles/)[1]) > 1, "components go across tiles");
   assert.match(await page.textContent(".certificate"), new RegExp(`${large.shown} components of ${large.all} shown \\(smaller than 6 samples hidden\\)`));
   assert.match(await page.textContent(".certificate"), new RegExp(`Connected components${large.all}`));
-  // Another size applies to cached tiles.
+  // Another size applies without the server.
   const before = sent;
   const hide = async (samples, words) => {
     await page.fill('[aria-label^="Hide components of the surface"]', samples);
@@ -506,7 +506,7 @@ async function hidesDust(page) {
   await page.locator(".stage canvas").click();
   await page.click(".measure-part", { timeout: patience });
   await page.waitForSelector(".part", { timeout: patience });
-  const area = Number((await page.textContent(".part")).match(/Area ([\d.]+)/)[1]); // At full resolution: all digits.
+  const area = Number((await page.textContent(".part")).match(/Area ([\d.]+)/)[1]); // All digits, at full resolution.
   const { area: saved } = massOf(await downloaded(page, "STL"));
   assert(Math.abs(area - saved) < 1e-3 * saved, `the one that is left has ${area} of ${saved}`);
   await page.focus(".stage canvas");
@@ -517,7 +517,7 @@ async function hidesDust(page) {
   await hide("12", `${larger.shown} of ${larger.all} components shown`);
   const room = await page.evaluate(() => ["facts", "fact.error"].map((name) => document.querySelector(`.${name}`).getBoundingClientRect().right));
   assert(room[1] <= room[0] + 1, `the seal leaves ${room[0]} to an error that ends at ${room[1]}`);
-  await page.waitForTimeout(800); // Rapid changes are undone together.
+  await page.waitForTimeout(800); // Changes in quick succession are undone together.
   await hide("1000", "Nothing shown");
   assert.match(await page.textContent(".notice"), new RegExp(`No components of ${large.all} shown \\(smaller than 1000 samples hidden\\)`));
   assert((await surfacePixels(page)).share < 0.001, "nothing is left of it");
@@ -536,7 +536,7 @@ async function hidesDust(page) {
   await page.waitForFunction(() => !/components shown/.test(document.querySelector(".seal").textContent), null, { timeout: patience });
 }
 
-// Returns vertices and faces from the header of a PLY file.
+// The numbers of vertices and faces in a PLY file's header.
 function sizesOf(ply) {
   return ply.toString("latin1", 0, 400).match(/element vertex (\d+)[^]*element face (\d+)/).slice(1).map(Number);
 }
@@ -591,7 +591,7 @@ async function showsASlice(page) {
   const colored = async (hash) => {
     await page.evaluate((text) => (location.hash += text), hash);
     await page.waitForTimeout(1500);
-    return (await surfacePixels(page)).share; // Red, at the upper end of the map.
+    return (await surfacePixels(page)).share; // The red end of the color map.
   };
   const all = await colored("&axes=false");
   assert(all > 0.05, `samples are shown: ${all}`);
@@ -620,7 +620,7 @@ async function linksSlices(page) {
     .every((one) => new RegExp(text).test(one.getAttribute("aria-label"))), pattern, { timeout: patience });
   assert.deepEqual((await words()).map((text) => text.replace(/:.*/, "")), ["Axial slice, z 40 mm", "Coronal slice, y 32 mm", "Sagittal slice, x 20 mm"]);
   assert.equal(await views.count(), 3);
-  // A click in the first view, a quarter from its left: the other two move.
+  // A click in the middle of the first view moves the other two.
   const box = await views.first().boundingBox();
   await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
   await page.waitForFunction(() => /cross=3[12][^,]*,3[12][^,]*,40(&|$)/.test(location.hash), null, { timeout: patience });
@@ -651,10 +651,10 @@ async function refinesWhatIsNear(page) {
   const near = await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
   assert.notEqual(near.digest, far.digest);
   await look("300,-740,32");
-  await complete(page, ({ digest }) => digest === far.digest); // Looking away requests nothing.
+  await complete(page, ({ digest }) => digest === far.digest); // Rotating a distant view requests nothing.
 }
 
-// Without a setting in the address.
+// No setting in the address requests this.
 async function followsTheView(page) {
   const hash = "#dataset=head&isovalue=300.5&error=2&pixels=4&eye=32,-800,32&target=32,32,32&axes=false";
   let far = null;
@@ -662,7 +662,7 @@ async function followsTheView(page) {
     await page.goto("about:blank");
     await page.goto(server.page + hash);
     const shown = await complete(page);
-    if (await page.locator(".toggle.is-off").count() === 0) far = shown; // Otherwise this machine was slow, and detail is paused.
+    if (await page.locator(".toggle.is-off").count() === 0) far = shown; // Otherwise the machine was slow, and detail is paused.
   }
   assert(far, "the surface comes within two seconds, once at least");
   await page.evaluate(() => (location.hash = location.hash.replace(/eye=[^&]*/, "eye=32,-30,32")));
@@ -670,7 +670,7 @@ async function followsTheView(page) {
 }
 
 async function pausesDetail(page) {
-  // Delays every message of the server, as over a slow link.
+  // Delays every message of the server, as on a slow link.
   await page.routeWebSocket(/v1\/stream/, (socket) => {
     const other = socket.connectToServer();
     socket.onMessage((message) => other.send(message));
@@ -684,7 +684,7 @@ async function pausesDetail(page) {
   await page.waitForTimeout(4000);
   assert.equal((await complete(page)).digest, far.digest, "nothing finer is requested");
   await page.locator('label:has-text("View-dependent detail")').click(); // Off,
-  await page.locator('label:has-text("View-dependent detail")').click(); // and on by hand.
+  await page.locator('label:has-text("View-dependent detail")').click(); // and on again manually.
   await complete(page, ({ triangles }) => triangles > 1.2 * far.triangles);
 }
 
@@ -793,7 +793,7 @@ async function takesBack(page) {
 }
 
 async function colorsByAField(page) {
-  // Gray outside the other field; otherwise blue or red.
+  // Grey where the other field is undefined, otherwise blue or red.
   await open(page, "#dataset=head&isovalue=300.5&error=2&axes=false&color=808080&colors=coolwarm");
   await complete(page);
   const plain = (await surfacePixels(page)).share;
@@ -805,13 +805,13 @@ async function colorsByAField(page) {
   const colored = (await surfacePixels(page)).share;
   assert(colored > plain + 0.002, `${colored} is red, ${plain} was`);
   assert.match(await page.textContent(".legend:not([hidden])"), /gyroid/);
-  // The reported deviation is that of the shown surface, and smaller at full resolution.
+  // The reported deviation is that of the displayed surface, and is smaller at full resolution.
   const deviation = async () => Number((await page.textContent(".panel")).match(/at most about ([\d.e+-]+) beside/)[1]);
   const coarse = { deviation: await deviation(), ...await complete(page) };
   await page.click('[aria-label="Qualities"] button:text-is("Exact")');
   await complete(page, ({ digest }) => digest !== coarse.digest);
   assert((await deviation()) < 0.7 * coarse.deviation, `${await deviation()} is less than ${coarse.deviation}`);
-  // Changed ends of the colors apply immediately: all values lie above them, and are red.
+  // A new color range applies at once: all values are above it, and red.
   await page.waitForTimeout(1000);
   const type = async (which, value) => {
     await page.fill(`[aria-label="Value of the ${which} color of the surface's colors"]`, value);
@@ -823,9 +823,9 @@ async function colorsByAField(page) {
   await page.waitForTimeout(500);
   const red = (await surfacePixels(page)).share;
   assert(red > colored + 0.002, `${red} is red, ${colored} was`);
-  await type("last", "-102"); // Below the first one.
+  await type("last", "-102"); // Below the first end.
   assert.equal(await page.inputValue('[aria-label="Value of the last color of the surface\'s colors"]'), "-100");
-  // So do a color map and the color of places without a value.
+  // So do a color map and the color of undefined values.
   await page.click('[role="radiogroup"][aria-label="Colors"] button:has-text("gray")');
   await page.waitForTimeout(500);
   assert((await surfacePixels(page)).share < 0.002, "nothing is red in gray");
@@ -834,7 +834,7 @@ async function colorsByAField(page) {
   assert((await surfacePixels(page)).share > 0.002, "places without a value are red");
 }
 
-// The page in EMBEDDING.md, with this test's address and dataset.
+// Runs the page in EMBEDDING.md with the address and dataset of this test.
 async function runsThePageOfTheGuide(page) {
   const guide = readFileSync(new URL("../../../client/web/EMBEDDING.md", import.meta.url), "utf8");
   const [block] = guide.match(/^ {4}<!doctype html>\n(?: {4}.*\n)+/m);
@@ -868,7 +868,7 @@ async function leavesALowFrameToThePicture(page) {
 }
 
 async function speaksAround(page) {
-  // A page of the server's own host that embeds the viewer.
+  // A page on the server's own host with the viewer in a frame.
   const around = `${server.page}around.html`;
   await page.route(around, (route) => route.fulfill({ contentType: "text/html", body:
     '<title>around</title><iframe src="/?embed#dataset=gyroid&error=2" width="700" height="500"></iframe>' }));
@@ -899,7 +899,7 @@ async function speaksAround(page) {
   assert.match(answer("third").text, /no message "dance"; there are set, get/);
   assert.equal(answer("fourth").png, "image/png");
   assert(!JSON.stringify(said).includes("token"), "nothing of a token is told");
-  // A page that listens late receives what is shown, and why its settings are not applied.
+  // A page that listens later still receives the current state and the reasons for rejected settings.
   await page.goto(around);
   await page.frames()[1].waitForFunction(() => document.querySelector(".seal")?.textContent.startsWith("✓"), null, { timeout: patience });
   const late = await page.evaluate(() => new Promise((resolve) => {

@@ -3,7 +3,7 @@ import { readFileSync } from "node:fs";
 import { colorAt, type ColorMap, colorMaps, endsOf, shareOf } from "../../../client/web/src/shared/color_maps";
 import { scaleOf } from "../../../client/web/src/slices";
 
-// tests/golden/colors.txt, which the C++ tests also check: map, lin or log, low, high, value, color.
+// tests/golden/colors.txt, also used by the C++ tests: map, lin or log, low, high, value, color.
 const golden = readFileSync(new URL("../../golden/colors.txt", import.meta.url), "utf8")
   .split("\n").filter((line) => line && !line.startsWith("#")).map((line) => line.split(" "));
 

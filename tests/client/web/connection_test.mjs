@@ -1,4 +1,4 @@
-// The viewer's connection, token, keyboard focus and address, in a real browser with real servers.
+// The viewer's connection, token, keyboard and address, in a real browser against real servers.
 //
 //   node connection_test.mjs SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 import assert from "node:assert/strict";
@@ -75,7 +75,7 @@ async function asksForAToken(page) {
     return value === "mt_wrong" && selectionStart === 0 && selectionEnd === value.length;
   });
   assert.equal(await page.locator(".notice form").count(), 1, "what was typed is there");
-  await page.keyboard.type(` ${token} `); // As copied, with spaces.
+  await page.keyboard.type(` ${token} `); // With spaces, as when copied.
   await page.keyboard.press("Enter");
   await complete(page);
   assert(await page.locator(".notice").isHidden());
@@ -89,7 +89,7 @@ async function hidesItsToken(page) {
   await open(page, `#dataset=gyroid&token=${token}`, guarded);
   await complete(page);
   await page.waitForFunction(() => !location.href.includes("token"));
-  // Also when the page is already open with an invalid token.
+  // Also if the page is open already and has an invalid token.
   const other = await page.context().browser().newPage();
   await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
   await notice(other, /token is unknown/);
@@ -129,7 +129,7 @@ async function takesOverTheAddress(page) {
   await edit(page, "dataset=head");
   await complete(page, ({ digest }) => digest !== after.digest);
   assert.equal(await page.getAttribute('.dataset[data-name="head"]', "aria-pressed"), "true");
-  await edit(page, "error=1.5"); // Applies to the current dataset.
+  await edit(page, "error=1.5"); // Applies to the displayed surface.
   await saysSettings(page, "dataset=head&error=1.5");
 }
 
@@ -148,12 +148,12 @@ async function tellsWhatItPassesOver(page) {
   assert.equal((await complete(page)).digest, shown.digest);
 }
 
-// Acts like an edit of the address bar.
+// Sets the address's hash like a user's edit.
 async function edit(page, hash) {
   await page.evaluate((said) => (location.hash = said), `${hash}&follow_view=false`);
 }
 
-// Waits until the address has exactly these settings, apart from the camera.
+// Waits until the address has exactly these settings, ignoring those of the camera.
 function saysSettings(page, settings) {
   return page.waitForFunction(
     (wanted) => location.hash.slice(1).replace(/&(eye|target|follow_view)=[^&]*/g, "") === wanted, settings);

@@ -48,18 +48,17 @@ describe("Conversation", () => {
     const before = connected();
     const order = { info: dataset(), request: request() };
     const last = opened(before.want(order))!.requestId;
-    expect(before.handOver()).toBeNull(); // Its stream runs.
+    expect(before.handOver()).toBeNull(); // The stream is running.
     before.cancel();
     expect(before.handOver()).toBe(last);
-    expect(before.handOver()).toBeNull(); // It no longer has one.
+    expect(before.handOver()).toBeNull(); // It has been handed over.
     const after = new Conversation({ agent: "test", token: () => "secret", held: () => [] });
     expect(after.handOver()).toBeNull();
-    expect(after.want(order)).toEqual([]); // It has no connection.
+    expect(after.want(order)).toEqual([]); // It is not connected.
     const effects = after.adopted(last);
-    expect(sent(effects)).toEqual(["openStream"]); // Without a greeting.
+    expect(sent(effects)).toEqual(["openStream"]); // Without Hello.
     expect(opened(effects)!.requestId).toBe(last + 1n);
-    // Late, of the previous one.
-    expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]);
+    expect(after.received({ ...begin, value: { ...begin.value, requestId: last } } as ServerKind)).toEqual([]); // A late message of the previous stream.
   });
 
   test("ChecksWhatCameWhenItsConnectionIsHandedOver", () => {
@@ -72,7 +71,7 @@ describe("Conversation", () => {
     const keys = decode.map((one) => (one as unknown as { effect: { tile: { key: string } } }).effect.tile.key);
     const after = keys.flatMap((key) => conversation.decoded(1, key));
     expect(after).toMatchObject([{ kind: "stream", effect: { kind: "certify" } }]);
-    conversation.want({ info: dataset(), request: request() }); // Replaces it.
+    conversation.want({ info: dataset(), request: request() }); // Replaces the previous request.
     expect(conversation.decoded(1, keys[0])).toEqual([]);
   });
 
@@ -84,8 +83,8 @@ describe("Conversation", () => {
     expect(ask([10, 10, 10, 29, 41, 26])).toMatchObject({ // 17 samples along the shortest side.
       steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [{ finestSpacing: 4, isUnsimplified: true }],
     });
-    expect(ask([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // Thin.
-    expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // Its box is unknown.
+    expect(ask([0, 0, 0, 99, 99, 0]).resumedPreviews).toMatchObject([{ finestSpacing: 1 }]); // A thin box.
+    expect(ask([])).toMatchObject({ steps: StepPolicy.PREVIEWS_ONLY, resumedPreviews: [] }); // The box is unknown.
   });
 
   test("SendsTheMeasuredSpeedWithEveryStream", () => {
@@ -211,7 +210,7 @@ describe("Conversation", () => {
       { kind: "postponed", text: "Too many streams.", inMilliseconds: 2500 },
     ]);
     expect(opened(conversation.again())).toMatchObject({ requestId: 2n, dataset: dataset().name });
-    expect(conversation.again()).toEqual([]); // It runs.
+    expect(conversation.again()).toEqual([]); // It is running.
     conversation.cancel();
     expect(conversation.again()).toEqual([]); // It was cancelled.
   });

@@ -29,10 +29,9 @@ describe("CutPlane", () => {
     expect(begun).toEqual({ clipNormal: [0, 1, 0], clipFlipped: false });
     expect(distance(cut({ clip: "oblique", ...begun }), [5, 12, 15])).toBeGreaterThan(0);
     const turned: Settings = { ...defaults, clip: "oblique", clipNormal: [0, 0, 1] };
-    expect(begunCut({ clip: "oblique", clipNormal: null }, turned, front)).toEqual(begun); // The button.
+    expect(begunCut({ clip: "oblique", clipNormal: null }, turned, front)).toEqual(begun); // By the button.
     expect(begunCut({ clipAt: 0.3 }, turned, front)).toEqual({});
-    // The previous normal.
-    expect(begunCut({ clip: "oblique" }, { ...turned, clip: "off" }, front)).toEqual({ clipFlipped: false });
+    expect(begunCut({ clip: "oblique" }, { ...turned, clip: "off" }, front)).toEqual({ clipFlipped: false }); // Reuses the previous plane.
     const behind = { eye: [5, 100, 15], target: [5, 10, 15] };
     expect(begunCut({ clip: "y" }, defaults, behind)).toEqual({ clipFlipped: true });
     expect(begunCut({ clip: "y", clipFlipped: false }, defaults, behind)).toEqual({});
@@ -51,8 +50,7 @@ describe("CutPlane", () => {
   });
 
   test("FollowsThePointerAsABallDoes", () => {
-    // Initially towards the camera.
-    const turned = (x: number, y: number) => turnedLikeABall([0, 0, 1], [1, 0, 0], [0, 1, 0], x, y);
+    const turned = (x: number, y: number) => turnedLikeABall([0, 0, 1], [1, 0, 0], [0, 1, 0], x, y); // Facing the camera at first.
     expect(turned(30, 0)[0]).toBeGreaterThan(0.2);
     expect(turned(30, 0)[1]).toBeCloseTo(0, 9);
     expect(turned(0, 30)[1]).toBeLessThan(-0.2);

@@ -46,7 +46,7 @@ describe("ExpectedSizes", () => {
   test("KnowSmallLabelsByTheirSamples", () => {
     const sizes = new ExpectedSizes();
     const label = (samples: bigint) => ({ ...info, member: { label: { samples } } }) as unknown as typeof info;
-    sizes.among = 1000; // 10 000 triangles for each.
+    sizes.among = 1000; // Each may have 10 000 triangles.
     expect(sizes.isSmall(label(3_600n))).toBe(true);
     expect(sizes.isSmall(label(36_000n))).toBe(false);
     sizes.among = 2;

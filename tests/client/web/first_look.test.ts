@@ -91,10 +91,10 @@ describe("ExportedPictures", () => {
     annotate(context, { scale: null, numbers: [{ text: "20", x: 100, y: 50 }], axes, legends: [], points: [], words: [] }, 2, "#fff", "#000");
     expect(written.map(([letter]) => letter)).toEqual(["20", "R", "S"]);
     const [number, [, rightX, rightY], [, upX, upY]] = written;
-    expect(number.slice(1)).toEqual([100, 54.5]); // Centered on its place on the screen.
+    expect(number.slice(1)).toEqual([100, 54.5]); // The center stays where it is on the screen.
     expect(rightX).toBeLessThan(upX);
     expect(upY).toBeLessThan(rightY);
-    expect([rightX > 0, rightY < 300]).toEqual([true, true]); // In the lower left corner, at the screen's size.
+    expect([rightX > 0, rightY < 300]).toEqual([true, true]); // At the lower left, in screen units.
   });
 });
 

@@ -1,6 +1,6 @@
 // A stream recorded from the C++ server (tests/golden/gyroid_stream.frames: Welcome, DatasetList, one step of five
-// tiles with normals, StreamEnd; each preceded by its length, as over TCP), and what the C++ client found in it.
-// Created by `generate gyroid --size 33 --noise 0.05 --seed 3`, isovalue 0.1, error 0.5 voxel, normals of 8 bits.
+// tiles with normals, StreamEnd; framed as over TCP), and what the C++ client decoded. Made by `generate gyroid --size
+// 33 --noise 0.05 --seed 3`, isovalue 0.1, error 0.5 voxel, normals of 8 bits.
 import type { DecoderModule } from "draco3d";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -54,7 +54,7 @@ export function request(): IsosurfaceRequest {
   });
 }
 
-// Packages are installed with the viewer, not above its tests.
+// Packages are installed next to the viewer, not above its tests.
 const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
 const draco: Promise<DecoderModule> = installed("draco3d/draco_decoder_nodejs.js")({});
 const hasher = triangleHasher(5);

@@ -1,9 +1,9 @@
-// Shared by tests of the viewer in a real browser with a real server. A test file imports this, calls test() for each
-// test and finish() at its end, and is run as
+// Common parts of the viewer's tests in a real browser, against a real server. A test file imports this, calls test()
+// for each test and finish() at its end, and is run as
 //
 //   node FILE SERVER_PROGRAM VIEWER_FOLDER SCRATCH_FOLDER
 //
-// Exits with 77 and a warning if something is not installed and nothing was tested.
+// Exit code 77, with a warning, means that something is not installed and nothing was tested.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, rmSync } from "node:fs";
@@ -15,7 +15,7 @@ import { Server } from "./viewer_host.mjs";
 const [program, viewer, scratchFolder] = process.argv.slice(2);
 const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
 export const scratch = scratchFolder;
-export const patience = Number(process.env.PATIENCE ?? 120_000); // Enough for a loaded machine that draws in software.
+export const patience = Number(process.env.PATIENCE ?? 120_000); // Enough for a busy machine without a graphics card.
 
 function skip(what) {
   console.log(`!! ${what}: the viewer is NOT TESTED in a browser.`);
@@ -34,23 +34,23 @@ try {
 prepareDatasets();
 export const server = new Server(program, path.join(scratch, "datasets"), viewer);
 await server.start();
-const hosts = new Set([new URL(server.page).host]); // Hosts that a page may query.
+const hosts = new Set([new URL(server.page).host]); // Hosts that pages may connect to.
 const others = [];
 const browser = await chromium.launch({
   executablePath: chromiumPath,
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
 });
-const reader = await browser.newPage(); // Reads pictures.
+const reader = await browser.newPage(); // Decodes screenshots.
 let failures = 0;
 
-// `device`: the simulated screen.
+// `device` describes the emulated screen.
 export async function test(name, act, device = {}) {
-  if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // To run single tests.
+  if (process.env.ONLY && !new RegExp(process.env.ONLY).test(name)) return; // ONLY selects tests during development.
   const page = await browser.newPage({ viewport: { width: 900, height: 640 }, ...device });
   page.setDefaultTimeout(patience);
   const failure = [];
   page.on("console", (message) => {
-    // The browser reports failed connections while the server is away, also for the page's icon.
+    // The browser logs failed requests, including the page's icon, while the server is down.
     const isAway = /WebSocket|ERR_CONNECTION_REFUSED/.test(message.text());
     const isExpected = (page.mayLoseItsConnection && isAway) || page.maySay?.test(message.text());
     if (message.type() === "error" && !isExpected) failure.push(message.text());
@@ -86,7 +86,7 @@ export async function serveFolder(folder, ...options) {
   return other;
 }
 
-// Adds a token of this name to `file` and returns it.
+// Creates a token with this name, adds it to `file` and returns it.
 export function newToken(name, file) {
   return execFileSync(program, ["token", name, "--append", file], { encoding: "utf8" }).trim();
 }
@@ -97,12 +97,12 @@ export async function finish() {
   process.exit(failures > 0 ? 1 : 0);
 }
 
-// View-dependent detail is off unless the address enables it, so that surfaces depend only on the settings.
+// Turns view-dependent detail off unless the address sets it, so that only the settings determine the surface.
 export async function open(page, hash, where = server) {
   await page.goto(where.page + (/follow_view/.test(hash) ? hash : `${hash || "#"}&follow_view=false`));
 }
 
-// Returns the focused element's name and first class.
+// The tag name and first class of the focused element.
 export function atKeyboard(page) {
   return page.evaluate(() => {
     const { localName, classList } = document.activeElement;
@@ -110,7 +110,7 @@ export function atKeyboard(page) {
   });
 }
 
-// Waits for a notice with this text.
+// Waits until the notice matches `words`.
 export function notice(page, words) {
   return page.waitForFunction((pattern) => {
     const element = document.querySelector(".notice");
@@ -118,7 +118,7 @@ export function notice(page, words) {
   }, words.source);
 }
 
-// Waits for the final step; returns the text of status bar and certificate.
+// Waits for the final step; returns the facts in the status bar and the certificate.
 export async function complete(page, isIt = () => true) {
   const until = Date.now() + patience;
   while (Date.now() < until) {
@@ -136,7 +136,7 @@ export async function complete(page, isIt = () => true) {
   throw new Error(`The surface did not become complete in ${patience / 1000} s.`);
 }
 
-// Returns the share of the picture with a surface's color: light, and more red than blue.
+// The fraction of the picture with the color of a surface: bright, with more red than blue.
 export async function surfacePixels(page) {
   const box = await page.locator(".stage canvas").boundingBox();
   const png = (await page.screenshot({ clip: box, timeout: patience })).toString("base64");
@@ -158,7 +158,7 @@ export async function surfacePixels(page) {
   }, png);
 }
 
-// Runs the server program to its end, silently; returns its output.
+// Runs the server program silently and returns its output.
 export function run(...words) {
   return execFileSync(program, [...words, "--quiet"], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
 }

@@ -9,7 +9,7 @@ const values = Array.from({ length: 322 }, (_, i) => i + 1);
 const list = values.map((value) => member(`cells.label${value}`, "cells", { label: { value, name: `cell ${value}` } }));
 const all: Settings = { ...defaults, ...settingsOfEntry(entriesOf(list)[0]) };
 
-// Resolves settings as a page that opens the address.
+// The settings of a page that opens the address.
 function opened(address: string): Settings {
   const settings = { ...defaults, ...fromAddress(address) };
   return { ...settings, ...startOf(list, settings)!.changes };

@@ -1,18 +1,18 @@
-// Measures how long a surface takes in the viewer until it is complete, and how long it blocks the page's main thread.
+// Measures how long the viewer takes to complete a surface, and for how long the main thread of the page is blocked.
 //
 //   node long_tasks.mjs ADDRESS [--undrawn] [--then ISOVALUE]
 //   node long_tasks.mjs 'http://127.0.0.1:7480/#dataset=head&isovalue=300.5&error=0.5' --then 310.5
 //   node long_tasks.mjs 'http://127.0.0.1:7480/#dataset=head&isovalue=500.5&error=0&surfaces=1200.5,7fb3d5' --undrawn
 //
-// --then types another isovalue into the open page after the first surface, to measure a new isovalue without the
-// page's start. The last example shows two concurrent surfaces. The measurement ends with the first dataset's
-// thumbnail, which is drawn after the surface. Without a GPU the browser draws on the CPU, which blocks the page:
-// --undrawn skips drawing itself, but not its preparation.
+// --then types another isovalue into the open page once the first surface is complete, to measure it without the start
+// of the page. The last example shows two surfaces, which load concurrently. The measurement ends with the first
+// dataset's thumbnail, which is drawn after the surface. A browser without a graphics card draws on the processor and
+// blocks the page: --undrawn skips the drawing, but nothing before it.
 //
-// Prints the text of the status bar with the milliseconds at which it appeared, since the page was opened or the
-// isovalue was entered ("Complete": all steps were received, checked and uploaded to the GPU); the tasks above 50 ms
-// that the browser reports, separately those of the first second, when the page starts; the processor time of the main
-// thread, and what was finally shown. Wall times depend on other load.
+// Prints the texts of the status bar with the milliseconds since the page was opened or the isovalue was entered
+// ("Complete": all steps were received, checked and uploaded to the graphics card); the tasks above 50 ms that the
+// browser reports, with those of the first second, in which the page starts, listed separately; the processor time of
+// the main thread; and the final state. Wall times depend on other load of the machine.
 import { createRequire } from "node:module";
 
 const address = process.argv[2] ?? "http://127.0.0.1:7480/#error=0";

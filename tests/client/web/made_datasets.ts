@@ -1,4 +1,4 @@
-// Datasets as described by a server.
+// Dataset descriptions as a server sends them.
 import { create, type DatasetInfo, DatasetInfoSchema, SeriesMemberSchema } from "../../../client/web/src/protocol/messages";
 
 export function plain(name: string): DatasetInfo {

@@ -1,21 +1,21 @@
-// Volume files from formulas, for tests and pictures.
+// Volume files made from formulas, for tests and pictures.
 import { writeFileSync } from "node:fs";
 
-// `value` takes the sample's indices.
+// `value(x, y, z)` is called with the indices of each sample.
 export function samplesOf(size, value) {
   const samples = new Float32Array(size ** 3);
   for (let i = 0; i < samples.length; ++i) samples[i] = value(i % size, Math.floor(i / size) % size, Math.floor(i / size ** 2));
   return samples;
 }
 
-// Writes NRRD from a Uint8Array or Float32Array; `space`: further header lines.
+// Writes a Uint8Array or Float32Array as NRRD; `space` holds further header lines.
 export function writeNrrd(file, size, samples, space = "") {
   const type = samples instanceof Uint8Array ? "uint8" : "float";
   const header = `NRRD0004\ntype: ${type}\ndimension: 3\n${space}sizes: ${size} ${size} ${size}\nendian: little\nencoding: raw\n\n`;
   writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]));
 }
 
-// Writes an XML VTK image with named arrays, in Base64.
+// Writes a VTK image with the given arrays, by name, as Base64 in XML.
 export function writeVti(file, size, arrays) {
   const words = Object.entries(arrays).map(([name, samples]) => {
     const length = Buffer.alloc(4);

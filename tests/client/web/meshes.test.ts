@@ -109,7 +109,7 @@ describe("Files", () => {
       const middle = [0, 1, 2].map((row) => map[9 + row] + [0, 1, 2].reduce((sum, c) => sum + map[3 * c + row] * centre[c], 0));
       for (let v = 0; v < p.length; v += 3) {
         expect(Math.hypot(n[v], n[v + 1], n[v + 2])).toBeCloseTo(1, 5);
-        // Normals of an octahedron point away from its center, along the axes that the map stretches.
+        // Normals of an octahedron point away from its center, along the axes, which the map scales.
         const away = [0, 1, 2].map((axis) => p[v + axis] - middle[axis]);
         expect(away.reduce((sum, value, axis) => sum + value * n[v + axis], 0) / Math.hypot(...away)).toBeGreaterThan(0.3);
       }

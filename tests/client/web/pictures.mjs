@@ -1,11 +1,11 @@
-// Takes the pictures of the README and others.
+// Takes the README's picture of the viewer, and others.
 //
 //   node pictures.mjs SERVER_PROGRAM VIEWER_FOLDER DATASETS_FOLDER OUTPUT_FOLDER
 //
-// `viewer` shows the demo volume and needs no other dataset. For the others the datasets folder must contain
+// `viewer` shows the demo's volume and needs no other dataset. For the others the folder of datasets must contain
 // visible-female-head (the whole CT), gyroid (`generate gyroid --size 65`), and frog (`prepare frogtissue.mhd --label
-// all --name frog`). Adds the prepared demo volume and volumes from formulas. ONLY=name takes one picture; SIZE=390x844
-// and THEME=light change the view.
+// all --name frog`). The demo's volume and generated data are prepared into it here. ONLY=name takes one picture;
+// SIZE=390x844 and THEME=light change its size and theme.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -64,13 +64,12 @@ for (const [name, [hash, ...usual]] of Object.entries(pictures)) {
     await page.click('summary:has-text("Finer")');
   }
   if (name === "viewer_labels") await page.locator('input[aria-label="Opacity of label 13"]').fill("0.4"); // The skeleton.
-  if (name === "viewer_times") { // While playing.
+  if (name === "viewer_times") { // In the middle of the playback.
     await page.waitForFunction(() => document.querySelector(".times .pace").textContent.endsWith(" of"), null, { polling: 200 });
     await page.waitForFunction(() => document.querySelector(".times .time").textContent === "0.7 s", null, { polling: 20 });
   }
   await page.mouse.move(width / 2, 4);
-  // The final frame is drawn on the CPU.
-  await page.waitForTimeout(["viewer", "viewer_scene", "viewer_labels"].includes(name) ? 30_000 : 1000);
+  await page.waitForTimeout(["viewer", "viewer_scene", "viewer_labels"].includes(name) ? 30_000 : 1000); // Rendering at rest takes long on the processor.
   await page.screenshot({ path: path.join(output, `${name}.png`), timeout: patience });
   console.log(name, await page.innerText(".facts"));
   await page.close();
@@ -81,7 +80,7 @@ process.exit(0);
 
 // ----
 
-// Prepares droplets that orbit each other, with their temperature, at sixteen times; and a dose in the head's world.
+// Two warm drops that orbit each other, at sixteen times; and a dose in the world of the head.
 function prepareMade() {
   mkdirSync(datasets, { recursive: true });
   if (!existsSync(path.join(datasets, "visible_female_head.mtd"))) {

@@ -7,7 +7,7 @@ import { dataset } from "./golden_stream";
 const info = dataset();
 const { low, high } = worldBox(info);
 const middle = low.map((at, axis) => (at + high[axis]) / 2);
-// From the front, at this distance from the data's box.
+// A view from the front at this distance from the data's box.
 const viewFrom = (distance: number) => ({
   eye: [middle[0], low[1] - distance, middle[2]], target: middle, up: [0, 0, 1], fieldOfView: 35, heightPixels: 600, aspect: 1,
 });
@@ -34,7 +34,7 @@ describe("ScreenSpaceError", () => {
   test("NeverCoarserThanTheAllowedError", () => {
     const { threshold } = asked({ error: 0.5, pixels: 2 }, near);
     expect(threshold).toMatchObject({ combine: Combination.MINIMUM, error: 0.5, view: { tolerancePixels: 2, frustum: { outside: 0.5 } } });
-    // The view replaces `error`, so a box around all data carries it.
+    // The view replaces `error`, so a box around all data restates it.
     const [box] = threshold!.regions;
     expect(box.threshold).toBe(0.5);
     const { low: from, high: to } = box.shape.value as { low: number[]; high: number[] };

@@ -5,7 +5,7 @@ import {
 import { defaults } from "../../../client/web/src/state/settings";
 import { withAddedSurface } from "../../../client/web/src/state/surfaces";
 
-// A dataset with bins from 0 to their number.
+// A histogram with these counts in bins of width 1, from 0 on.
 function dataset(counts: number[], overrides: Partial<WindowedDataset> = {}): WindowedDataset {
   const histogram = { low: 0, high: counts.length, counts: counts.map(BigInt) } as WindowedDataset["histogram"];
   return { min: 0, max: counts.length, valueUnit: "", histogram, ...overrides };

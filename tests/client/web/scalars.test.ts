@@ -4,7 +4,7 @@ import { Conversation, type Effect } from "../../../client/web/src/stream/conver
 import { dataset, messages, request } from "./golden_stream";
 
 describe("ScalarAttribute", () => {
-  // By z, then y, then x: vertices 3, 1, 0, 2.
+  // Sorted by z, then y, then x: vertices 3, 1, 0, 2.
   const positions = Float32Array.from([5, 5, 1, 2, 5, 1, 0, 0, 9, 7, 3, 1]);
 
   test("GivesCodesToTheVerticesThatTheyAreOf", () => {

@@ -78,7 +78,7 @@ async function namesAndIsolates(page) {
   await complete(page);
   await settled(page);
   const canvas = await page.locator(".stage canvas").boundingBox();
-  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2); // The one in the center.
+  await page.mouse.click(canvas.x + canvas.width / 2, canvas.y + canvas.height / 2); // The ball in the middle.
   await page.waitForSelector(".picked:not([hidden])", { timeout: patience });
   assert.equal(await page.textContent(".picked-label"), "label 5");
   assert.deepEqual(await page.locator(".label-row.is-picked .label-name").allTextContents(), ["label 5"]);
@@ -189,7 +189,7 @@ async function playsTimes(page) {
   assert.match(await page.evaluate(() => location.hash), /isovalue=0\.5/);
 }
 
-// Two surfaces, one of which grows with time: both rows of the picture must show the same time.
+// Two surfaces, one of which grows with time: both rows of facts must belong to the same time.
 async function showsOneTime(page) {
   const state = "isovalue=0.5&error=1&simplify=false&occlusion=false&surfaces=0.8,7fb3d5&speed=30&playing=true";
   await open(page, `#dataset=flow&${state}`, series);
@@ -226,7 +226,7 @@ async function savesTimes(page) {
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s" && /[&#]t=1(&|$)/.test(location.hash), null, { timeout: patience });
 }
 
-// The samples of one time are damaged on disk: no frame may show the surface of another time instead.
+// The samples of one time are damaged on disk: no frame shows another time in its place.
 async function failsAFilm(page) {
   const damaged = path.join(scratch, "damaged");
   rmSync(damaged, { recursive: true, force: true });
@@ -243,7 +243,7 @@ async function failsAFilm(page) {
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s", null, { timeout: patience });
 }
 
-// Returns the files of a ZIP archive without compression, from its central directory.
+// Reads a ZIP archive with uncompressed files by its directory at the end.
 function storedFiles(bytes) {
   const files = [];
   let at = bytes.readUInt32LE(bytes.lastIndexOf("PK\x05\x06", undefined, "latin1") + 16);
@@ -256,8 +256,7 @@ function storedFiles(bytes) {
   return files;
 }
 
-// Returns the share of a picture that has a surface's color, and the pixels of its upper left corner that differ from
-// the background.
+// The fraction of a picture with a surface's color, and the pixels at the upper left that are not background.
 async function lookAt(data) {
   const image = new Image();
   image.src = `data:image/png;base64,${data}`;
@@ -282,7 +281,7 @@ async function leavesRoom(page) {
   for (const corner of corners) assert(corner.bottom <= times.top, "nothing lies below the times");
 }
 
-// Waits until nothing more is being received for any surface.
+// Waits until no surface is loading.
 function settled(page) {
   return page.waitForFunction(() => document.querySelectorAll(".label-row.is-coming").length === 0 &&
     document.querySelector(".state b")?.textContent === "Complete", null, { timeout: patience });
@@ -297,7 +296,7 @@ function prepareLabels() {
   run("prepare", file, "--label", "all", "--name", "seg", "-o", folder);
 }
 
-// Returns the center of the ball of a label from 1 to 30.
+// The center of the ball of a label from 1 to 30.
 function cellAt(label) {
   const i = label - 1;
   return [4 + 6 * (i % 5), 6 + 10 * (Math.floor(i / 5) % 3), 10 + 12 * Math.floor(i / 15)];

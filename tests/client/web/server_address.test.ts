@@ -1,6 +1,6 @@
 import { httpAddress, serverAddress, Token } from "../../../client/web/src/server_address";
 
-// Opens a page, in a browser that keeps what earlier pages of the test have stored.
+// A page at an address; the browser storage persists across the pages of a test.
 function page(address: string) {
   vi.stubGlobal("location", new URL(address));
   const server = serverAddress();

@@ -1,4 +1,4 @@
-// The golden sample shells give the C++ decoder's results in tests/golden/shells.txt.
+// The golden sample shells decode as recorded from the C++ decoder in tests/golden/shells.txt.
 import { readFileSync } from "node:fs";
 
 import { payloadHasher } from "../../../client/web/src/mesh/content_digest";
@@ -11,7 +11,7 @@ const golden = new URL("../../golden/", import.meta.url);
 const decoder = shellDecoder(readFileSync(new URL("../../../common/codec/wasm/shell_decoder.wasm", import.meta.url)));
 const listed = readFileSync(new URL("shells.txt", golden), "utf8").trim().split("\n").map((line) => line.split(" "));
 
-// As in tests/support/golden_shells.hpp: mode, lattice resolution and a cube around each shell.
+// As in tests/support/golden_shells.hpp: mode and lattice resolution of each shell. `cube` contains all.
 const modes: Record<string, [ShellMode, number]> = {
   example: [{ values: 0, levelsPerOctave: 0, spacing: 1 }, 5],
   exact: [{ values: 0, levelsPerOctave: 0, spacing: 1 }, 5],
@@ -36,7 +36,7 @@ async function marched(name: string): Promise<MarchedTile> {
   return (await decoder)(bytes, promised, ...modes[name]);
 }
 
-// As in tests/support/golden_shells.hpp.
+// Equals the checksum in tests/support/golden_shells.hpp.
 function checksumOf({ mesh: { positions, triangles } }: MarchedTile): string {
   const compare = (a: number[], b: number[]) => a.map((value, i) => value - b[i]).find((d) => d !== 0) ?? 0;
   const all: number[][] = [];

@@ -5,7 +5,7 @@ import { isosurfaceRequest } from "../../../client/web/src/stream/request";
 import { dataset } from "./golden_stream";
 
 const info = dataset();
-// Within the data, where pixels are smallest.
+// Inside the data, where a pixel is smallest.
 const view = { eye: [16, 16, 16], target: [0, 0, 0], up: [0, 0, 1], fieldOfView: 35, heightPixels: 500, aspect: 1 };
 const order = (followView: boolean, isovalue = 0.1) => ({
   info,
@@ -25,7 +25,7 @@ describe("ShownSurface", () => {
     expect(isRegression(shown(false, 1), order(false), facts(8, true))).toBe(false);
   });
 
-  // Its error is that outside the camera's view.
+  // Its error is that of regions outside the view.
   test("KeepsTheFinalStepWhileTheCameraMoves", () => {
     expect(isRegression(shown(true, 8), order(true), facts(4))).toBe(true);
     expect(isRegression(shown(true, 8), order(false), facts(4))).toBe(true);

@@ -36,7 +36,7 @@ describe("SliceGrid", () => {
         expect(dot(origin, normal)).toBeCloseTo(from + at * (to - from), 6);
         for (const side of [right, down]) expect(dot(side, normal)).toBeCloseTo(0, 6);
         expect(dot(right, down)).toBeCloseTo(0, 6);
-        const corners = cutCorners(low, high, normal, from + at * (to - from)); // All of them lie on the border of the slice.
+        const corners = cutCorners(low, high, normal, from + at * (to - from)); // All lie in the slice, at its border.
         const shares = corners.map((corner) => [[right, width], [down, height]].map(([side, pixels]) => {
           const step = side as Vec3;
           return (dot(corner.map((part, i) => part - origin[i]) as Vec3, step) / dot(step, step) + 0.5) / (pixels as number);
@@ -132,7 +132,7 @@ describe("ColorMaps", () => {
     expect([...colorRow("gray", 3)]).toEqual([0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255]);
   });
 
-  // Except for diverging maps, larger values are lighter: for print, and for color-blind readers.
+  // Except in diverging maps, larger values are lighter: for print and color-blind readers.
   test("LightnessOrdersTheValues", () => {
     for (const map of colorMaps.filter((one) => one !== "coolwarm")) {
       const lightness = (share: number) => {

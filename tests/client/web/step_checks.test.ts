@@ -1,4 +1,4 @@
-// Steps of sample shells that are rejected before any of their tiles is processed.
+// Steps of sample shells that are rejected by their manifest, before any tile is decoded.
 import { create, PayloadCodec, ShellStepSchema, ShellValues, type StepBegin, StepBeginSchema } from "../../../client/web/src/protocol/messages";
 import { longestCellDiagonal } from "../../../client/web/src/stream/dataset";
 import { displacementBound, manifestFault, preservesTopology, shellModeOf } from "../../../client/web/src/stream/step_checks";
@@ -34,7 +34,7 @@ describe("ShellStepChecks", () => {
     expect(bound / longestCellDiagonal(info)).toBeCloseTo(0.0858, 4);
     expect(manifestFault(step({ error: bound }), info)).toBeNull();
     expect(manifestFault(step({ error: 0.99 * bound }), info)).toMatch(/sample shells allow/);
-    expect(manifestFault(step({ error: 0, spacing: 2 }), info)).toBeNull(); // A preview has no bound.
+    expect(manifestFault(step({ error: 0, spacing: 2 }), info)).toBeNull(); // A preview has no error bound.
   });
 
   test("HasTheTopologyOfFullResolutionWhateverWasTolerated", () => {

@@ -6,7 +6,7 @@ import type { Programs } from "../../../client/web/src/scene/programs";
 import { Surface } from "../../../client/web/src/scene/surface";
 import type { DecodedTile } from "../../../client/web/src/workers/worker_messages";
 
-// Packages are installed with the viewer, not above its tests.
+// Packages are installed next to the viewer, not above its tests.
 const installed = createRequire(new URL("../../../client/web/package.json", import.meta.url));
 type Scene = ConstructorParameters<typeof Surface>[0];
 const { Scene } = installed("three") as { Scene: new () => Scene };

@@ -17,7 +17,7 @@ import { dataset, messages } from "./golden_stream";
 
 const [welcome, list, begin] = messages();
 
-// A link whose other end is the test.
+// A link whose remote end is the test.
 const link = vi.hoisted(() => ({ events: null as LinkEvents | null, sent: [] as ClientKind[], attempts: 0 }));
 vi.mock("../../../client/web/src/stream/link", () => ({
   Link: class {
@@ -35,7 +35,7 @@ vi.mock("../../../client/web/src/stream/link", () => ({
   },
 }));
 
-vi.stubGlobal("window", globalThis); // For its timers.
+vi.stubGlobal("window", globalThis); // Provides its timers.
 
 function partsOf(token = "") {
   const nothing = () => {};
@@ -80,7 +80,7 @@ function streaming() {
   return client;
 }
 
-// Selections of the mesh keeper, which the test answers.
+// Simulates the mesh keeper's selections of components; the test decides when it answers.
 const selections = {
   asked: [] as { drawn: Drawn; answer: (found: Selection) => void }[],
   of: (drawn: Drawn) => new Promise<Selection>((answer) => selections.asked.push({ drawn, answer })),
@@ -192,9 +192,9 @@ describe("SurfaceClient", () => {
     client.hide({ minComponent: 12, places: [] });
     expect([selections.asked.length, client.isBusy, client.isSettled]).toEqual([2, false, false]);
     const [four, twelve] = selections.asked;
-    expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // Lattice steps.
+    expect(twelve.drawn.leastDiagonal).toBe(12 * 32); // In lattice steps.
     twelve.answer(selectionOf(2));
-    four.answer(selectionOf(3)); // Superseded.
+    four.answer(selectionOf(3)); // This one was cancelled.
     await vi.waitFor(() => expect(client.progress.get().components).toEqual({ minComponent: 12, components: 5, shown: 2, triangles: 20 }));
     expect(client.drawn.leastDiagonal).toBe(12 * 32);
     client.hide(nothingHidden);
@@ -222,7 +222,7 @@ describe("SurfaceClient", () => {
   });
 });
 
-// A client of cached surfaces, and the selections that its surface was asked to show.
+// A client with cached surfaces, and the selections that its surface was asked to show.
 function keptAndWanted(wanted: Settings) {
   link.sent.length = selections.asked.length = 0;
   const shows: (Selection | null)[] = [];
@@ -246,7 +246,7 @@ describe("Prefetcher", () => {
     expect(openStream()).toMatchObject({ dataset: "gyroid.t1", steps: StepPolicy.FINAL_ONLY, priority: Priority.BACKGROUND });
     expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(false);
     link.events!.received({ case: "error", value: { requestId: 1n, code: 3, text: "No." } } as ServerKind);
-    expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(true); // It has failed.
+    expect(prefetcher.has({ info: times[0] }, settings, null)).toBe(true); // It will have none.
     expect(openStream()?.dataset).toBe("gyroid.t2");
     prefetcher.close();
   });

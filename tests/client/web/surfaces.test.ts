@@ -58,7 +58,7 @@ describe("Surfaces", () => {
     expect(arrangement(["a", "b", "c"], ["a", "c"])).toEqual([0, 2]);
     expect(arrangement(["a", "b", "c"], ["b", "c"])).toEqual([1, 2]);
     expect(arrangement(["a", "b"], ["a", "x", "b"])).toEqual([0, null, 1]);
-    expect(arrangement(["a", "b"], ["x", "b"])).toEqual([0, 1]); // Dragged.
+    expect(arrangement(["a", "b"], ["x", "b"])).toEqual([0, 1]); // Changed by dragging.
     expect(arrangement(["a", "a"], ["a", "a", "a"])).toEqual([0, 1, null]);
   });
 });

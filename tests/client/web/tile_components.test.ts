@@ -32,9 +32,9 @@ function tileOf(mesh: LatticeMesh) {
   return { positions, triangles, normals: new Int16Array((4 * positions.length) / 3), sums: null, boundary: boundaryOf(mesh) };
 }
 
-// Two specks and a large octahedron, with box diagonals of 2, 4 and 40 times the root of 3.
+// Two small components and a large one, whose bounding boxes have diagonals of 2, 4 and 40 times sqrt(3).
 const faces = [octahedron([10, 10, 10], 1), octahedron([100, 100, 100], 20), octahedron([20, 10, 10], 2)].flat();
-// Splits the faces by their center, so that tiles meet along boundaries; each tile has only its own part.
+// Assigns faces to two tiles by their middles, so that the tiles meet along boundaries.
 function cutAt(x: number) {
   const middle = (face: Corner[]) => (face[0][0] + face[1][0] + face[2][0]) / 3;
   return [faces.filter((face) => middle(face) < x), faces.filter((face) => middle(face) >= x)].map((part) => tileOf(meshOf(part)));
@@ -53,7 +53,7 @@ describe("TileComponents", () => {
 
   test("HideTheComponentNearestToAPlace", () => {
     for (const tiles of [[tileOf(meshOf(faces))], cutAt(10), cutAt(100)]) {
-      // Inside a face of the large one, and nearer to vertices of the small ones than to its own.
+      // The middle of a face of the large component. Vertices of the small ones are nearer than its own.
       const onPlanet = [100 - 20 / 3, 100 - 20 / 3, 100 - 20 / 3];
       expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet] })).toMatchObject({ components: 3, shown: 2, triangles: 16, largest: [18, 8, 8, 22, 12, 12] });
       expect(drawnComponents(tiles, { leastDiagonal: 0, hidden: [onPlanet, [10, 10, 12]] })).toMatchObject({ shown: 1, triangles: 8 });
@@ -64,7 +64,7 @@ describe("TileComponents", () => {
   });
 
   test("MeasureToTheInsideOfTriangles", () => {
-    // A speck that is nearer to the place than all vertices of the large triangle below it.
+    // A small triangle that is nearer to the place than all vertices of the large triangle below it.
     const large = tileOf(meshOf([[[0, 0, 0], [90, 0, 0], [0, 90, 0]]]));
     const speck = tileOf(meshOf([[[30, 30, 6], [31, 30, 6], [30, 31, 6]]]));
     expect(drawnComponents([large, speck], { leastDiagonal: 0, hidden: [[30, 30, 2]] }).tiles.map((part) => part?.shown ?? null)).toEqual([0, null]);
@@ -85,7 +85,7 @@ describe("TileComponents", () => {
     const twins = [octahedron([10, 10, 10], 5), octahedron([50, 10, 10], 5)];
     const alike = { leastDiagonal: 0, largestOnly: true };
     expect(drawnComponents(twins.map((one) => tileOf(meshOf(one))), alike)).toMatchObject({ components: 2, shown: 1, triangles: 8 });
-    // The one with more triangles.
+    // Keeps the one with more triangles.
     const [one, other] = [tileOf(meshOf(twins[0].slice(0, 7))), tileOf(meshOf(twins[1]))];
     expect(drawnComponents([one, other], alike)).toMatchObject({ shown: 1, triangles: 8, largest: [45, 5, 5, 55, 15, 15] });
   });
@@ -118,7 +118,7 @@ describe("TileComponents", () => {
 
   test("SmallComponentsAreInNoFileAndNoCut", () => {
     const tiles = withDrawnComponents(cutAt(100), { leastDiagonal: 10 });
-    const across = { normal: [0, 0, 1], constant: -10 }; // Through the specks, and below the large one.
+    const across = { normal: [0, 0, 1], constant: -10 }; // Through the small components, below the large one.
     expect(cutLine(cutAt(100), across).length).toBeGreaterThan(0);
     expect(cutLine(tiles, across)).toHaveLength(0);
     const ply = new TextDecoder("latin1").decode(meshFile(tiles, "ply", [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]));

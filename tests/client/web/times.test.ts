@@ -2,7 +2,7 @@ import { SwapGroup } from "../../../client/web/src/swap_group";
 import { ConnectionPool, type IdleConnection } from "../../../client/web/src/stream/connection_pool";
 import { type Pace, type Played, timeBeside, TimePlayer, timesAhead } from "../../../client/web/src/time_player";
 
-// A player whose clock and frames are controlled by the test.
+// A player with a simulated clock and frames.
 class Playing {
   state: Played = { times: [0, 1, 2, 3], now: 0, playing: true, speed: 10, loop: true };
   ready = new Set([0, 1, 2, 3]);
@@ -32,7 +32,7 @@ class Playing {
     this.player.update();
   }
 
-  // Frames of 20 ms.
+  // Advances in frames of 20 ms.
   run(milliseconds: number): void {
     for (const end = this.now + milliseconds; this.now < end; ) {
       this.now += 20;

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Checks the viewer's types and runs its unit tests with node. Exits with 77 and a warning if nothing was tested.
+# Checks the viewer's types and runs its unit tests in Node. Exit code 77 with a warning: nothing was tested.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../../../client/web"
 if [ ! -x node_modules/.bin/vitest ] || [ ! -d src/protocol/generated ]; then

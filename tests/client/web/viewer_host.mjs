@@ -1,4 +1,4 @@
-// Runs a server that serves the viewer's page, for tests.
+// A running server that serves the viewer's page.
 import { spawn } from "node:child_process";
 
 export class Server {
@@ -8,7 +8,7 @@ export class Server {
     this.port = 0;
   }
 
-  // A second start uses the same port.
+  // Starts the server; a restart uses the same port.
   async start() {
     const listeners = ["--tcp", "tcp://127.0.0.1:0", "--http", `http://127.0.0.1:${this.port}`];
     this.process = spawn(this.program, [...this.words, ...listeners], { stdio: ["ignore", "pipe", "pipe"] });
@@ -25,7 +25,7 @@ export class Server {
     });
   }
 
-  // SIGTERM lets the server say goodbye, SIGKILL does not.
+  // SIGTERM lets the server close its connections properly, SIGKILL does not.
   async stop(signal = "SIGTERM") {
     const { process } = this;
     if (!process || process.exitCode !== null || process.signalCode !== null) return;
@@ -34,7 +34,7 @@ export class Server {
     await ended;
   }
 
-  // The address of the page.
+  // The page's address.
   get page() {
     return `http://127.0.0.1:${this.port}/`;
   }

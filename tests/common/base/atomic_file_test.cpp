@@ -44,7 +44,7 @@ class AtomicFileTest : public ::testing::Test {
     file.write_at(offset, std::as_bytes(std::span(text)));
   }
 
-  // Nearly all file systems do; network disks may not.
+  // Most file systems support unnamed temporary files; network file systems may not.
   [[nodiscard]] bool knows_nameless_files() const {
     const int descriptor = ::open(folder_.c_str(), O_TMPFILE | O_RDWR, 0600);
     if (descriptor >= 0) ::close(descriptor);
@@ -104,7 +104,7 @@ TEST_F(AtomicFileTest, AnOpenOldFileKeepsItsContent) {
   EXPECT_EQ(content(), "new");
 }
 
-// Runs in a separate process, killed before the commit.
+// Writes half a file in a child process that is killed before it commits.
 void write_half_and_die(const fs::path& path, AtomicFile::TemporaryKind before) {
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);

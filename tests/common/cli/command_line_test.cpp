@@ -1,4 +1,4 @@
-// The programs' own output, and how they reject wrong command lines.
+// Help, version and errors of command lines.
 #include "common/cli/command_line.hpp"
 
 #include <array>

@@ -1,4 +1,4 @@
-// How programs end, and how they print untrusted text.
+// Exit codes of programs, and escaping of untrusted text in their output.
 #include "common/cli/program.hpp"
 
 #include <gtest/gtest.h>

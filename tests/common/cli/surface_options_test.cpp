@@ -1,4 +1,4 @@
-// Parsing of requests: the options shared by both programs.
+// Parsing the request options that the client and server programs share.
 #include "common/cli/surface_options.hpp"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Result<IsosurfaceRequest> request(std::vector<std::string> words) {
   Command command("", "test");
   SurfaceArguments arguments;
   add_request_options(command, arguments, kRequested);
-  std::reverse(words.begin(), words.end());  // CLI11's order.
+  std::reverse(words.begin(), words.end());  // CLI11 expects reversed arguments.
   command.app().parse(words);
   return request_of(arguments, info());
 }
@@ -214,7 +214,7 @@ TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
 
 TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   LatticeMesh mesh{.vertices = {}, .triangles = {}};
-  for (const std::int32_t side : {1, 640, 2}) {  // Triangles far from one another.
+  for (const std::int32_t side : {1, 640, 2}) {  // Triangles far apart from each other.
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
     const std::int32_t at = 1000 * static_cast<std::int32_t>(first + 1);
     mesh.vertices.insert(mesh.vertices.end(),
@@ -235,7 +235,7 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
             "1 of 3 components, those with a diagonal of 10 samples or more");
 }
 
-// A picture omits only dust, not parts of a flow.
+// Frames a picture without dust but with all large parts of a flow.
 TEST(SurfaceOptions, CountComponentsAsLargeFromAnEighthOfTheLargest) {
   LatticeMesh mesh{.vertices = {}, .triangles = {}};
   for (const std::int32_t side : {79, 640, 81}) {

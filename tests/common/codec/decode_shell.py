@@ -10,7 +10,7 @@ import sys
 
 POWERS = (1073741824, 1170923762, 1276901417, 1392470869, 1518500250, 1655936265, 1805811301, 1969251188)
 EIGHTHS = (0, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 5, 6, 6, 6, 6, 7, 7, 7, 7, 7, 8, 8, 8)
-# By number: direction, and the coordinates that must have the same parity.
+# For each edge number: its direction, and which coordinates must have the same parity.
 EDGES = (((1, 0, 0), ()), ((0, 1, 0), ()), ((1, 1, 0), (0, 1)), ((-1, 1, 0), (0, 1)), ((0, 0, 1), ()),
          ((1, 0, 1), (0, 2)), ((-1, 0, 1), (0, 2)), ((0, 1, 1), (1, 2)), ((1, 1, 1), (0, 1, 2)),
          ((-1, 1, 1), (0, 1, 2)), ((0, -1, 1), (1, 2)), ((1, -1, 1), (0, 1, 2)), ((-1, -1, 1), (0, 1, 2)))
@@ -367,8 +367,7 @@ class Shell:
             ends = [(above[0], below[0]), (above[0], below[1]), (above[1], below[1]), (above[1], below[0])]
         else:
             ends = [(p, q) for p in above for q in below]
-        # Towards the mean of the corners on the low side: from the edges' midpoints, which rounding cannot make
-        # degenerate.
+        # Orients the polygon to the low corners' mean, by midpoints of edges: rounding cannot make these collinear.
         middles = [tuple(p[a] + q[a] for a in range(3)) for p, q in ends]
         u, v = ([middles[i][a] - middles[0][a] for a in range(3)] for i in (1, 2))
         normal = [u[(a + 1) % 3] * v[(a + 2) % 3] - u[(a + 2) % 3] * v[(a + 1) % 3] for a in range(3)]

@@ -1,5 +1,5 @@
-// Protects the format from accidental changes: the encoder must write tests/golden/shell_*.bin, and
-// decoders in C++, Python and WebAssembly must obtain the results in shells.txt ("name vertices
+// Guards the format against accidental changes: tests/golden/shell_*.bin are the encoder's output,
+// and shells.txt is what all decoders, in C++, Python and WebAssembly, give for it ("name vertices
 // triangles checksum", see tests/support/golden_shells.hpp).
 //
 // After a deliberate change: MULTITETRA_WRITE_GOLDEN=1 codec_test --gtest_filter='GoldenShells.*'

@@ -1,4 +1,4 @@
-// Any bytes are rejected or give a sound mesh, in bounded time and memory.
+// Any bytes are refused or give a sound mesh, in bounded time and memory.
 
 #include <gtest/gtest.h>
 
@@ -25,8 +25,8 @@ using testing::DecodedShell;
 using testing::OwnedBox;
 namespace fields = testing::fields;
 
-// Checks that counting only the edges on the box's faces gives the same topology as comparing all
-// edges, as TileInCube::marched assumes for every marched mesh.
+// Checks the guarantee of TileInCube::marched for arbitrary bytes: counting edges on the faces of
+// the box alone gives the same topology as comparing all edges.
 void expect_manifold(const std::vector<std::uint8_t>& bytes, const LatticeMesh& mesh) {
   ShellHeader header;
   ASSERT_EQ(shell::read_shell_header(bytes.data(), bytes.size(), header), ShellStatus::kOk);
@@ -80,7 +80,7 @@ std::vector<std::vector<std::uint8_t>> small_shells() {
 TEST(ShellDecoderRobustness, PrefixesAreRefused) {
   for (const auto& bytes : small_shells()) {
     ASSERT_EQ(decode_shell(bytes).status, ShellStatus::kOk);
-    // The decoder supplies up to four zeros at the end, which may change the last values.
+    // The decoder appends up to four zeros, so prefixes without the last bytes may decode.
     constexpr std::size_t kSupplied = 4;
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       const std::vector<std::uint8_t> prefix(bytes.begin(),
@@ -123,7 +123,7 @@ TEST(ShellDecoderRobustness, NoiseBehindAHeaderIsRefusedOrSound) {
   }
 }
 
-// A header of the largest box with the highest counts, and streams of one repeated byte.
+// A header of the largest box and of the largest sizes, followed by streams that repeat one byte.
 TEST(ShellDecoderRobustness, TheLargestBoxTakesBoundedTime) {
   for (const int modes : {0x00, 0x10, 0x01, 0x11, 0x02, 0x1e}) {
     for (const int filler : {0x00, 0x55, 0xaa, 0xff}) {
@@ -161,7 +161,7 @@ TEST(ReadShellHeader, RefusesFieldsOutOfTheirRange) {
   EXPECT_EQ(status(0, 2), ShellStatus::kUnknownVersion);
   EXPECT_EQ(status(1, 3), ShellStatus::kBadHeader);     // No such values.
   EXPECT_EQ(status(1, 4), ShellStatus::kBadHeader);     // Exact shells have no levels.
-  EXPECT_EQ(status(1, 0x20), ShellStatus::kBadHeader);  // An unused bit.
+  EXPECT_EQ(status(1, 0x20), ShellStatus::kBadHeader);  // An undefined bit.
   EXPECT_EQ(status(2, 0), ShellStatus::kBadHeader);     // No lattice.
   EXPECT_EQ(status(2, 9), ShellStatus::kBadHeader);     // The lattice is too fine.
   EXPECT_EQ(status(3, 64), ShellStatus::kBadHeader);    // A seventh side.

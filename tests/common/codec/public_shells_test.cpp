@@ -1,5 +1,5 @@
-// Sample shells of the public volumes: their tiles decode to the surface that core's marching
-// tetrahedra extract from the same samples, for isovalues between and at sample values.
+// Sample shells of the public volumes: their tiles decode to what core's marching tetrahedra make
+// of the same samples, with isovalues between sample values and on them.
 //
 // The volumes are not part of the project. The large ones run when MULTITETRA_ALL_VOLUMES is set.
 

@@ -1,4 +1,4 @@
-// Any bits survive encoding and decoding.
+// Encoded bits decode to the same bits.
 
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ TEST(RangeCoder, BitsOfEveryLikelihoodComeBack) {
   }
 }
 
-// An unlikely bit takes the top of the interval, so carries run through bytes of 255.
+// An improbable bit selects the top of the interval, so carries propagate through bytes of 255.
 TEST(RangeCoder, CarriesRunThrough) {
   for (int surprise = 1; surprise < 3000; surprise += 7) {
     RangeEncoder encoder;

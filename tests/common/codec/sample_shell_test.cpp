@@ -1,4 +1,4 @@
-// A sample shell decodes to the surface that core's marching tetrahedra extract from its samples.
+// Sample shells decode to what core's marching tetrahedra make of the same samples.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ constexpr double kVoid = std::numeric_limits<double>::quiet_NaN();
 template <typename Sample>
 Volume integers(std::array<std::int32_t, 3> dims, double low, double high, std::uint64_t seed) {
   std::mt19937_64 random(seed);
-  // A wave with noise: smooth enough to predict, with ties and plateaus.
+  // A noisy wave: smooth enough to predict, with ties and plateaus.
   return fields::sampled<Sample>(dims, [&](int x, int y, int z) {
     const double wave = std::sin(0.4 * x) + std::sin(0.3 * y + 1) * std::cos(0.5 * z);
     const double share = 0.5 + 0.2 * wave + 0.1 * (fields::uniform(random) - 0.5);
@@ -47,7 +47,7 @@ Volume integers(std::array<std::int32_t, 3> dims, double low, double high, std::
   });
 }
 
-// Every vertex is used, and distinct.
+// Expects every vertex to be used and none to occur twice.
 void expect_sound(const LatticeMesh& mesh) {
   std::vector<bool> used(mesh.vertices.size());
   for (const TriangleIndices& t : mesh.triangles) {
@@ -83,7 +83,7 @@ void expect_exact(const OwnedBox& box, const ShellOptions& options) {
                                      1 << options.spacing_exponent, value)));
 }
 
-// The tiles of a volume together decode to its surface at a uniform level.
+// Expects all decoded tiles together to be the volume's surface at a uniform level.
 void expect_uniform_surface(const Volume& volume, std::optional<double> outside,
                             std::int32_t margin, int cells, const ShellOptions& options) {
   const Field field(volume, outside, margin);
@@ -144,7 +144,7 @@ TEST(SampleShell, LatticeExactTilesAreTheFinestUniformSurface) {
                              options(0, resolution));
     }
   }
-  // Integers and isovalues equal to samples: many samples have distance zero.
+  // Isovalues equal to integer samples: many samples have distance 0.
   expect_uniform_surface(fields::integer_noise({23, 23, 23}, 4, 10), 0.0, 1, 16, options(1));
   expect_uniform_surface(integers<std::int16_t>({21, 30, 17}, -32768, 32768, 11), std::nullopt, 0,
                          32, options(-77));
@@ -207,7 +207,7 @@ TEST(SampleShell, QuantizedVerticesMoveNoFurtherThanTheBound) {
   const double isovalue = 0.4;
   const OwnedBox box = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0}, {32, 32, 32});
   for (const int levels : {1, 2, 4, 8}) {
-    // The largest step is a cube's diagonal; a vertex is rounded to the lattice before and after.
+    // A cube's diagonal is the longest edge; vertices are rounded to the lattice in both meshes.
     const double bound = shell::displacement_bound(levels) + std::sqrt(3.0) / 256 + 1e-12;
     const LatticeMesh moved = through_bytes(box, {.isovalue = isovalue,
                                                   .values = ShellValues::kQuantized,
@@ -216,7 +216,7 @@ TEST(SampleShell, QuantizedVerticesMoveNoFurtherThanTheBound) {
     const LatticeMesh exact = through_bytes(
         box, {.isovalue = isovalue, .values = ShellValues::kLatticeExact, .lattice_resolution = 8});
     ASSERT_EQ(moved.vertices.size(), exact.vertices.size());
-    // Vertices are in the order of their edges, which is the same.
+    // Vertices are in the order of their edges, which is the same in both meshes.
     double largest = 0;
     for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
       const LatticePoint& a = moved.vertices[i];
@@ -355,7 +355,7 @@ TEST(SampleShellEncoder, RefusesInputBeyondTheFormat) {
   OwnedBox bad = good;
   bad.origin[1] = -1;
   EXPECT_TRUE(refuses(bad, options));
-  bad.origin[1] = (1 << 15) - 7;  // Its last sample is off the lattice.
+  bad.origin[1] = (1 << 15) - 7;  // Its last sample is outside the lattice.
   EXPECT_TRUE(refuses(bad, options));
   bad = good;
   bad.data_samples[2] = 66;

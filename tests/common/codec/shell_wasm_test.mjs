@@ -1,6 +1,6 @@
-// The WebAssembly decoder gives the same results as C++ for a folder of shells, and rejects the same bytes.
+// The WebAssembly decoder gives the same meshes as the C++ one for a folder's shells, and refuses the same bytes.
 //
-//   node shell_wasm_test.mjs shell.wasm folder    (tests/golden, or one that write_shells has filled)
+//   node shell_wasm_test.mjs shell.wasm folder    (tests/golden, or a folder that write_shells has filled)
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 
@@ -25,7 +25,7 @@ function decode(bytes) {
 const compare = (a, b) => a.findIndex((v, i) => v !== b[i]);
 const less = (a, b) => { const i = compare(a, b); return i >= 0 && a[i] < b[i]; };
 
-// As tests/support/golden_shells.hpp.
+// As in tests/support/golden_shells.hpp.
 function checksum({ vertices, triangles }) {
   const point = (index) => [...vertices.subarray(3 * index, 3 * index + 3)];
   const all = [];
@@ -42,7 +42,7 @@ function checksum({ vertices, triangles }) {
   return (sum >>> 0).toString(16);
 }
 
-for (let round = 0; round < 2; ++round) {  // The second time in reused memory.
+for (let round = 0; round < 2; ++round) {  // The second round reuses memory.
   for (const line of readFileSync(`${folder}/shells.txt`, 'utf8').trim().split('\n')) {
     const name = line.split(' ')[0];
     const bytes = readFileSync(`${folder}/shell_${name}.bin`);

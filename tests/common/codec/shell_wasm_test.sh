@@ -1,7 +1,7 @@
 #!/bin/bash
-# Builds the decoder of sample shells as WebAssembly and decodes the golden shells and those of a folder written by
-# write_shells: shell_wasm_test.sh OUT.wasm FOLDER. With the compiler of the checked-in shell_decoder.wasm, the result
-# must be identical.
+# Builds the decoder of sample shells as WebAssembly, and decodes the golden shells and those of a folder that
+# write_shells has filled: shell_wasm_test.sh OUT.wasm FOLDER. With the compiler of the checked-in shell_decoder.wasm,
+# both files must be identical.
 set -euo pipefail
 project=$(realpath "$(dirname "$0")/../../..")
 bash "$project/common/codec/wasm/build.sh" "$1"

@@ -1,5 +1,5 @@
-// Writes sample shells of generated fields, in the form of tests/golden, for decoders in other
-// languages: FOLDER/shell_NAME.bin, and FOLDER/shells.txt with the expected results.
+// Writes sample shells of generated fields for decoders in other languages, laid out as in
+// tests/golden: FOLDER/shell_NAME.bin, and FOLDER/shells.txt with what they decode to.
 //
 //   write_shells FOLDER X Y Z    (boxes of at most X x Y x Z cells)
 

@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// An octahedron with this radius in grid steps.
+// Adds an octahedron; `radius` is in grid steps.
 void add_octahedron(std::vector<LatticeTriangle>& triangles, std::int32_t centre,
                     std::int32_t radius) {
   const std::int32_t r = radius * 32;
@@ -52,7 +52,7 @@ TEST(MeshComponents, MatchTheTopologysCount) {
 }
 
 TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
-  // Sides of 2, 3 and 6 samples: the diagonal is exact.
+  // A box of 2 x 3 x 6 samples: its diagonal is exactly 7 if only the root is rounded.
   const std::vector<LatticeTriangle> triangles = {{{{1, 1, 1}, {65, 97, 1}, {65, 1, 193}}}};
   const MeshComponents components = components_of(index_triangles(triangles, 5));
   EXPECT_EQ(components.diagonals.front(), 7.0);

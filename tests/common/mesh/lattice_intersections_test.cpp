@@ -1,5 +1,5 @@
-// Self-intersections of meshes, compared with brute force: segments against triangles, all pairs,
-// in 128-bit arithmetic.
+// Compares self-intersections of meshes with a brute-force check: segments against triangles, all
+// pairs, in 128-bit arithmetic.
 #include "common/mesh/lattice_intersections.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ Wide volume(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c,
 
 int sign(Wide v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
 
-// For triangles in general position: no four of their corners are coplanar, except common ones.
+// Requires general position: no four corners of the triangles are coplanar, except shared ones.
 bool pierces(const LatticePoint& p, const LatticePoint& q, const LatticeTriangle& t) {
   if (sign(volume(t[0], t[1], t[2], p)) == sign(volume(t[0], t[1], t[2], q))) return false;
   const int a = sign(volume(p, q, t[0], t[1]));
@@ -49,7 +49,7 @@ class RandomTriangles {
   LatticePoint point() {
     return {coordinate_(random_), coordinate_(random_), coordinate_(random_)};
   }
-  // Shares up to two corners with the other triangle.
+  // A random triangle that shares up to two corners with `other`.
   LatticeTriangle beside(const LatticeTriangle& other) {
     LatticeTriangle t = {point(), point(), point()};
     const std::size_t common = random_() % 3;
@@ -118,7 +118,7 @@ TEST(LatticeIntersections, MatchAllPairs) {
       LatticeTriangle& t = triangles.emplace_back();
       for (LatticePoint& p : t) {
         const LatticePoint by = extent.point();
-        // A few large ones among many small ones.
+        // Few large triangles among many small ones.
         const std::int32_t factor = i % 50 == 0 ? 3 : 1;
         p = {at.x / 8 + factor * by.x, at.y / 8 + factor * by.y, at.z / 8 + factor * by.z};
       }

@@ -17,14 +17,14 @@ namespace {
 
 using Corners = std::array<std::array<float, 3>, 3>;
 
-// In world coordinates far from the origin, where rounding is visible.
+// A mesh in world coordinates far from the origin, where rounding is noticeable.
 PositionedMesh world_mesh() {
   const Affine to_world{.columns = {Vec3{0.7, 0, 0}, Vec3{0, 1.3, 0.1}, Vec3{0, 0, 2}},
                         .translation = {-500.25, 1000, 3}};
   return positioned(surfaces::torus(5, 12, 8, 0.2, 1), to_world);
 }
 
-// Returns the triangles by their positions, in file order.
+// The positions of the triangles' corners, in file order.
 std::vector<Corners> corners(const PositionedMesh& mesh) {
   std::vector<Corners> result;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -50,7 +50,7 @@ std::vector<T> take_all(std::string_view bytes, std::size_t offset, std::size_t 
   return values;
 }
 
-// ---- minimal readers
+// ---- minimal readers of the formats
 
 PositionedMesh read_ply(std::string_view file) {
   const std::size_t end = file.find("end_header\n") + 11;
@@ -138,7 +138,7 @@ Glb read_glb(std::string_view file) {
   return glb;
 }
 
-// The mesh with normals unrelated to its triangles.
+// The mesh with normals that do not match its triangles.
 PositionedMesh shaded_mesh() {
   PositionedMesh mesh = world_mesh();
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
@@ -148,7 +148,7 @@ PositionedMesh shaded_mesh() {
   return mesh;
 }
 
-// ---- files contain the given mesh
+// ---- round trips
 
 TEST(MeshFile, HoldsTheNormalsOfTheMesh) {
   const PositionedMesh mesh = shaded_mesh();
@@ -198,7 +198,7 @@ TEST(MeshFile, StlHasTheCornersAndOutwardNormals) {
       return static_cast<double>(expected[to][axis] - expected[0][axis]);
     };
     double square = 0;
-    double volume = 0;  // normal . (edge 1 x edge 2), positive for a right-handed screw.
+    double volume = 0;  // normal . (edge 1 x edge 2): positive if right-handed.
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t a = (axis + 1) % 3;
       const std::size_t b = (axis + 2) % 3;
@@ -251,7 +251,7 @@ TEST(MeshFile, GlbIsValidGltfWithTheUpAxisTurned) {
   EXPECT_EQ(glb.json.at("scene"), 0);
   const auto matrix = glb.json.at("nodes").at(0).at("matrix").get<std::vector<double>>();
   ASSERT_EQ(matrix.size(), 16U);
-  // The image of z, the third column, is y; the image of y is -z.
+  // The third column, the image of z, is y; the image of y is -z.
   EXPECT_EQ((std::vector<double>{matrix[8], matrix[9], matrix[10]}),
             (std::vector<double>{0, 1, 0}));
   EXPECT_EQ((std::vector<double>{matrix[4], matrix[5], matrix[6]}),
@@ -274,7 +274,7 @@ TEST(MeshFile, GlbNormalsAreUnitVectorsPointingOutwards) {
   const Vec3 middle = grid_coordinates(center, 5);
   for (std::size_t i = 0; i < normals.size(); ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      // An octahedron's tip lies two grid steps from its center, along its normal.
+      // An octahedron's vertex lies two grid steps from its middle, along its normal.
       EXPECT_NEAR(static_cast<double>(normals[i][axis]),
                   (static_cast<double>(mesh.positions[i][axis]) - middle[axis]) / 2, 1e-6);
     }
@@ -301,7 +301,7 @@ TEST(MeshFile, DracoPositionsAreWithinHalfAQuantizationStep) {
                                             std::abs(static_cast<double>(p[1] - found[1])),
                                             std::abs(static_cast<double>(p[2] - found[2]))}));
     }
-    // Half of 64 / 2^20, and the rounding of floats near 1000.
+    // Half of 64 / 2^20, plus the rounding of floats near 1000.
     EXPECT_LT(nearest, 32.0 / (1 << 20) + 1000.0 / (1 << 23));
   }
 }
@@ -313,7 +313,8 @@ TEST(MeshFile, AnEmptyMeshGivesAFileWithoutTriangles) {
   EXPECT_EQ(mesh_file(empty, MeshFormat::kStl).size(), 84U);
   const Glb glb = read_glb(mesh_file(empty, MeshFormat::kGlb));
   EXPECT_FALSE(glb.json.contains("meshes"));
-  EXPECT_EQ(glb.json.at("scenes").at(0), nlohmann::json::object());  // No empty list of nodes.
+  EXPECT_EQ(glb.json.at("scenes").at(0),
+            nlohmann::json::object());  // glTF forbids empty node lists.
   EXPECT_TRUE(mesh_file(empty, MeshFormat::kDrc).empty());
 }
 

@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// An octahedron around a place, with corners at distance `radius` in lattice steps.
+// An octahedron around `at` with its corners `radius` lattice steps away.
 LatticeMesh octahedron(const LatticePoint& at, std::int32_t radius) {
   const auto corner = [&](std::int32_t x, std::int32_t y, std::int32_t z) {
     return LatticePoint{at.x + radius * x, at.y + radius * y, at.z + radius * z};

@@ -13,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// No border within reach: every open edge is a crack.
+// The border is far away: every open edge is a crack.
 constexpr DataBorder kNoBorder{.low = {0, 0, 0}, .high = {1 << 20, 1 << 20, 1 << 20}};
 
 std::vector<LatticeTriangle> corners(const LatticeMesh& mesh) {
@@ -154,7 +154,7 @@ TEST(Topology, CallsAHoleInsideTheDataACrack) {
 }
 
 TEST(Topology, AllowsTheSurfaceToEndOnTheBorderOnly) {
-  // Any square in a plane x + y + z = const would do; uses a triangle with two corners on x = 0.
+  // A triangle with two corners on x = 0.
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{0, 8, 8}, {0, 16, 8}, {8, 8, 16}}}, 3);
   const DataBorder border{.low = {0, 0, 0}, .high = {64, 64, 64}};

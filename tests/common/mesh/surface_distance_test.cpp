@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The unit square at height z, in two triangles.
+// The unit square at height z, as two triangles.
 std::vector<SurfaceTriangle> square(double z) {
   return {{Vec3{0, 0, z}, Vec3{1, 0, z}, Vec3{1, 1, z}},
           {Vec3{0, 0, z}, Vec3{1, 1, z}, Vec3{0, 1, z}}};
@@ -25,7 +25,7 @@ Vec3 place(std::mt19937_64& random, double size) {
   return {size * uniform(random), size * uniform(random), size * uniform(random)};
 }
 
-// Small triangles, large ones through all others, and degenerate ones.
+// Small triangles, large ones across the whole volume, and degenerate ones.
 std::vector<SurfaceTriangle> triangle_soup(std::mt19937_64& random, std::size_t count) {
   std::vector<SurfaceTriangle> soup;
   for (std::size_t i = 0; i < count; ++i) {
@@ -75,7 +75,7 @@ TEST(NearestTriangle, FindsTheNearestOfAll) {
   }
 }
 
-// Compares with an independent formula in tests/support/distance.hpp.
+// Compares with an independent formula: tests/support/distance.hpp.
 TEST(NearestTriangle, AgreesWithAnotherFormula) {
   std::mt19937_64 random(6);
   for (int i = 0; i < 5000; ++i) {
@@ -103,7 +103,7 @@ TEST(SampledPoints, LieOnTheSurface) {
 TEST(SampledPoints, SpreadByArea) {
   const std::vector<SurfaceTriangle> surface = {
       {Vec3{0, 0, 0}, Vec3{2, 0, 0}, Vec3{0, 1, 0}},
-      {Vec3{0, 0, 1}, Vec3{0, 0, 1}, Vec3{5, 5, 1}},  // Without area.
+      {Vec3{0, 0, 1}, Vec3{0, 0, 1}, Vec3{5, 5, 1}},  // Has no area.
       {Vec3{0, 0, 2}, Vec3{2, 0, 2}, Vec3{0, 3, 2}}};
   std::array<int, 3> count{};
   double low = 0;
@@ -148,7 +148,7 @@ TEST(SurfaceDistances, DistinguishesMaximumAndPercentile) {
   EXPECT_DOUBLE_EQ(d.mean, 1.02);
 }
 
-// Limits differ between places: a far point may be allowed, and a near one not.
+// A large distance may be within its place's limit, a small one above it.
 TEST(SurfaceDistances, ComparedWithTheLimitAtTheirPlace) {
   const std::vector<Vec3> points = {{0.1, 0.5, 3}, {0.9, 0.5, 1}, {0.8, 0.5, 0.1}};
   const auto limit = [](const Vec3& p) { return p[0] < 0.5 ? 5.0 : 0.5; };

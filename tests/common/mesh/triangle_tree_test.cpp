@@ -1,4 +1,4 @@
-// The bounding volume tree of triangles, compared with a linear search.
+// Compares the bounding-box tree of triangles with a linear search.
 #include "common/mesh/triangle_tree.hpp"
 
 #include <gtest/gtest.h>

@@ -11,7 +11,7 @@ std::string framed(const std::string& content) {
   return frame_header(static_cast<std::uint32_t>(content.size())) + content;
 }
 
-// Feeds the portions and takes out every complete frame.
+// Feeds the portions and extracts every frame as soon as it is complete.
 std::vector<std::string> frames(const std::vector<std::string>& portions) {
   FrameReader reader(1000);
   std::vector<std::string> result;

@@ -7,8 +7,8 @@ namespace {
 
 TEST(EstimateRange, IsRoundedOutwardToTwoDigits) {
   const TriangleRange range = expected_triangles(15'200, 0);
-  EXPECT_EQ(range.least, 11'000u);  // 11 400.
-  EXPECT_EQ(range.most, 23'000u);   // 22 800.
+  EXPECT_EQ(range.least, 11'000u);  // 11 400, rounded down.
+  EXPECT_EQ(range.most, 23'000u);   // 22 800, rounded up.
   EXPECT_EQ(expected_triangles(8, 0).least, 6u);
   EXPECT_EQ(expected_triangles(8, 0).most, 12u);
 }

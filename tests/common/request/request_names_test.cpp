@@ -1,6 +1,6 @@
-// Fields of requests have the same names in options, HTTP, Python, protobuf and the viewer's
-// address. Python's keywords are generated from the table; tests/client/python/package_test.py
-// compares them with the options.
+// A field of a request has the same name in options, HTTP, Python, protobuf and the viewer's
+// address. Python's keywords are made from the table; tests/client/python/package_test.py compares
+// them with the options.
 #include <gtest/gtest.h>
 
 #include <cctype>
@@ -30,7 +30,7 @@ std::string text_of_file(const std::string& path) {
   return text.str();
 }
 
-// Returns all matches of the expression's first group in the text.
+// Returns what the expression's first group matches, for all matches in the text.
 Names matches(const std::string& text, const std::string& expression) {
   const std::regex pattern(expression);
   Names found;
@@ -110,7 +110,7 @@ TEST(RequestNames, MatchProtobuf) {
         field.group != FieldGroup::kColors && field.group != FieldGroup::kFile;
     return is_in_request && field.name != "quality" && field.name != "region";
   });
-  // A list has a plural name; a quality is an error; the other fields have no options of their own.
+  // Lists have plural names, a quality is sent as an error, and the other fields have no option.
   expected.merge(Names{"regions", "threshold", "threshold_grid", "at_least", "cell"});
   EXPECT_EQ(names, expected);
 }

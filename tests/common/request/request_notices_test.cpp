@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-// 11 x 11 x 11 samples starting at (100, 0, -20), two world units apart, values 0 to 255.
+// 11 x 11 x 11 samples, two world units apart, from (100, 0, -20) on, with values from 0 to 255.
 DatasetInfo far_away() {
   DatasetInfo info;
   info.name = "ct";

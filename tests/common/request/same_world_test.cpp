@@ -9,7 +9,7 @@ namespace {
 
 using testing::expect_contains;
 
-// Ten samples per side, one millimeter apart, starting at `origin`.
+// Ten samples per side, a millimetre apart, starting at `origin`.
 DatasetInfo cube_at(const Vec3& origin) {
   DatasetInfo info;
   info.name = "cube";

@@ -1,4 +1,4 @@
-// The example conversation in tests/golden/conversation.txt must equal the bytes of our code.
+// The example conversation in tests/golden/conversation.txt equals the encoder's bytes.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -54,7 +54,7 @@ std::string framed_message(const Message& message) {
   return frame_header(static_cast<std::uint32_t>(content.size())) + content;
 }
 
-// One triangle around a corner of the grid, at r = 5.
+// One triangle around a corner of the grid, at lattice resolution 5.
 LatticeMesh triangle() {
   return index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{16, 0, 0}, {0, 16, 0}, {0, 0, 16}}}, 5);
@@ -67,8 +67,8 @@ std::string shell_example() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Returns the expected contents of the file, given the payload of its tile: Draco's bytes may
-// change between versions, their meaning may not.
+// The expected content of the file. The payload of the tile is an argument, as Draco's bytes may
+// differ between versions.
 std::vector<Spoken> expected(const std::string& payload) {
   const IsosurfaceRequest request{.isovalue = 60.5};
   const LatticeMesh mesh = triangle();
@@ -80,7 +80,7 @@ std::vector<Spoken> expected(const std::string& payload) {
                   .triangles = 1,
                   .vertices = 3,
                   .bytes = static_cast<std::uint32_t>(payload.size())}};
-  // The codec's own example: the surface around one sample.
+  // The example of the codec: the surface around one sample.
   const auto shell = std::make_shared<const std::string>(shell_example());
   StepBegin in_shells{.request_id = 2,
                       .is_final = true,

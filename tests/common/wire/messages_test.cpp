@@ -44,7 +44,7 @@ TEST(Messages, ServerMessagesRoundTrip) {
   }
 }
 
-// A request with the most of everything that is allowed.
+// A request with the maximum of everything.
 IsosurfaceRequest largest_request() {
   std::mt19937_64 random(4);
   IsosurfaceRequest request = samples::request(random);
@@ -75,7 +75,7 @@ TEST(Messages, LargestMessagesFitIntoAFrame) {
   EXPECT_TRUE(parse_server_message(bytes));
 }
 
-// ---- malformed bytes are rejected
+// ---- malformed messages are refused
 
 template <typename Parse>
 void expect_calm(const Parse& parse, std::string bytes, std::mt19937_64& random) {
@@ -119,7 +119,7 @@ TEST(Messages, RejectsUnknownKinds) {
   }
 }
 
-// Returns a length-delimited field with a number below 16 and a short content.
+// A field of wire type "length-delimited"; requires number < 16 and content.size() < 128.
 std::string field(int number, const std::string& content) {
   return std::string{static_cast<char>(number << 3 | 2), static_cast<char>(content.size())} +
          content;
@@ -185,7 +185,7 @@ TEST(Messages, UnknownErrorCodesMeanUnknown) {
   EXPECT_EQ(std::get<ErrorReply>(*parsed).error.code, ErrorCode::kUnknown);
 }
 
-// ---- values out of range are rejected by name, and the conversation can continue
+// ---- values out of range are refused by name, and the conversation can continue
 
 template <typename Message>
 void expect_refused(Message message, const std::function<void(Message&)>& spoil,
@@ -274,7 +274,7 @@ TEST(OpenStream, OutOfRangeIsRefused) {
          "OpenStream.cached_tile_digests", ErrorCode::kLimitExceeded);
 }
 
-// A request with one part of every kind.
+// A request with one threshold map part of each kind.
 IsosurfaceRequest request_with_a_map() {
   IsosurfaceRequest request;
   request.thresholds.regions = {
@@ -291,7 +291,7 @@ IsosurfaceRequest request_with_a_map() {
   return request;
 }
 
-// Checks the same map in an OpenStream and in an Estimate.
+// Expects refusal both in an OpenStream and in an Estimate.
 void expect_map_refused(const std::function<void(LocalThresholds&)>& spoil, const char* text,
                         ErrorCode code = ErrorCode::kInvalidArgument) {
   expect_refused<OpenStream>(
@@ -397,7 +397,7 @@ TEST(ThresholdMaps, RejectsMoreThanTenThousandRegions) {
   }
 }
 
-// Returns an OpenStream with request id 9 and the encoded threshold map `map`.
+// An OpenStream with request id 9 whose threshold map has the bytes `map`.
 std::string open_stream_with_map(const std::string& map) {
   return field(3, "\x08\x09" + field(2, "fuel") + field(3, field(2, map)));
 }
@@ -661,7 +661,7 @@ TEST(EstimateReply, OutOfRangeIsRefused) {
 
 // ---- hostile sizes
 
-// Returns a length-delimited field with content of any length.
+// A length-delimited field with a content of any length.
 std::string long_field(int number, const std::string& content) {
   std::string bytes(1, static_cast<char>(number << 3 | 2));
   for (std::size_t length = content.size();; length >>= 7) {
@@ -670,7 +670,7 @@ std::string long_field(int number, const std::string& content) {
   }
 }
 
-// Returns field `outer` with `entries` empty entries of field `inner`, two bytes each.
+// A field `outer` that contains `entries` empty entries of field `inner`, two bytes each.
 std::string many_entries(int outer, int inner, std::size_t entries) {
   std::string content;
   for (std::size_t i = 0; i < entries; ++i) content += field(inner, "");
@@ -693,7 +693,7 @@ TEST(ServerMessages, RejectsMillionsOfEmptyEntriesBeforeParsing) {
 }
 
 TEST(ThresholdMaps, RejectsMillionsOfEmptyRegionsBeforeParsing) {
-  const std::string map = many_entries(2, 4, 1000000);  // As a field of the request.
+  const std::string map = many_entries(2, 4, 1000000);  // A field of the request.
   const std::string id = "\x08\x09";
   for (const int kind : {3, 6}) {  // OpenStream and Estimate.
     const auto parsed = parse_client_message(long_field(kind, id + long_field(3, map)));
@@ -804,7 +804,7 @@ TEST(RecordStartedStep, ResumesTheStreamWhereItWas) {
   };
   begins(0, 8, true);
   begins(1, 4, false);
-  begins(0, 8, true);  // It is repeated.
+  begins(0, 8, true);  // Repeated.
   begins(1, 4, false);
   const std::vector<Preview> both = {{.finest_spacing = 8, .is_unsimplified = true},
                                      {.finest_spacing = 4}};

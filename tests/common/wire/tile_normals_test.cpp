@@ -1,4 +1,4 @@
-// Tiles with normals: round trips, precision and rejected tiles.
+// Tiles with normals: their transmission, accuracy, and rejection.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ double degrees_between(const UnitVector& a, const UnitVector& b) {
   return 2 * std::asin(std::min(1.0, std::sqrt(square) / 2)) * 180 / std::numbers::pi;
 }
 
-// A noisy torus with holes, and a small octahedron.
+// A noisy torus with holes, and a small octahedron next to it.
 LatticeMesh torn_surface() {
   const LatticeMesh torus = surfaces::torus(5, 60, 30, 0.2, 3);
   std::vector<LatticeTriangle> triangles;
@@ -131,7 +131,7 @@ TEST(TileNormals, RejectsOtherForms) {
 }
 
 TEST(TileNormals, RejectsDifferentNormalsAtOneVertex) {
-  // Two octahedra that touch, indexed separately: their common vertex appears twice.
+  // Two touching octahedra, indexed separately: their common vertex occurs twice.
   const LatticePoint middle = surfaces::center(5);
   LatticeMesh twice =
       index_triangles(surfaces::octahedron({middle.x - 4, middle.y, middle.z}, 4), 5);
@@ -199,7 +199,7 @@ TEST(WeldedNormals, OnePerVertexWhenAllPiecesHaveThem) {
   for (const LatticeMesh* piece : pointers) {
     for (std::size_t i = 0; i < 6; ++i) {
       if (piece == pointers[1] && piece->vertices[i] == middle)
-        continue;  // The first one's counts.
+        continue;  // The first piece determines the normal.
       const auto at = std::find(whole.vertices.begin(), whole.vertices.end(), piece->vertices[i]);
       EXPECT_EQ(whole.normals[static_cast<std::size_t>(at - whole.vertices.begin())],
                 piece->normals[i]);

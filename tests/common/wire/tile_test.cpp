@@ -12,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-// Returns the triangles in orientation order, sorted: independent of vertex numbers.
+// The sorted triangles in orientation order: the mesh independent of its numbering.
 std::vector<LatticeTriangle> canonical(const LatticeMesh& mesh) {
   std::vector<LatticeTriangle> triangles;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -107,7 +107,7 @@ TEST(Tile, RefusesTilesThatDifferFromTheManifest) {
   expect_damaged(decode([](TileSummary& s) { --s.vertices; }), "vertices");
   expect_damaged(decode([](TileSummary& s) { ++s.digest.low; }), "digest");
   expect_damaged(decode([](TileSummary& s) { ++s.digest.high; }), "digest");
-  // The digest's seed is the resolution, but the cube is checked first.
+  // The resolution seeds the digest; here the cube is checked first.
   expect_damaged(decode_tile(*tile.payload, tile.summary, 4), "outside the tile's cube");
 }
 
@@ -138,7 +138,7 @@ TEST(Tile, AChangedByteIsRejectedOrHarmless) {
 }
 
 TEST(Tile, ManyTrianglesWithAChangedByteAreRejectedOrEqual) {
-  // Large enough for the valence traversal; changes one bit of every byte, for speed.
+  // Large enough for the valence traversal; changes one bit per byte, to save time.
   const EncodedTile tile = encode_tile(surfaces::torus(5, 36, 16, 0.2, 9), surfaces::kCube);
   ASSERT_EQ((*tile.payload)[11], 2);
   for (std::size_t at = 0; at < tile.payload->size(); ++at) {
@@ -169,7 +169,7 @@ std::string varint5(std::uint32_t value) {
   return bytes;
 }
 
-// Returns a payload of `bytes` bytes with consistent counts that claims `triangles`.
+// A payload of `bytes` bytes with consistent counts that declares `triangles` triangles.
 std::string boast(std::uint32_t triangles, std::size_t bytes) {
   std::string payload("DRACO\2\2\1\1\0\0\0", 12);
   payload += varint5(triangles / 2) + varint5(triangles) + std::string(1, '\0') +
@@ -186,7 +186,7 @@ TEST(Tile, RefusesClaimsOfBillionsOfTrianglesBeforeDecoding) {
     expect_damaged(decode_tile(boast(triangles, 61), promised, 5),
                    std::to_string(triangles) + " triangles");
   }
-  // Even if the manifest promises as much.
+  // Also if the manifest announces as many.
   promised.triangles = 0x80000000U;
   promised.vertices = 0x40000000U;
   expect_damaged(decode_tile(boast(0x80000000U, 61), promised, 5), "at most 1048576");
@@ -222,7 +222,7 @@ TEST(Tile, RejectsOtherFormsOfDraco) {
   EXPECT_FALSE(with(8, 0)) << "sequential method";
   EXPECT_FALSE(with(10, '\x80')) << "metadata";
   EXPECT_FALSE(with(11, 1)) << "predictive traversal";
-  // A single attribute of another kind stops the decoder before it allocates.
+  // An attribute of another kind stops the decoder before it allocates.
   const std::size_t attribute = tile.payload->find(kTileAttribute);
   ASSERT_NE(attribute, std::string::npos);
   for (std::size_t i = 0; i < kTileAttribute.size(); ++i) {

@@ -1,6 +1,6 @@
-// Reads a multi-resolution mesh with neuroglancer's own code in Node: manifests, ranges, shards, Draco. All fragments
-// of all levels must exist, fit together and stay in their octants, and the finest level must equal the leaves of the
-// 3D Tiles tree.
+// Reads a multi-resolution mesh with neuroglancer's own code, in Node: its manifests, ranges, shards and Draco. All
+// fragments of all levels must exist, fit together and stay in their octants, and the finest level must equal the
+// leaves of the 3D Tiles tree.
 //
 //   node fragments.mjs URL-OF-MESH SEGMENT [URL-OF-TILESET]
 import assert from "node:assert/strict";
@@ -8,7 +8,7 @@ import { readFile } from "node:fs/promises";
 
 import { leavesOf } from "./trees.mjs";
 
-// Globals that neuroglancer expects in a worker.
+// Globals of a browser's worker that neuroglancer expects.
 globalThis.self ??= globalThis;
 globalThis.navigator ??= { userAgent: "Node" };
 const { fetch } = globalThis;
@@ -28,7 +28,7 @@ const info = await (await globalThis.fetch(`${mesh}info`)).json();
 assert.equal(info["@type"], "neuroglancer_multilod_draco");
 assert.deepEqual(info.transform?.length, 12);
 
-// As neuroglancer's front end creates it from the file "info".
+// Parsed as neuroglancer's front end does from the file "info".
 const kvStore = { store: new ReadableHttpKvStore(null, mesh), path: "" };
 const nothing = () => {};
 const queueManager = {
@@ -68,7 +68,7 @@ const { offsets } = manifestChunk;
 assert(lodScales.every((scale, level) => level === 0 || scale > lodScales[level - 1]), "coarser levels err more");
 assert(chunkShape.every((side) => side > 0));
 
-// Returns the level of a row of the octree: the length of its chain of first children.
+// The level of an octree row is its height along first children.
 function levelOf(row) {
   const [first, end] = [octree[5 * row + 3], octree[5 * row + 4] & 0x7fffffff];
   return end > first ? 1 + levelOf(first) : 0;
@@ -110,7 +110,7 @@ for (let row = 0; row < octree.length / 5; ++row) {
   }
 }
 
-// The first level of a tree is a preview of about every eighth sample, and ends at the last of those.
+// The first level of a tree is a preview of about every eighth sample and ends at the last of these.
 function isWhereDataEnds(edge, lod) {
   const [a, b] = edge.split(" ").map((end) => end.split(",").map(Number));
   return lod === levels - 1 && a.some((place, axis) => place === b[axis] && Math.abs(place - 32767.5) > 1);

@@ -1,5 +1,5 @@
-// Runs Chromium with the pages of this folder. Environment: CHROMIUM, the program; PAGES_PORT, the port of its pages;
-// CERTIFICATE_HASH, of the key that it accepts; PICTURES, a folder for screenshots.
+// Runs Chromium with the pages of this folder. Environment: CHROMIUM, the program; PAGES_PORT, the port that serves the
+// pages; CERTIFICATE_HASH, the hash of the accepted key; PICTURES, a folder for screenshots.
 import { readFile } from "node:fs/promises";
 import { createServer } from "node:http";
 import path from "node:path";
@@ -26,10 +26,10 @@ const pages = createServer(async (request, response) => {
 });
 
 export const origin = `http://127.0.0.1:${process.env.PAGES_PORT}`;
-const patience = Number(process.env.PATIENCE ?? 120_000); // Enough for a loaded machine that draws in software.
+const patience = Number(process.env.PATIENCE ?? 120_000); // Enough for a busy machine without a graphics card.
 
-// `look` gets an empty page and a list of errors, which must be empty at its end. A response with Retry-After is not an
-// error.
+// Calls `look` with an empty page and a list of failures, and expects the list to stay empty. A response with
+// Retry-After is not a failure.
 export async function inChromium(look) {
   await new Promise((ready) => pages.listen(Number(process.env.PAGES_PORT), "127.0.0.1", ready));
   const browser = await chromium.launch({
@@ -58,7 +58,7 @@ export async function inChromium(look) {
   }
 }
 
-// Waits until `isSo` holds for a second without a break.
+// Waits until `isSo` has held for a second without interruption.
 export async function settled(page, isSo) {
   const until = Date.now() + patience;
   for (let since = 0; since < 10; ) {

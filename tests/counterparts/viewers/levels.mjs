@@ -1,5 +1,5 @@
-// Checks a GLB with levels of detail (MSFT_lod) with the Khronos validator and three.js: it contains all levels, and
-// the finest one is shown.
+// Checks a GLB with levels of detail (MSFT_lod) with the Khronos validator and three.js: it contains all levels and
+// shows the finest one.
 //
 //   node levels.mjs FILE TRIANGLES-OF-ALL-LEVELS
 import assert from "node:assert/strict";

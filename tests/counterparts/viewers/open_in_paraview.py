@@ -14,7 +14,7 @@ from paraview.simple import (
 plugin, server, token_file, dataset, isovalue, picture = sys.argv[1:]
 LoadPlugin(plugin, remote=False, ns=globals())
 token = pathlib.Path(token_file).read_text().strip()
-surface = MultiTetraIsosurface(  # noqa: F821  Defined by the plugin.
+surface = MultiTetraIsosurface(  # noqa: F821  The plugin defines the name.
     Server=server, Token=token, Dataset=dataset, Isovalue=float(isovalue), Error=1.0, Steps=20
 )
 surface.UpdatePipeline()

@@ -1,5 +1,5 @@
-// Neuroglancer in Chromium, slices and surface together: all chunks of both are loaded, nothing fails, and a body's
-// section and its surface cover the same pixels, seen along each axis.
+// Shows slices and a surface in neuroglancer in Chromium: all chunks arrive, nothing fails, and along each axis the
+// section and the surface of a body cover the same pixels.
 //
 //   node slices.mjs TOKEN HTTPS-URL...
 //
@@ -10,9 +10,9 @@ import { inChromium, origin, picture, settled } from "./in_chromium.mjs";
 
 const [token, ...listeners] = process.argv.slice(2);
 const kSegment = (1n << 63n).toString(); // The bits of -0, which represents 0.
-const kMiddle = [30.5, 45.5, 33.5]; // Voxels.
+const kMiddle = [30.5, 45.5, 33.5]; // In voxels.
 const kDimensions = { x: [0.0005, "m"], y: [0.00075, "m"], z: [0.00125, "m"] }; // The size of a voxel.
-const kScale = 0.15; // One pixel is 0.15 of a voxel's smallest side.
+const kScale = 0.15; // One pixel per smallest side of a voxel.
 const kAlongAxes = { z: [0, 0, 0, 1], y: [Math.SQRT1_2, 0, 0, Math.SQRT1_2], x: [0, Math.SQRT1_2, 0, Math.SQRT1_2] };
 
 function layers(listener) {
@@ -41,8 +41,8 @@ async function show(page, state) {
   });
 }
 
-// Returns the bounding box of all pixels dominated by one of red, green and blue (0, 1, 2), in the largest square in
-// the middle of the only panel, beside its text.
+// The bounding box of all pixels in which red, green or blue (0, 1, 2) dominates, in the largest central square of the
+// only panel; labels are outside this square.
 async function box(page, color) {
   const panel = await page.locator(".neuroglancer-rendered-data-panel").boundingBox();
   const side = Math.min(panel.height, panel.width - 300);

@@ -1,9 +1,9 @@
-# Other projects' viewers with a server's data: sourced by ../run.sh. Installed from npm when first needed, next to the
-# programs, along with their screenshots.
+# Tests with third-party viewers, sourced by ../run.sh. Viewers are installed from npm when first needed and stay beside
+# the programs, as do the screenshots.
 
 viewers_store=$bin/../counterparts
 pictures=$viewers_store/pictures
-pages_port=$(free_port)   # The origin of pages that may use the servers.
+pages_port=$(free_port)   # Servers allow pages at this port.
 
 prepare_trees() {
   [ ! -e tree.mtd ] || return 0
@@ -14,7 +14,7 @@ prepare_trees() {
 }
 tree_settings=557.5,error=1
 
-# segment_of ISOVALUE: prints neuroglancer's segment number.
+# segment_of ISOVALUE: the number of its segment in neuroglancer.
 segment_of() { python3 -c 'import struct, sys; print(struct.unpack("<Q", struct.pack("<d", float(sys.argv[1]) or -0.0))[0])' "$1"; }
 
 # Installs and builds the viewers and sets the certificate that they accept; fails if that is impossible.
@@ -30,7 +30,7 @@ install_viewers() {
     fi
     npx vite build --logLevel warn
   ) >npm.log 2>&1 || { cat npm.log >&2; leave_out "viewers from npm, which could not be installed"; return 1; }
-  # The only additional certificate that Node and Chromium accept.
+  # The only self-signed certificate that Node and Chromium accept.
   export NODE_EXTRA_CA_CERTS=$work/tls.pem PICTURES=$pictures PAGES_PORT=$pages_port
   CERTIFICATE_HASH=$(openssl x509 -in tls.pem -pubkey -noout | openssl pkey -pubin -outform der |
     openssl dgst -sha256 -binary | base64)
@@ -66,7 +66,7 @@ talk_neuroglancer() {
   echo "Pictures are in $pictures."
 }
 
-# The files written by export, on an ordinary web server.
+# The output of export, served by an ordinary web server.
 talk_exported() {
   local port one
   port=$(free_port)

@@ -1,5 +1,5 @@
-// 3D Tiles in 3d-tiles-renderer, with the token in a header, and in CesiumJS, with the token in the address: nothing
-// fails, more tiles are loaded near the camera, and at a small error the whole finest level is loaded.
+// Shows 3D Tiles in 3d-tiles-renderer, with the token in a header field, and in CesiumJS, with the token in the
+// address: nothing fails, approaching loads finer tiles, and the finest level is complete when all of it is requested.
 //
 //   node tiles.mjs TOKEN DATASET/iso/SETTINGS HTTPS-URL...
 import assert from "node:assert/strict";

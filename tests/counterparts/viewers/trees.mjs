@@ -1,4 +1,4 @@
-// Reads a tree of 3D Tiles completely, with JSON only.
+// Reads a whole tree of 3D Tiles as plain JSON.
 import assert from "node:assert/strict";
 
 import validator from "gltf-validator";
@@ -9,7 +9,7 @@ async function fetched(address, token) {
   return answer;
 }
 
-// Counts the surfaces at the leaves and their triangles. Validates the first surface and a leaf's as glTF.
+// The number of leaf surfaces and of their triangles. Validates the first surface and a leaf's as glTF.
 export async function leavesOf(address, token = "") {
   const leaves = { tiles: 0, triangles: 0 };
   let validated = 0;

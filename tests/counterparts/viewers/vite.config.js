@@ -1,7 +1,6 @@
 import { defineConfig } from "vite";
 
-// Neuroglancer's icons come from a commit on GitHub; the registry's package of that name lacks some. Replaces them by
-// empty ones.
+// Neuroglancer's icons come from a commit on GitHub; the npm package lacks some. They are replaced by empty ones.
 function withoutIcons() {
   return {
     name: "without-icons",

@@ -1,4 +1,4 @@
-// The server's own surfaces are certified, and wrong ones are rejected.
+// The server's own surfaces fulfil their certificates; wrong surfaces do not.
 #include "server/certify/certificate.hpp"
 
 #include <cmath>
@@ -26,7 +26,7 @@ TEST_P(CertificateEverySurface, EverySurfaceOfOursIsKept) {
   const PreparedSetting& setting = GetParam();
   const DatasetPtr dataset = testing::prepared(setting);
   const auto all = testing::isovalues_of(*dataset);
-  // At the middle of the values, and at an edge of the spectrum's bins.
+  // One isovalue in the middle of the range, one at an edge of the spectrum's bins.
   for (const bool is_middle : {true, false}) {
     const double isovalue = is_middle ? all[1] : all.back();
     for (const auto& [error, lattice, simplify] :
@@ -127,7 +127,7 @@ TEST_F(CertificateErrors, MeasuresWithoutABound) {
   const Certificate certificate = certified(mesh, {});
   EXPECT_EQ(certificate.error, ErrorVerdict::kNotAsked);
   EXPECT_GT(certificate.maximum(), 0.2);
-  // Moved off the data's border, the mesh has open edges.
+  // Shifted off the data's border, the mesh has open edges.
   EXPECT_FALSE(certificate.is_kept());
   EXPECT_TRUE(certified(mesh, {.any_topology = true}).is_kept());
 }
@@ -257,8 +257,8 @@ TEST_F(WithoutTheSmallBall, IsNoExplanationWhereTheRestDiffersToo) {
   EXPECT_FALSE(certified({}, 0).missing);
 }
 
-// Removes the inner side of a shell. It lies within the error of the outer one, so distances alone
-// do not show which is missing.
+// The mesh lacks the inner side of a shell. It lies within the error of the outer side, so
+// distances alone do not show which of the two is missing.
 TEST(Certificate, ExpectsAsManyComponentsNearTheLimitAsTheMeshHas) {
   const Vec3 center = {12, 12, 12};
   const Volume volume = fields::sampled<float>({25, 25, 25}, [&](int x, int y, int z) {

@@ -1,4 +1,4 @@
-// Meshes in every format that we write, variants by other programs, and damaged files.
+// Reads meshes in every format the project writes, other programs' variants, and damaged files.
 #include "server/certify/mesh_file.hpp"
 
 #include <zlib.h>
@@ -48,8 +48,8 @@ PositionedMesh world_mesh() {
   return mesh;
 }
 
-// Sorts triangles and rotates each to its smallest corner. Compares as floats, because decimals in
-// text differ from the floats they represent.
+// The sorted triangles, each starting at its least corner. Coordinates are floats, as the decimals
+// of text files are not exact.
 std::vector<Corners> sorted_corners(const TriangleMesh& mesh) {
   std::vector<Corners> all;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -248,7 +248,7 @@ std::string nested_glb(const std::string& nodes) {
 TEST_F(MeshFile, GltfReadsAllNodes) {
   const TriangleMesh mesh = read("a.glb", nested_glb(R"([{"children":[1],"translation":[10,20,30]},
                               {"children":[2],"rotation":[0,1,0,0]},{"mesh":0,"scale":[3,3,3]}])"));
-  // A half turn about y maps x to -x; y-up (x, y, z) is z-up (x, -z, y).
+  // A half turn about y maps x to -x; (x, y, z) with y up is (x, -z, y) with z up.
   EXPECT_EQ(mesh.vertices, (std::vector<Vec3>{{10, -30, 20}, {7, -30, 20}, {10, -30, 23}}));
   EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{2, 0, 1}}));
   const TriangleMesh mirrored = read("b.glb", nested_glb(R"([{"mesh":0,"scale":[-1,1,1]}])"));
@@ -303,7 +303,7 @@ std::string zipped(const std::string& bytes) {
   return packed;
 }
 
-// Two triangles in a polygon of four corners, and a strip of two more.
+// Two triangles as a polygon of four corners, and a strip of two more.
 std::string vtp(
     const std::string& attributes, const std::string& format,
     const std::function<std::string(const std::string& bytes, const std::string& text)>& array) {
@@ -377,7 +377,7 @@ TEST_F(MeshFile, RefusesOtherFilesByName) {
   EXPECT_THROW((void)read_mesh(folder_.path()), VolumeFileError);
 }
 
-// Any bytes give a mesh with its vertices, or an error.
+// Any bytes give either a mesh whose vertices exist or an error.
 TEST_F(MeshFile, ReadsOrRefusesDamagedFiles) {
   std::mt19937 random(5);
   const LatticeMesh torus = surfaces::torus(3, 6, 5, 0.2, 1);

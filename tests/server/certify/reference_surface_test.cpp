@@ -1,5 +1,4 @@
-// The full-resolution surface, compared with its definition
-// (tests/support/full_resolution_surface.hpp).
+// Compares the full surface with its definition (tests/support/full_resolution_surface.hpp).
 #include "server/certify/detail/reference_surface.hpp"
 
 #include <algorithm>
@@ -70,7 +69,7 @@ TEST(ReferenceSurface, EndsAtVoidAndClosesAtAValue) {
 
 class ReferenceSurfaceEveryField : public ::testing::TestWithParam<PreparedSetting> {};
 
-// Quadrangles may be split along either diagonal, so areas and distances are compared.
+// Compares areas and distances, as quadrangles may be split along either diagonal.
 TEST_P(ReferenceSurfaceEveryField, MatchesTheDefinition) {
   const PreparedSetting& setting = GetParam();
   const DatasetInfo info = grid_info(setting.volume, setting.outside, setting.margin);
@@ -87,7 +86,7 @@ TEST_P(ReferenceSurfaceEveryField, MatchesTheDefinition) {
     for (const SurfaceTriangle& t : expected) places.insert(places.end(), t.begin(), t.end());
     std::vector<Vec3> own = found.mesh.vertices;
     const auto make_set = [](std::vector<Vec3>& all) {
-      for (Vec3& p : all) {  // Rounds to the same number from either end of an edge.
+      for (Vec3& p : all) {  // Rounded, to be equal from either end of an edge.
         for (double& v : p) v = std::round(v * 0x1p30);
       }
       std::sort(all.begin(), all.end());

@@ -1,5 +1,5 @@
-// An independent reference for intersections: CGAL's exact predicates, over triangles on a small
-// lattice, where nearly all of them touch, overlap or share corners.
+// Compares intersections with CGAL's exact predicates, for triangles on a small lattice, where
+// nearly all of them touch, overlap or share vertices.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
@@ -50,14 +50,14 @@ TEST(SelfIntersectionsJudge, AgreesOnTrianglesThatShareNothing) {
   }
 }
 
-// Closed meshes whose vertices were moved until they intersect themselves.
+// Closed meshes whose vertices were moved until the meshes intersect themselves.
 TEST(SelfIntersectionsJudge, FindsTheSamePairsInTangledSpheres) {
   std::mt19937 random(12);
   for (const double noise : {0.0, 0.1, 0.4}) {
     TriangleMesh mesh =
         testing::joined(testing::sphere({0, 0, 0}, 1, 8), testing::sphere({0.5, 0.25, 0}, 1, 6));
     for (Vec3& vertex : mesh.vertices) {
-      for (double& v : vertex) {  // Snaps to a lattice, for many coplanar points.
+      for (double& v : vertex) {  // To a lattice: makes many triangles coplanar.
         v = std::round(16 * (v + noise * (static_cast<double>(random() % 1000) / 1000 - 0.5))) / 16;
       }
     }
@@ -75,7 +75,7 @@ TEST(SelfIntersectionsJudge, FindsTheSamePairsInTangledSpheres) {
     for (const MeshTriangle& t : triangles) {
       const auto face = judged.add_face(vertices[t.vertices[0]], vertices[t.vertices[1]],
                                         vertices[t.vertices[2]]);
-      // Omits faces that CGAL's manifold meshes cannot represent.
+      // CGAL rejects faces that would make the mesh non-manifold.
       if (face != CgalMesh::null_face()) kept.triangles.push_back(t.vertices);
     }
     std::vector<std::pair<CgalMesh::Face_index, CgalMesh::Face_index>> pairs;

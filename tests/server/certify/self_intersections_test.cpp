@@ -50,7 +50,7 @@ TEST(Orientation, Exact) {
       return {scale * small(random), scale * small(random), scale * (3 + 0.1 * small(random))};
     };
     std::array<Vec3, 4> p = {place(), place(), place(), place()};
-    if (i % 3 == 0) {  // A point moved off the plane of the others by rounding.
+    if (i % 3 == 0) {  // A point that rounding moved off the plane of the others.
       const double u = uniform(random);
       const double v = uniform(random);
       p[3] = moved(moved(p[0], u, difference(p[1], p[0])), v, difference(p[2], p[0]));
@@ -134,7 +134,7 @@ TEST(SelfIntersections, TouchingCubesDependOnWhatTheyShare) {
   EXPECT_GE(intersecting(joined(cube, box({1, 0, 0}, {2, 1, 1}))), 4U) << "a face, twice there";
   EXPECT_GE(intersecting(joined(cube, box({0.25, 0.25, 1}, {0.75, 0.75, 2}))), 3U) << "a part";
   EXPECT_EQ(intersecting(joined(cube, box({1.5, 0, 0}, {2, 1, 1}))), 0U) << "nothing";
-  // In the middle of the other's edges and faces: each of three edges of each runs into a face.
+  // Three edges of either cube each cross a face of the other, at midpoints of edges and faces.
   EXPECT_GT(intersecting(joined(cube, box({0.5, 0.5, 0.5}, {1.5, 1.5, 1.5}))), 6U);
 }
 

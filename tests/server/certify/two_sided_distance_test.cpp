@@ -18,7 +18,7 @@ TriangleMesh square(double z, double side = 1) {
           .triangles = {{0, 1, 2}, {0, 2, 3}}};
 }
 
-// Returns the largest distance over a dense regular set of points of every triangle.
+// The largest distance of a dense regular grid of points on every triangle.
 double brute_force(const TriangleMesh& from, const TriangleMesh& to) {
   constexpr int kSteps = 40;
   double largest = 0;
@@ -54,7 +54,7 @@ TEST(TwoSidedDistance, ParallelSquaresHaveTheirDistance) {
 }
 
 TEST(TwoSidedDistance, HasItsFarthestPointWhereThereIsNoVertex) {
-  // The middle of a large square is farther from its rim than any other point.
+  // Four tiny triangles at the corners of the square, whose middle is farthest from them.
   TriangleMesh rim;
   for (int side = 0; side < 4; ++side) {
     const Vec3 at = {side % 2 == 0 ? 0.0 : 10.0, side / 2 == 0 ? 0.0 : 10.0, 0};
@@ -102,7 +102,7 @@ TEST(TwoSidedDistance, BoundsEveryPointOfRandomTriangles) {
   }
 }
 
-// Abandoned parts of the search still count for the bound.
+// When pieces are dropped to save memory, the upper bound still includes them.
 TEST(TwoSidedDistance, StaysABoundWithoutMemoryForItsSearch) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 10);
   const TriangleMesh b = testing::shifted(testing::sphere({0, 0, 0}, 1, 7), {0.1, 0, 0});

@@ -1,4 +1,4 @@
-// A conversation without a network: the test acts as the transport.
+// A conversation without a network: the test takes the place of the transport.
 #include "server/conversation/conversation.hpp"
 #include "server/operations/log.hpp"
 
@@ -18,7 +18,7 @@ namespace {
 using testing::catalogue_of;
 using testing::FakeSteps;
 
-// A welcomed conversation whose only worker is busy until the test frees it.
+// A conversation after the handshake; the only worker stays busy until it is freed.
 class ConversationTest : public ::testing::Test {
  protected:
   ConversationTest() {
@@ -50,7 +50,7 @@ class ConversationTest : public ::testing::Test {
     while (message.wait_for(std::chrono::seconds(0)) != std::future_status::ready) io_.run_one();
     return message.get().value();
   }
-  // Returns whether another message may be received now.
+  // Returns whether the conversation accepts another message now.
   bool has_room() {
     if (!room_.valid()) {
       room_ = asio::co_spawn(
@@ -67,7 +67,7 @@ class ConversationTest : public ::testing::Test {
   }
 
   std::shared_ptr<FakeSteps> source_ = std::make_shared<FakeSteps>("fake");
-  // So low a rate that even a slow machine sends faster.
+  // A rate so low that even a slow machine exceeds it.
   AdmissionControl admission_{{.requests = {.per_second = 5, .burst = 300}}};
   asio::io_context io_{1};
   LocalService service_{io_.get_executor(), catalogue_of(source_), {.workers = 1}};
@@ -79,7 +79,8 @@ class ConversationTest : public ::testing::Test {
       io_.get_executor(), service_.open(client_), Session(catalogue_of(source_), {}), client_);
 };
 
-// Every stream kept, here or in the workers' queue, holds the source, as does its forecast.
+// Every stream that is kept, here or in the workers' queue, shares ownership of the source, as does
+// the forecast of its time.
 TEST_F(ConversationTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
   const long before = source_.use_count();
   constexpr std::uint64_t kStreams = 100;

@@ -15,7 +15,7 @@ namespace {
 
 using Bytes = std::vector<std::byte>;
 
-// Smooth, noisy and constant bricks, of full and odd sizes.
+// Smooth, noisy and constant bricks, with whole and partial sizes.
 std::vector<Bytes> bricks_of(std::size_t item_bytes) {
   std::mt19937 random(3);
   std::vector<Bytes> bricks;
@@ -123,7 +123,7 @@ TEST(BrickOrder, HasEveryBrickOnceAndAlignedCubesTogether) {
     for (const std::size_t brick : order) seen[brick] = true;
     EXPECT_EQ(std::count(seen.begin(), seen.end(), true),
               static_cast<std::ptrdiff_t>(order.size()));
-    // Each cube of 2 bricks per side is entered once.
+    // All bricks of a cube of 2^3 bricks are consecutive.
     std::size_t entered = 0;
     const BrickLayout cubes(layout.counts(), 2);
     std::size_t before = cubes.size();

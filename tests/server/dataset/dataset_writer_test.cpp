@@ -48,7 +48,7 @@ TEST(DatasetWriter, LeavesOnlyTheOldFileWithoutFinish) {
   }
 }
 
-// Returns the status of a child process that calls `act`.
+// Returns the exit status of a child process that calls `act`.
 int status_of_child(const std::function<void()>& act) {
   const pid_t child = ::fork();
   if (child == 0) {
@@ -80,13 +80,13 @@ TEST(DatasetWriter, KilledAtAnyStepItLeavesTheOldFileOrTheNewOne) {
       } else {
         EXPECT_FALSE(fs::exists(path));
       }
-      write_prepared(path, example);  // Leftovers of the killed process do not interfere.
+      write_prepared(path, example);  // Leftovers of the killed writer do not interfere.
       expect_holds(PreparedFile(path), example);
     }
   }
 }
 
-// A limit on the size of files simulates a full disk.
+// A file size limit simulates a full disk.
 TEST(DatasetWriter, AFullDiskIsReportedAndNothingIsLeft) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
@@ -133,7 +133,7 @@ TEST(DatasetWriter, APlaceThatCannotBeWrittenIsNamed) {
   }
   EXPECT_EQ(entries_of(folder.path()), 2U) << "A temporary file was left behind.";
 
-  if (::geteuid() == 0) return;  // Root has all permissions.
+  if (::geteuid() == 0) return;  // Permissions do not restrict root.
   const fs::path closed = folder.path() / "closed";
   fs::create_directory(closed);
   fs::permissions(closed, fs::perms::owner_read | fs::perms::owner_exec);

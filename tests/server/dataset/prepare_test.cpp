@@ -1,4 +1,4 @@
-// Preparing a volume into a mapped file, and properties common to all ways of preparing.
+// Preparing a volume into a mapped file, and the guarantees that hold for every way of preparing.
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
@@ -46,7 +46,7 @@ TEST(Prepare, WritesWhatItKeepsInMemory) {
     verify_dataset(path);
     const DatasetPtr file = open_dataset(path);
     const DatasetPtr memory = testing::prepared(setting);
-    // Only files have checksums.
+    // Only files have a content id: datasets in memory have no checksums.
     EXPECT_NE(file->info.content_id, 0);
     DatasetInfo info = memory->info;
     info.content_id = file->info.content_id;
@@ -79,7 +79,7 @@ TEST(Prepare, PacksWhatIsConstantForLongIntoNearlyNothing) {
   EXPECT_LT(std::filesystem::file_size(file), volume.size() * sizeof(float) / 40);
   verify_dataset(file);
   EXPECT_EQ(whole_volume(*open_dataset(file)).samples, volume.samples);
-  // All zeros, to the last sample.
+  // All samples are zero.
   volume.samples = std::vector<float>(volume.size());
   const std::filesystem::path zeros = prepare_file(folder, {"zeros", volume});
   verify_dataset(zeros);

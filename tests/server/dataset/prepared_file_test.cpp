@@ -146,7 +146,7 @@ TEST(PreparedFile, ADamagedBrickIsReportedWheneverItIsTouchedAndTheOthersAreNot)
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
   write_prepared(path, example);
-  // In brick 1.
+  // A byte of brick 1.
   const std::size_t in_brick_1 =
       brick_begin(pack_brick(bytes_of(example.sample_bricks[0]), 2).bytes.size()) + 5;
   damage_file(path, "samples", in_brick_1);
@@ -274,7 +274,7 @@ TEST(VerifyDataset, ReportsProgress) {
   EXPECT_THROW(verify_dataset(path, [](double) { throw Enough(); }), Enough);
 }
 
-// ---- a file that is changed while it is open
+// ---- files that change while they are open
 
 fs::path written_head(const TemporaryFolder& folder) {
   const fs::path path = folder.path() / "head.mtd";
@@ -294,7 +294,7 @@ TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
   fs::resize_file(path, 4096);
   EXPECT_NE(error_of([&] { (void)samples->brick(0); }), "none") << static_cast<int>(first);
   EXPECT_NE(error_of([&] { file.check(); }), "none");
-  // Missing parts of a mapped file can be read without a crash, in a brick that is read in place.
+  // The truncated pages remain readable, as zeros, in a brick that is read in place.
   std::size_t sum = 0;
   for (const std::byte byte : raw) sum += static_cast<std::size_t>(byte);
   EXPECT_EQ(sum, 0U);

@@ -43,7 +43,7 @@ std::string error_in_bytes(std::string_view file) {
   return verified ? "whole" : verified.error().text;
 }
 
-// Opens the file, reads every brick, and expects either those of the example or an error.
+// Opens the file, reads every brick, and expects either the example's data or an error.
 void expect_nothing_wrong_is_handed_out(std::string_view file, const PreparedExample& example) {
   auto decoded = structure_of(file);
   if (!decoded) return;
@@ -105,7 +105,7 @@ struct Part {
   bool required = true;
 };
 
-// Returns a file of these sections in which everything else is valid.
+// A file of these sections; whatever the arguments do not determine is valid.
 std::string file_of(const std::vector<Part>& parts) {
   SectionTable table;
   std::uint64_t end = 0;
@@ -146,7 +146,7 @@ void put(std::string& bytes, std::size_t at, Number number) {
   std::memcpy(bytes.data() + at, &number, sizeof(number));
 }
 
-// Corrects the checksum after a change in the header or the table.
+// Recomputes the checksum after a change in the header or the table.
 void mend_table_checksum(std::string& file) {
   std::uint32_t sections = 0;
   std::memcpy(&sections, file.data() + 12, sizeof(sections));
@@ -271,7 +271,7 @@ TEST(PreparedFormat, ABrickWithAnotherChecksumIsReportedAlsoWhenItsSectionIsWhol
   expect_nothing_wrong_is_handed_out(file_of(parts), small_prepared());
 }
 
-// Replaces the bytes of the only brick of a file of floats, and corrects all checksums.
+// Replaces the only brick of a file of floats and updates all checksums.
 std::string with_only_brick(BrickCodec codec, const std::string& packed) {
   const PreparedExample example = prepared_example(
       {.dims = {3, 1, 1}, .index_to_world = {}, .samples = std::vector<float>{1, 2, 3}});
@@ -312,7 +312,7 @@ TEST(PreparedFormat, BricksThatUnpackToSomethingElseAreReported) {
     expect_only_brick_refused(with_only_brick(static_cast<BrickCodec>(codec), packed),
                               "it cannot be unpacked");
   }
-  // A frame that claims more bytes than a brick can have.
+  // A frame that declares a size larger than any brick.
   std::vector<std::byte> ramp(many);
   for (std::size_t i = 0; i < ramp.size(); ++i) ramp[i] = static_cast<std::byte>(i / 1000);
   const PackedBrick frame = pack_brick(ramp, 4);

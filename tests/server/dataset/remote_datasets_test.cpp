@@ -1,4 +1,4 @@
-// A dataset over HTTP gives the surfaces of the file, or an error.
+// A dataset over HTTP gives the surfaces of the file, or an error that names the reason.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -54,7 +54,7 @@ class RemoteDatasets : public ::testing::Test {
   [[nodiscard]] std::string address(const std::string& lie = "") const {
     return server_.address() + lie + "/noise.mtd";
   }
-  // Returns the error if no surface is extracted.
+  // The error message of making surfaces, or "none".
   [[nodiscard]] std::string failure(const DatasetPtr& dataset) const {
     try {
       (void)digests(dataset);
@@ -82,7 +82,7 @@ TEST_F(RemoteDatasets, GiveTheSurfacesOfTheFile) {
 
 TEST_F(RemoteDatasets, ReadFromBucketsWithSignedRequests) {
   setenv("AWS_ENDPOINT_URL", (server_.address() + "/s3").c_str(), 1);
-  EXPECT_THROW((void)open_dataset("s3://volumes/noise.mtd", files()), StoreError);  // Not signed.
+  EXPECT_THROW((void)open_dataset("s3://volumes/noise.mtd", files()), StoreError);  // Unsigned.
   setenv("AWS_ACCESS_KEY_ID", "reader", 1);
   setenv("AWS_SECRET_ACCESS_KEY", "a secret", 1);
   EXPECT_EQ(digests(open_dataset("s3://volumes/noise.mtd", files())), expected_);
@@ -139,7 +139,7 @@ TEST_F(RemoteDatasets, ServedFromTheDiskCache) {
   EXPECT_EQ(again->counts().requests, 1U) << "That of the opening.";
 }
 
-// The cost of the first preview of a remote dataset.
+// Checks what a first preview of a remote dataset costs.
 TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
   prepare(*source_of(fields::gyroid(200, 0.2, 7)), {.name = "large"}, folder_.path() / "large.mtd",
           {});
@@ -147,7 +147,7 @@ TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
   const DatasetPtr dataset = open_dataset(server_.address() + "/large.mtd", opened);
   EXPECT_EQ(opened->counts().requests, 1U);
   const SurfaceExtractor extractor(dataset);
-  // As plans choose it: fine enough that little is fetched in addition to opening.
+  // As plans choose it: the finest spacing with little to fetch besides the opening.
   std::int32_t finest = 8;
   while (spectrum_bytes_to_fetch(*dataset, finest) > kFirstFetchedBytes) finest *= 2;
   EXPECT_LE(finest, 64);

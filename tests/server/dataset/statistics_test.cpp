@@ -101,7 +101,7 @@ TEST(Statistics, AnInfiniteSampleIsRefused) {
 }
 
 TEST(Statistics, DoNotDependOnTheNumberOfThreads) {
-  // Larger than several units of work.
+  // Larger than several work items.
   const Volume volume = generate(GeneratorKind::kGyroid, {.size = 150, .noise = 0.1});
   const SampleStatistics many = statistics(volume);
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
@@ -125,7 +125,7 @@ Samples part_of(const Samples& samples, std::size_t begin, std::size_t end) {
       samples);
 }
 
-// Returns the builder after all passes over `samples`, in slabs of `slab` samples, reversed.
+// Returns the builder after all passes over `samples`, in slabs of `slab` samples, last slab first.
 SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::size_t slab) {
   SampleStatisticsBuilder builder(static_cast<SampleType>(samples.index()));
   const auto pass = [&](auto add) {
@@ -240,7 +240,7 @@ TEST(SuggestedIsovalues, PartTheClassesOfAHistogram) {
 }
 
 TEST(SuggestedIsovalues, PreferDifferentSurfaces) {
-  // Two large classes far apart, with a long slope between them, and a small class above.
+  // Two large classes far apart with a long slope between them, and a small class above.
   Histogram histogram{.low = 0, .high = 200, .counts = std::vector<std::uint64_t>(200, 20)};
   for (std::size_t bin = 0; bin < 10; ++bin) {
     histogram.counts[bin] = 10'000;

@@ -1,5 +1,5 @@
-// Simplification with a budget: stays within it and uses most of it, with the topology of the
-// full-resolution surface, and a distance to it within the returned floor of the thresholds.
+// Simplification that stops at a budget: the surface is within it, uses most of it, has the
+// topology of the full surface, and is as near to it as the returned threshold floor states.
 #include "server/extraction/budgeted_surface.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ double bytes_of(const TiledSurface& surface) {
   return sum;
 }
 
-// Returns the triangles in world units along the grid's axes.
+// Triangles in world units along the grid's axes.
 std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const DatasetInfo& info) {
   std::vector<SurfaceTriangle> surface;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -157,7 +157,7 @@ TEST_P(BudgetedSurfaces, FallBackToTheCoarsest) {
   expect_good(made, request);
 }
 
-// With `embedded`, no surface intersects itself, whatever was undone.
+// With `embedded`, no surface intersects itself, however many collapses were undone.
 TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
   std::mt19937_64 random(17);
   for (int i = 0; i < 2; ++i) {
@@ -178,7 +178,7 @@ TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
   }
 }
 
-// No place is allowed more than requested or than the one reported floor.
+// Only places whose threshold is below the reported floor lose detail, down to that floor.
 TEST_P(BudgetedSurfaces, TakeDetailFromTheFinestRegionsFirst) {
   constexpr double kCoarse = 3;
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = kCoarse, .simplify = true};
@@ -214,7 +214,7 @@ TEST_P(BudgetedSurfaces, DoNotDependOnThreadCount) {
   }
 }
 
-// The other volumes are so small that simplification begins with the requested error.
+// The other fields are so small that simplification begins with the requested error.
 TEST(LargeBudgetedSurfaces, BeginNearTheirBudgetAndUseIt) {
   const DatasetPtr dataset = prepared({"large_noise", fields::noise({56, 56, 56}, 47)});
   const SurfaceExtractor extractor(dataset);

@@ -1,4 +1,4 @@
-// Simplified surfaces that must stay embedded: none intersects itself, for all errors and tiles.
+// Embedded simplified surfaces do not intersect themselves, whatever the error and tiles.
 #include <gtest/gtest.h>
 
 #include <string>

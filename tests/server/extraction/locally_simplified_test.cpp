@@ -1,5 +1,5 @@
-// Simplified surfaces with threshold maps: no place is farther from the full-resolution surface
-// than allowed there, and coarse parts cost no more than without finer regions.
+// Simplified surfaces under threshold maps: every place is within its threshold of the full
+// surface, and coarse regions cost no more than they would alone.
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
@@ -27,7 +27,7 @@ LatticeMesh mesh_of(const TiledSurface& surface) {
   return weld(tiles, kDefaultLatticeResolution);
 }
 
-// Returns the triangles in world units along the grid's axes.
+// Triangles in world units along the grid's axes.
 std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const DatasetInfo& info) {
   std::vector<SurfaceTriangle> surface;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -117,10 +117,10 @@ TEST_P(LocallySimplified, DoesNotDependOnThreadCount) {
   }
 }
 
-// A field, and the error allowed outside a region.
+// A field and the error allowed outside a region.
 struct MappedField {
   std::string name;
-  std::optional<Volume> volume;  // nullopt: not on this machine.
+  std::optional<Volume> volume;  // Empty if the volume is not on this machine.
   double isovalue = 0.1;
   double coarse = 2;
 };
@@ -141,7 +141,7 @@ class ThresholdMapCost : public ::testing::TestWithParam<MappedField> {
                                                     .thresholds = std::move(thresholds),
                                                     .simplify = true}}));
   }
-  // Counts triangles with a corner in a box of samples.
+  // The number of triangles with a corner in a box of samples.
   [[nodiscard]] static double count_in(const LatticeMesh& mesh, const BoxShape& box) {
     double count = 0;
     for (const TriangleIndices& t : mesh.triangles) {
@@ -166,7 +166,7 @@ class ThresholdMapCost : public ::testing::TestWithParam<MappedField> {
     return static_cast<double>(mesh.triangles.size());
   }
 
-  // Returns a box of all samples between two places along an axis.
+  // A box of all samples between two planes along z.
   [[nodiscard]] BoxShape between_planes(double low, double high) const {
     const auto& dims = GetParam().volume->dims;
     return {.low = {-1, -1, low}, .high = {1.0 * dims[0], 1.0 * dims[1], high}};

@@ -51,7 +51,7 @@ class MappedSurfaces : public ::testing::TestWithParam<Setting> {
  protected:
   const Setting& setting_ = GetParam();
 
-  // Calls visit(case) for random maps with all measures and rules.
+  // Calls `visit(case)` for random maps under all error measures and topology rules.
   template <typename RequestContext>
   void for_random_maps(const DatasetInfo& info, const RequestContext& visit) {
     std::mt19937_64 random(setting_.name.size());
@@ -124,7 +124,7 @@ TEST_P(MappedSurfaces, PreparedVolumesMatchTheReference) {
   });
 }
 
-// Returns the map with all thresholds scaled by `factor`.
+// The map with every threshold multiplied by `factor`.
 LocalThresholds scaled(LocalThresholds thresholds, double factor) {
   thresholds.at_least *= factor;
   for (ThresholdRegion& region : thresholds.regions) region.threshold *= factor;
@@ -165,7 +165,7 @@ TEST_P(MappedSurfaces, ATighterMapKeepsWhatALooserOneKeeps) {
   });
 }
 
-// The certified bound, place by place, with distances in voxels.
+// Checks the certified bound at every place; distances are in voxels.
 TEST(MappedSurface, WithinTheAllowedDistanceEverywhere) {
   const Volume volume = fields::gyroid(17, 0.4, 48);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
@@ -224,8 +224,7 @@ TEST(MappedSurface, FineInARegionAndCoarseElsewhere) {
                 .thresholds = {.regions = {{.shape = BallShape{.centre = {32, 32, 32}, .radius = 9},
                                             .threshold = threshold}}}};
   };
-  // Returns the number of triangles with a corner in the ball relative to the full-resolution
-  // surface.
+  // Compares the numbers of triangles whose first vertex lies in the ball.
   const Surface full =
       surface_of_model(UniformModel(isosurface.field().grid(), 1000), isosurface.field(), 0.1, {});
   const auto triangles_in_ball = [](const Surface& surface) {

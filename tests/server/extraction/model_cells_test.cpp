@@ -1,4 +1,4 @@
-// Models as cells: they fill the volume, and the surface in them is the model's.
+// The cells of a model fill the volume, and the surface in them is that of the model.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ struct Setting {
 
 std::ostream& operator<<(std::ostream& out, const Setting& setting) { return out << setting.name; }
 
-// Data that end with the grid, slightly before it, long before it on one axis, and inside it.
+// Data that end with the grid, a little before it, long before it on one axis, and inside it.
 std::vector<Setting> settings() {
   return {
       {"whole_grid", fields::gyroid(17, 0.3, 61), std::nullopt, 0, 0.1},
@@ -41,7 +41,7 @@ std::vector<Setting> settings() {
 
 class ModelCellsTest : public ::testing::TestWithParam<Setting> {
  protected:
-  // Calls visit(model cells, reference surface, field) for some errors.
+  // Calls `visit(model cells, reference surface, field)` for several errors.
   template <typename Visit>
   void for_errors(ModelScope scope, double topology_tolerance, const Visit& visit) {
     const Setting& setting = GetParam();
@@ -72,8 +72,8 @@ bool is_crossed(const ModelCells& model, const std::array<std::int64_t, 4>& cell
   return positives != 0 && positives != 4;
 }
 
-// All have the same orientation and together the volume of the data: there are no gaps, and thus no
-// overlaps.
+// All cells have the same orientation and their volumes add up to that of the data: there is no
+// gap, so no overlap either.
 TEST_P(ModelCellsTest, FillTheVolume) {
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {
     std::int64_t sum = 0;
@@ -87,7 +87,7 @@ TEST_P(ModelCellsTest, FillTheVolume) {
   });
 }
 
-// With a tolerance the surface may extend into the void, where the model does not show it.
+// With a topology tolerance the surface may extend into the void, beyond the model.
 TEST_P(ModelCellsTest, ContainOnlyCellsTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for (const double tolerance : {0, 4}) {
@@ -112,8 +112,8 @@ TEST_P(ModelCellsTest, SurfaceCellsAreThoseTheSurfaceCrosses) {
              });
 }
 
-// A point whose sample lies on the other side than its cell appears twice; all others once, with
-// their own sample.
+// A point occurs twice if its sample is on the other side of the isovalue than its cell; all others
+// occur once, with their own sample.
 TEST_P(ModelCellsTest, HaveTheSamplesAtTheirPoints) {
   const double isovalue = GetParam().isovalue;
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {

@@ -1,5 +1,5 @@
-// The surface of a prepared volume, compared with the reference: the same tetrahedra and triangles,
-// however the grid is divided, and all the theorems.
+// Compares the surface of a prepared volume with the reference: the same tetrahedra and triangles,
+// however the grid is divided, and all theorems.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ LatticeMesh mesh_of(const TiledSurface& surface, int resolution = kDefaultLattic
   return weld(tiles, resolution);
 }
 
-// Returns the sorted triangles, each starting with its smallest vertex.
+// Sorted triangles, each beginning with its least vertex.
 std::vector<LatticeTriangle> canonical(const TileMesh& tile) {
   std::vector<LatticeTriangle> triangles;
   for (const TriangleIndices& t : tile.mesh.triangles) {
@@ -35,7 +35,7 @@ std::vector<LatticeTriangle> canonical(const TileMesh& tile) {
   return triangles;
 }
 
-// Compares also the order of vertices and triangles.
+// Compares the order of vertices and triangles, too.
 void expect_equal(const LatticeMesh& a, const LatticeMesh& b) {
   EXPECT_EQ(a.resolution, b.resolution);
   EXPECT_EQ(a.vertices, b.vertices);
@@ -163,7 +163,7 @@ TEST_P(PreparedSurface, HasAtMostAFewMoreTetrahedraThanTheExactModel) {
       exact += fewer;
     }
   }
-  // Few points of these small fields have a spacing of 8 or more, but all count.
+  // Few points of these small fields have a spacing of 8 or more, but all of them count.
   EXPECT_LE(static_cast<double>(with_spectrum), 1.05 * static_cast<double>(exact) + 500);
 }
 
@@ -219,11 +219,11 @@ TEST(PreparedSurfaces, ReadOnlyTheBricksNearTheSurface) {
        })});
   (void)SurfaceExtractor(counted.dataset).extract({.request = {.isovalue = 0, .error = 0}});
   EXPECT_GT(counted.bricks->read(), 0U);
-  EXPECT_LE(counted.bricks->read(), 64U);  // Of 343.
+  EXPECT_LE(counted.bricks->read(), 64U);  // Of 343 bricks.
 }
 
 TEST(PreparedSurfaces, ReadEveryBrickOnceInACube) {
-  // With a margin, cells of eight samples span several bricks.
+  // With a margin, cells of eight samples extend across bricks.
   for (const std::int32_t margin : {0, 3}) {
     const Counted counted({"noise", fields::noise({50, 41, 37}, 6), std::nullopt, margin});
     const PreparedModel model(*counted.dataset, {.isovalue = 0.5},

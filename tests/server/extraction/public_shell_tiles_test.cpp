@@ -1,8 +1,7 @@
-// Sample shells of the public volumes, through all stages: read, prepared, extracted as tiles from
-// bricks and decoded, they give the surface that core's marching tetrahedra extract from the file's
-// samples, at several spacings, tile sizes and codings, for isovalues between and at sample values.
-//
-// The volumes are not part of the project. The large ones run when MULTITETRA_ALL_VOLUMES is set.
+// Sample shells of the public volumes, end to end: read, prepared, extracted as tiles from bricks
+// and decoded, they equal what core's marching tetrahedra make of the file's samples, at several
+// spacings, tile sizes and value forms, with isovalues between sample values and on them. The
+// volumes are not part of the project. The large ones run when MULTITETRA_ALL_VOLUMES is set.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +29,7 @@ using testing::OwnedBox;
 using testing::PublicVolume;
 
 constexpr int kResolution = 5;
-constexpr double kLayerValue = -7;  // Closes the surface around the data.
+constexpr double kLayerValue = -7;  // The value outside the data where the surface is closed.
 
 struct Sum {
   ContentDigest digest = {};
@@ -51,7 +50,7 @@ Sum in_parts(std::size_t count, const PartOf& part_of) {
   return sum;
 }
 
-// Returns the surface of all tiles, decoded as by a client.
+// The surface of all tiles, decoded as by a client.
 Sum of_tiles(const PreparedVolume& dataset, const ShellLevel& level, int max_cells) {
   const std::vector<EncodedTile> tiles = extract_shells(dataset, level, {}, max_cells);
   const ShellTileForm form = {.lattice_resolution = level.lattice_resolution,
@@ -64,8 +63,8 @@ Sum of_tiles(const PreparedVolume& dataset, const ShellLevel& level, int max_cel
   });
 }
 
-// Returns the surface of the file's samples, tetrahedron by tetrahedron; with `levels` per octave,
-// that of their levels.
+// The surface of the file's samples, tetrahedron by tetrahedron, quantized to `levels` levels per
+// octave unless `levels` is 0.
 Sum of_samples(const std::vector<OwnedBox>& boxes, double isovalue, std::int32_t spacing,
                int levels) {
   return in_parts(boxes.size(), [&](std::size_t i) {
@@ -100,7 +99,7 @@ class PublicShellTiles : public ::testing::TestWithParam<PublicVolume> {
                                   .shell = shell};
         if (!has_shells(dataset.info, level)) continue;
         ++compared_;
-        // Alternates between both tile sizes: testing all would take twice as long.
+        // The tile sizes alternate: testing both everywhere would take twice as long.
         const int cells = (compared_ + spacing) % 2 == 0 ? 16 : kShellCells;
         EXPECT_EQ(of_tiles(dataset, level, cells), expected)
             << "isovalue " << isovalue << ", spacing " << spacing << ", values "
@@ -129,7 +128,7 @@ TEST_P(PublicShellTiles, DecodeToTheMarchedSamplesOfTheFile) {
       const auto boxes = testing::boxes_of(volume, outside, margin, spacing, 64);
       const std::vector<int> levels =
           takes_all ? std::vector{0, 1, 2, 4, 8} : std::vector{0, is_closed ? 8 : 1};
-      // Closed surfaces at sample values, open ones between them.
+      // Closed surfaces have isovalues on sample values, open ones between them.
       expect_marched(*dataset, boxes, is_closed ? at : at + 0.5, spacing, levels);
     }
   }

@@ -1,6 +1,5 @@
-// Sample shells of prepared datasets: they decode to the surface that core's marching tetrahedra
-// extract from the uniform level, have the topology of the full-resolution surface, and move
-// vertices no farther than claimed.
+// Sample shells of prepared datasets: they decode to what core's marching tetrahedra make of the
+// uniform level, have the full surface's topology, and move vertices within their bound.
 
 #include "server/extraction/shell_extractor.hpp"
 
@@ -26,7 +25,7 @@ namespace {
 
 using shell::ShellValues;
 
-// Returns each tile decoded, in order.
+// Decodes each tile, in order.
 std::vector<LatticeMesh> decoded(const std::vector<EncodedTile>& tiles) {
   std::vector<LatticeMesh> meshes;
   for (const EncodedTile& tile : tiles) {
@@ -55,7 +54,7 @@ LatticeMesh surface(const PreparedVolume& volume, const ShellLevel& level,
   return welded(decoded(extract_shells(volume, level, {}, max_cells)), level.lattice_resolution);
 }
 
-// Extracts the uniform level with the reference extractor.
+// The uniform level, made by the reference extractor.
 LatticeMesh marched_level(const ReferenceExtractor& reference, const ShellLevel& level) {
   const Grid& grid = reference.field().grid();
   const UniformModel model(grid, 3 * (grid.exponent() - exponent_of(level.finest_spacing)) - 1);
@@ -79,7 +78,7 @@ TEST_P(ExtractShells, DecodeToTheMarchedLevel) {
   const DatasetPtr dataset = prepared(GetParam());
   const ReferenceExtractor reference(*dataset);
   const std::vector<double> between = isovalues_of(*dataset);
-  for (const double isovalue : {between[0], std::floor(between[1])}) {  // At samples, for integers.
+  for (const double isovalue : {between[0], std::floor(between[1])}) {  // Also at an integer.
     for (const std::int32_t spacing : {1, 2, 4, 8, 16}) {
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", spacing " << spacing);
       for (const ShellValues values : {ShellValues::kExact, ShellValues::kLatticeExact}) {
@@ -163,7 +162,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
     const auto shells = extract_shells(*dataset, level, {}, 8);
     const auto meshes = decoded(shells);
     std::vector<TileInCube> tiles;
-    std::vector<TileInCube> marched;  // With inner edges assumed, where permitted.
+    std::vector<TileInCube> marched;  // Tiles whose inner edges need not be compared.
     std::vector<OctreeCube> cubes;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       tiles.push_back({.mesh = &meshes[i], .cube = shells[i].summary.cube});
@@ -172,7 +171,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
       cubes.push_back(shells[i].summary.cube);
     }
     EXPECT_TRUE(are_apart(cubes));
-    // Also where a surface must not end.
+    // The first border allows no open edge, so that every one counts as a defect.
     DataBorder nowhere = data_border(dataset->info, level.lattice_resolution, 0, spacing);
     nowhere.low = {-1, -1, -1};
     nowhere.high = {1 << 20, 1 << 20, 1 << 20};
@@ -187,7 +186,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
       }
     }
     if (meshes.size() < 2) continue;
-    // Removes one tile.
+    // Without the first tile.
     for (const auto& all : {tiles, marched}) {
       const std::vector<TileInCube> without(all.begin() + 1, all.end());
       std::vector<const LatticeMesh*> left;
@@ -242,7 +241,7 @@ TEST(ExtractShellTiles, EndSoonAfterTheyAreStopped) {
   EXPECT_THROW((void)extract_shells(*dataset, {.isovalue = 77.5}, stop.get_token()), Cancelled);
 }
 
-// Counts the bricks read.
+// Counts the bricks that are read.
 class CountedBricks : public BrickSource {
  public:
   explicit CountedBricks(std::shared_ptr<const BrickSource> bricks) : bricks_(std::move(bricks)) {}

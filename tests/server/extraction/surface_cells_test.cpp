@@ -1,4 +1,4 @@
-// Surfaces in octree cubes, extracted one by one: together they are the whole surface.
+// Surfaces requested one octree cube at a time: together they are the whole surface.
 
 #include <gtest/gtest.h>
 
@@ -46,7 +46,7 @@ LatticeMesh welded(const std::vector<TileMesh>& tiles) {
   return weld(meshes, kDefaultLatticeResolution);
 }
 
-// The first of isovalues_of(), for speed.
+// The first two of isovalues_of(), to save time.
 std::vector<double> some_isovalues(const PreparedVolume& dataset) {
   std::vector<double> isovalues = isovalues_of(dataset);
   isovalues.resize(2);
@@ -149,7 +149,7 @@ TEST(SurfaceCell, NothingIsLeftOutWhereValuesOnBothSidesAre) {
   const OctreeCube root = root_cube(grid_of(dataset->info));
   const double isovalue = 0.1;
   const std::uint32_t crossed = crossed_octants(*dataset, root, isovalue);
-  EXPECT_EQ(crossed, 0x11U);  // The octants next to the origin, and above it.
+  EXPECT_EQ(crossed, 0x11U);  // The octants next to the origin and above it.
   const SurfaceExtractor extractor(dataset);
   for (int i = 0; i < 8; ++i) {
     const TiledSurface surface =

@@ -26,7 +26,7 @@ std::vector<DatasetPtr> datasets() {
           prepared({"stretched", fields::gyroid(60, 0.05, 9, {1, 1.3, 2}), 0.0, 1})};
 }
 
-// Returns the size as sent.
+// The size of the encoded step.
 SurfaceSize size_of(const DatasetPtr& dataset, const StepRequest& step) {
   const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(dataset));
   return size_of(source.make(step, {}));
@@ -36,7 +36,7 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
   return size_of(dataset, step).triangles;
 }
 
-// The chain has no join of pieces twice, and no join takes zero time.
+// The longest chain counts no join of pieces twice, and every join takes time.
 TEST(SimplificationWork, AtLeastItsLongestChain) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
@@ -70,7 +70,8 @@ TEST(SurfaceSizes, NearTheRealSizes) {
   }
 }
 
-// Samples a few blocks: better than a rough estimate.
+// The size is extrapolated from a few simplified blocks: more accurate than the rough estimate,
+// less than that of unsimplified surfaces.
 TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
@@ -87,7 +88,7 @@ TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
       EXPECT_LE(estimate.bytes, 2 * real.bytes + 500);
       EXPECT_GE(estimate.bytes, 0.5 * real.bytes - 500);
       EXPECT_GE(estimate.extracted, 0.7 * real.triangles);
-      // Servers use quick estimates to reject sizes far above their limits.
+      // Quick estimates let a server reject requests far above its limit.
       const SurfaceSize quick = quickly.of(step);
       EXPECT_LE(quick.triangles, 3 * real.triangles + 100);
       EXPECT_GE(quick.triangles, 0.2 * real.triangles - 100);
@@ -118,7 +119,7 @@ TEST(SurfaceSizes, Deterministic) {
     EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles, first);
 }
 
-// They are not sampled: they are extracted completely.
+// Small surfaces are simplified as a whole, not extrapolated.
 TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
   const SurfaceExtractor extractor(dataset);
@@ -128,7 +129,7 @@ TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
   EXPECT_EQ(estimate.bytes, size_of(dataset, step).bytes);
 }
 
-// A map affects the size as a whole, not only by its default threshold.
+// The regions of the map determine the size, not the error outside them.
 TEST(SurfaceSizes, RoughlyKnownForAnyMap) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
@@ -150,7 +151,7 @@ TEST(SurfaceSizes, RoughlyKnownForAnyMap) {
   EXPECT_GT(sizes.rough(half).triangles, 0.4 * everywhere);
 }
 
-// Small regions with small thresholds have most of the triangles, or many of them.
+// Small regions with small thresholds contain most, or a large part, of the triangles.
 class SizesUnderMaps : public ::testing::Test {
  protected:
   [[nodiscard]] static StepRequest allowing(double error, const BoxShape& fine) {

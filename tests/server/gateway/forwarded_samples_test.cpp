@@ -1,4 +1,4 @@
-// Slices, probes and colors through a gateway give the replies of a server that supports them.
+// Slices, probes and colors through a gateway have the answers of a capable server.
 #include <gtest/gtest.h>
 
 #include "server/extraction/surface_extractor.hpp"

@@ -1,4 +1,4 @@
-// Trees of cells through a gateway: each file equals the server's at the same path.
+// Trees of cells through a gateway: each file equals the server's file at the same path.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -19,7 +19,7 @@ using testing::RunningGateway;
 using testing::RunningHttpServer;
 using testing::Upstream;
 
-// `steepness` scales the values: a different one gives different content under the same name.
+// A dataset with values scaled by `steepness`: same name, different content.
 CataloguePtr gyroids(double steepness, std::uint64_t content_id) {
   Volume volume = testing::fields::gyroid(90, 0.1, 8);
   for (float& sample : std::get<std::vector<float>>(volume.samples))
@@ -30,7 +30,7 @@ CataloguePtr gyroids(double steepness, std::uint64_t content_id) {
       std::make_shared<const SurfaceExtractor>(std::move(dataset))));
 }
 
-// Retries like neuroglancer while the file is being computed.
+// Retries, like neuroglancer, while the server makes the file.
 HttpClient::Response answer(HttpClient& client, const std::string& path) {
   for (int attempt = 1;; ++attempt) {
     auto response = client.get(path);
@@ -39,7 +39,7 @@ HttpClient::Response answer(HttpClient& client, const std::string& path) {
   }
 }
 
-// Returns the paths of a tree's files, given its first.
+// The paths of all files of a tree, given its first file.
 std::vector<std::string> files_of_tree(const testing::HttpClient::Response& first,
                                        const std::string& folder) {
   const auto root = nlohmann::json::parse(first.body())["root"];

@@ -1,4 +1,4 @@
-// A WebSocket client of a gateway with the octahedron dataset, and checks of the replies.
+// Helpers for a client of a gateway over a WebSocket. The dataset is the octahedron.
 #pragma once
 
 #include <chrono>
@@ -34,7 +34,7 @@ inline void open(WebSocketClient& client, std::uint64_t id, std::string dataset 
       OpenStream{.request_id = id, .dataset = std::move(dataset), .cached_tile_digests = {}});
 }
 
-// Returns the last message of the running stream.
+// The last message of the running stream.
 inline ServerMessage end_of_stream(WebSocketClient& client) {
   for (;;) {
     ServerMessage message = client.receive();
@@ -43,7 +43,7 @@ inline ServerMessage end_of_stream(WebSocketClient& client) {
   }
 }
 
-// Returns all messages of the running stream.
+// All messages of the running stream.
 inline std::vector<ServerMessage> all_of_stream(WebSocketClient& client) {
   std::vector<ServerMessage> messages;
   do {
@@ -58,7 +58,7 @@ inline bool is_complete(const ServerMessage& last) {
   return end && end->outcome == StreamOutcome::kComplete;
 }
 
-// Returns a tile as soon as the gateway has checked and cached it; 404 if it never does.
+// Returns a tile as soon as the gateway has checked and cached it, or 404 after ten seconds.
 inline HttpClient::Response kept_tile(HttpClient& client, const ContentDigest& digest,
                                       std::string_view fields = {}) {
   const std::string path = "/v1/tiles/" + digest.hex();

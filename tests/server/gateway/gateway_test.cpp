@@ -1,4 +1,4 @@
-// A gateway in front of servers: clients see what a server would send, even when a server is lost.
+// Clients of a gateway receive what its servers would send, also when a server fails.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -101,7 +101,7 @@ void greet(WebSocketClient& client) {
   EXPECT_EQ(client.receive_a<Welcome>().version, kProtocolVersion);
 }
 
-// Returns the bytes of messages without the servers' timings.
+// Serialized messages without the servers' computing times.
 std::vector<std::string> timeless(std::vector<ServerMessage> messages) {
   std::vector<std::string> bytes;
   for (ServerMessage& message : messages) {
@@ -212,7 +212,7 @@ TEST(GatewayTest, AnswersHttpAsAServerDoes) {
   EXPECT_EQ(testing::kept_tile(client, tile.summary.digest).body(), *tile.payload);
 }
 
-// Its digest does not match its triangles.
+// A step whose first tile does not match its digest.
 TiledStep damaged_step(const StepRequest& step) {
   TiledStep made = testing::octahedron_step(step);
   std::string payload = *made.tiles.front().payload;
@@ -270,7 +270,7 @@ TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
   Upstream sound(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {damaged.endpoint(), sound.endpoint()}}});
   HttpClient http(gateway.http());
-  // Whichever server is first: after one damaged surface the sound server serves the request.
+  // In either order of servers: after one damaged surface the other server is used.
   int refused = 0;
   for (int i = 0; i < 4; ++i) {
     const auto mesh = http.get("/v1/datasets/octahedron/isosurface?isovalue=0.5&format=stl");
@@ -279,15 +279,14 @@ TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
   EXPECT_LE(refused, 1);
 }
 
-// Returns the stream without a failure, or one whose server is lost after `seen` messages. The
-// steps of both servers are identical.
+// Receives a stream of `messages` messages; its server stops after `seen` of them.
 std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t messages) {
   auto first = std::make_unique<Upstream>(octahedron());
   auto second = std::make_unique<Upstream>(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {first->endpoint(), second->endpoint()}}});
   WebSocketClient client(gateway.http());
   greet(client);
-  // Names of addresses determine which one serves.
+  // The hashes of the servers' addresses determine which one serves.
   const auto order =
       rendezvous_order("octahedron", {to_string(first->endpoint()), to_string(second->endpoint())});
   Upstream& serving = order[0] == 0 ? *first : *second;
@@ -314,7 +313,7 @@ TEST(GatewayTest, BringsTheSameStreamWhereverItsServerIsLost) {
   }
 }
 
-// Slow and large: the loss interrupts the server's sending.
+// Large, slow steps, so that the server is lost while it sends one.
 TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
   const auto heavy = [] {
     return std::make_shared<FakeSteps>("octahedron", testing::heavy(40, 1'000'000));
@@ -367,8 +366,8 @@ TEST(GatewayTest, FailsAStreamWhoseServersStayAway) {
   client.receive_a<Pong>();
 }
 
-// The other server has a dataset with the same description but another surface. Forty megabytes are
-// not yet in transit when the first one is lost.
+// The other server's dataset has the same metadata but another surface. The large tiles ensure that
+// most of the answer is still unsent when the first server stops.
 TEST(GatewayTest, NeverMixesTheAnswersOfServersThatDiffer) {
   const auto heavy = [](std::size_t tiles) {
     return std::make_shared<FakeSteps>("octahedron", testing::heavy(tiles, 1'000'000));

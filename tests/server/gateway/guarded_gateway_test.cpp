@@ -1,4 +1,4 @@
-// A gateway on a network: access, its credentials for upstreams, and shutdown.
+// Security of a gateway: access, the credentials it sends to its upstreams, and how it stops.
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -54,7 +54,7 @@ TEST(GuardedGateway, ShowsServersTheTokensOfItsClients) {
   EXPECT_EQ(http.get("/v1/datasets", "Authorization: Bearer right\r\n").result_int(), 200U);
 }
 
-// The gateway has no tokens file, so the servers decide.
+// The gateway has no tokens file, so the servers' rights apply.
 TEST(GuardedGateway, SendsTilesOnlyOfVisibleDatasets) {
   const TemporaryFolder folder;
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}, {"bob", "few", "none-*"}});
@@ -75,7 +75,8 @@ TEST(GuardedGateway, SendsTilesOnlyOfVisibleDatasets) {
   EXPECT_EQ(http.get(path, "Authorization: Bearer few\r\n").result_int(), 404U);
 }
 
-// What a gateway caches for Alice's streams is not for Bob, who may not see samples.
+// Shells cached from Alice's streams are not sent to Bob, who may not read samples, whether the
+// server or the gateway holds the tokens.
 class ShellsOfAGateway : public ::testing::Test {
  protected:
   void expect_for_alice_alone(RunningGateway& gateway) {
@@ -161,7 +162,7 @@ TEST(GuardedGateway, AReloadedListAppliesToOpenConnections) {
   EXPECT_EQ(code_of(alice.receive()), ErrorCode::kUnauthenticated);
 }
 
-// Counts a server's rejected tokens and its connections.
+// Counts the rejected tokens and the connections of a server.
 struct CountedRefusals : ServiceObserver {
   std::atomic<int> connections = 0;
   std::atomic<int> unauthenticated = 0;
@@ -171,7 +172,7 @@ struct CountedRefusals : ServiceObserver {
   }
 };
 
-// A gateway without its own token keeps checking whether such a server is alive.
+// Without a token of its own, a gateway keeps checking the health of such a server.
 TEST(GuardedGateway, IsRefusedOnceByAServerWithTokens) {
   const TemporaryFolder folder;
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
@@ -188,7 +189,7 @@ TEST(GuardedGateway, IsRefusedOnceByAServerWithTokens) {
   EXPECT_EQ(counted->unauthenticated, 1);
 }
 
-// The peers of streams, as in the log.
+// Records the peer of the last stream, as the log names it.
 struct StreamPeers : ServiceObserver {
   std::mutex mutex;
   std::string last;

@@ -13,7 +13,7 @@
 
 namespace multitetra::testing {
 
-// Sends Welcome and its datasets and nothing else, like a process that hangs while working.
+// Sends Welcome and its list of datasets, and nothing else, like a process that hangs during work.
 class HangingServer {
  public:
   HangingServer() : acceptor_(io_, {asio::ip::make_address("127.0.0.1"), 0}) {

@@ -1,4 +1,4 @@
-// Servers behind a gateway that stop, hang and return.
+// Servers behind a gateway that stop, hang and restart.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -81,8 +81,8 @@ TEST(GatewayFailover, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
   }
 }
 
-// The limit applies to the time without a server, not to long work. Whichever server is used first
-// works until it is lost.
+// The failover timeout counts only time without a server, not time in which a server works. The
+// server that is used first works until it is stopped.
 TEST(GatewayFailover, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   Count working_first;
   Count working_second;
@@ -102,19 +102,19 @@ TEST(GatewayFailover, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
   EXPECT_TRUE(is_welcome(greeted(client)));
   open(client, 1);
   ASSERT_TRUE(eventually([&] { return working_first + working_second == 1; }));
-  std::this_thread::sleep_for(2 * kPatience);  // However much longer it takes.
+  std::this_thread::sleep_for(2 * kPatience);  // Any longer than the timeout.
   (working_first == 1 ? first : second).stop();
   EXPECT_TRUE(is_complete(end_of_stream(client)));
 }
 
-// Its plan has fewer previews, because everything is slow.
+// A dataset whose cost estimates are high, so that plans have fewer previews.
 class SlowSteps : public FakeSteps {
  public:
   using FakeSteps::FakeSteps;
   [[nodiscard]] CostEstimates costs() const override { return {.plain = 1, .simplified = 1}; }
 };
 
-// The resumed stream has the steps that the client has seen, not those of the new server's plan.
+// The previews already sent determine the rest of the stream, not the next server's plan.
 TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
   Count working;
   Upstream fast(std::make_shared<FakeSteps>(
@@ -170,7 +170,7 @@ TEST(GatewayFailover, StopsWhileAServerHangs) {
   open(client, 2);
   client.send(Ping{1});
   (void)client.receive_a<Pong>();
-}  // Destruction waits for the gateway's end.
+}  // The destructor of `hanging` waits for that of the gateway.
 
 // Counts the idle connections that a server has closed.
 class IdleCount : public ServiceObserver {
@@ -181,7 +181,7 @@ class IdleCount : public ServiceObserver {
   testing::Count ended;
 };
 
-// With one server and a long backoff, a loss would fail the stream.
+// With one server and a backoff beyond the failover timeout, a lost server would fail the stream.
 TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   const auto idle = std::make_shared<IdleCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});
@@ -194,12 +194,12 @@ TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   for (int id = 1; id <= 3; ++id) {
     open(client, static_cast<std::uint64_t>(id));
     EXPECT_TRUE(is_complete(end_of_stream(client))) << id;
-    // The gateway's health check connection, once, and those of the streams.
+    // One health-check connection of the gateway, plus those of the streams.
     EXPECT_TRUE(idle->ended.reaches_at_least(1 + id));
   }
 }
 
-// Counts the lists that a server sent.
+// Counts the dataset lists that a server has sent.
 class ListCount : public ServiceObserver {
  public:
   void request_ended(const ClientFacts&, const RequestFacts& facts) override {

@@ -1,4 +1,4 @@
-// A gateway on a free local port in its own thread, and servers behind it that can be lost.
+// A gateway on a free local port, running in its own thread, and servers that it can lose.
 #pragma once
 
 #include <chrono>
@@ -36,7 +36,7 @@ class RunningGateway {
   RunningGateway(const RunningGateway&) = delete;
   RunningGateway& operator=(const RunningGateway&) = delete;
 
-  // Waits until it has stopped by itself.
+  // Waits until the gateway has stopped by itself.
   void wait() {
     if (thread_.joinable()) thread_.join();
   }
@@ -54,7 +54,7 @@ class RunningGateway {
   std::thread thread_;
 };
 
-// A server on TCP that can be lost: its connections are cut without a goodbye.
+// A server on TCP that can be stopped abruptly: its connections are cut.
 class Upstream {
  public:
   explicit Upstream(std::shared_ptr<const SurfaceProvider> source, ServerOptions options = {})
@@ -75,7 +75,7 @@ class Upstream {
     thread_.join();
     server_.reset();
   }
-  // Restarts on the same port.
+  // Restarts the server on the same port.
   void start_again() {
     options_.listen = endpoint_;
     start();

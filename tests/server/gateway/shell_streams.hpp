@@ -1,4 +1,4 @@
-// Streams of sample shells from a server with constructed steps.
+// Streams of sample shells from a server with hand-made steps.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 
 namespace multitetra::testing {
 
-// Returns a ball in one shell if shells are requested, otherwise octahedra.
+// A ball in one shell if shells are requested, octahedra otherwise.
 inline TiledStep ball_step(const StepRequest& step) {
   if (!step.shell) return octahedron_step(step);
   const std::vector<std::uint8_t> samples = {0, 0, 0, 0, 1, 0, 0, 0, 0,  //
@@ -42,7 +42,7 @@ inline TiledStep ball_step(const StepRequest& step) {
           .is_in_shells = true};
 }
 
-// Returns all messages of a display-only stream, starting with Welcome.
+// All messages of a stream that is only displayed, from Welcome on.
 inline std::vector<ServerMessage> shown_stream(WebSocketClient& client,
                                                const std::vector<PayloadCodec>& codecs,
                                                const std::string& token = {}) {

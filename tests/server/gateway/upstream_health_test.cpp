@@ -1,4 +1,4 @@
-// Servers that come and go at times set by the test.
+// Failures and recoveries of servers, at times chosen by the tests.
 #include "server/gateway/detail/upstream_health.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The HTTP listener on a network: TLS, limits, the clients they apply to, and draining.
+// Security of the HTTP listener: TLS, limits, the clients they apply to, and draining.
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -84,7 +84,7 @@ TEST(GuardedHttp, RefusesPlainHttpWithAnExplanation) {
   EXPECT_EQ(plain.rest(), "");
 }
 
-// Waiting for the linger time would fail the test; it is skipped when both sides have said goodbye.
+// After close_notify from both sides the server does not linger, which would fail the test.
 TEST(GuardedHttp, ClosesAfterCloseNotify) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {.connection = {.linger = 1h}},

@@ -1,4 +1,4 @@
-// HTTP over real sockets: what all replies have in common, limits, and forbidden requests.
+// HTTP over real sockets: common properties of all responses, limits, and forbidden requests.
 #include <chrono>
 #include <fstream>
 #include <map>
@@ -105,7 +105,7 @@ TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
   EXPECT_EQ(client.rest(), "");
 }
 
-// The timeout after a request is longer than that before the first one.
+// The timeout after a request is longer than the one before the first request.
 TEST(HttpListener, WaitsForTheFirstRequestNoLongerThanForItsHeader) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.connection = {.handshake_timeout = 80ms}, .keep_alive_timeout = 1h});
@@ -159,7 +159,7 @@ TEST(HttpListener, ReportsReadiness) {
       << metrics;
 }
 
-// A list takes two messages of a conversation and a mesh three; for the client each is one request.
+// A list takes two messages of a conversation and a mesh three; each counts as one request.
 TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
@@ -248,7 +248,7 @@ TEST(HttpListener, RefusesOtherHostNames) {
        {"evil.example", "volumes.example.evil.example", "127.0.0.1.evil.example"}) {
     EXPECT_EQ(status_as(other), 421U) << other;
   }
-  // A WebSocket is rejected too, although the page's origin is that host.
+  // WebSockets are rejected too, although the page's origin is that host.
   HttpClient client(server.http());
   client.send("GET /v1/stream HTTP/1.1\r\nHost: evil.example\r\nOrigin: http://evil.example\r\n" +
               std::string(testing::kUpgradeFields) + "\r\n");
@@ -358,7 +358,7 @@ TEST(HttpListener, SendsSampleShellsOnlyToClientsThatMaySeeSamples) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(
       folder.path(), {{"alice", "samples", "*"}, {"bob", "surfaces", "* only=surfaces"}});
-  const auto tile = testing::fine_tiles().front();  // The payload is not decoded here.
+  const auto tile = testing::fine_tiles().front();  // The payload is never decoded here.
   const auto shell = cache_of(tile, "octahedron", kShellAppearance);
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.tokens = tokens.path()}, .service = {.cache = shell}});

@@ -1,4 +1,4 @@
-// The parts of HTTP requests, without a network.
+// Parsing HTTP requests, without a network.
 #include <gtest/gtest.h>
 
 #include "server/http/conditions.hpp"
@@ -55,7 +55,7 @@ TEST(RequestReader, RefusesInvalidRequests) {
   EXPECT_EQ(status_of("POST / HTTP/1.1\r\nHost: x\r\nContent-Length: 0\r\n\r\n"), 200);
 }
 
-// A proxy in front might see a body where the server sees the next request.
+// A proxy in front might read a body where the server reads the next request (request smuggling).
 TEST(RequestReader, RefusesEveryTransferEncoding) {
   for (const char* coding : {"xchunked", "identity", "gzip", "chunked, identity", ""}) {
     const int status = status_of(

@@ -1,4 +1,4 @@
-// A TLS client that sends single bytes to a listener, and the listener's certificate.
+// A TLS client that sends raw text to a listener, and the listener's certificate.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace multitetra::testing {
 
-// Files that go with it.
+// A self-signed certificate and its key, as files.
 class ListenerCertificate {
  public:
   [[nodiscard]] const TlsFiles& files() const { return files_; }
@@ -28,7 +28,7 @@ class ListenerCertificate {
 
 class TlsRequest {
  public:
-  // Accepts only this certificate.
+  // Trusts only this certificate.
   TlsRequest(std::uint16_t port, const ListenerCertificate& certificate) {
     context_.add_certificate_authority(asio::buffer(certificate.pem()));
     context_.set_verify_mode(asio::ssl::verify_peer);
@@ -38,7 +38,7 @@ class TlsRequest {
   }
 
   void send(std::string_view text) { asio::write(*stream_, asio::buffer(text)); }
-  // Reads until the listener says goodbye; throws if it disconnects without.
+  // Reads until the listener sends close_notify; throws if the connection ends without it.
   [[nodiscard]] std::string read_to_end() {
     std::string answer;
     boost::system::error_code error;
@@ -46,7 +46,7 @@ class TlsRequest {
     if (error != asio::error::eof) throw boost::system::system_error(error);
     return answer;
   }
-  // Says goodbye too; returns whether the listener has then disconnected.
+  // Sends close_notify as well; returns whether the listener has closed the connection.
   [[nodiscard]] bool parts_well() {
     boost::system::error_code error;
     stream_->shutdown(error);

@@ -142,7 +142,7 @@ TEST(Patterns, AStarIsAnyTextAndAQuestionMarkOneCharacter) {
   }
 }
 
-// Backtracking over all stars would take practically forever.
+// Backtracking over all stars would take exponential time here.
 TEST(Patterns, ManyStarsTakeNoLongTime) {
   std::string pattern;
   for (int i = 0; i < 100; ++i) pattern += "a*";

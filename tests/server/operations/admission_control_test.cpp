@@ -13,7 +13,7 @@ ConnectionContextPtr client_of(AdmissionControl& admission, const char* token = 
   return client;
 }
 
-// A whole institute may share one address.
+// One address may be that of a whole institute.
 TEST(AdmissionControl, TokensOfOneAddressHaveSeparateRateLimits) {
   AdmissionControl admission({.requests = {.per_second = 0.001, .burst = 2}});
   const ConnectionContextPtr greedy = client_of(admission, "eve");

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// ---- requests a second
+// ---- requests per second
 
 TEST(RequestRate, AllowsABurstThenSoManyASecond) {
   RatePerName rate({.per_second = 10, .burst = 3});
@@ -18,7 +18,7 @@ TEST(RequestRate, AllowsABurstThenSoManyASecond) {
   EXPECT_EQ(rate.take("a", 0.11), 0);
   int allowed = 0;
   for (int i = 0; i < 10'000; ++i) allowed += rate.take("a", 1 + 0.001 * i) <= 0 ? 1 : 0;
-  EXPECT_NEAR(allowed, 103, 1);  // Ten seconds plus the saved burst.
+  EXPECT_NEAR(allowed, 103, 1);  // Ten seconds, plus the burst saved up before.
 }
 
 TEST(RequestRate, ReturnsTheDelay) {
@@ -139,7 +139,7 @@ TEST(ByteReservations, AShareLeavesRoomForOthers) {
   EXPECT_EQ(budget.used(), 0U);
 }
 
-// Reserves a share's bytes until refused, in pieces of 1000 bytes.
+// Takes reservations of 1000 bytes for a share until one is refused.
 std::vector<ByteReservations::Reservation> all_of(ByteReservations& budget,
                                                   const std::string& share) {
   std::vector<ByteReservations::Reservation> held;

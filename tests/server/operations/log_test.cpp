@@ -17,7 +17,7 @@
 namespace multitetra {
 namespace {
 
-// Returns what is written to standard error meanwhile.
+// Returns what `work` writes to standard error.
 template <typename Work>
 std::string logged(const LogOptions& options, const Work& work) {
   ::testing::internal::CaptureStderr();
@@ -99,7 +99,7 @@ TEST(Log, NamesOfFormatsAndLevelsAreKnown) {
   EXPECT_EQ(log_level_from("loud"), std::nullopt);
 }
 
-// ---- what is left out
+// ---- sampling
 
 TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
   LogSampler lines(
@@ -120,7 +120,7 @@ TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
 
 // ---- memory
 
-// Sanitizers have their own heap.
+// Sanitizers use their own heap.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(TrimHeap, KeepsPiecesOfSomeMebibytesForTheNextUse) {
   trim_heap();

@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-// Returns whether the text has exactly this line.
+// Returns whether the text contains exactly this line.
 bool has(const std::string& text, const std::string& line) {
   return ("\n" + text).find("\n" + line + "\n") != std::string::npos;
 }

@@ -15,7 +15,7 @@ namespace {
 const ClientFacts kAlice = {
     .protocol = "websocket", .connection = 7, .peer = "192.0.2.7:1234", .name = "alice"};
 
-// Returns the resulting log lines as JSON.
+// The log lines of `work`, as JSON.
 template <typename Work>
 std::vector<nlohmann::json> logged(LogLevel level, const Work& work) {
   ::testing::internal::CaptureStderr();
@@ -98,7 +98,7 @@ TEST(RequestLog, FilesAndHealthChecksThatSucceedAreForDebugging) {
   EXPECT_EQ(logged(LogLevel::kDebug, work).size(), 3U);
 }
 
-// Whatever the transport: 503 and UNAVAILABLE, 404 and UNKNOWN_DATASET.
+// The same for every transport: 503 and UNAVAILABLE, 404 and UNKNOWN_DATASET.
 TEST(RequestLog, WarnsWhereTheServerLacksCapacityOrFails) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.error_answered(kAlice, {ErrorCode::kUnavailable, "No memory now.", 5}, 3);
@@ -158,7 +158,7 @@ TEST(RequestLog, ARejectionOverHttpIsOneLineWithItsReason) {
   EXPECT_EQ(lines[0].at("reason"), "None.");
 }
 
-// One client's flood exhausts neither the disk nor the lines about others.
+// A flood from one client neither fills the disk nor displaces lines about others.
 TEST(RequestLog, SamplesFloodsAndCountsLeftOutLines) {
   const ClientFacts flooding{.peer = "192.0.2.66:1"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {

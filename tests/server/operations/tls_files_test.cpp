@@ -25,7 +25,7 @@ class TlsFilesTest : public ::testing::Test {
     return {.certificate = folder_.file("server.pem", certificate),
             .key = folder_.file("server.key", key)};
   }
-  // Returns why the files are rejected.
+  // The error message for invalid files.
   static std::string refusal(const TlsFiles& files) {
     try {
       (void)load_tls(files);
@@ -39,11 +39,11 @@ class TlsFilesTest : public ::testing::Test {
   CertificateAndKey good_ = self_signed();
 };
 
-// The results of a handshake, with the client and the server on the two ends of a TCP connection.
+// The result of a TLS handshake between a client and the server over a TCP connection.
 struct Handshake {
   boost::system::error_code server;
   boost::system::error_code client;
-  std::string version;   // As reported by the client.
+  std::string version;   // As negotiated by the client.
   std::string protocol;  // Chosen by ALPN.
 };
 
@@ -137,7 +137,7 @@ TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
   EXPECT_TRUE(has(refusal(files(early.certificate, early.key)), "is not valid yet"));
 }
 
-// Reading one would block forever or never end.
+// Reading one would block forever or never reach an end.
 TEST_F(TlsFilesTest, WhatIsNoRegularFileIsRefusedAtOnce) {
   const std::filesystem::path pipe = folder_.path() / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);

@@ -1,4 +1,4 @@
-// The plot of a dataset: its numbers, and the drawing.
+// The plot of a dataset: its numbers and its drawing.
 #include "server/programs/plot/dataset_plot.hpp"
 
 #include <algorithm>

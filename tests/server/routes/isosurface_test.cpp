@@ -21,7 +21,7 @@ using testing::FakeSteps;
 using testing::HttpClient;
 using testing::RunningHttpServer;
 
-// Octahedra with a given content, and a count of the extractions.
+// Octahedra with a given content id that count their extractions.
 class CountedSteps : public FakeSteps {
  public:
   explicit CountedSteps(std::atomic<int>& made)

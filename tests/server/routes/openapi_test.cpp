@@ -1,5 +1,5 @@
-// The served API description matches the server: every path and status in it is provoked, no others
-// occur, and bodies match their schemas.
+// The served API description matches the server: the test provokes every path and status in it, no
+// others occur, and bodies match their schemas.
 #include <map>
 #include <set>
 
@@ -88,7 +88,7 @@ class TellingSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
-// Steps with noise samples.
+// A dataset with samples: noise.
 class SampledSteps : public FakeSteps {
  public:
   explicit SampledSteps(std::string name)
@@ -104,7 +104,7 @@ class SampledSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
-// Adds the normals that the step requests.
+// The step with normals, if the request has them.
 TiledStep shaded(TiledStep step, const IsosurfaceRequest& request) {
   if (request.normal_bits == 0) return step;
   for (EncodedTile& tile : step.tiles) {
@@ -139,7 +139,7 @@ class OpenApiTest : public ::testing::Test {
     document_ = Json::parse(client.get("/v1/openapi.json").body());
   }
 
-  // Sends a request and compares the status with the description of `path`.
+  // Sends a request and expects the status to be in the description of `path`.
   void ask(const std::string& path, const std::string& target, unsigned status,
            const std::string& fields = {}, bool at_bare_server = false) {
     HttpClient client((at_bare_server ? bare_ : server_)->http());
@@ -186,7 +186,7 @@ class OpenApiTest : public ::testing::Test {
     EXPECT_EQ(described, known) << what;
   }
 
-  // Clients without a token may see everything; unknown tokens are rejected.
+  // Clients without a token may access everything; unknown tokens are rejected.
   TemporaryFolder folder_;
   testing::TokensFile tokens_{folder_.path(), {{"clients", "", "*"}}};
   std::atomic<bool> is_ready_ = true;
@@ -321,7 +321,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   ask("/v1/stream", "/v1/stream", 403, good + "Origin: https://elsewhere\r\n");
   ask("/v1/stream", "/v1/stream", 101, good);
 
-  // Provoked by other tests: stopping servers, many requests, meshes above the limit.
+  // Provoked in other tests: servers that stop, rate limits, meshes above the limit.
   const std::set<std::string> elsewhere = {"/v1/datasets 429",
                                            "/v1/datasets/{name} 429",
                                            surface + " 429",
@@ -354,7 +354,7 @@ TEST_F(OpenApiTest, MatchesTheServer) {
   }
 }
 
-// The described parameters are those that the server accepts.
+// The description names exactly the parameters that the server accepts.
 TEST_F(OpenApiTest, ListsAllParameters) {
   for (const std::string what : {"isosurface", "slice", "value"}) {
     expect_parameters_are_described(what);

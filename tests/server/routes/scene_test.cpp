@@ -1,4 +1,4 @@
-// Several surfaces, and surfaces in the colors of a field, as files over HTTP.
+// Several surfaces in one file, and surfaces colored by a field, over HTTP.
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -134,7 +134,7 @@ TEST_F(TilesetFiles, RejectsUnknownFilesWithAReason) {
     EXPECT_EQ(response.result_int(), expected.first) << path << response.body();
     EXPECT_EQ(error_code_of(response), expected.second) << path;
   }
-  // An empty surface is a valid reply, not an error.
+  // An empty surface is a valid answer, not an error.
   const auto nothing = tileset("/v1/3dtiles/gyroid/iso/1e9/tileset.json")["root"];
   EXPECT_FALSE(nothing.contains("content"));
   EXPECT_FALSE(nothing.contains("children"));
@@ -144,7 +144,7 @@ class NeuroglancerFiles : public TilesetFiles {
  protected:
   static std::string at(const std::string& path) { return "/v1/neuroglancer/gyroid/" + path; }
 
-  // Retries like neuroglancer while the file is being computed.
+  // Retries, like neuroglancer, while the server makes the file.
   auto answer(const std::string& path) {
     for (int attempt = 1;; ++attempt) {
       auto response = client_.get(path);
@@ -198,7 +198,7 @@ TEST_F(NeuroglancerFiles, HaveTheSamplesThemselvesAsAnImage) {
   }
 }
 
-// A server that counts its steps.
+// A dataset whose steps are counted.
 class CountedCells : public SurfaceProvider {
  public:
   [[nodiscard]] const DatasetInfo& info() const override { return steps_.info(); }

@@ -1,5 +1,5 @@
-// Clients that do not read replies: the server's memory stays within its documented bound, on all
-// routes (server/operations/README.md, "Memory").
+// Clients that send requests and do not read the answers: on all routes the memory of the server
+// stays within its documented bounds (server/operations/README.md, "Memory").
 #include <deque>
 #include <fstream>
 
@@ -26,22 +26,22 @@ using testing::HttpClient;
 using testing::RunningHttpServer;
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
-constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may have a quarter.
+constexpr std::size_t kQueueBytes = 32 * kMiB;  // A share may take a quarter.
 constexpr std::size_t kCacheBytes = 8 * kMiB;
 constexpr std::size_t kClients = 60;
-// Bytes per connection: coroutines, a header, a piece of a file.
+// Bytes per connection: coroutines, a header, a chunk of a file.
 constexpr std::size_t kBytesOfAConnection = 48 * 1024;
-// Two workers, each with a slice of 2 MiB twice and as a picture, and the allocator's overhead.
+// Two workers, each with two copies and a picture of a slice of 2 MiB, and retained memory.
 constexpr std::size_t kWorkerBytes = 24 * kMiB;
 
-// A cached tile larger than the system's buffers. Tiles are sent from the cache without a copy.
+// A cached tile larger than the system's socket buffers. Tiles are sent without a copy.
 EncodedTile large_tile() {
   EncodedTile tile = testing::fine_tiles().front();
   tile.payload = std::make_shared<const std::string>(4 * kMiB, 'x');
   return tile;
 }
 
-// A client with its own address whose receive buffer is minimal.
+// A client with an address of its own and a tiny receive buffer.
 class UnreadingClient {
  public:
   UnreadingClient(const Endpoint& at, std::size_t number) : socket_(io_, tcp::v4()) {
@@ -53,7 +53,7 @@ class UnreadingClient {
   void ask(const std::string& path) {
     asio::write(socket_, asio::buffer("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   }
-  // Returns the status of the reply, once its first bytes have arrived.
+  // Waits for the first bytes of the answer and returns its status.
   std::string status() {
     std::string line(12, ' ');
     error_code error;
@@ -90,7 +90,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
     return options;
   }
 
-  // A viewer with a file larger than the system's buffers.
+  // A viewer with a file larger than the system's socket buffers.
   RouteOptions routes() {
     folder_.file("viewer/index.html", "<p>viewer");
     folder_.file("viewer/assets/app.js", std::string(4 * kMiB, ' '));

@@ -1,4 +1,4 @@
-// Shared by sessions: tiles, steps and running computations.
+// Caches that sessions share: tiles, steps, and running computations.
 #include <future>
 #include <random>
 #include <stdexcept>
@@ -84,7 +84,7 @@ class SingleFlightTest : public ::testing::Test {
       return flights_.get("key", stop, [this](const std::stop_token& all) { return compute(all); });
     });
   }
-  // Returns whether this many callers wait for the one result.
+  // Returns whether `askers` callers wait for the same result.
   [[nodiscard]] bool are_waiting(std::size_t askers) {
     return eventually([&] { return flights_.interested("key") == askers; });
   }
@@ -161,7 +161,7 @@ TEST_F(SingleFlightTest, AFailureReachesAllCallersAndIsNotCached) {
   EXPECT_EQ(ask().get(), 42);
 }
 
-// A large result, when memory is short.
+// Simulates copying a large result when memory is short.
 struct Uncopyable {
   Uncopyable() = default;
   Uncopyable(const Uncopyable&) { throw std::bad_alloc(); }
@@ -222,7 +222,7 @@ TEST(SurfaceCache, ATileOfTwoStepsLiesInMemoryOnce) {
   EXPECT_EQ(cache.tiles().counts().tiles, before + 1) << "of two tiles one is in both";
 }
 
-// Simplifying two models may give the same triangles at different distances.
+// Simplifications of two models may give the same triangles with different distances to the models.
 TEST(SurfaceCache, ATileOfTwoStepsKeepsWhatEachPromises) {
   SurfaceCache cache(1 << 20);
   const auto simplified_to = [](double bound) {

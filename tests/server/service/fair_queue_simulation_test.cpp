@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-// Simulated workers of a queue. A job takes exactly its expected time; `run` is called at its end.
+// Workers that take jobs from a queue. A job takes its expected time, then `run` is called.
 class SimulatedWorkers {
  public:
   explicit SimulatedWorkers(std::size_t workers) : workers_(workers), queue_(workers - 1) {}
@@ -24,7 +24,7 @@ class SimulatedWorkers {
                         .expected_seconds = seconds});
     take();
   }
-  // Processes everything that ends until `time`, including jobs added meanwhile.
+  // Completes all jobs that end by `time`, including those added meanwhile.
   void run_until(double time) {
     while (!running_.empty() && running_.begin()->first <= time) {
       const auto first = running_.begin();
@@ -50,7 +50,7 @@ class SimulatedWorkers {
 
   std::size_t workers_;
   FairQueue queue_;
-  std::multimap<double, FairQueue::DequeuedJob> running_;  // By their ends.
+  std::multimap<double, FairQueue::DequeuedJob> running_;  // By end time.
   double now_ = 0;
 };
 
@@ -60,7 +60,7 @@ std::string numbered(const char* format, int number) {
   return text;
 }
 
-// A client that requests the next surface when it has one: a preview and a final step each.
+// A client that requests one surface after another, each a preview and a final step.
 class Stream {
  public:
   Stream(SimulatedWorkers& workers, FairQueue::Client client, double preview, double final_step)
@@ -74,7 +74,7 @@ class Stream {
       });
     });
   }
-  // Returns the seconds of each surface, from its request to its end.
+  // Seconds from the request of each surface to its completion.
   [[nodiscard]] const std::vector<double>& seconds() const { return seconds_; }
 
  private:
@@ -117,7 +117,7 @@ TEST(FairQueueSimulation, LongStepsAreDoneHoweverManySmallOnesCome) {
   const Streams small_ones = started(workers, 50, "address 192.0.2.%d", 0.02);
   Stream large(workers, {"address 198.51.100.1", 1000}, 0.02, 2.0);
   large.start();
-  // Each of 51 shares gets 3/51 of the time of three workers: 2 s take 34 s.
+  // Each of 51 shares gets 3/51 of the time of three workers: 2 s of work take 34 s.
   workers.run_until(45);
   EXPECT_GE(large.seconds().size(), 1U);
 }

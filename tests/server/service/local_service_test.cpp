@@ -1,4 +1,4 @@
-// The service of one process without a transport: the test acts as the route.
+// The service of one process without a transport: the test takes the place of a route.
 #include "server/service/local_service.hpp"
 
 #include <chrono>
@@ -22,7 +22,7 @@ using testing::Count;
 using testing::FakeSteps;
 using testing::MakeStep;
 
-// A service with one dataset and one admitted client.
+// A service with one dataset, and an admitted client.
 struct Running {
   explicit Running(MakeStep make, LocalServiceOptions options = {.workers = 1},
                    AdmissionOptions admission_options = {})

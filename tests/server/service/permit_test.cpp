@@ -97,7 +97,7 @@ TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
   }
 }
 
-// A dataset whose servers send no shells to these clients.
+// A dataset for which the server sends no shells.
 class StepsWithoutShells : public FakeSteps {
  public:
   using FakeSteps::FakeSteps;

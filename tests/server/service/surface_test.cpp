@@ -1,4 +1,4 @@
-// A surface is identical to the bit with tiles from the extractor or encoded ones, in any order.
+// A surface is identical whether made from extracted meshes or encoded tiles, in any order.
 #include "server/service/surface.hpp"
 
 #include <gtest/gtest.h>

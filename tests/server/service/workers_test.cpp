@@ -1,4 +1,4 @@
-// The order of work, and the threads that do it.
+// The order in which jobs are served, and the threads that run them.
 #include "server/service/workers.hpp"
 
 #include <atomic>
@@ -18,13 +18,13 @@ FairQueue::Job long_job() {
   return {.run = [] {}, .is_long = true};
 }
 
-// A client with its own share, and one of several clients with a common share.
+// `alone` has a share of its own; all `together` clients have a common share.
 FairQueue::Client alone(std::uint64_t number) {
   return {"share " + std::to_string(number), number};
 }
 FairQueue::Client together(std::uint64_t number) { return {"one share", number}; }
 
-// Takes and finishes jobs sequentially; a job of client c takes seconds[c].
+// Runs all jobs in order; one of client c takes seconds[c]. Returns the clients in that order.
 std::string order_of_service(FairQueue& queue, const std::map<std::uint64_t, double>& seconds) {
   std::string order;
   while (const auto taken = queue.take()) {
@@ -33,7 +33,7 @@ std::string order_of_service(FairQueue& queue, const std::map<std::uint64_t, dou
   }
   return order;
 }
-// Takes the next job and finishes it after the given seconds.
+// Takes the next job, finishes it after `seconds`, and returns its client.
 std::uint64_t serve_next(FairQueue& queue, double seconds) {
   const auto taken = queue.take();
   queue.done(*taken, seconds);

@@ -94,7 +94,7 @@ TEST(Session, EndsWhenTheFirstMessageIsNotHello) {
   }
 }
 
-// For health checks without a token.
+// Allows health checks without a token.
 TEST(Session, AnswersPingsBeforeHello) {
   Session session = fresh_session();
   EXPECT_EQ(words(session.receive(Ping{7})), Words{"pong 7"});
@@ -359,7 +359,7 @@ std::vector<Happening> all_failures() {
           {"a stray cancel", [](Session& s) { return s.receive(Cancel{77}); }}};
 }
 
-// Checks the header's guarantees on all actions of a session.
+// Checks the guarantees that the header of Session states for all actions.
 class Watcher {
  public:
   void watch(const Actions& actions) {
@@ -422,7 +422,7 @@ TEST(Session, KeepsItsGuaranteesWhateverMessageIsLost) {
 TEST(Session, RefusesPreviewsThatTheDatasetCannotHave) {
   Session session = welcomed_session();
   OpenStream stream = open(1);
-  stream.resumed_previews = {{.finest_spacing = 128}};  // Its grid has 64 steps per side.
+  stream.resumed_previews = {{.finest_spacing = 128}};  // The grid has 64 steps per side.
   const Actions actions = session.receive(stream);
   ASSERT_EQ(actions.size(), 1U);
   const auto& refusal = std::get<ErrorReply>(std::get<Send>(actions.front()).message);

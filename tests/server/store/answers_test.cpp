@@ -1,4 +1,4 @@
-// Replies of stores, which may be arbitrary.
+// Parsing what stores answer, which may be anything.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -28,7 +28,7 @@ TEST(ContentRange, RefusesWhatIsNoRange) {
   for (const char* const text :
        {"", "bytes", "bytes 10-9/20", "bytes 10-29/29", "bytes 10-29", "bytes -5/20",
         "bytes 10-29/30 ", "items 10-29/30", "bytes 99999999999999999999-1/2",
-        // The number of bytes overflows to zero.
+        // Lengths of 2^64 bytes overflow to 0.
         "bytes 0-18446744073709551615/0", "bytes 0-18446744073709551615/*"}) {
     EXPECT_FALSE(ContentRange::from(text)) << text;
   }

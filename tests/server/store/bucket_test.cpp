@@ -1,4 +1,4 @@
-// An S3 bucket: listed, and written in parts, with signed requests.
+// An S3 bucket: listing and multipart uploads, with signed requests.
 #include "server/store/bucket.hpp"
 
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ class BucketTest : public ::testing::Test {
     }
     return "none";
   }
-  // Counts the files of the bucket, including incomplete uploads.
+  // The number of files in the bucket, including remains of uploads.
   [[nodiscard]] std::size_t files_in_bucket() const {
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path())) {

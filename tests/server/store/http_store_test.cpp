@@ -1,4 +1,4 @@
-// An HTTP store that is slow, lost, or wrong: replies are right or rejected.
+// An HTTP store that is slow, unreachable or lies gives correct answers or errors.
 #include "server/store/http_store.hpp"
 
 #include <gtest/gtest.h>
@@ -117,7 +117,7 @@ TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
   options.rest_after_failure = std::chrono::hours(1);
   const auto failing = store("/lies/503/3", options);
   EXPECT_NE(failure([&] { return whole(*failing); }).find("status 503"), std::string::npos);
-  // The store would reply now, but gets no request.
+  // The store would answer now, but gets no request.
   EXPECT_NE(failure([&] { return whole(*failing); }).find("failed a moment ago"),
             std::string::npos);
 }

@@ -33,7 +33,7 @@ TEST(MemoryCache, StaysWithinItsLimitAndKeepsWhatWasUsedLast) {
   const CachedBytes kept = bytes_of_size(100, 9);
   cache.put({1, 0}, kept);
   for (std::uint64_t i = 1; i < 1000; ++i) {
-    EXPECT_NE(cache.find({1, 0}), nullptr) << i;  // Used in every iteration.
+    EXPECT_NE(cache.find({1, 0}), nullptr) << i;  // The entry that is always in use.
     cache.put({1, i}, bytes_of_size(100, 1));
     EXPECT_LE(cache.counts().bytes, 16U * 1000U);
   }

@@ -1,4 +1,4 @@
-// A file over HTTP, read by ranges: the bytes of one version, or an error.
+// A file over HTTP, read by ranges: gives the bytes of one version, or an error.
 #include "server/store/remote_files.hpp"
 
 #include <gtest/gtest.h>
@@ -152,7 +152,7 @@ TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
     const auto file = all->open(address(server));
     const std::string version = file->version();
     EXPECT_EQ(all->version_of(address(server)), version);
-    // The same size; times in HTTP are seconds.
+    // Same size, other time: times in HTTP have a resolution of seconds.
     folder_.file("file", content(2));
     fs::last_write_time(folder_.path() / "file",
                         fs::file_time_type::clock::now() + std::chrono::seconds(5));

@@ -168,7 +168,7 @@ TEST(StreamMessages, TheBoundIsFiniteHoweverLargeTheError) {
             std::numeric_limits<double>::max());
 }
 
-// Wherever it is stopped, one message is left, and late results have no effect.
+// Wherever a stream is stopped, exactly one message remains, and late results change nothing.
 TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
   for (int taken = 0; taken < 6; ++taken) {
     for (const bool fails : {false, true}) {

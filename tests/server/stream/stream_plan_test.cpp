@@ -1,4 +1,4 @@
-// The surface selected for a budget when the estimates are wrong.
+// Plans meet their budgets even when estimates are wrong.
 #include "server/stream/stream_plan.hpp"
 
 #include <gtest/gtest.h>
@@ -12,13 +12,13 @@ namespace {
 
 using testing::FakeSteps;
 
-// A surface of about `whole` triangles, which halve when the error doubles, in one tile.
+// The size of a one-tile surface of about `whole` triangles that halves when the error doubles.
 std::uint32_t triangles_at(const IsosurfaceRequest& request, double whole) {
   return static_cast<std::uint32_t>(whole /
                                     std::max({1.0, request.error, request.thresholds.at_least}));
 }
 
-// Its estimated size is a fraction of its actual size.
+// A dataset whose estimates are `estimated_part` times the real size.
 class Misjudged : public FakeSteps {
  public:
   Misjudged(double whole, double estimated_part, int& made)
@@ -95,7 +95,7 @@ TEST(StreamPlan, AnEstimateThatIsTooLargeCostsASurfaceAndNoDetail) {
   }
 }
 
-// Estimates that do not depend on the error.
+// The estimates do not depend on the error.
 TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
   class Constant : public Misjudged {
    public:
@@ -117,8 +117,7 @@ TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
   }
 }
 
-// Large smooth surfaces, whose blocks are useless as samples: what remains of them is mostly
-// border.
+// As for large smooth surfaces, where size samples fail: their simplified blocks are mostly border.
 TEST(StreamPlan, ABudgetIsUsedWhereEstimatesStopFallingFarTooEarly) {
   class Plateau : public Misjudged {
    public:
@@ -177,7 +176,7 @@ TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
   EXPECT_FALSE(estimate(source, state.request, {}));
 }
 
-// Simplification itself stays within the budget.
+// Simplification itself stops at the budget.
 TEST(StreamPlan, ASimplifiedSurfaceIsMadeOnceAndNamesTheThresholdOfItsBudget) {
   int made = 0;
   const FakeSteps source("simplified", [&made](const StepRequest& step, const std::stop_token&) {
@@ -217,7 +216,7 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
   EXPECT_LE(made, 3);
 }
 
-// A stream that continues one of another server.
+// A stream that continues after another server stopped.
 TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
   const FakeSteps source("head");
   for (const bool previews : {false, true}) {
@@ -254,7 +253,7 @@ class LargeSteps : public FakeSteps {
   DatasetInfo info_;
 };
 
-// Named steps have the same limits as others.
+// Steps named by the client have the same limits as planned ones.
 TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
   int made = 0;
   const Misjudged source(1'000'000, 1, made);

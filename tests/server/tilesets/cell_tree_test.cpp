@@ -64,7 +64,7 @@ TEST(CellTree, ErrorsFallFromLevelToLevelAndEveryRequestIsValid) {
         EXPECT_TRUE(check_lattice(request, tree.info()));
         EXPECT_EQ(tree.is_preview(level), request.topology_tolerance > 0);
         EXPECT_GE(above, request.error * voxel_length(tree.info()));
-        // No cell is computed from more than 2^8 points per side.
+        // A cell consists of at most 2^8 points per side.
         EXPECT_LE(request.cell->cube.side() / request.cell->finest_spacing, 256);
       }
       EXPECT_FALSE(tree.is_preview(tree.leaf_exponent()));

@@ -27,7 +27,7 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
     const ReadGlb glb = read_glb(lattice_glb(mesh, cube, {1, 2, 3}));
     EXPECT_EQ(digest(mesh_in(glb)).hex(), digest(mesh).hex());
     EXPECT_TRUE(glb.json["meshes"][0]["primitives"][0]["attributes"].contains("NORMAL"));
-    // Lattice steps to lengths, z up to y up: the point (0, 0, 32) is at y = 3.
+    // The matrix scales lattice steps to lengths and turns z up into y up: (0, 0, 32) is at y = 3.
     const auto& matrix = glb.json["nodes"][0]["matrix"];
     EXPECT_EQ(matrix[9], 3.0 / 32);
     EXPECT_EQ(matrix[6], -2.0 / 32);
@@ -35,7 +35,7 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
 }
 
 TEST(LatticeGlb, ExactForTheLargestGrid) {
-  const OctreeCube cube{12, 3, 0, 3};  // In a grid of 2^14 steps, whose lattice has 2^20.
+  const OctreeCube cube{12, 3, 0, 3};  // In a grid of 2^14 steps with a lattice of 2^20.
   const std::int32_t low = 3 * (1 << 18);
   const LatticeMesh mesh{
       .resolution = 6,

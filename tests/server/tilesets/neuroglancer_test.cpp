@@ -65,7 +65,7 @@ TEST(NeuroglancerImage, OffersScalesAndTheirChunksAndNothingElse) {
   }
 }
 
-// The format's definition: interleaved bits of x, y, z, x lowest.
+// As the format defines it: interleaved bits of x, y and z, x lowest.
 std::uint64_t morton(const OctreeCube& cell) {
   std::uint64_t code = 0;
   for (int bit = 0; bit < 20; ++bit) {

@@ -37,7 +37,7 @@ TEST(Tileset, LeadsFromTheWholeToTheOctantsThatAreCrossed) {
   ASSERT_EQ(root["children"].size(), 2U);
   EXPECT_EQ(root["children"][0]["content"]["uri"], "id/7-0-0-0.json");
   EXPECT_EQ(root["children"][1]["content"]["uri"], "id/7-1-0-0.json");
-  // Tiles with external tilesets have the same error as those.
+  // A tile that links to another tileset has the error and the box of that tileset's root.
   const auto child = tileset(tree, {7, 1, 0, 0}, {.crossed_octants = 0xFF});
   EXPECT_EQ(child["root"]["geometricError"], root["children"][1]["geometricError"]);
   EXPECT_EQ(child["root"]["boundingVolume"], root["children"][1]["boundingVolume"]);

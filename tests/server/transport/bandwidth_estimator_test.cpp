@@ -1,4 +1,4 @@
-// Links of any speed, with times set by the test.
+// Estimates for links of any speed, at times chosen by the tests.
 #include "server/transport/bandwidth_estimator.hpp"
 
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr BandwidthEstimator::Clock::time_point kStart{1h};
-constexpr double kSocket = 64 * 1024;  // The most data buffered in it.
+constexpr double kSocket = 64 * 1024;  // Capacity of the send buffer.
 
-// Sends messages one after the other over a link of this bandwidth.
+// Returns the estimate after sending messages of `bytes` bytes over a link of the given rate.
 double measured(double bytes_per_second, int messages, double bytes) {
   BandwidthEstimator rate;
   auto now = kStart;

@@ -39,7 +39,7 @@ CataloguePtr two_datasets() {
   return catalogue;
 }
 
-// Returns the next message that is not part of a step.
+// Skips the messages of steps; returns the next StreamEnd or error.
 ServerMessage after_steps(MessageSocket& socket) {
   for (;;) {
     auto message = socket.receive();
@@ -170,7 +170,7 @@ TEST_F(TokensTest, ABrokenFileChangesNothing) {
 
 // ---- TLS
 
-// A blocking client that sends frames over TLS.
+// A blocking client that exchanges frames over TLS.
 class TlsClient {
  public:
   TlsClient(const Endpoint& server, const std::string& trusted) : context_(make(trusted)) {
@@ -344,7 +344,7 @@ TEST(ServerLimits, WorkersTimeForOneRequest) {
   (void)receive<Pong>(socket);
 }
 
-// What a request takes besides its step. A share gets half of the total.
+// Bytes that a request reserves besides its step. A share may take half of the total.
 constexpr std::size_t kOfARequest = 4096;
 
 TEST(ServerLimits, BytesThatWaitForClients) {
@@ -382,7 +382,7 @@ TEST(ServerLimits, ClosesIdleClientsOnly) {
   (void)receive<Pong>(busy);
 }
 
-// Its size estimates take as long as the test wants.
+// A dataset whose size estimates run until they are stopped.
 class EndlessSizes : public FakeSteps {
  public:
   EndlessSizes(const std::string& name, testing::Count& running)
@@ -427,7 +427,7 @@ TEST(ServerLimits, ClosesClientsThatReadTooSlowly) {
       << "It reads nothing, and its stream goes on.";
 }
 
-// Actual sizes, and an estimate as wrong as the test wants.
+// Steps with `triangles` triangles and an estimate of `estimated` at error 1.
 class SizedSteps : public FakeSteps {
  public:
   SizedSteps(const std::string& name, std::size_t triangles, double estimated)
@@ -445,10 +445,10 @@ class SizedSteps : public FakeSteps {
   double estimated_;
 };
 
-// 1000 triangles at an error of 1, aiming at nine tenths of the limit: 2.83 is the first error that
-// fits 400.
+// 1000 triangles at error 1; suggestions aim at nine tenths of the limit. 2.83 is the first level
+// of the error schedule at which 400 fit.
 TEST(ServerLimits, RejectsLargeFinalStepsWithAnErrorThatFits) {
-  for (const double estimated : {1000.0, 420.0}) {  // Rejected before computing, and after.
+  for (const double estimated : {1000.0, 420.0}) {  // Rejected before and after the step is made.
     const RunningServer server(
         catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
         {.service = {.limits = {.max_triangles = 400}}});
@@ -532,7 +532,7 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
   EXPECT_EQ(running, 0);
 }
 
-// Signals go to the test process, so the server must handle them before one is sent.
+// The signal goes to the test's own process, so the server must handle signals before it is sent.
 TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
@@ -591,14 +591,14 @@ TEST(ServerObserver, ReportsAbandonedStreams) {
   EXPECT_TRUE(eventually([&] { return notes->has("stream left"); }));
 }
 
-// ---- one among many
+// ---- shares
 
 class SharesTest : public TokensTest {
  protected:
   SharesTest() {
     write(access_line("alice", "good", {"*"}) + "\n" + access_line("eve", "greedy", {"*"}));
   }
-  // Connects with this token.
+  // Connects with that token and receives Welcome.
   static MessageSocket welcomed(const RunningServer& server, const std::string& token) {
     MessageSocket socket = greet_with(server, token);
     (void)receive<Welcome>(socket);
@@ -626,7 +626,7 @@ TEST_F(SharesTest, ManyConnectionsOfOneClientLeaveWorkersToOthers) {
   EXPECT_EQ(running_, 1);
 }
 
-// Only a gateway names its clients.
+// Only a trusted gateway may name the clients behind it.
 TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
   for (const bool is_trusted : {true, false}) {
     testing::Count running;
@@ -662,7 +662,7 @@ TEST_F(SharesTest, RejectionsHaveARetryDelay) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running_))),
                              with);
   std::vector<MessageSocket> many;
-  for (int i = 0; i < 3; ++i) {  // Half a second is expected for each new request.
+  for (int i = 0; i < 3; ++i) {  // Each step not made before is expected to take half a second.
     many.push_back(welcomed(server, "greedy"));
     ASSERT_TRUE(many.back().send(open_fake(1)));
     ASSERT_TRUE(many.back().send(Ping{1}));
@@ -679,7 +679,7 @@ TEST_F(SharesTest, RejectionsHaveARetryDelay) {
   MessageSocket alice = welcomed(server, "good");
   ASSERT_TRUE(alice.send(open_fake(1)));
   ASSERT_TRUE(alice.send(Ping{1}));
-  (void)receive<Pong>(alice);  // Her stream is not rejected: it waits.
+  (void)receive<Pong>(alice);  // Her stream is not rejected but waits.
 }
 
 OpenStream with_a_large_map(std::uint64_t id) {
@@ -712,7 +712,7 @@ TEST_F(SharesTest, WaitingRequestsReserveQueueBytes) {
   MessageSocket alice = welcomed(server, "good");
   ASSERT_TRUE(alice.send(with_a_large_map(1)));
   ASSERT_TRUE(alice.send(Ping{1}));
-  (void)receive<Pong>(alice);  // A share has a quarter of it.
+  (void)receive<Pong>(alice);  // A share may take a quarter of the total.
   first.reset();
   EXPECT_TRUE(eventually([&, id = std::uint64_t{1}]() mutable {
     if (!second.send(with_a_large_map(++id)) || !second.send(Ping{id})) return false;

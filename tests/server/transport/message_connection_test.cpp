@@ -1,4 +1,4 @@
-// A connection without a network and without waiting: the test is the client and the clock.
+// A connection without a network and in simulated time: the test is both the client and the clock.
 #include "server/transport/message_connection.hpp"
 
 #include <deque>
@@ -17,7 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 using testing::fake_catalogue;
 
-// The messages that a client sends and receives while it is connected.
+// The messages that a client sends and receives.
 struct Client {
   explicit Client(asio::io_context& io) : some_output(io.get_executor()) {}
 

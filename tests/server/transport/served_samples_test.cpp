@@ -73,7 +73,7 @@ TEST(ServedSamples, RejectsUnknownDatasetsAndSourcesWithoutSamples) {
 
 // ---- scalars
 
-// x + 10 y + 100 z of the world, in samples at other places than the surface's.
+// The field x + 10 y + 100 z in world coordinates; its samples differ from those of the surface.
 DatasetPtr heat(WorldSpace space = WorldSpace::kUnnamed) {
   Volume volume = testing::fields::sampled<float>({20, 21, 22}, [](int x, int y, int z) {
     return (2.0 * x - 2) + 10 * (2.0 * y - 2) + 100 * (2.0 * z - 2);
@@ -168,7 +168,7 @@ TEST(ServedSamples, PreviewsAloneLeaveTheFinalStepForLater) {
   Client client = client_of(server);
   const auto infos = client.list_datasets();
   ASSERT_TRUE(infos);
-  // It begins with this preview, however fast the machine is.
+  // The stream begins with this preview, regardless of the machine's speed.
   OpenStream open{.dataset = "gyroid",
                   .request = {.isovalue = 0.1, .error = 0},
                   .steps = StepPolicy::kPreviewsOnly,

@@ -46,13 +46,14 @@ CataloguePtr all_datasets() {
 }
 
 Client client_of(const RunningServer& server) {
-  // Sample shells have digests of payloads; shell_extractor_test compares their surfaces.
+  // Requests Draco tiles: digests of sample shells are those of payloads, and shell_extractor_test
+  // compares their surfaces.
   auto client = Client::connect(server.endpoint(), {.codecs = {PayloadCodec::kDracoLattice}});
   if (!client) throw std::runtime_error(client.error().error.text);
   return *std::move(client);
 }
 
-// Returns the steps of one stream; empty if it failed.
+// Returns the steps of one stream, or none if it failed.
 std::vector<FetchedStep> fetch(Client& client, const DatasetInfo& info,
                                const IsosurfaceRequest& request) {
   std::vector<FetchedStep> steps;
@@ -144,8 +145,8 @@ std::vector<SurfaceTriangle> in_world(const FetchedStep& step, const DatasetInfo
   return surface;
 }
 
-// Simplification uses what the least threshold of a tile permits: a ball is as exact as requested,
-// and the rest is reduced a lot.
+// Simplification takes each tile's least threshold into account: a ball is as exact as requested,
+// and the rest is simplified strongly.
 TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -164,7 +165,7 @@ TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
   EXPECT_EQ(after.components, before.components);
   EXPECT_LT(2 * after.triangles, before.triangles);
 
-  // Distances reach across the ball's border.
+  // Nearest points may be across the ball's border.
   const double inside = ball.radius - 2;
   const double snapping = 2 * std::sqrt(3) / (2 << request.lattice_resolution);
   const auto limit = [&](const Vec3& p) {
@@ -218,7 +219,7 @@ TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
   }
 }
 
-// Estimates are close to the actual sizes.
+// Estimates and real sizes agree roughly.
 TEST(ServedSurfaces, SizesAreNearTheEstimates) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -242,7 +243,7 @@ TEST(ServedSurfaces, SizesAreNearTheEstimates) {
   }
 }
 
-// The client checks the counts of the manifest against its budget.
+// The client checks the counts in the manifest against its budget.
 TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -252,7 +253,7 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
     return steps.back().step->topology.triangles;
   };
   const std::int64_t all = triangles(fetch(client, info, whole));
-  // Below that, the noise's topology keeps more.
+  // Smaller budgets cannot be met, as the topology of the noise needs this many triangles.
   const std::int64_t least =
       triangles(fetch(client, info, {.isovalue = whole.isovalue, .error = 1000}));
   for (const std::int64_t budget : {all / 2, (all + 3 * least) / 4, least}) {
@@ -274,7 +275,7 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
   EXPECT_GE(bytes, 21'000U);
 }
 
-// The error refers to the request, not to the surface that would be sent.
+// The error is reported for the request, not for a received surface.
 TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
@@ -323,7 +324,7 @@ TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
   }
 }
 
-// Users look at regions with smaller errors.
+// Users look at the regions with the smallest thresholds.
 TEST(ServedSurfaces, ComeWithTheTilesOfTheFinestRegionFirst) {
   const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
   IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
@@ -399,7 +400,7 @@ TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
   for (const ContentDigest& digest : digests) EXPECT_EQ(digest, digests.front());
 }
 
-// A file that was damaged after it was prepared: opening does not detect it, reading does.
+// A file damaged after preparation: opening does not detect it, reading does.
 TEST(ServedSurfaces, ADamagedBrickFailsOnlyItsRequests) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "gyroid.mtd";

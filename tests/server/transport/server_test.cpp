@@ -1,4 +1,4 @@
-// The service over real local connections, with sources of steps controlled by the test.
+// The service over real connections on this machine, with step sources controlled by the tests.
 #include "server/transport/server.hpp"
 
 #include <atomic>
@@ -29,7 +29,7 @@ using testing::open_fake;
 using testing::receive;
 using testing::RunningServer;
 
-// Reads one whole stream; returns its end and counts its steps.
+// Reads one whole stream, returns its end and counts its steps.
 StreamEnd read_stream(MessageSocket& socket, std::uint32_t& steps) {
   steps = 0;
   for (;;) {
@@ -104,7 +104,7 @@ TEST(Server, AFailureInsideAStepIsAnErrorOfItsStreamOnly) {
   EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
 }
 
-// ---- cancellation
+// ---- stopping during work
 
 TEST(Server, CancelStopsWorkAtOnce) {
   testing::Count running;
@@ -139,7 +139,7 @@ TEST(Server, ANewStreamSupersedesTheOneAtWork) {
   EXPECT_EQ(read_stream(socket, steps).request_id, 2U);
 }
 
-// The only worker is freed by the very request that waits for it.
+// The only worker is freed by the request that waits for it.
 TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
   testing::Count running;
   const auto endless = testing::endless(running);
@@ -171,7 +171,7 @@ TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
   EXPECT_EQ(read_stream(second, steps).outcome, StreamOutcome::kComplete);
 }
 
-// Between two tiles, while the client reads slowly.
+// The stream is superseded between two tiles while the client reads slowly.
 TEST(Server, SupersedingInsideAStepEndsItWithinAFewTiles) {
   constexpr std::size_t kTiles = 2000;
   RunningServer server(
@@ -246,7 +246,7 @@ TEST(Server, StopsThoughAClientDoesNotRead) {
 TEST(Server, StopsDuringAReload) {
   for (int round = 0; round < 20; ++round) {
     RunningServer server(fake_catalogue(), {.heed_signals = true});
-    // A server that has replied handles signals.
+    // A server that has answered handles signals.
     EXPECT_TRUE(server.greet().send(ListDatasets{}));
     std::raise(SIGTERM);
     std::raise(SIGHUP);
@@ -327,8 +327,8 @@ TEST(Server, LimitsConnections) {
   }));
 }
 
-// Steps are made only when the previous one has been taken, and workers do not wait meanwhile: with
-// one worker and a client that does not read, another client is served.
+// A step is made only after the client has taken the one before, and no worker waits meanwhile:
+// with one worker and a client that does not read, another client is served.
 TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
   std::atomic<int> made = 0;
   const auto heavy = testing::heavy(64, 1024 * 1024);
@@ -350,7 +350,8 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
   ASSERT_TRUE(other.send(request));
   std::uint32_t steps = 0;
   EXPECT_EQ(read_stream(other, steps).outcome, StreamOutcome::kComplete);
-  // The only worker would have made it before this one, whose client has used more time.
+  // If another step of the stalled client were queued, the only worker would make it first, as the
+  // other client has used more time.
   request.request_id = 2;
   ASSERT_TRUE(other.send(request));
   EXPECT_EQ(read_stream(other, steps).outcome, StreamOutcome::kComplete);
@@ -381,7 +382,8 @@ TEST(Server, StepsWithoutAWaitingClientAreMadeLast) {
     open.request.isovalue = isovalue;
     open.priority = priority;
     ASSERT_TRUE(clients.back().send(open));
-    ASSERT_TRUE(clients.back().send(Ping{1}));  // Replied to when it waits for the worker.
+    ASSERT_TRUE(clients.back().send(Ping{1}));  // The answer arrives when the stream waits for the
+                                                // worker.
     (void)receive<Pong>(clients.back());
   };
   ask(0, Priority::kNormal);
@@ -412,8 +414,8 @@ TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
   }));
 }
 
-// The server stops reading from a client that does not read its replies: the client's own sending
-// stalls before the server has taken much.
+// The server stops reading from a client that does not read its replies: the client's writes stall
+// before the server has received much.
 TEST(Server, UnreadRepliesAreBounded) {
   RunningServer server(fake_catalogue(), {.connection = {.send_buffer_bytes = 16 * 1024}});
   asio::io_context io;
@@ -435,7 +437,7 @@ TEST(Server, UnreadRepliesAreBounded) {
   while (stalls < 200 && sent < kFarTooMuch) {
     boost::system::error_code error;
     const std::size_t size = socket.write_some(asio::buffer(lists), error);
-    // A partial write would cut a frame; the rest of it must follow first.
+    // After a partial write the rest of the frame must follow first.
     sent += size;
     if (error == asio::error::would_block) {
       ++stalls;
@@ -451,7 +453,7 @@ TEST(Server, UnreadRepliesAreBounded) {
   EXPECT_LT(sent, kFarTooMuch) << "the server read on though its replies were not read";
 }
 
-// Its serialized histogram alone exceeds the size of a frame.
+// The serialized histogram alone is longer than the largest frame.
 class OversizedInfo : public FakeSteps {
  public:
   explicit OversizedInfo(testing::MakeStep make) : FakeSteps("fake", std::move(make)) {
@@ -479,7 +481,7 @@ TEST(Server, AListTooLongToSendFailsAloneAndNotTheRunningStream) {
   EXPECT_EQ(receive<StreamEnd>(socket).outcome, StreamOutcome::kCancelled);
 }
 
-// Like a log that cannot be written when the first client connects, because the disk is full.
+// Fails for the first client, like a log on a full disk.
 class FailingOnce : public ServiceObserver {
  public:
   void connected(const ClientFacts&) override {

@@ -1,4 +1,4 @@
-// How readers handle special numbers and malformed files.
+// Non-finite numbers, and files that are damaged or not what they claim to be.
 #include "server/volume/volume_files.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ std::string vti(const std::string& type, const std::vector<double>& numbers) {
          "</DataArray></PointData></Piece></ImageData></VTKFile>";
 }
 
-// Writes the same numbers in every format that has this type.
+// The same numbers in every format that supports the type.
 template <typename Number>
 std::vector<fs::path> written(const TemporaryFolder& folder, const std::vector<double>& numbers,
                               const std::string& nrrd_type, const std::string& meta_type,
@@ -135,8 +135,8 @@ TEST_F(VolumeFileRobustness, NanInfinityAndExtremesMeanTheSameInEveryFormat) {
 
 TEST_F(VolumeFileRobustness, ReportsTheLargestRoundingError) {
   std::vector<double> numbers = values();
-  numbers[4] = 9007199254740993.0;  // Becomes 2^53 as a double already.
-  numbers[5] = 16777217;            // Not a float: one off.
+  numbers[4] = 9007199254740993.0;  // Already rounded to 2^53 as a double.
+  numbers[5] = 16777217;            // Not a float: off by one.
   std::vector<std::string> notices;
   const fs::path file = folder_.file(
       "v.nrrd", nrrd("type: int64\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n",
@@ -202,7 +202,7 @@ TEST_F(VolumeFileRobustness, CubeFilesHaveTheirThirdAxisFastest) {
                   "numbers it ends");
 }
 
-// ---- headers that crash libraries
+// ---- headers that crash readers
 
 TEST_F(VolumeFileRobustness, SurvivesHeadersThatCrashLibraries) {
   const std::string shorts = packed<std::int16_t>(values());
@@ -211,7 +211,7 @@ TEST_F(VolumeFileRobustness, SurvivesHeadersThatCrashLibraries) {
   const std::string long_word(5000, 'x');
   const std::string digits(3'000'000, '7');
   std::string circle = tiff({std::string(12, 'x'), std::string(12, 'y')}, 1);
-  circle.replace(8 + 2 + 12 * 9, 4, packed<std::uint32_t>({8}));  // The first page follows itself.
+  circle.replace(8 + 2 + 12 * 9, 4, packed<std::uint32_t>({8}));  // The first page links to itself.
   const std::vector<std::pair<std::string, std::string>> files = {
       {"dimension.nrrd", nrrd("type: int16\ndimension: 10\nsizes: 1 1 1 1 1 1 1 1 4 3 2\n"
                               "encoding: raw\nendian: little\nspace dimension: 9\n"
@@ -248,7 +248,8 @@ TEST_F(VolumeFileRobustness, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
   const std::string lines =
       "NRRD0004\ntype: int16\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n";
   folder_.file("secret.raw", shorts);
-  ASSERT_EQ(mkfifo((folder_.path() / "in/pipe").c_str(), 0600), -1);  // No folder yet.
+  ASSERT_EQ(mkfifo((folder_.path() / "in/pipe").c_str(), 0600), -1);  // The folder does not exist
+                                                                      // yet.
   const fs::path outside = folder_.file("in/out.nhdr", lines + "data file: ../secret.raw\n");
   ASSERT_EQ(mkfifo((folder_.path() / "in/pipe").c_str(), 0600), 0);
   fs::create_symlink("../secret.raw", folder_.path() / "in/link.raw");
@@ -296,7 +297,7 @@ TEST_F(VolumeFileRobustness, ExtremeShapesAreReadOrRefusedInASentence) {
 
 // ---- random damage
 
-// MULTITETRA_MUTATIONS increases the number.
+// MULTITETRA_MUTATIONS overrides the default.
 int mutations() {
   const char* const more = std::getenv("MULTITETRA_MUTATIONS");
   return more == nullptr ? 8 : std::atoi(more);

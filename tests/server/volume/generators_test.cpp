@@ -24,7 +24,7 @@ double sample(const Volume& volume, std::int32_t x, std::int32_t y, std::int32_t
       volume.samples);
 }
 
-// The volume and the coordinates of its samples in [-1, 1].
+// A volume with the positions of its samples in [-1, 1].
 struct Field {
   Volume volume;
   [[nodiscard]] double place(std::int32_t i) const {
@@ -93,14 +93,14 @@ TEST(Generators, HeadHasItsTissuesWhereTheTableSays) {
   EXPECT_EQ(at(0, 0.4, -0.26), 300);  // tumour
   EXPECT_EQ(at(0, 0.1, 0.62), 0);     // cyst
   EXPECT_EQ(at(0.06, -0.1, 0.62), 300);
-  // The tilted ventricle: its long axis points to (cos 108, sin 108), not to the mirrored side.
+  // The long axis of the tilted ventricle points to (cos 108, sin 108), not to the mirrored side.
   EXPECT_EQ(at(-0.32, 0.3, -0.24), 0);
   EXPECT_EQ(at(-0.12, 0.3, -0.24) == 0, false);
 }
 
 TEST(Generators, HeadSurfaceHalfWayIsWhereTheEllipsoidIs) {
   const Volume volume = generate(GeneratorKind::kHead, {.size = 101});
-  // Along x through the center: air to skull crosses 0 halfway, at x = -0.69.
+  // Along x through the centre: air to skull crosses 0, half way, at x = -0.69.
   std::int32_t i = 0;
   while (sample(volume, i + 1, 50, 50) <= 0) ++i;
   const double a = sample(volume, i, 50, 50);
@@ -108,8 +108,7 @@ TEST(Generators, HeadSurfaceHalfWayIsWhereTheEllipsoidIs) {
   EXPECT_NEAR(-1 + 0.02 * (i - a / (b - a)), -0.69, 0.002);
 }
 
-// A hash of all bits of all samples, with fixed values below, to detect differences between
-// machines.
+// A hash of all bits of all samples. The tests pin it to detect differences between machines.
 std::uint64_t fingerprint(const Volume& volume) {
   std::uint64_t sum = 0;
   std::visit(

@@ -1,4 +1,5 @@
-// Volumes written by scripts with other programs, each with its expected interpretation or error.
+// Volumes that scripts write with other programs are read with their expected meaning, or refused
+// with an error message.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,7 +41,7 @@ std::vector<Fields> written_volumes(const std::string& script, const fs::path& f
   return volumes;
 }
 
-// "resample,follow,time=1,array=name"
+// Parses a choice such as "resample,follow,time=1,array=name".
 VolumeChoice choice_from(const std::string& options) {
   VolumeChoice choice;
   std::istringstream words(options);
@@ -125,7 +126,7 @@ TEST(VolumeFileVariants, ReadAsWritten) {
   }
 }
 
-// Each kind of file in 60 variants of size, type, order, packing and place. Another seed:
+// Reads each kind of file in 60 variants of size, type, order, packing and placement. Another seed:
 // MULTITETRA_SEED=2 formats_test --gtest_filter=RandomVolumeFiles.*
 void expect_variants_read(const std::string& script) {
   const TemporaryFolder folder;

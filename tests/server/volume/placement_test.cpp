@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-// Samples 2 and 3 mm apart along axes rotated by 90 degrees around z, in LPS.
+// Spacings of 2 and 3 mm along axes that are rotated by a quarter turn around z, in LPS.
 ImageHeader turned_header() {
   ImageHeader header{.meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = ""}};
   set_axes("turned", header, {Vec3{0, 2, 0}, Vec3{-3, 0, 0}, Vec3{0, 0, 1}}, {10, 20, 30});
@@ -48,7 +48,7 @@ TEST(Placement, SpacingSuppliesWhatAHeaderLacks) {
 
 TEST(Placement, OrientTurnsAllWorldCoordinates) {
   ImageHeader header = turned_header();
-  // What pointed along y now points down, and what pointed along z points along y.
+  // Directions along y become -z, and directions along z become y.
   place(header, {.orient = axis_directions_from("x,-z,y")});
   EXPECT_EQ(header.index_to_world.columns[0], (Vec3{0, 0, -2}));
   EXPECT_EQ(header.index_to_world.columns[1], (Vec3{-3, 0, 0}));

@@ -1,4 +1,4 @@
-// The public volumes that developers have next to the repository, compared with their list.
+// Compares the public volumes on this machine with their list.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The memory that a reader process takes for files that claim much and contain little.
+// Memory of reader processes for files whose headers declare much more than they contain.
 #include <sys/resource.h>
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/texts.hpp"
 
-// Sanitizers have their own memory management.
+// Sanitizers use additional memory.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 namespace multitetra {
@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns the peak memory of any ended child process, in MiB.
+// The peak resident memory of all child processes that have ended, in MiB.
 long most_of_children() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
@@ -28,7 +28,7 @@ long most_of_children() {
 }
 
 TEST(ReaderMemory, HeadersAreLimited) {
-  // A DICOM file with an element of 3 GiB before its pixels; the file is sparse.
+  // A DICOM file with an element of 3 GiB before its pixels. The file is sparse.
   const TemporaryFolder folder;
   std::string head(128, '\0');
   head += "DICM";
@@ -51,7 +51,7 @@ TEST(ReaderMemory, HeadersAreLimited) {
 }
 
 TEST(ReaderMemory, ShardLayersDoNotHoldAllIndices) {
-  // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte in total. Those of
+  // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte together. Those of
   // the first slice mark their chunks as missing; the others are a hole in the file.
   const TemporaryFolder folder;
   folder.file("many.zarr/zarr.json",

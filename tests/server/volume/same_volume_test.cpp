@@ -26,7 +26,7 @@ struct WrittenFormat {
   fs::path path;
 };
 
-// Returns the formats that the script writes into `folder`. Prints a warning for missing packages.
+// Writes one file per format into `folder` and returns them. Prints a warning for missing packages.
 std::vector<WrittenFormat> written_formats(const fs::path& folder) {
   const fs::path list = folder / "list.txt";
   const std::string command = std::string(MULTITETRA_PYTHON) + " " + MULTITETRA_VOLUME_SCRIPTS +
@@ -58,7 +58,7 @@ VolumeChoice choice_for(const std::string& name) {
   return choice;
 }
 
-// Returns whether the format stores an origin.
+// Returns whether the format stores origin and spacing.
 bool has_origin(const std::string& name) {
   return !name.starts_with("n5") && !name.starts_with("raw") && !name.starts_with("tiff");
 }
@@ -197,7 +197,7 @@ TEST(VolumeFormats, ReadsHttpAndSignedBuckets) {
   }
 }
 
-// A forbidden part is not a missing part.
+// Chunks that a store forbids do not count as missing.
 TEST(VolumeFormats, RejectsPartlyForbiddenStores) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
@@ -207,7 +207,7 @@ TEST(VolumeFormats, RejectsPartlyForbiddenStores) {
   const FolderServer server(folder.path());
   ASSERT_FALSE(server.address().empty());
   for (const char* status : {"401", "403"}) {
-    // The metadata are read before, and each path is faulty by itself.
+    // The metadata are readable; then every path fails independently.
     const std::string lies = std::string("/lies/") + status + "-blocks/1000/";
     try {
       (void)read_volume(server.address() + lies + "gzip.n5");
@@ -238,7 +238,7 @@ TEST(VolumeFormats, ErrorsNameNoPasswordOfAnAddress) {
   }
 }
 
-// A full reply would be mistaken for the requested range.
+// A whole file in place of a requested range must not be read as the range.
 TEST(VolumeFormats, RejectsServersWithoutRanges) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());

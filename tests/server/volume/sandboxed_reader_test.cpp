@@ -1,5 +1,5 @@
-// Faults of a reader in its process are errors in ours: tested with readers made to fail, and with
-// files that crash the libraries of two formats (golden/crashes.txt).
+// A reader's crash in its process becomes an error of the caller: with readers made to fail, and
+// with files that crash the libraries of two formats (golden/crashes.txt).
 #include "server/volume/detail/sandboxed_reader.hpp"
 
 #include <gtest/gtest.h>
@@ -82,7 +82,7 @@ std::string sentence_about(const std::string& file) {
   return sentence;
 }
 
-// A newer library may reject the file itself.
+// Newer versions of the library may refuse the file themselves.
 TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
   const std::string sentence = sentence_about("crashes_gdcm.dcm");
   if (sentence.find("crashed") == std::string::npos) {
@@ -92,7 +92,7 @@ TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
   expect_contains(sentence, "It is damaged");
 }
 
-// The library crashes on chunks of the wrong size, so it never gets them.
+// HDF5 crashes on chunks of the wrong size, so the reader refuses them first.
 TEST(SandboxedVolume, AChunkThatCrashesHdf5IsRefused) {
   expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not hold the");
 }

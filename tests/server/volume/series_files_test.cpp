@@ -1,4 +1,4 @@
-// Files that contain several volumes: their times, and that each time gives its volume.
+// Files that contain several volumes: their times, and the volume of each time.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ std::vector<double> values_at(int time) {
 std::string shorts_at(int time) { return packed<std::int16_t>(values_at(time)); }
 std::string all_times() { return shorts_at(0) + shorts_at(1) + shorts_at(2); }
 
-// Returns the numbers of all times, interleaved per sample.
+// The numbers of all times, interleaved at every sample.
 std::string interleaved() {
   std::vector<double> numbers;
   for (std::size_t i = 0; i < values().size(); ++i) {
@@ -54,7 +54,7 @@ class SeriesFiles : public ::testing::Test {
     choice.first = true;
     return open_volume(path, {.choice = choice})->members();
   }
-  // Checks that every time gives the volume written, and that one must be chosen.
+  // Expects every time to be the volume written, and an error if none is chosen.
   void expect_times(const fs::path& path, const SourceTimes& times) {
     SCOPED_TRACE(path.filename().string());
     EXPECT_EQ(members(path).times, times);
@@ -104,7 +104,7 @@ TEST_F(SeriesFiles, NrrdHasTimesLastOrFirst) {
       text += std::to_string(static_cast<int>(value)) + " ";
   }
   expect_times(file("text.nrrd", nrrd(kInSpace + "encoding: text\n", text)), frames);
-  // As 3D Slicer writes sequences.
+  // The layout of 3D Slicer's sequences.
   expect_times(
       file("slicer.nrrd",
            nrrd(kFour + "space: left-posterior-superior\nsizes: 3 4 3 2\nkinds: list domain domain "

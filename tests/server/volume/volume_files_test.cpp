@@ -95,7 +95,7 @@ TEST_F(VolumeFiles, NanStaysAndInfinityBecomesVoid) {
   std::vector<double> numbers = values();
   numbers[3] = std::numeric_limits<double>::quiet_NaN();
   numbers[5] = std::numeric_limits<double>::infinity();
-  numbers[6] = 1e300;  // Too large for a float.
+  numbers[6] = 1e300;  // Beyond the range of floats.
   std::vector<std::string> notices;
   const Volume volume = read_volume(
       folder_.file("v.nrrd", nrrd(kNrrdLines + "type: double\n", packed<double>(numbers))),
@@ -349,7 +349,7 @@ TEST_F(VolumeFiles, PackedSamplesAreCheckedToTheEndOfTheirStream) {
       changed[bit / 8] = static_cast<char>(changed[bit / 8] ^ (1 << bit % 8));
       try {
         EXPECT_EQ(read(changed), values()) << "bit " << bit;
-      } catch (const VolumeFileError&) {  // Expected: few bits have no meaning.
+      } catch (const VolumeFileError&) {  // Expected: few changed bits are insignificant.
       }
     }
   }

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Samples as text; NaN equals itself.
+// Samples as text, so that NaN equals itself.
 std::vector<std::string> words_of(const Samples& samples) {
   std::vector<std::string> words;
   std::visit(
@@ -52,7 +52,7 @@ struct WrittenVolume {
 
 class VolumeSources : public ::testing::Test {
  protected:
-  // Returns a volume in every format that the tests can write, each with slices that differ.
+  // A volume in every format that the tests can write, with distinct slices.
   std::vector<WrittenVolume> all_formats();
 
   fs::path nrrd_file(const std::string& name, const std::string& type, const std::string& more,
@@ -307,9 +307,9 @@ TEST_F(VolumeSources, RefusesInvalidPatterns) {
       std::string::npos);
 }
 
-// ---- bounded memory
+// ---- memory
 
-// Returns the resident memory of this process in bytes.
+// The resident memory of this process, in bytes.
 std::int64_t resident_bytes() {
   std::ifstream in("/proc/self/statm");
   std::int64_t all_pages = 0;
@@ -322,7 +322,7 @@ TEST_F(VolumeSources, ALargeVolumeIsOpenedAndReadWithMemoryForASlab) {
   const RawLayout layout{.dims = {2048, 1024, 2048}, .type = StoredType::kU8};
   const fs::path file = folder_.file("large.raw", "");
   std::error_code error;
-  fs::resize_file(file, std::uintmax_t{1} << 32, error);  // A hole: it takes no space.
+  fs::resize_file(file, std::uintmax_t{1} << 32, error);  // A sparse file.
   if (error) GTEST_SKIP() << "NOT TESTED: no file of 4 GiB here: " << error.message();
   std::fstream(file).seekp((std::int64_t{2048} * 1024 * 2000)).put('\x2A');
 

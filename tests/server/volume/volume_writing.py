@@ -23,7 +23,7 @@ def run_with_packages(*writers):
             print("missing", problem.name, sep="\t")
 
 
-# ---- lines for odd_volumes_test.cpp
+# ---- expectations, read by odd_volumes_test.cpp
 
 def expect_read(name, path, samples, origin=(0, 0, 0), steps=((1, 0, 0), (0, 1, 0), (0, 0, 1)), unit="", notice="", options=""):
     expected = write(f"expected/{name}", numpy.ascontiguousarray(samples).astype("<f4").tobytes())

@@ -65,7 +65,7 @@ def dicom():
     read("enhanced-gap-resampled", enhanced("gap", [0, 1, 2, 4, 5]), filled, options="resample",
          notice="interpolated to 6 slices", **place)
 
-    # One image a file.
+    # One image per file.
     def slices(name, places, kind=None, syntax=LITTLE, pack=None):
         paths = []
         for i, at in enumerate(places):
@@ -94,10 +94,10 @@ def dicom():
     expected[2] = at_34
     read("dicom-uneven-resampled", slices("uneven", uneven), expected, options="resample", notice="are not evenly spaced",
          **place)
-    # Steps of 0.01 mm and one slice far away: the message has the true number.
+    # Steps of 0.01 mm and one distant slice: the message states the true number of slices.
     far = above(30, 30.01, 30.02, 30.03, 30.04, 2530.05)
     refuse("dicom-far", slices("far", far), "would have 250006 slices", options="resample")
-    # A tilt of half a row per slice: rows lie between two of the new grid's.
+    # A tilt of half a row per slice: every other slice has rows between two rows of the new grid.
     tilted = [(10, -20 + 0.375 * i, 30 + 2 * i) for i in range(6)]
     refuse("dicom-tilted", slices("tilt", tilted), "tilted gantry")
     straight = numpy.full((6, 7 + 3, 9), numpy.nan, "f4")
@@ -173,11 +173,11 @@ def dicom():
     refuse("dicom-deflated-cut-off", cut("cut-deflated", -30, syntax=pydicom.uid.DeflatedExplicitVRLittleEndian), "too early")
 
 
-# ---- formats without a library
+# ---- formats written without libraries
 
 def mgh():
-    # Coronal slices: x to the left, y down, z to the front; 1 x 2 x 3 mm.
-    # The directions of columns, rows, slices in RAS.
+    # Coronal slices: x to the left, y down, z to the front; 1 x 2 x 3 mm. The directions of
+    # columns, rows and slices are in RAS.
     axes = numpy.array([(-1, 0, 0), (0, 0, -1), (0, 1, 0)])
     size = numpy.array((1.0, 2.0, 3.0))
     middle = numpy.array((5.0, 6.0, 7.0))
@@ -216,7 +216,7 @@ def netcdf3():
     def attributes(*list_):
         return struct.pack(">II", 12 if list_ else 0, len(list_)) + b"".join(list_)
 
-    # Variables: name, dimensions, attributes, type, and the bytes of each record or of all of them.
+    # Variables: name, dimensions, attributes, type, and the bytes of each record or of all data.
     def file(version, with_records):
         z_length = 0 if with_records else 6
         dims = (("z", z_length), ("y", 7), ("x", 9))
@@ -268,7 +268,7 @@ def netcdf3():
     refuse("netcdf3-cut-off", write("cut.nc", file(1, False)[:-100]), "ends too early")
     refuse("netcdf3-name", f"{folder}/1.nc:/other", "there are field")
     refuse("netcdf-neither", write("neither.nc", b"something else" * 100), "no HDF5 file and no NetCDF file")
-    try:  # Written by SciPy, if available.
+    try:  # Files that SciPy writes, if installed.
         from scipy.io import netcdf_file
     except ImportError:
         return
@@ -301,7 +301,7 @@ def small_ones():
     read("counts-gz", write("counts.dat.gz", gzip.compress(counts + high.tobytes())), high)
     read("counts-before-gz", write("before.dat", counts + gzip.compress(high.tobytes())), high)
 
-    # Analyze, and NIfTI in two files, opened by the data file.
+    # Analyze and two-file NIfTI, opened by the samples' file.
     for name, mark in (("analyze", b""), ("pair", b"ni1\0")):
         hdr = bytearray(348)
         struct.pack_into("<i", hdr, 0, 348)
@@ -379,7 +379,7 @@ def zarrs():
     missing[3:] = 0
     read("zarr-missing", zarr_2("missing.zarr", chunks=(3, 7, 9), blocks=[("0.0.0", volume[:3].tobytes())]), missing,
          notice="1 of 2 chunks are missing")
-    # Links and paths that leave the folder.
+    # Links and paths that lead out of the store.
     secret = write("elsewhere/0.0.0", volume.tobytes())
     linked = zarr_2("linked.zarr")
     os.symlink(secret, linked / "0.0.0")
@@ -400,7 +400,7 @@ def zarrs():
     refuse("zarr-zip-damaged", write("damaged.zip", bytes(damaged)), "CRC-32")
     long = zarr_2("long.zarr", (4, *SHAPE), (2_000_000, *SHAPE), blocks=[("0.0.0.0", b"")])
     refuse("zarr-long-chunks", long, "chunks are too large", options="time=0")
-    # Shards that are mostly index: of 2^21 chunks each.
+    # Shards of 2^21 chunks each, so that the index dominates.
     write("shards.zarr/zarr.json", json.dumps({
         "zarr_format": 3, "node_type": "array", "shape": [8192, 8192, 1], "data_type": "uint8",
         "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": [2048, 1024, 1]}},
@@ -427,8 +427,7 @@ def hdf5():
         short = file.create_dataset("v", SHAPE, "<i2", chunks=SHAPE, compression="lzf")
         short.id.write_direct_chunk((0, 0, 0), b"\x1f" + bytes(32))  # 32 bytes of a whole chunk.
     refuse("hdf5-lzf-short", folder / "short.h5", "cannot be read")
-    # A layer of chunks of which the second one has fewer bytes than its shape requires, with every compression; and
-    # valid ones.
+    # Layers of chunks, the second one too short for its shape, with every filter; and complete ones.
     short = volume.tobytes()[:60]
     layouts = {"deflate": {"compression": "gzip"}, "shuffle": {"compression": "gzip", "shuffle": True},
                "checksum": {"compression": "gzip", "fletcher32": True}, "none": {}}

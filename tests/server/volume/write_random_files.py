@@ -185,7 +185,7 @@ def gantry_tilts():
             data.ImageOrientationPatient = [1, 0, 0, 0, 1, 0]
             data.PixelData = samples[i].tobytes()
             dicom_save(data, v.name, f"{i}.dcm")
-        first = min(0, rows * (shape[0] - 1))  # The row in the new grid.
+        first = min(0, rows * (shape[0] - 1))  # The first row in the new grid.
         height = shape[1] + shape[0] - 1
         straight = numpy.full((shape[0], height, shape[2]), numpy.nan)
         for i in range(shape[0]):
@@ -195,14 +195,14 @@ def gantry_tilts():
                     "mm", "tilted gantry", "resample")
 
 
-# ---- formats without a library
+# ---- formats written without libraries
 
 def cubes():
     for v in variants("cube"):
         shape = v.shape()
         samples = v.samples(shape, "f4") / 8
         size, origin = v.size(), v.origin()
-        # A cube's slowest axis is its first, which is z here, with its step along x of the world.
+        # A cube file's first axis is the slowest: z here, with its step along x of the world.
         head = [f"{v.name}", "as programs write it", " ".join(map(str, [1, *origin]))]
         head += [f"{shape[0]} {size[0]} 0 0", f"{shape[1]} 0 {size[1]} 0", f"{shape[2]} 0 0 {size[2]}", "8 8.0 0 0 0"]
         lines = [" ".join(f"{n:.5E}" for n in row[i:i + 6]) for plane in samples for row in plane for i in range(0, len(row), 6)]
@@ -218,7 +218,8 @@ def pvtis():
         size, origin = v.size(), v.origin()
         extent = (0, shape[2] - 1, 0, shape[1] - 1, 0, shape[0] - 1)
         axis = v.choose.randrange(3)
-        cut = v.choose.randint(1, extent[2 * axis + 1] - 1)  # Both pieces have the samples there.
+        cut = v.choose.randint(1, extent[2 * axis + 1] - 1)  # The layer of samples that both pieces
+                                                             # contain.
         place = f'Origin="{" ".join(map(str, origin))}" Spacing="{" ".join(map(str, size))}"'
         whole = f'WholeExtent="{" ".join(map(str, extent))}"'
         pieces = ""
@@ -241,7 +242,7 @@ def pvtis():
 def counted():
     for v in variants("counts"):
         shape = v.shape(4)
-        # Large numbers, so that the file cannot be mistaken for one with twice as many bytes.
+        # Large values, so that the file does not also match a type of half the size.
         samples = (v.samples(shape, "u2") + 300).astype("<u2")
         counts, packed = struct.pack("<3H", *shape[::-1]), gzip.compress(samples.tobytes())
         path, data = v.one_of((f"{v.name}.dat", counts + packed), (f"{v.name}.dat.gz", gzip.compress(counts + samples.tobytes())))

@@ -11,7 +11,7 @@ import numpy
 from volume_variants import FLOATS, INTEGERS, variants
 from volume_writing import (dicom_image, dicom_items, dicom_save, diagonal, expect_read, folder, run_with_packages, write)
 
-# Rows and columns of images whose numbers are exact in decimal.
+# Row and column directions of images, with exact decimals.
 ORIENTATIONS = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, -1)), ((0, 0, 1), (1, 0, 0)), ((0.6, 0.8, 0), (-0.8, 0.6, 0)),
                 ((0.36, -0.8, 0.48), (0.48, 0.6, 0.64)))
 
@@ -149,7 +149,7 @@ def zarrs():
             fill_value=fill, dimension_separator=v.one_of(".", "/"),
             compressor=v.one_of(None, numcodecs.Zstd(1), numcodecs.GZip(1), numcodecs.Zlib(1), numcodecs.BZ2(1), numcodecs.LZ4(),
                                 numcodecs.Blosc("lz4", shuffle=1), numcodecs.Blosc("zstd", shuffle=2)))
-        written = v.choose.randint(1, shape[0])  # The chunks after these are missing.
+        written = v.choose.randint(1, shape[0])  # The remaining chunks are missing.
         array[:written] = samples[:written]
         samples[written:] = fill
         expect_read(v.name, folder / f"{v.name}.zarr", samples)

@@ -199,7 +199,8 @@ def vti_lz4():
     import numcodecs
     data = volume.tobytes()
     parts = [data[i:i + 4096] for i in range(0, len(data), 4096)]
-    small = [numcodecs.LZ4().encode(part)[4:] for part in parts]  # Without the count that numcodecs prepends.
+    small = [numcodecs.LZ4().encode(part)[4:] for part in parts]  # Strip the size that numcodecs
+                                                                  # prepends.
     head = struct.pack(f"<{3 + len(parts)}I", len(parts), 4096, len(parts[-1]) % 4096, *map(len, small))
     print_volume("vti-lz4", vti_file("lz4", ' compressor="vtkLZ4DataCompressor"', 'format="binary"',
                              base64.b64encode(head) + base64.b64encode(b"".join(small))))
@@ -234,7 +235,7 @@ def dicom():
     print_volume("dicom-rle", folder / "dicom-rle")
     series("dicom-deflated", syntax=pydicom.uid.DeflatedExplicitVRLittleEndian)
     print_volume("dicom-deflated", folder / "dicom-deflated")
-    # Differ in place from the volume; the tests know these names.
+    # Not placed like the volume: the tests refer to these by name.
     series("oblique", (0.36, -0.8, 0.48), (0.48, 0.6, 0.64), (-1.6, 0, 1.2))
     series("tilted", step=(0, 0.5, 2))
 
@@ -266,7 +267,7 @@ def tiff():
     for i in range(SHAPE[0]):
         tifffile.imwrite(folder / "stack" / f"slice{i}.tif", volume[i], metadata=None)
     print_volume("tiff-stack", folder / "stack")
-    # Differs in type from the volume; the tests know this name.
+    # Not of the volume's type: the tests refer to it by name.
     tifffile.imwrite(folder / "imagej.tif", numpy.stack([volume, volume + 1], 1).astype("f4"), imagej=True,
                      resolution=(2, 4 / 3), metadata={"axes": "ZCYX", "spacing": 2.0, "unit": "um"})
 
@@ -313,4 +314,4 @@ vti()
 mrc()
 nifti()
 raw()
-run_with_packages(zarr_2, vti_lz4, hdf5, dicom, tiff)  # These need third-party packages.
+run_with_packages(zarr_2, vti_lz4, hdf5, dicom, tiff)  # Needs optional packages.

@@ -113,7 +113,7 @@ std::string tiff(const std::vector<std::string>& pages, int bytes_per_sample, in
     bytes += tiff_entry(256, true, width);
     bytes += tiff_entry(257, true, 3);
     bytes += tiff_entry(258, false, 8 * bytes_per_sample);
-    bytes += tiff_entry(259, false, 1);  // Not compressed.
+    bytes += tiff_entry(259, false, 1);  // No compression.
     bytes += tiff_entry(262, false, 1);  // Black is zero.
     bytes += tiff_entry(273, true, static_cast<double>(strip));
     bytes += tiff_entry(277, false, 1);  // Samples per pixel.

@@ -1,5 +1,5 @@
-// Volume files of every format as bytes, written without libraries, so that tests do not depend on
-// one reader's interpretation of a format.
+// Volume files of every format as bytes, written without libraries, so that tests do not share a
+// reader's interpretation of a format.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace multitetra {
 
-// Returns the `values` as consecutive numbers of type Number.
+// `values`, consecutively, as numbers of type Number.
 template <typename Number>
 std::string packed(const std::vector<double>& values, Endian endian = Endian::kLittle) {
   std::string bytes;
@@ -25,21 +25,21 @@ std::string packed(const std::vector<double>& values, Endian endian = Endian::kL
   return bytes;
 }
 
-// Compresses with deflate, as zlib, or as gzip with `gzip`.
+// One deflated stream, zlib or gzip.
 std::string deflated(std::string_view bytes, bool gzip);
 
-// The contents of all files below: 4 x 3 x 2 samples, value 10 * index + 7.
+// The content of all files below: 4 x 3 x 2 samples, value 10 * index + 7.
 inline constexpr std::array<std::int32_t, 3> kDims = {4, 3, 2};
 std::vector<double> values();
 
-// Returns an NRRD header with these lines, an empty line, and the samples.
+// An NRRD header with these lines, an empty line, and the samples.
 std::string nrrd(std::string_view lines, std::string_view samples);
 
-// Returns a MetaImage header up to and including ElementDataFile.
+// A MetaImage header up to and including ElementDataFile.
 std::string meta_image_header(std::string_view element_type, std::string_view data_file,
                               std::string_view more_lines = "");
 
-// A NIfTI-1 file (.nii): spacing 1 2 3, the first sample at (10, 20, 30) in RAS.
+// A NIfTI-1 file (.nii): spacing 1 2 3, first sample at (10, 20, 30) in RAS.
 struct NiftiType {
   std::int16_t code;
   std::int16_t bits;
@@ -48,7 +48,7 @@ std::string nifti(NiftiType type, std::string_view samples, Endian endian,
                   std::array<float, 2> slope_and_intercept = {1, 0},
                   std::array<std::int16_t, 2> times_and_components = {1, 1});
 
-// Legacy VTK: `format` is ASCII or BINARY.
+// A legacy VTK file; `format` is ASCII or BINARY.
 std::string legacy_vtk(std::string_view format, std::string_view type, std::string_view samples);
 
 // Returns an uncompressed TIFF with one page of 4 x 3 unsigned samples for each of `pages`.

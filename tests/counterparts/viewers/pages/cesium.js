@@ -1,4 +1,4 @@
-// A tileset in CesiumJS, placed on the globe. The token is in the address.
+// Shows a tileset in CesiumJS, anywhere on the globe. The token is in the address.
 const { Cesium } = window;
 
 const viewer = new Cesium.Viewer("globe", {
@@ -25,7 +25,7 @@ window.counterpart = {
     tileset.tileFailed.addEventListener(({ url, message }) => failed.push(`${url}: ${message}`));
     viewer.scene.primitives.add(tileset);
   },
-  // Looks from `radii` times the tileset's radius. `error`: the allowed error in pixels.
+  // Looks at the middle from `radii` radii of the whole away. `error` is the allowed screen-space error in pixels.
   look(radii, error) {
     const range = radii * tileset.boundingSphere.radius;
     const offset = new Cesium.HeadingPitchRange(0.4, -0.2, range);

@@ -1,4 +1,4 @@
-// Neuroglancer as on its own site; the fragment after "#!" is its state.
+// Neuroglancer as on its own site; the address after "#!" determines what is shown.
 import "neuroglancer/unstable/util/polyfills.js";
 import "neuroglancer/unstable/layer/enabled_frontend_modules.js";
 import "neuroglancer/unstable/datasource/enabled_frontend_modules.js";
@@ -7,7 +7,7 @@ import { setupDefaultViewer } from "neuroglancer/unstable/ui/default_viewer_setu
 
 const viewer = setupDefaultViewer();
 
-// By layer: the number of chunks that the view needs, and of those loaded.
+// For each layer: the number of chunks that its view needs, and of those available.
 window.pieces = () =>
   viewer.layerManager.managedLayers.map(({ name, layer }) => {
     const infos = (layer?.renderLayers ?? []).map((one) => one.layerChunkProgressInfo);

@@ -1,4 +1,4 @@
-// A tileset in 3d-tiles-renderer. The token is in a header of every request.
+// Shows a tileset in 3d-tiles-renderer. A header field of every request has the token.
 import { TilesRenderer } from "3d-tiles-renderer";
 import { GLTFExtensionsPlugin } from "3d-tiles-renderer/plugins";
 import {
@@ -33,7 +33,7 @@ function draw() {
   requestAnimationFrame(draw);
 }
 
-// Returns the shown tiles that contain surfaces.
+// The surfaces of the visible tiles.
 function shown() {
   const surfaces = [];
   tiles.forEachLoadedModel((model, tile) => {
@@ -63,7 +63,7 @@ window.counterpart = {
     draw();
     await first;
   },
-  // Looks from `radii` times the tileset's radius. `error`: the allowed error in pixels.
+  // Looks at the middle from `radii` radii of the whole away. `error` is the allowed screen-space error in pixels.
   look(radii, error) {
     const whole = new Sphere();
     tiles.getBoundingSphere(whole);

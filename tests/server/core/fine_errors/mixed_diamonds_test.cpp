@@ -12,7 +12,7 @@ namespace {
 constexpr std::int32_t kCells = 3;
 constexpr std::int32_t kSide = 8 * kCells;
 
-// Random bits over three cells per side, as points and as planes; tests use the middle cell.
+// Random bits over three cells a side, as points and as planes. The tests examine the middle cell.
 struct Bits {
   Bits(std::uint64_t seed, double density) {
     std::mt19937_64 random(seed);
@@ -59,7 +59,7 @@ TEST(MixedDiamonds, NeedABitOfEachKind) {
     const Bits below(2, density);
     const std::array<BitPlane, 8> mixed =
         mixed_diamonds(above.grid, below.grid, above.grid.cell(1, 1, 1));
-    EXPECT_EQ(mixed[0] & 1, 0U);  // Its spacing is larger.
+    EXPECT_EQ(mixed[0] & 1, 0U);  // The spacing of this point is larger.
     visit_points([&](const DividingPoint& point, std::int32_t z, std::int32_t bit) {
       EXPECT_EQ(mixed[static_cast<std::size_t>(z)] >> bit & 1,
                 above.any_in_diamond(point) && below.any_in_diamond(point) ? 1U : 0U);

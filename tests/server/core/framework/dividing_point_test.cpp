@@ -13,7 +13,7 @@ namespace {
 
 using testing::ExplicitFramework;
 
-// Calls visit(point) for every dividing point of the grid.
+// Calls `visit(point)` for every dividing point of the grid.
 template <typename Visit>
 void for_every_point(const Grid& grid, const Visit& visit) {
   const std::int32_t n = grid.side();

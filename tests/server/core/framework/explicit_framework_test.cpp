@@ -1,5 +1,4 @@
-// Compares the implicit framework, where a model is a predicate on points, with the paper's
-// explicit one.
+// Compares the implicit framework (models are predicates on points) with the paper's explicit one.
 
 #include "tests/support/explicit_framework.hpp"
 

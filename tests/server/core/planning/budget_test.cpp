@@ -15,8 +15,8 @@ DatasetInfo dataset(double spacing = 1) {
   return info;
 }
 
-// A noisy surface: the floor of thresholds reduces it down to its topology, which only the
-// tolerance reduces further.
+// The size of a noisy surface: raising the threshold floor removes all triangles but those that the
+// topology needs; only the topology tolerance removes these.
 SurfaceSize noisy_surface(const StepRequest& step) {
   const IsosurfaceRequest& request = step.request;
   const double error = std::max(request.error, request.thresholds.at_least);
@@ -68,7 +68,7 @@ TEST(Budget, MeansTheSameInWorldUnits) {
   IsosurfaceRequest world = request_for(300'000);
   world.unit = LengthUnit::kWorld;
   world.error = 0.25 * 0.5;
-  const auto size_of = [](StepRequest step) {  // In voxels of half a world unit.
+  const auto size_of = [](StepRequest step) {  // One voxel is half a world unit.
     step.request.error /= 0.5;
     step.request.thresholds.at_least /= 0.5;
     return noisy_surface(step);

@@ -18,7 +18,7 @@ DatasetInfo dataset(std::int32_t samples_a_side, double spacing = 1) {
   return info;
 }
 
-// A surface with this many triangles at full resolution, and f^-2 of them at a finest spacing f.
+// A surface with `triangles` triangles at full resolution and f^-2 of them at finest spacing f.
 struct Surface {
   double triangles = 2e6;
   double remaining_share = 0.1;  // After simplification.
@@ -45,7 +45,7 @@ struct Shown {
   double link = 0;
 };
 
-// Returns the whole stream as the server makes it.
+// Returns all steps of the stream, planned and measured as on the server.
 std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& info,
                           const Surface& surface = {}, const CostEstimates& costs = {},
                           const PlanLimits& limits = {}) {
@@ -81,7 +81,7 @@ TEST(RefinementPlan, HasPreviewsThatFallTowardsTheRequest) {
     const StepRequest& coarse = steps[i].step;
     const StepRequest& fine = steps[i + 1].step;
     EXPECT_EQ(coarse.request.isovalue, kSimplified.isovalue);
-    if (coarse.finest_spacing == 1) continue;  // The certified one.
+    if (coarse.finest_spacing == 1) continue;  // The certified step.
     EXPECT_GE(coarse.request.thresholds.at_least, 2 * fine.request.thresholds.at_least);
     EXPECT_GT(coarse.request.topology_tolerance, fine.request.topology_tolerance);
     EXPECT_GE(coarse.finest_spacing, 2 * fine.finest_spacing);
@@ -92,7 +92,7 @@ TEST(RefinementPlan, HasNoPreviewUnlessAskedFor) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {}, {}, {.previews = false}).size(), 1U);
 }
 
-// The guarantees on time, for surfaces and grids of any size and all kinds of links.
+// The time limits hold for surfaces and grids of any size, on any link.
 TEST(RefinementPlan, TheFirstStepIsSoonThereAndNoOtherDelaysTheFinalOneByMoreThanAFifth) {
   for (const std::int32_t side : {65, 129, 257, 513, 2049}) {
     for (const double triangles : {1e5, 1e6, 1e7}) {
@@ -181,7 +181,7 @@ TEST(RefinementPlan, TheFirstNeedsNothingThatIsFinerThanTheSpectrum) {
 }
 
 TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
-  SizeEstimates sizes = Surface{.triangles = 1000}.sizes();  // It would be complete immediately.
+  SizeEstimates sizes = Surface{.triangles = 1000}.sizes();  // Small enough to be sent in one step.
   sizes.to_fetch = [](std::int32_t finest) {
     return (std::uint64_t{30} << 20) / static_cast<std::uint64_t>(finest * finest);
   };
@@ -210,7 +210,7 @@ TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {.triangles = 1e4}).size(), 1U);
 }
 
-// Returns whether the second-to-last step has the request's own model with all its options.
+// Returns whether the step before the last is the request's own model without simplification.
 bool has_certified(const std::vector<Shown>& steps, const IsosurfaceRequest& request) {
   if (steps.size() < 2) return false;
   const StepRequest& step = steps[steps.size() - 2].step;
@@ -335,7 +335,7 @@ TEST(RefinementPlan, ShellsOfPreviewsHaveTheFewestLevels) {
   }
 }
 
-// An earlier preview must be noticeably earlier; its bytes cost time.
+// A preview must be early enough for the user to notice; its bytes are not free.
 TEST(RefinementPlan, OnePreviewIsEnoughWhereTheFinalStepIsSoon) {
   const Surface surface = {.triangles = 3e6};
   const double seconds = CostEstimates{}.shells * surface.triangles;
@@ -385,7 +385,7 @@ TEST(RefinementPlan, EndsWithTheRequestWhereShellsAreNoAnswerToIt) {
   expect_itself({.isovalue = 3.5, .error = 1, .simplify = true});
   expect_itself({.isovalue = 3.5, .error = 0.5, .simplify = true, .normal_bits = 8});
   expect_itself({.isovalue = 3.5, .error = 0.5, .max_triangles = 10'000'000, .simplify = true});
-  // A client that decodes slowly.
+  // A client that decodes triangles slowly.
   EXPECT_EQ(last_of(kHalf, {.bytes_per_second = 1e9, .client_triangles_per_second = 1e5}),
             final_step(kHalf));
   PlanLimits few = kShellsToDisplay;
@@ -415,7 +415,7 @@ TEST(CertifiedShells, CheapestWithinAllThresholds) {
   EXPECT_EQ(shell_for(0.2), quantized_shells(2));
   EXPECT_EQ(shell_for(0.08), quantized_shells(4));
   EXPECT_EQ(shell_for(0.04), quantized_shells(8));
-  // Without an error: depends on the bits of the samples and the lattice resolution.
+  // Error 0: exact values or those of the lattice, depending on sample bits and lattice resolution.
   constexpr ShellStep kExact = {.values = shell::ShellValues::kExact};
   constexpr ShellStep kLatticeExact = {.values = shell::ShellValues::kLatticeExact};
   EXPECT_EQ(shell_for(0), kLatticeExact);
@@ -430,10 +430,10 @@ TEST(CertifiedShells, CheapestWithinAllThresholds) {
   EXPECT_EQ(shell_for(0), kLatticeExact);
   info.type = SampleType::kF32;
   EXPECT_EQ(shell_for(0), ShellStep{.values = shell::ShellValues::kLatticeExact});
-  // With distant slices a vertex moves farther.
+  // The same quantization moves vertices farther along an axis with a larger sample spacing.
   info.spacing = {1, 1, 3};
   EXPECT_EQ(shell_for(0.2), quantized_shells(4));
-  // Wherever a region allows less.
+  // The smallest threshold of any region counts.
   IsosurfaceRequest request = {.isovalue = 3.5, .error = 5};
   request.thresholds.regions = {
       {.shape = BoxShape{.low = {1, 1, 1}, .high = {2, 2, 2}}, .threshold = 0}};
@@ -448,7 +448,7 @@ TEST(EstimatedBytes, ShellBytesFollowTheirValues) {
     EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_a_vertex(shell, type, 5) + 250, 1);
     return bits_a_vertex(shell, type, 5);
   };
-  // As measured on public volumes: the Visible Female and the embryo.
+  // Measured on public volumes: the Visible Female and the embryo.
   EXPECT_NEAR(bits(quantized_shells(1)), 1.3, 0.2);
   EXPECT_NEAR(bits(quantized_shells(8)), 2.6, 0.3);
   EXPECT_NEAR(bits({.values = shell::ShellValues::kLatticeExact}), 2.94, 0.2);

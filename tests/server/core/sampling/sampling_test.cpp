@@ -12,13 +12,13 @@
 namespace multitetra::testing {
 namespace {
 
-// A sheared, stretched and rotated map: world coordinates are far from sample indices.
+// A sheared, stretched and rotated map whose world coordinates are far from the sample indices.
 Affine oblique() {
   return {.columns = {Vec3{0.4, 0.3, 0}, Vec3{-0.6, 0.8, 0.1}, Vec3{0.2, 0.5, 2}},
           .translation = {10, -20, 30}};
 }
 
-// Requires integer coordinates.
+// Requires whole-numbered coordinates.
 double sample(const Volume& volume, const Vec3& p) {
   const std::size_t at =
       volume.index(static_cast<std::int32_t>(p[0]), static_cast<std::int32_t>(p[1]),
@@ -34,7 +34,7 @@ std::vector<float> pixels(const PreparedVolume& volume, const SliceRequest& slic
   return values;
 }
 
-// Returns a slice of the samples with that index along an axis, one pixel each.
+// A slice of the samples with index `index` along `axis`, one pixel per sample.
 SliceRequest layer(const DatasetInfo& info, std::size_t axis, int index) {
   const std::size_t right = axis == 0 ? 1 : 0;
   const std::size_t down = axis == 2 ? 1 : 2;
@@ -187,7 +187,7 @@ TEST(Slice, CoarsePixelsUseEveryEighthSample) {
                 sample(volume, {5.0 + 8 * column, 5.0 + 8 * row, 13}));
     }
   }
-  // The field also covers the range from the outermost of them to the end of the data.
+  // The field also continues between the outermost of these samples and the end of the data.
   slice.origin = {0, 0, 0};
   EXPECT_EQ(static_cast<double>(pixels(*dataset, slice).front()), sample(volume, {5, 5, 5}));
   slice.detail = SliceDetail::kFull;
@@ -245,7 +245,7 @@ LatticeMesh square() {
 
 TEST(VertexScalars, ALinearFieldHasNoDeviation) {
   const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
-  // Grid coordinates of the surface are half sample indices of the field.
+  // The surface's grid coordinates are half the field's sample indices.
   const Affine halves = {.columns = {Vec3{0.5, 0, 0}, Vec3{0, 0.5, 0}, Vec3{0, 0, 0.5}},
                          .translation = {1, 2, 3}};
   const Affine map = composed(dataset->info.index_to_world, halves);
@@ -262,8 +262,8 @@ TEST(VertexScalars, BoundTheInterpolationError) {
   const DatasetPtr dataset = make_dataset(parabola, "parabola", std::nullopt, 0);
   const VertexScalars scalars = vertex_scalars(*dataset, square(), {});
   EXPECT_EQ(scalars.values, (std::vector<double>{4, 36, 36, 4}));
-  // The diagonal's midpoint, at x = 4: 16 instead of 20. Border edges have no neighbor to compare
-  // with.
+  // At the middle of the diagonal, x = 4, the field is 16 but interpolation gives 20. Border edges
+  // have no second triangle to compare with.
   EXPECT_EQ(scalars.largest_deviation, 4);
   const Affine beside = {.columns = Affine{}.columns, .translation = {5, 0, 0}};
   const VertexScalars half = vertex_scalars(*dataset, square(), beside);

@@ -10,7 +10,7 @@ namespace {
 
 using Marks = std::vector<std::uint8_t>;
 
-// A triangle in the plane z = 4, and one above it; vertex 6 lies below.
+// A triangle in the plane z = 4 and one above it; vertex 6 lies below the plane.
 const LatticeMesh kApart = {
     .resolution = 0,
     .vertices = {{0, 0, 4}, {8, 0, 4}, {0, 8, 4}, {1, 1, 6}, {2, 1, 8}, {1, 2, 8}, {2, 2, 0}},
@@ -39,7 +39,7 @@ TEST(ChangedTriangles, MarkTheCornersOfAChangedTriangleThatIntersectsAnObstacle)
   EXPECT_EQ(changed.intersecting_corners(mesh_of({{3, 4, 6}})), (Marks{0, 0, 0, 1, 1, 0, 1}));
 }
 
-// The last call gets the same surface again, so nothing has changed.
+// The last call passes the same surface again, so nothing has changed.
 TEST(ChangedTriangles, CompareWhatHasChangedSinceTheLastCall) {
   ChangedTriangles changed(kApart, {});
   EXPECT_FALSE(changed.intersecting_corners(mesh_of({{0, 1, 2}, {3, 4, 6}})).empty());

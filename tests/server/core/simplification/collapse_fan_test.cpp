@@ -1,4 +1,4 @@
-// Distances of points and edges to a fan, compared with general distances.
+// Compares the distances of points and edges to a fan with brute-force distances.
 #include "server/core/simplification/detail/collapse_fan.hpp"
 
 #include <gtest/gtest.h>
@@ -54,8 +54,7 @@ TEST(CollapseFan, APointIsNearWhenItsDistanceIsWithinTheLimitAndCountsAsThatAtLe
     auto sector = fan.sector_near({point});
     ASSERT_TRUE(sector);
     ASSERT_LE(*sector, fan.sectors());
-    // The sector that contains the projection is tried first, so it may be within the limit without
-    // being nearest.
+    // The sector straight below is tried first; it may be near without being the nearest.
     EXPECT_GE(fan.largest(), distance - 1e-9);
     EXPECT_LE(fan.largest(), 1.01 * distance);
     EXPECT_LE(distance_to_sector(point, ring, *sector), 1.01 * distance + 1e-9);
@@ -80,7 +79,7 @@ TEST(CollapseFan, AnEdgeIsNearToASpokeWhenTheirDistanceIsWithinTheLimit) {
         const Vec3 on_spoke = moved(ring[0], j / 1000.0, difference(ring[k], ring[0]));
         distance = std::min(distance, distance_to_triangle(on_spoke, edge));
       }
-      const double least = std::max(distance - 4e-3, 0.0);  // Between two samples.
+      const double least = std::max(distance - 4e-3, 0.0);  // Allows for the sampling of the spoke.
       fan.set_up(ring, least);
       if (least > 0) {
         EXPECT_FALSE(fan.is_near({low}, {high}, k, k));

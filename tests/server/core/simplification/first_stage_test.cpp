@@ -26,7 +26,7 @@ class FirstStageTest : public SimplificationGuarantees {
 INSTANTIATE_TEST_SUITE_P(Fields, FirstStageTest, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-// In lattice steps: half a voxel, and more.
+// Error limits in lattice steps; 16 are half a voxel.
 const double kInLatticeSteps[] = {16, 64, 1e6};
 
 TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
@@ -43,7 +43,7 @@ TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
   }
 }
 
-// In one direction point by point, with the local error; in the other with the largest error.
+// The local error bounds distances from the simplified surface, the largest error those to it.
 TEST_P(FirstStageTest, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);

@@ -1,5 +1,4 @@
-// An independent check of the bound: CGAL's Hausdorff distance covers all points, while our own
-// checks use samples.
+// Checks the bound with CGAL's Hausdorff distance over all points; other tests use samples.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/distance.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
@@ -32,7 +31,7 @@ CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
   }
   std::vector<std::vector<std::size_t>> triangles;
   for (const TriangleIndices& t : mesh.triangles) triangles.push_back({t[0], t[1], t[2]});
-  // At void samples surfaces may touch themselves; their vertices are duplicated there.
+  // Where surfaces touch themselves, at void samples, vertices are duplicated in place.
   if (!pmp::is_polygon_soup_a_polygon_mesh(triangles)) pmp::orient_polygon_soup(points, triangles);
   CgalMesh result;
   pmp::polygon_soup_to_polygon_mesh(points, triangles, result);
@@ -40,7 +39,7 @@ CgalMesh cgal_mesh_of(const LatticeMesh& mesh, const Vec3& step) {
 }
 
 class HausdorffJudge : public SimplificationGuarantees {};
-// Settings on which CGAL is fast: it takes a thousand times as long as the simplification.
+// The small settings: CGAL takes a thousand times as long as the simplification it checks.
 std::vector<Setting> judged_settings() {
   std::vector<Setting> some = settings();
   std::erase_if(some, [](const Setting& setting) {
@@ -68,7 +67,7 @@ TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
     const double back = distance(full, coarse);
     EXPECT_LE(away, small.bound + exactness);
     EXPECT_LE(back, small.bound + exactness);
-    // Checks that something moved at all.
+    // The distance is not trivially zero: simplification moved something.
     EXPECT_GT(std::max(away, back), exactness);
   }
 }

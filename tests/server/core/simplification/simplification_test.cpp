@@ -103,7 +103,7 @@ TEST_P(SimplificationGuarantees, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMe
   EXPECT_EQ(untouched.bound, 0);
 }
 
-// Meshes with holes, pinched vertices, edges of three triangles and coincident triangles.
+// The meshes have holes, pinched vertices, edges of three triangles and coincident triangles.
 TEST_P(SimplificationGuarantees, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
   std::mt19937_64 random(7);
   for (int round = 0; round < 8; ++round) {
@@ -167,13 +167,13 @@ LatticeMesh plane(std::int32_t side) {
 TEST(Simplification, APlaneKeepsItsBorder) {
   const LatticeMesh mesh = plane(20);
   const Simplified small = simplified(mesh, {.lattice_step = {1, 1, 1}, .max_distance = 1e-6});
-  // One triangle per border edge except two, and two per remaining inner vertex.
+  // A triangulated disk has a triangle per border edge, minus two, plus two per interior vertex.
   EXPECT_LE(small.mesh.triangles.size(), 90U);
   EXPECT_LE(small.bound, 1e-6);
   EXPECT_TRUE(topology(small.mesh, kAnywhere).is_sound());
 }
 
-// Returns the quality of a triangle: 1 if equilateral, 0 if degenerate.
+// The quality of a triangle: 1 if equilateral, 0 if degenerate.
 double regularity(const SurfaceTriangle& t) {
   const Vec3 a = difference(t[1], t[0]);
   const Vec3 b = difference(t[2], t[0]);
@@ -197,7 +197,7 @@ TEST(Simplification, GentleSurfacesHaveFewThinTriangles) {
   EXPECT_LT(100 * thin, 8 * triangles.size()) << thin << " of " << triangles.size();
 }
 
-// Its back is in the other piece: two coincident triangles would remain together.
+// The fourth face is in the other piece: collapsing the front would leave two coincident triangles.
 TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
   const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
                           .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}}};
@@ -214,7 +214,7 @@ TEST_P(SimplificationGuarantees, AnyErrorThatMayBeAskedForHasAFiniteBound) {
   }
 }
 
-// Lengths of 1e-30 to 1e30 have squares beyond single precision.
+// Squares of lengths from 1e-30 to 1e30 exceed the range of single precision.
 TEST_P(SimplificationGuarantees, DoesNotDependOnTheUnitOfLength) {
   const auto in_unit = [&](double unit) {
     return simplified(surface_.mesh,

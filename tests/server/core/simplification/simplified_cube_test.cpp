@@ -16,7 +16,7 @@ namespace {
 
 class SimplifiedCubes : public SimplificationGuarantees {
  protected:
-  // Small leaves, so that there are many borders.
+  // Small leaves, so that there are many borders between them.
   [[nodiscard]] std::vector<TileMesh> leaves(std::size_t max_triangles = 300) {
     const ErrorBasedModel model = isosurfaces_.model({.isovalue = setting_.isovalue});
     return multitetra::finished_tiles(
@@ -61,7 +61,7 @@ class SimplifiedCubes : public SimplificationGuarantees {
 INSTANTIATE_TEST_SUITE_P(Fields, SimplifiedCubes, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-// From one tile to as many as there are leaves.
+// These limits give from one tile to one tile per leaf.
 const SimplifiedTileLimits kLimits[] = {{}, {.triangles = 200}, {.vertices_before = 500}, {1, 1}};
 
 TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
@@ -81,7 +81,7 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
   }
 }
 
-// The bound refers to the original surface, joined or not: it does not accumulate over levels.
+// The bound always refers to the surface before simplification: it does not add up over levels.
 TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
   const auto full = placed(surface_.mesh, step_);
   const auto parts = leaves();
@@ -144,7 +144,7 @@ TEST_P(SimplifiedCubes, ASmallerBudgetAboveHoldsForWhatIsSimplifiedThere) {
             topology(surface_.mesh, kAnywhere).euler_characteristic);
 }
 
-// A joined piece that is not simplified keeps its seams and edges.
+// Joining without simplifying loses neither seams nor edges.
 TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) {
   std::vector<SimplifiedPiece> pieces;
   for (const TileMesh& leaf : leaves(100)) pieces.emplace_back(leaf.mesh, step_);
@@ -178,7 +178,7 @@ TEST(SimplifiedSize, SumsBlocksWithoutBorder) {
   EXPECT_EQ(remaining_share({}, 1, 1e8), 1);
 }
 
-// As measured on the noisy head phantom of 128^3 at half a voxel: 506 480 triangles, simplified in
+// Measured on the noisy head phantom of 128^3 at half a voxel: 506 480 triangles, simplified in
 // blocks of 16 and 32 steps and in one piece.
 const SimplifiedBlocks kBlocksOf16{
     .count = 215, .before = 506'480, .left = 54'464, .border_edges = 38'748};

@@ -1,4 +1,4 @@
-// Stars classified as free of overlap, compared with tests of all pairs of their triangles.
+// Checks stars that the projection clears by comparing all pairs of their triangles.
 #include "server/core/simplification/detail/star_projection.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-// Tests the star of the triangles (centre, around[i], around[i + 1]).
+// Returns whether two triangles (centre, around[i], around[i + 1]) of a star intersect.
 bool intersects_itself(const LatticePoint& centre, const std::vector<LatticePoint>& around) {
   std::vector<LatticePlane> planes;
   for (std::size_t i = 0; i < around.size(); ++i) {

@@ -1,5 +1,4 @@
-// Compares the error spectrum with the exact errors of single isovalues: never smaller, and never
-// much larger.
+// The error spectrum is never below the exact errors of single isovalues, and never far above.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +14,7 @@
 namespace multitetra::testing {
 namespace {
 
-// Visits the points stored in the spectrum.
+// Calls `visit` for the points that the spectrum stores.
 template <typename Visit>
 void for_each_point(const SpectrumLayout& layout, const Visit& visit) {
   for (const SpectrumLayout::Level& level : layout.levels()) {

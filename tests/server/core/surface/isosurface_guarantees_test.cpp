@@ -52,7 +52,7 @@ class IsosurfaceGuarantees : public ::testing::TestWithParam<Setting> {
   const Setting& setting_ = GetParam();
   ReferenceIsosurfaces isosurface_{setting_.volume, setting_.outside, setting_.margin};
 
-  // Visits every combination of isovalue, measure and rule.
+  // Visits every combination of isovalue, error measure and topology rule.
   template <typename Visit>
   void for_each_case(const Visit& visit) {
     for (const double isovalue : setting_.isovalues) {
@@ -73,7 +73,7 @@ class IsosurfaceGuarantees : public ::testing::TestWithParam<Setting> {
 };
 INSTANTIATE_TEST_SUITE_P(Fields, IsosurfaceGuarantees, ::testing::ValuesIn(settings()), name_of);
 
-// Distances are computed by brute force, so only for small fields.
+// Uses only the small fields, as distances are computed by brute force.
 class CertifiedBound : public IsosurfaceGuarantees {};
 std::vector<Setting> small_settings() {
   std::vector<Setting> small = settings();
@@ -98,7 +98,7 @@ TEST_P(IsosurfaceGuarantees, EveryModelIsFreeOfCracks) {
             EXPECT_TRUE(is_sound(surface.topology))
                 << threshold << " " << tolerance << " " << finest;
           } else {
-            // The border's inset is also checked with the finest spacing.
+            // The inset of the data's border depends on the finest spacing.
             const MeshTopology checked = topology(surface.mesh, [&] {
               DatasetInfo info;
               info.dims = setting_.volume.dims;
@@ -144,7 +144,7 @@ std::vector<Triangle> world_triangles(const LatticeMesh& mesh, const Vec3& spaci
 TEST_P(CertifiedBound, NoPointIsFartherFromTheFullSurfaceThanTheCertifiedBound) {
   const Vec3& spacing = setting_.volume.spacing;
   const double snapping =
-      2 * length(spacing) / (1 << kMaxLatticeResolution);  // One for each surface.
+      2 * length(spacing) / (1 << kMaxLatticeResolution);  // Once for each surface.
   for (const double isovalue : setting_.isovalues) {
     Case c{.isovalue = isovalue,
            .measure = ErrorMeasure::kCertified,
@@ -159,7 +159,7 @@ TEST_P(CertifiedBound, NoPointIsFartherFromTheFullSurfaceThanTheCertifiedBound) 
       c.threshold = threshold;
       const Surface surface = isosurface_(c);
       const auto coarse = world_triangles(surface.mesh, spacing);
-      // Limits each case to a few hundred samples.
+      // Keeps a few hundred samples per case.
       const auto thinned = [](std::vector<Triangle> t) {
         const std::size_t step = t.size() / 60 + 1;
         std::vector<Triangle> some;
@@ -218,7 +218,7 @@ TEST_P(IsosurfaceGuarantees, TilesOfAnySizeHoldTheWholeSurfaceOnceAndLieInTheirC
       for (const auto& tile : tiles) {
         EXPECT_TRUE(cubes.insert(tile.cube).second) << to_string(tile.cube);
         EXPECT_FALSE(tile.mesh.triangles.empty());
-        // A cube itself has at most 48 tetrahedra, of two triangles each, which stay together.
+        // A cube owns at most 48 tetrahedra of two triangles each, which are never split.
         EXPECT_LE(tile.mesh.triangles.size(), max_triangles + 96);
         triangles += tile.mesh.triangles.size();
         sum += digest(tile.mesh);

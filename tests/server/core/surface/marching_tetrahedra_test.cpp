@@ -59,7 +59,7 @@ TEST(MarchingTetrahedron, HasTheSameTrianglesForEveryOrderOfItsCorners) {
     }
     const TetrahedronSurface surface = marching_tetrahedron(corners, values, 0, kResolution);
     ASSERT_EQ(surface.count, 2U);
-    // The diagonal is determined by both triangles together: compares what they share.
+    // One triangle does not determine the diagonal: compare the edge that both share.
     std::set<LatticePoint> first(surface.triangles[0].begin(), surface.triangles[0].end());
     std::set<LatticePoint> shared;
     for (const LatticePoint& p : surface.triangles[1]) {

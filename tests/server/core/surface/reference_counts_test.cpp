@@ -1,5 +1,4 @@
-// Exact errors must reproduce the counts that an independent implementation of the method measured
-// on public volumes.
+// Exact errors reproduce the counts of an independent implementation on public volumes.
 
 #include <gtest/gtest.h>
 
@@ -33,7 +32,7 @@ struct Table {
   std::vector<Row> rows = {};
 };
 
-// Allows a difference of 0.01 %.
+// Expects `count` within 0.01 % of `expected`.
 void expect_count(std::int64_t count, std::int64_t expected, const char* what) {
   EXPECT_LE(std::abs(static_cast<double>(count - expected)), 1e-4 * static_cast<double>(expected))
       << what << ": " << count << ", expected " << expected;
@@ -77,7 +76,7 @@ Case certified(double isovalue, double threshold, TopologyRule rule = TopologyRu
           .measure = ErrorMeasure::kCertified,
           .rule = rule};
 }
-// The paper's Fig. 11: a finer threshold in one half of the samples.
+// A finer threshold in one half of the samples, as in the paper's Fig. 11.
 Case finer_for_low_x(double isovalue, double threshold, double finer, double last_x) {
   return {
       .isovalue = isovalue,

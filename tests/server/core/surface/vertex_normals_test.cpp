@@ -15,14 +15,14 @@ namespace {
 constexpr int kResolution = 5;
 constexpr double kPi = 3.14159265358979323846;
 
-// Returns places between the first and the last sample, at least `inset` grid steps from them.
+// Random places between the first and the last sample, at least `inset` grid steps inside.
 std::vector<LatticePoint> places(const DatasetInfo& info, std::int32_t inset, std::size_t count) {
   std::mt19937_64 random(5);
   const auto coordinate = [&](std::size_t axis) {
     const std::int32_t low = (info.margin + inset) << kResolution;
     const std::int32_t high = (info.margin + info.dims[axis] - 1 - inset) << kResolution;
     const double at = low + fields::uniform(random) * (high - low + 1);
-    // Some lie on planes of the grid, as vertices do.
+    // Like vertices, some lie on planes of the grid.
     const auto v = static_cast<std::int32_t>(at);
     return fields::uniform(random) < 0.3 ? v >> kResolution << kResolution : v;
   };
@@ -89,7 +89,7 @@ TEST(VertexNormals, StandUprightInAnyCoordinates) {
       for (double& entry : volume.index_to_world.columns[1]) entry = -entry;
     }
     const DatasetPtr dataset = make_dataset(volume, "plane");
-    // Perpendicular to two directions along which the field is constant, towards its low side.
+    // Perpendicular to two directions in which the field is constant, and towards lower values.
     const auto along = [&](const Vec3& index) {
       const Vec3 from = volume.index_to_world({0, 0, 0});
       const Vec3 to = volume.index_to_world(index);
@@ -167,7 +167,7 @@ TEST(VertexNormals, TakeNoPartInVoidSamples) {
   const DatasetPtr dataset = make_dataset(volume, "holes");
   const auto falls = [](const Vec3&) { return Vec3{-3, -2, 1}; };
   std::vector<LatticePoint> points = places(dataset->info, 2, 3000);
-  // A place exactly at a void sample has no other sample to use.
+  // At a void sample there is no other sample to interpolate from.
   std::erase_if(points, [](const LatticePoint& p) {
     return ((p.x | p.y | p.z) & ((1 << kResolution) - 1)) == 0;
   });

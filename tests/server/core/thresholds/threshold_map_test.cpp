@@ -1,5 +1,5 @@
-// Threshold maps compared with their definition, and the monotonicity that models rely on, over
-// random maps: rotated, sheared and mirrored data, anisotropic spacing, all kinds of parts.
+// Compares threshold maps with their definition and checks the monotonicity that models depend on,
+// over random maps: rotated, sheared and mirrored data, anisotropic spacing, all kinds of parts.
 #include "server/core/thresholds/threshold_map.hpp"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ IsosurfaceRequest random_request(const DatasetInfo& info, std::mt19937_64& rando
   return request;
 }
 
-// Returns a place within the extent of the samples, where thresholds are evaluated.
+// A random place within the extent of the samples, where thresholds are evaluated.
 Vec3 random_grid_place(const DatasetInfo& info, std::mt19937_64& random) {
   Vec3 place;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -67,7 +67,7 @@ Box random_box(const Box& outer, std::mt19937_64& random) {
     if (box.low[axis] > box.high[axis]) std::swap(box.low[axis], box.high[axis]);
     if (random() % 8 == 0) box.low[axis] = outer.low[axis];
     if (random() % 8 == 0) box.high[axis] = outer.high[axis];
-    // On the borders of octree cubes.
+    // Snapped to where octree cubes meet.
     const double snapped =
         std::clamp(4 * std::round(box.low[axis] / 4), outer.low[axis], outer.high[axis]);
     if (random() % 4 == 0) box.low[axis] = std::min(snapped, box.high[axis]);
@@ -82,7 +82,7 @@ Box whole_grid(const DatasetInfo& info) {
   return {{0, 0, 0}, {side, side, side}};
 }
 
-// Calls visit(info, request, map, random) for many random maps.
+// Calls `visit(info, request, map, random)` for `count` random maps.
 template <typename Visit>
 void for_random_maps(int count, const Visit& visit) {
   std::mt19937_64 random(7);
@@ -194,7 +194,7 @@ TEST(ThresholdMap, TighterEverywhereIsTighterInEveryBox) {
       });
 }
 
-// ---- simple maps, exactly
+// ---- simple maps with exact results
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -281,7 +281,7 @@ LocalThresholds grid_of(std::array<std::int32_t, 3> dims, std::vector<float> val
 }
 
 TEST(ThresholdMap, GridUsesTheLeastTouchedVoxel) {
-  // Voxels of 16 steps starting at -8: along x 1, 2, none, 3; wide along y and z.
+  // Voxels of 16 grid steps, from -8 on: 1, 2, none and 3 along x; the grid is wide along y and z.
   const LocalThresholds thresholds = grid_of(
       {4, 5, 5},
       [] {
@@ -309,7 +309,7 @@ TEST(ThresholdMap, GridUsesTheLeastTouchedVoxel) {
 }
 
 TEST(ThresholdMap, ViewUsesThePixelSizeAtItsDistance) {
-  // At 90 degrees the picture is twice as high as its distance.
+  // At 90 degrees the height of the picture is twice its distance.
   const ThresholdView view{
       .eye = {0, 11, 11}, .field_of_view = 90, .height_pixels = 100, .tolerance_pixels = 5};
   const ThresholdMap map = map_of({.view = view});
@@ -375,7 +375,7 @@ TEST(ThresholdMap, TenThousandRegionsAreMonotone) {
     for (std::size_t i = 0; i < kMaxThresholdRegions; ++i) {
       request.thresholds.regions.push_back(
           random_region(info, CoordinateSystem::kWorld, 10, random));
-      // Borders that cross in the same cubes, whatever their size.
+      // Borders that cross in the same cubes at every level of the octree.
       if (same_place) {
         request.thresholds.regions.back().shape = BallShape{
             .centre = {100, 100, 100}, .radius = 40 + 1e-3 * static_cast<double>(i % 100)};
@@ -383,7 +383,7 @@ TEST(ThresholdMap, TenThousandRegionsAreMonotone) {
     }
     const ThresholdMap map(request, info);
     for (int i = 0; i < 200; ++i) {
-      // Around the balls' common border, or anywhere.
+      // Around the common border of the balls, or anywhere.
       const double angle = between(0, 6, random);
       const Vec3 corner = same_place
                               ? Vec3{100 + 40 * std::cos(angle), 95, 100 + 40 * std::sin(angle)}

@@ -1,4 +1,4 @@
-// Preparing on several machines gives the dataset of one process, despite any interruption.
+// Preparation on several machines gives the dataset of one process, bit for bit, despite failures.
 #include "server/dataset/partitioned/prepare_parts.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 namespace fields = testing::fields;
 using testing::PreparedSetting;
 
-// Returns the contents of a folder, by name.
+// The contents of the files in a folder, by name.
 std::map<std::string, std::string> content_of(const fs::path& folder) {
   std::map<std::string, std::string> content;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -38,7 +38,7 @@ PrepareOptions options_for(const PreparedSetting& setting) {
   return {.name = setting.name, .outside = setting.outside, .margin = setting.margin};
 }
 
-// Prepares in one process and returns the contents of the folder.
+// The files that preparation by one process writes.
 std::map<std::string, std::string> by_one_process(const PreparedSetting& setting) {
   const TemporaryFolder folder;
   prepare(*source_of(setting.volume), options_for(setting), folder.path() / "all.mtd", {});
@@ -100,7 +100,7 @@ TEST(PrepareParts, MayBeLostAndRepeated) {
   }
   EXPECT_EQ(missing_parts(folder.path() / "all.mtd"), std::vector<std::size_t>{1});
   make_part(setting, folder.path() / "all.mtd", 1);
-  // A part that was killed between writing its files and its record.
+  // A part whose process was killed after writing its files and before its record.
   fs::remove(folder.path() / "all.mtd.parts" / "1.json");
   EXPECT_EQ(missing_parts(folder.path() / "all.mtd"), std::vector<std::size_t>{0});
   make_part(setting, folder.path() / "all.mtd", 0);
@@ -136,7 +136,7 @@ TEST(PrepareParts, RefusesToMergeDamagedParts) {
     for (std::size_t i = 0; i < whole.size(); i += 1 + whole.size() / 12) {
       std::string changed = whole;
       changed[i] = static_cast<char>(changed[i] ^ 4);
-      if (whole[i] == ' ' || whole[i] == '\n') continue;  // Has no meaning in JSON.
+      if (whole[i] == ' ' || whole[i] == '\n') continue;  // White space is insignificant in JSON.
       std::ofstream(file, std::ios::binary | std::ios::trunc) << changed;
       EXPECT_ANY_THROW(merge_parts(folder.path() / "all.mtd")) << name << " " << i;
       ASSERT_FALSE(fs::exists(folder.path() / "all.mtd"));
@@ -154,7 +154,7 @@ TEST(PrepareParts, RejectsPartsOfAnotherVolumeOrPlan) {
   EXPECT_THROW(make_part(settings()[1], folder.path() / "all.mtd", 1), VolumeFileError);
   EXPECT_THROW(make_part(setting, folder.path() / "all.mtd", 2), std::invalid_argument);
   make_part(setting, folder.path() / "all.mtd", 1);
-  plan(setting, folder.path() / "all.mtd", 3);  // A new plan discards existing parts.
+  plan(setting, folder.path() / "all.mtd", 3);  // A new plan invalidates the existing parts.
   EXPECT_EQ(missing_parts(folder.path() / "all.mtd").size(), 3U);
   EXPECT_THROW(merge_parts(folder.path() / "all.mtd"), DatasetFileError);
 }

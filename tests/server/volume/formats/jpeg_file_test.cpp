@@ -5,7 +5,7 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>  // Before jpeglib.h, which lacks it.
+#include <cstdio>  // jpeglib.h needs it but does not include it.
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// 16 x 8 pixels of these components.
+// A JPEG of 16 x 8 pixels with these components.
 std::string jpeg(const std::vector<std::uint8_t>& pixel, bool is_progressive = false) {
   jpeg_compress_struct cinfo{};
   jpeg_error_mgr errors{};
@@ -97,13 +97,13 @@ TEST_F(JpegFile, ImagesOfAFolderAreSlices) {
   EXPECT_EQ(samples[256], 110);
   // A single image, recognized by its content.
   EXPECT_EQ(read_volume(folder_.file("one.bin", jpeg({5}))).dims[2], 1);
-  // JPEG previews next to PNG images are ignored.
+  // Previews next to PNG images are ignored.
   folder_.file("stack/s9.png", "");
   EXPECT_THROW((void)read_volume(folder_.path() / "stack"), VolumeFileError);
 }
 
 TEST_F(JpegFile, RefusesImagesThatEndEarly) {
-  // libjpeg fills missing parts with gray.
+  // libjpeg replaces missing data by grey.
   const std::string whole = jpeg({117});
   EXPECT_EQ(refusal(whole), "accepted");
   for (const std::size_t kept :

@@ -1,4 +1,4 @@
-// The interpretation of NRRD headers: world coordinates, axes and data files.
+// Interpretation of NRRD headers: world coordinates, axes, and data files.
 #include "server/volume/formats/nrrd_file.hpp"
 
 #include <gtest/gtest.h>

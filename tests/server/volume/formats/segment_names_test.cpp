@@ -1,4 +1,4 @@
-// Names of segments in NRRD headers, in one layer and in several.
+// Segment names from NRRD headers, in one layer and in several.
 #include "server/volume/formats/detail/segment_names.hpp"
 
 #include <gtest/gtest.h>

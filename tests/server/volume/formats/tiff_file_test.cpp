@@ -1,5 +1,4 @@
-// TIFF pages and PNG images of every kind, written by libtiff and libpng, and descriptions of
-// ImageJ and OME-TIFF.
+// TIFF and PNG images written by libtiff and libpng, and descriptions of ImageJ and OME-TIFF.
 #include "server/volume/formats/tiff_file.hpp"
 
 #include <gtest/gtest.h>
@@ -32,14 +31,14 @@ struct PageOptions {
   std::uint16_t compression = COMPRESSION_NONE;
   std::uint16_t components = 1;
   bool is_planar = false;
-  std::uint32_t tile = 0;  // Its side; 0: strips.
+  std::uint32_t tile = 0;  // Side of a tile in pixels, or 0 for strips.
   const char* mode = "w";  // "w8": BigTIFF, "wb": big-endian.
   std::string description = {};
   double resolution = 0;
   std::uint16_t resolution_unit = RESUNIT_INCH;
 };
 
-// Returns the number in column x, row y of a page, of component c.
+// The sample of component c in column x, row y of a page.
 int number_at(std::uint32_t x, std::uint32_t y, std::uint32_t page, std::uint32_t c) {
   return static_cast<int>((x + 3 * y + 50 * page + 7 * c) % 101);
 }
@@ -171,7 +170,7 @@ TEST_F(TiffFile, FloatsOfHalfPrecisionBecomeF32) {
   TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
   TIFFSetField(tiff, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_IEEEFP);
   TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
-  // 1, -2, the largest, the smallest above 0, infinity, NaN.
+  // 1, -2, the largest, the smallest positive, infinity, NaN.
   std::array<std::uint16_t, 6> halves = {0x3C00, 0xC000, 0x7BFF, 0x0001, 0x7C00, 0x7E00};
   TIFFWriteScanline(tiff, halves.data(), 0);
   TIFFClose(tiff);
@@ -180,7 +179,7 @@ TEST_F(TiffFile, FloatsOfHalfPrecisionBecomeF32) {
   EXPECT_EQ(samples[1], -2);
   EXPECT_EQ(samples[2], 65504);
   EXPECT_EQ(samples[3], std::ldexp(1.0, -24));
-  EXPECT_TRUE(std::isnan(samples[4]));  // Infinite samples are void.
+  EXPECT_TRUE(std::isnan(samples[4]));  // Infinite samples become void.
   EXPECT_TRUE(std::isnan(samples[5]));
 }
 
@@ -269,7 +268,7 @@ TEST_F(TiffFile, LargeStacksOfImageJHaveOnePageThatTheSamplesOfOthersFollow) {
   TIFFGetField(tiff, TIFFTAG_STRIPOFFSETS, &offsets);
   const std::uint64_t begin = offsets[0];
   TIFFClose(tiff);
-  // The bytes after the first page, here the directory and zeros, count as the other two.
+  // The bytes after the first page, here the directory and zeros, are read as the other two pages.
   const std::size_t page = std::size_t{2} * kWidth * kHeight;
   const std::string bytes = bytes_of_file(file) + std::string(2 * page, '\0');
   const Volume volume = read_volume(folder_.file("large.tif", bytes));

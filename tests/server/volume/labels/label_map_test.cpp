@@ -1,5 +1,5 @@
-// Labels as smooth fields: every sample on its own side, complements, and the same boundary from
-// both sides.
+// Label fields are smooth, have every sample on its side, complement each other, and give the same
+// boundary from both sides.
 #include "server/volume/labels/label_map.hpp"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Volume labels_of(const Dims& dims, const std::function<int(int, int, int)>& labe
       dims, [&](int x, int y, int z) { return static_cast<Sample>(label(x, y, z)); });
 }
 
-// A ball of label 1, surrounded by label 2.
+// A ball of label 1 surrounded by label 2.
 int ball_in_a_box(int x, int y, int z) {
   const double r = std::hypot(x - 15.3, y - 16.1, z - 14.6);
   return r < 9 ? 1 : 2;
@@ -57,7 +57,7 @@ TiledSurface surface_of(const LabelMap& map, double label, double error = 0) {
       .extract({.request = {.isovalue = kLabelBoundary, .error = error}});
 }
 
-// Returns the volume in units of a sample's. Requires a closed surface.
+// The enclosed volume in units of a sample's. Requires a closed surface.
 double volume_in(const TiledSurface& surface) {
   double sum = 0;
   for (const TileMesh& tile : surface.tiles) {
@@ -80,7 +80,7 @@ double label_at(const Volume& volume, std::size_t i) {
                     volume.samples);
 }
 
-// Every sample has a random label, the hardest case for smoothing.
+// Independent random labels, the hardest to smooth.
 Volume noise(const Dims& dims, unsigned labels, unsigned seed) {
   std::mt19937 random(seed);
   return labels_of<std::uint8_t>(
@@ -201,7 +201,7 @@ TEST(LabelMap, RefusesVolumesWithoutLabels) {
 }
 
 TEST(LabelMap, SmoothsWithinTheBoundOfAVoxelAndBetterThanItsSteps) {
-  // A ball's boundary: its position and smoothness.
+  // Checks the position and the smoothness of a ball's boundary.
   const TemporaryFolder folder;
   const LabelMap map = map_of(labels_of<std::uint8_t>({33, 33, 33}, ball_in_a_box), folder);
   const DatasetPtr dataset = dataset_of(map, 1);
@@ -219,10 +219,11 @@ TEST(LabelMap, SmoothsWithinTheBoundOfAVoxelAndBetterThanItsSteps) {
     }
   }
   ASSERT_GT(count, 1000);
-  EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.15);  // 0.21 for the indicator itself.
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(count)), 0.15);  // The unsmoothed indicator has
+                                                                 // 0.21.
 }
 
-// The triangles, in either orientation.
+// The sorted triangles, regardless of orientation.
 std::vector<LatticeTriangle> places_of(const TiledSurface& surface) {
   std::vector<LatticeTriangle> places;
   for (const TileMesh& tile : surface.tiles) {
@@ -273,11 +274,11 @@ TEST(LabelMap, HasOneSurfaceBetweenTwoLabelsAtEveryThreshold) {
   }
 }
 
-// The fraction of label 1 that is kept: by the surface, and as reported by the map.
+// The volume of label 1, in the surface and as the map reports it, divided by that of its samples.
 struct Kept {
   double in_surface = 0;
   double as_found = 0;
-  double thin = 0;  // Of parts one sample thick.
+  double thin = 0;  // The share in parts one sample thick.
 };
 
 Kept kept_of(const std::function<bool(int, int, int)>& is_inside, double error = 0) {
@@ -292,7 +293,7 @@ Kept kept_of(const std::function<bool(int, int, int)>& is_inside, double error =
           static_cast<double>(found.thin_samples) / samples};
 }
 
-// A tube of `width` samples per side whose axis is `along`, or a diagonal of those axes.
+// A tube of `width` samples a side along an axis or a diagonal of several axes.
 std::function<bool(int, int, int)> tube(int width, std::array<int, 3> along, int first) {
   return [=](int x, int y, int z) {
     const std::array<int, 3> at = {x, y, z};
@@ -317,7 +318,7 @@ TEST(LabelMap, KeepsTheVolumeOfTubes) {
         const double allowed = width == 1 ? 0.1 : 0.05;
         EXPECT_NEAR(kept.in_surface, 1, allowed)
             << width << " along " << along[0] << along[1] << along[2] << " from " << first;
-        EXPECT_NEAR(kept.as_found, kept.in_surface, 0.03);  // Vertices lie on the lattice.
+        EXPECT_NEAR(kept.as_found, kept.in_surface, 0.03);  // Vertices are rounded to the lattice.
       }
     }
   }
@@ -348,7 +349,7 @@ std::function<bool(int, int, int)> sheet(int width) {
   };
 }
 
-// Checks the claims of labels/README.md about the default error.
+// Checks what labels/README.md states about the default error.
 TEST(LabelMap, KeepsTheVolumeOfThinPartsAtAnErrorOfAQuarterOfTheirThickness) {
   for (const int width : {1, 2}) {
     EXPECT_NEAR(kept_of(sheet(width), 0.25).in_surface, 1, 0.05) << "sheet of " << width;
@@ -402,13 +403,12 @@ TEST(LabelMap, HasTheSameTrianglesWhereTwoLabelsTouchBesideAThird) {
   const auto two = places_of(surface_of(map, 2));
   std::vector<LatticeTriangle> shared;
   std::set_intersection(one.begin(), one.end(), two.begin(), two.end(), std::back_inserter(shared));
-  // The face between them has 4 x 4 cells with only these two labels, each with at least two
-  // triangles.
+  // The common face has 4 x 4 cells with only these two labels, of two triangles or more.
   EXPECT_GE(shared.size(), 32);
   const auto vertices_at_border = [](const std::vector<LatticeTriangle>& triangles) {
     std::vector<LatticePoint> corners;
     for (const LatticePoint& p : corners_of(triangles)) {
-      // Between samples 9 and 10 of x, and inside both blocks.
+      // Between samples 9 and 10 along x, and inside both blocks.
       if (p.x > 9 * 32 && p.x < 10 * 32 && std::min(p.y, p.z) >= 5 * 32 &&
           std::max(p.y, p.z) <= 9 * 32) {
         corners.push_back(p);

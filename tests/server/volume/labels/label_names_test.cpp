@@ -1,4 +1,4 @@
-// Names and colors of labels in two kinds of text files, and errors for invalid lines.
+// Names and colors of labels in two text formats, and errors for invalid lines.
 #include "server/volume/labels/label_names.hpp"
 
 #include <gtest/gtest.h>
