@@ -1,4 +1,4 @@
-"""A whole stream over a WebSocket, with the messages that protoc makes.
+"""Receives a whole stream over a WebSocket, with message classes made by protoc.
 
     talk.py URL TOKEN CERTIFICATE
 """

@@ -1,4 +1,4 @@
-"""What export writes against what a server and extract give. Usage: export_test.py DIRECTORY_OF_PROGRAMS"""
+"""Compares the output of export with that of a server and of extract. Usage: export_test.py DIRECTORY_OF_PROGRAMS"""
 
 import json
 import pathlib
@@ -34,7 +34,7 @@ def triangles(glb):
 
 
 def cells_of(index):
-    """Counts and positions of fragments, and the sum of their sizes."""
+    """Returns the counts and positions of fragments, and the sum of their sizes."""
     levels = struct.unpack_from("<I", index, 24)[0]
     at = 28 + 4 * levels + 12 * levels
     counts = struct.unpack_from(f"<{levels}I", index, at)
@@ -49,7 +49,7 @@ def cells_of(index):
 
 
 def from_shards(folder, segment):
-    """Manifest and fragments of a segment as a reader of neuroglancer_uint64_sharded_v1 finds them."""
+    """Finds a segment's manifest and fragments as readers of neuroglancer_uint64_sharded_v1 do."""
     info = json.loads((folder / "info").read_text())["sharding"]
     assert info["@type"] == "neuroglancer_uint64_sharded_v1"
     assert (info["hash"], info["minishard_index_encoding"], info["data_encoding"]) == ("identity", "raw", "raw")
@@ -74,7 +74,7 @@ def from_shards(folder, segment):
 
 
 def check_several(folder, program):
-    """Several isovalues at once are what each of them is alone."""
+    """Exporting several isovalues together equals exporting each separately."""
     values = ["0.1", "-0.25"]
     words = ["--isovalue", ",".join(values), "--error", "1", "--quiet"]
     run(program, "export", "gyroid.mtd", *words, "-o", "several", cwd=folder)
@@ -108,7 +108,7 @@ def compare_shards(folder):
 
 
 def gltf_of(glb):
-    """JSON, and what is in the binary chunk by accessor: tuples of a vertex or triangle each."""
+    """Returns the JSON and, by accessor, the binary chunk as one tuple per vertex or triangle."""
     length = struct.unpack_from("<I", glb, 12)[0]
     gltf = json.loads(glb[20 : 20 + length])
     binary = glb[28 + length :]
@@ -124,7 +124,7 @@ def gltf_of(glb):
 
 
 def check_levels(folder, program):
-    """Every level is the surface that extract writes for its error."""
+    """Every level equals the surface that extract writes for its error."""
     gltf, values = gltf_of((folder / "levels/surface.glb").read_bytes())
     errors = [0.25, 1, 4]
     nodes = gltf["nodes"]

@@ -1,6 +1,6 @@
 """Writes small volumes under the names that server/volume/FORMATS.md uses, into the current folder.
 
-Of formats that need a library (DICOM, OME-TIFF, HDF5, Imaris) there are none.
+Omits formats that need a library (DICOM, OME-TIFF, HDF5, Imaris).
 """
 import gzip
 import json

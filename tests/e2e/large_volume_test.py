@@ -1,9 +1,9 @@
-"""A volume of 16385 x 1025 x 1025 samples, the longest side there may be, is prepared in bounded memory and asked for a surface.
+"""Prepares a volume of 16385 x 1025 x 1025 samples, the longest possible side, in bounded memory, and extracts a surface.
 
     large_volume_test.py FOLDER-OF-PROGRAMS [FOLDER-TO-WORK-IN]
 
-Takes half an hour and 40 GB of disk, so it runs only where MULTITETRA_ALL_VOLUMES is set; ends with 77 otherwise.
-Its field is a wave along x, as long as 8192 samples, whose phase changes with y and z: four sheets at half height.
+Takes half an hour and 40 GB of disk, so it runs only if MULTITETRA_ALL_VOLUMES is set, and exits with 77 otherwise.
+The field is a wave along x with a period of 8192 samples and a phase that varies with y and z: four sheets at half height.
 """
 
 import json

@@ -1,9 +1,9 @@
-"""Meshes lie in the world where VTK puts the same samples: bounding box and centroid of our surface and of
-VTK's flying edges, each with the file's affine map as its own reader finds it, oblique ones included.
+"""Checks that meshes have the same world coordinates as in VTK: compares bounding box and centroid with those of VTK's
+flying edges, each with the affine map that its own reader finds in the file, oblique ones included.
 
     space_test.py FOLDER-OF-PROGRAMS FOLDER-OF-PUBLIC-VOLUMES
 
-Ends with 77 where VTK's Python is missing.
+Exits with 77 if VTK's Python module is missing.
 """
 
 import json
@@ -35,7 +35,7 @@ PUBLIC = {
 
 
 def read_by_vtk(path):
-    """The samples, and their map to the world (4 x 4); in LPS where the file is a patient's."""
+    """Returns the samples and their map to the world (4 x 4), in LPS for medical files."""
     name = path.name
     reader = {".mhd": vtk.vtkMetaImageReader, ".vtk": vtk.vtkStructuredPointsReader, ".vti": vtk.vtkXMLImageDataReader,
               ".nii": vtk.vtkNIFTIImageReader}[".nii" if ".nii" in name else path.suffix]()
@@ -56,7 +56,7 @@ def read_by_vtk(path):
 
 
 def flying_edges(image, isovalue, affine):
-    """Vertices in the world and triangles; `image` is taken for its samples alone."""
+    """Returns vertices in world coordinates, and triangles; uses only the samples of `image`."""
     plain = vtk.vtkImageData()
     plain.SetDimensions(image.GetDimensions())
     plain.GetPointData().SetScalars(image.GetPointData().GetScalars())
@@ -87,7 +87,7 @@ def our_surface(server, path, isovalue, folder):
 
 
 def measures(points, triangles):
-    """The lower and the upper corner of the bounding box, the centroid, the area."""
+    """Returns the low and the high corner of the bounding box, the centroid and the area."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     centroid = (areas[:, None] * (a + b + c)).sum(axis=0) / (3 * areas.sum())
@@ -96,7 +96,7 @@ def measures(points, triangles):
 
 
 def check(name, server, path, isovalue, affine=None):
-    """`affine`, for files where VTK's reader does not return it."""
+    """`affine` is for files whose map VTK's reader does not return."""
     image, file_affine = read_by_vtk(path)
     if image.GetNumberOfPoints() > SMALL and not os.environ.get("MULTITETRA_ALL_VOLUMES"):
         print(f"!! {name} is large: NOT TESTED (tests/run.sh --all).", file=sys.stderr)
@@ -115,7 +115,7 @@ def check(name, server, path, isovalue, affine=None):
 
 
 def write_oblique(folder):
-    """A lopsided blob in files that turn it: a .vti, a .mhd, and a .nii with slices of other thickness."""
+    """Writes an asymmetric blob with rotated axes: a .vti, a .mhd, and a .nii with another slice thickness."""
     nx, ny, nz = 24, 20, 16
     z, y, x = np.mgrid[0:nz, 0:ny, 0:nx].astype(np.float32)
     field = np.exp(-((x - 9) ** 2 / 30 + (y - 12) ** 2 / 14 + (z - 6) ** 2 / 9)).astype(np.float32)

@@ -1,8 +1,8 @@
-"""Stands between clients and a server and cuts each connection after a random number of bytes from the server.
+"""A proxy between clients and a server that cuts each connection after a random number of the server's bytes.
 
     cutting_proxy.py HOST:PORT --cuts 200 --largest 100000 --count FILE
 
-After so many cuts it passes everything on. The file holds how many there were.
+After --cuts cuts it relays everything. Writes the number of cuts to the file.
 """
 import argparse
 import asyncio

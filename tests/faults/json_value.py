@@ -1,4 +1,4 @@
-"""Prints what is at a path of keys in a JSON file; numbers with four digits. A key that is a number indexes a list."""
+"""Prints the value at a path of keys in a JSON file, numbers with four digits. Numeric keys index lists."""
 import json
 import sys
 

@@ -1,9 +1,9 @@
-"""Clients of HTTP that ask and do not read, from several addresses of this machine.
+"""HTTP clients that send requests and do not read the responses, from several addresses of this machine.
 
     python3 unread_answers.py HOST:PORT [--token-file FILE] --clients 400 --addresses 4 --seconds 20 PATH...
 
-Each connection asks for the next path, takes the first bytes of the answer, and no more until time is over. Prints JSON: how
-many answers began with 200, and how many were refused with 503 or 429.
+Each connection requests the next path, reads the first bytes of the response, and nothing more until the time is over.
+Prints JSON: the numbers of responses with status 200, and of rejections with 503 or 429.
 """
 import argparse
 import json

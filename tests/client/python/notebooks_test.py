@@ -1,8 +1,8 @@
-"""The viewer of notebooks, and the example notebooks against a running server.
+"""Tests the notebook viewer, and runs the example notebooks with a server.
 
 Usage: notebooks_test.py DIRECTORY_OF_PROGRAMS [--write]     (with PYTHONPATH set)
 
-With --write the examples are stored as they were executed: the gallery.
+With --write the executed examples are stored: the gallery.
 """
 
 import os
@@ -137,7 +137,7 @@ class Examples(unittest.TestCase):
 
 
 def output_of(cell):
-    """What a code cell has printed, and which other kinds of output it has."""
+    """Returns the printed text of a code cell and the kinds of its other outputs."""
     outputs = cell.get("outputs", [])
     text = "".join(output["text"] for output in outputs if output.get("name") == "stdout")
     return text, sorted(kind for output in outputs for kind in output.get("data", {}))

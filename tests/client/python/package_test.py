@@ -1,4 +1,4 @@
-"""The Python package against the running server. Usage: package_test.py DIRECTORY_OF_PROGRAMS (with PYTHONPATH set)"""
+"""Tests the Python package with a server. Usage: package_test.py DIRECTORY_OF_PROGRAMS (with PYTHONPATH set)"""
 
 import inspect
 import pathlib
@@ -55,7 +55,7 @@ class Silence:
 
 
 class Meddler:
-    """Stands before a server; `meddle(frame, list)` returns each of the server's frames, or None to cut the connection."""
+    """A proxy of a server; `meddle(frame, list)` returns each frame of the server, or None to cut the connection."""
 
     def __init__(self, url, meddle):
         host, port = url.removeprefix("tcp://").split(":")

@@ -1,4 +1,4 @@
-"""ParaView's source against the running server, where ParaView is. Usage: paraview_test.py DIRECTORY_OF_PROGRAMS PACKAGE"""
+"""Tests the ParaView source with a server, if ParaView is installed. Usage: paraview_test.py DIRECTORY_OF_PROGRAMS PACKAGE"""
 
 import os
 import pathlib

@@ -1,4 +1,4 @@
-"""A decoder of sample shells written from common/codec/README.md alone: what that page does not say, this cannot do.
+"""A decoder of sample shells written only from common/codec/README.md, to show that the page is complete.
 
     python3 decode_shell.py trained_tables.hpp FOLDER...     checks shell_*.bin of each against its shells.txt
 """
@@ -38,7 +38,7 @@ class Tables:
         self.weights = [flat[11 * mask:11 * mask + 11] for mask in range(128)]
 
     def cut(self, name, *sizes):
-        """Probabilities of a table in parts of these sizes."""
+        """Splits a table of probabilities into parts of these sizes."""
         parts, at = [], 0
         for size in sizes:
             parts.append([[128 * b + 64] * 2 for b in self.of[name][at:at + size]])
@@ -48,7 +48,7 @@ class Tables:
 
 
 class Bits:
-    """Coded and raw bits."""
+    """Reads entropy-coded and raw bits."""
 
     def __init__(self, raw, coded):
         self.raw, self.raw_at = raw, 0
@@ -193,7 +193,7 @@ class Shell:
         return ((x, y, z) for z in range(nz) for y in range(ny) for x in range(nx))
 
     def find_edges(self):
-        """Crossed ones: (z, y, direction, x) -> where they end."""
+        """Finds the crossed edges, (z, y, direction, x) -> end point, and the samples at their ends."""
         self.crossed, self.active = {}, set()
         for p in self.points():
             grid = [p[a] + self.header.origin[a] for a in range(3)]
@@ -298,7 +298,7 @@ class Shell:
         return clamp(level + (h.unit << h.levels_log2) - h.first + 1, 0, h.levels - 1)
 
     def quantized_cut(self, difference, nudge=0):
-        """From the end with the lower level."""
+        """The crossing's position, measured from the end with the lower level."""
         s = self.header.steps
         e = min(8 * abs(difference) >> self.header.levels_log2, 176)
         r = POWERS[e % 8] << (e // 8)
@@ -337,7 +337,7 @@ class Shell:
         return q - distance if is_less else q + distance
 
     def vertex(self, p, q):
-        """On the edge between two samples."""
+        """The lattice vertex on the edge between two samples."""
         number = {direction: i for i, (direction, _) in enumerate(EDGES)}
         step = tuple(q[a] - p[a] for a in range(3))
         if step not in number:

@@ -1,4 +1,4 @@
-"""An ellipsoid beside the middle of a volume with three spacings; the surface is at value 0. Usage: make_lump.py FILE.nrrd"""
+"""Writes an off-center ellipsoid in a volume with three different spacings; its surface has value 0. Usage: make_lump.py FILE.nrrd"""
 import array
 import itertools
 import math

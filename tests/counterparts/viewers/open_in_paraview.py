@@ -1,4 +1,4 @@
-"""ParaView's source, over TLS with a token. Usage: open_in_paraview.py PLUGIN SERVER TOKEN-FILE DATASET ISOVALUE PICTURE.png"""
+"""Opens a surface with the ParaView source, over TLS with a token. Usage: open_in_paraview.py PLUGIN SERVER TOKEN-FILE DATASET ISOVALUE PICTURE.png"""
 import pathlib
 import sys
 

@@ -1,4 +1,4 @@
-"""Alerts and dashboard against the metrics that there are. Usage: watching_test.py PROJECT"""
+"""Checks that alerts and dashboard use only existing metrics. Usage: watching_test.py PROJECT"""
 import json
 import pathlib
 import re

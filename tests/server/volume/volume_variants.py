@@ -1,5 +1,5 @@
-"""Random choices for scripts that write many variants of each kind of file. Their second argument is how many, the third
-one the seed."""
+"""Random choices for scripts that write many variants of each kind of file. Their second argument is the number of
+variants, the third the seed."""
 import random
 import sys
 
@@ -25,7 +25,7 @@ class Variant:
         return tuple(self.choose.randint(least, most) for _ in range(3))
 
     def samples(self, shape, dtype):
-        """Whole numbers that the type and f32 have exactly."""
+        """Integers that both the type and f32 represent exactly."""
         kind = numpy.dtype(dtype).kind
         low, high = (0, 250) if kind == "u" else (-120, 120)
         if numpy.dtype(dtype).itemsize > 1:

@@ -1,4 +1,4 @@
-"""What the scripts that write volumes for tests have in common. Their first argument is the folder that they write into."""
+"""Common parts of the scripts that write volumes for tests. Their first argument is the output folder."""
 import pathlib
 import sys
 
@@ -15,7 +15,7 @@ def write(name, data):
 
 
 def run_with_packages(*writers):
-    """Runs them; prints a line for each whose Python package is missing."""
+    """Runs the writers; prints a line for each whose Python package is missing."""
     for writer in writers:
         try:
             writer()
@@ -42,7 +42,7 @@ def diagonal(sx, sy, sz):
 # ---- DICOM
 
 def dicom_image(number, rows, columns, kind="1.2.840.10008.5.1.4.1.1.2", syntax="1.2.840.10008.1.2.1"):
-    """An image of 16 bits with sign, without pixels and place."""
+    """A signed 16-bit image without pixels and position."""
     from pydicom.dataset import FileDataset, FileMetaDataset
     from pydicom.uid import UID
     meta = FileMetaDataset()

@@ -1,10 +1,10 @@
-"""Volumes as other programs write them, and others that no reader should take: odd DICOM series and formats that are rare.
+"""Writes volumes like those of other programs, and invalid ones: unusual DICOM series and rare formats.
 
     python3 write_odd_volumes.py FOLDER
 
-Prints a line for each, with tabs in between. What is to be read: "read", a name, a path, options of VolumeChoice, a file of
-the expected samples (f32, x fastest), the counts, the first sample's place and the three steps in the world, the unit, and a
-part of the notice (or nothing). What is to be refused: "refuse", a name, a path, options, and a part of the sentence.
+Prints a tab-separated line for each. For readable volumes: "read", a name, a path, options of VolumeChoice, a file of the
+expected samples (f32, x fastest), the counts, the first sample's position and the three steps in the world, the unit, and a
+part of the notice (or nothing). For invalid ones: "refuse", a name, a path, options, and a part of the error message.
 """
 import gzip
 import json

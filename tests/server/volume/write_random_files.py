@@ -1,10 +1,10 @@
-"""Many variants of further kinds of files, each as its own library writes it or by hand: MGH, Analyze and NIfTI in two files,
+"""Writes many variants of further formats, with their own libraries or by hand: MGH, Analyze and NIfTI in two files,
 MRC of 16-bit floats, packed cubes, parallel VTK images, PNG and JPEG stacks, OME-Zarr in zip archives, N5, Imaris, DICOM of
 a tilted gantry, raw samples behind counts or beside a commented description.
 
     python3 write_random_files.py FOLDER VARIANTS_OF_EACH_KIND SEED
 
-Prints lines as write_odd_volumes.py.
+Prints lines like write_odd_volumes.py.
 """
 import gzip
 import struct
@@ -19,7 +19,7 @@ TURNS = (((1, 0, 0), (0, 1, 0), (0, 0, 1)), ((-1, 0, 0), (0, 0, -1), (0, 1, 0)),
 
 
 def in_lps(affine):
-    """Origin and steps of a 4 x 4 matrix in RAS."""
+    """Returns origin and steps in LPS of a 4 x 4 matrix in RAS."""
     turned = numpy.diag((-1.0, -1.0, 1.0)) @ numpy.asarray(affine)[:3]
     return turned[:, 3], turned[:, :3].T
 
@@ -172,7 +172,7 @@ def jpeg_stacks():
 # ---- DICOM
 
 def gantry_tilts():
-    """A tilt in whole rows a slice: the new grid has the rows themselves."""
+    """A tilt of whole rows per slice: the resampled grid contains the original rows."""
     for v in variants("tilt"):
         shape = v.shape(3)
         sx, sy, sz = v.size()

@@ -1,9 +1,9 @@
-"""Many variants of the kinds of files that programs write in many ways, each as its own library writes it: DICOM series and
-multi-frame DICOM, TIFF, Zarr, NumPy, NetCDF-3 and HDF5.
+"""Writes many variants of formats that programs write in many ways, with their own libraries: DICOM series and multi-frame
+DICOM, TIFF, Zarr, NumPy, NetCDF-3 and HDF5.
 
     python3 write_random_volumes.py FOLDER VARIANTS_OF_EACH_KIND SEED
 
-Sizes, types, orders, packings, places and what lies before z, y, x are random, from the seed. Prints lines as
+The seed determines sizes, types, orders, packings, placement and the dimensions before z, y, x. Prints lines like
 write_odd_volumes.py.
 """
 import numpy
@@ -19,7 +19,7 @@ ORIENTATIONS = (((1, 0, 0), (0, 1, 0)), ((0, 1, 0), (0, 0, -1)), ((0, 0, 1), (1,
 # ---- DICOM
 
 def oriented(variant):
-    """Row, column and normal of slices, and the steps of samples."""
+    """Returns row, column and normal of slices, and the steps of samples."""
     row, column = (numpy.array(axis, float) for axis in variant.one_of(*ORIENTATIONS))
     return row, column, numpy.cross(row, column), variant.size()
 
@@ -172,7 +172,7 @@ def npys():
 
 
 def coordinates(v, shape):
-    """Origin and steps of a volume, and the coordinates along z, y, x."""
+    """Returns origin and steps of a volume, and the coordinates along z, y, x."""
     origin, size = v.origin(), v.size()
     return origin, size, [origin[2 - i] + size[2 - i] * numpy.arange(n) for i, n in enumerate(shape)]
 

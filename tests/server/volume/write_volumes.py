@@ -1,4 +1,4 @@
-"""One volume in every format, written by programs of others where Debian has them and by hand elsewhere.
+"""Writes one volume in every format, with third-party libraries if Debian has them, otherwise by hand.
 
     python3 write_volumes.py FOLDER
 
@@ -74,7 +74,7 @@ def crc32c(data):
 
 
 def blocks(shape):
-    """The block of this shape at every place of the volume, filled up with zeros beyond its ends."""
+    """Yields blocks of this shape that cover the volume, padded with zeros."""
     counts = [-(-n // s) for n, s in zip(SHAPE, shape)]
     padded = numpy.zeros([c * s for c, s in zip(counts, shape)], "<i2")
     padded[tuple(slice(n) for n in SHAPE)] = volume
