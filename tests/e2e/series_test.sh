@@ -47,6 +47,26 @@ says organs/organs.label3.mtd ", of which the surface holds 100"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
+# Meshes of all labels: in one file with their names, or one each. Those that touch share triangles.
+ends 0 '"rest of it"' "$server" extract organs --error 0.5 -o organs.glb
+python3 - organs.glb <<'EOPY'
+import json, struct, sys
+data = open(sys.argv[1], "rb").read()
+scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
+names = [node.get("name") for node in scene["nodes"]]
+assert names == ["liver", "rest of it"], names
+EOPY
+ends 0 "common_triangles" "$server" extract organs --error 0.5 -o organs.stl --json
+for key in open_edges nonmanifold_edges; do
+  [ "$(grep -c "\"$key\": 0" out)" = 2 ] || fail "$key: $(cat out)"
+done
+[ "$(grep -o '"common_triangles": [1-9][0-9]*' out | sort -u | wc -l)" = 1 ] || fail "no common border: $(cat out)"
+[ -s organs_organs.label3.stl ] && [ -s organs_organs.label7.stl ] || fail "no file for each label: $(ls)"
+ends 2 "are for one dataset, not a folder" "$server" extract organs --max-triangles 100 -o organs.glb
+ends 2 "are for one dataset, not a folder" "$server" extract organs --level 3 -o organs.glb
+mkdir grids && cp whole.mtd organs/organs.label3.mtd grids
+"$server" generate gyroid --size 17 -o other.nrrd >/dev/null && "$server" prepare other.nrrd -o grids/other.mtd >/dev/null 2>&1
+ends 2 "have different grids" "$server" extract grids --isovalue 0.5 -o grids.glb
 # Label names from headers are stripped of terminal controls and of marks that change the writing direction.
 sed 's/Name:=liver/Name:=li\xc2\x9b2J\xe2\x80\xaever/' in/organs.seg.nrrd >odd.seg.nrrd
 ends 0 "1 member, 0 failed" "$server" prepare odd.seg.nrrd --label 3 --name odd -o odd
