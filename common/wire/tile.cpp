@@ -298,11 +298,11 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
   const std::unique_ptr<draco::Mesh> decoded = draco_decoded(payload, normal_bits != 0);
   if (!decoded) return damaged(promised, "Draco cannot decode the payload.");
   std::optional<LatticeMesh> split = unwelded(*decoded, lattice_resolution);
-  if (!split) return damaged(promised, "the decoded mesh contradicts itself.");
+  if (!split) return damaged(promised, "the decoded mesh is inconsistent.");
   if (normal_bits != 0) {
     std::optional<std::vector<UnitVector>> normals = unwelded_normals(*decoded, normal_bits);
     if (!normals) {
-      return damaged(promised, "the normals are no unit vectors in octahedral coordinates of " +
+      return damaged(promised, "the normals are not unit vectors in octahedral coordinates of " +
                                    std::to_string(normal_bits) + " bits.");
     }
     split->normals = *std::move(normals);

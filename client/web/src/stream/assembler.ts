@@ -148,7 +148,7 @@ export class Assembler {
   private begin(begin: StepBegin): AssemblerEffect[] {
     const fault = (what: string) => this.fail(`Step ${begin.step}: ${what}.`);
     const last = this.pending.at(-1);
-    if (last && !last.end) return fault("it begins before the step before has ended");
+    if (last && !last.end) return fault('it begins before the previous step has ended');
     if (begin.step !== this.steps) return fault(`step ${this.steps} was due`);
     if (this.finalHasBegun) return fault("it follows the final step");
     if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
@@ -182,10 +182,11 @@ export class Assembler {
     if (!tile) return this.fail(`Step ${step}: tile ${index} is not in its manifest.`);
     const name = `Step ${step}: tile ${index} (${nameOf(tile.cube)})`;
     if (!this.toCome.get(step)!.delete(tile.key)) {
-      return this.fail(`${name} comes, but is there already.`);
+      return this.fail(`${name} was sent again.`);
     }
     if (payload.length !== tile.bytes) {
-      return this.fail(`${name} has ${payload.length} bytes; promised were ${tile.bytes}.`);
+      return this.fail(
+          `${name} has ${payload.length} bytes; the manifest announced ${tile.bytes}.`);
     }
     pending.received.add(index);
     pending.bytes += payload.length;
@@ -196,7 +197,7 @@ export class Assembler {
     const fault = (what: string) => this.fail(`Step ${end.step}: ${what}.`);
     const pending = this.pending.at(-1);
     if (!pending || pending.end || pending.begin.step !== end.step) {
-      return fault("it ends, but has not begun");
+      return fault('it ends without having begun');
     }
     const missing = this.toCome.get(end.step)!.size;
     if (missing > 0) return fault(`it ends without ${missing} of its tiles`);
@@ -251,9 +252,8 @@ export class Assembler {
   private topologyFault(begin: StepBegin, found: MeshTopology): string | null {
     if (!isSound(found)) {
       return (
-        `the mesh is torn: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
-        `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`
-      );
+          `the mesh has defects: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
+          `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`);
     }
     if (!preservesTopology(begin)) return null;
     const first = (this.invariants ??= {

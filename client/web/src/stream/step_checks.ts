@@ -81,7 +81,7 @@ export function manifestFault(begin: StepBegin, info: DatasetInfo): string | nul
       return `${tile.vertices} vertices cannot belong to ${tile.triangles} triangles at ${name}`;
     }
     if (tile.bytes < 1) return `${name} has no bytes`;
-    if (cubes.size === cubes.add(name).size) return `${name} is there twice`;
+    if (cubes.size === cubes.add(name).size) return `${name} is listed twice`;
     if (keys.size === keys.add(tile.key).size) return `${name} has another tile's content`;
     triangles += tile.triangles;
   }
