@@ -21,7 +21,7 @@ reload() {
   looks=$((looks + 1))
   kill -HUP "$pid"
   for _ in $(seq 600); do
-    [ "$(grep -c 'datasets read again\|datasets stay' server.log)" -lt "$looks" ] || return 0
+    [ "$(grep -c 'datasets reloaded\|datasets stay' server.log)" -lt "$looks" ] || return 0
     sleep 0.05
   done
   fail "SIGHUP was not heeded: $(cat server.log)"

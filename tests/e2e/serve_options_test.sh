@@ -40,7 +40,7 @@ ends 2 'is set twice' "$server" serve v.mtd --config twice.toml
 echo 'max-connections = "many"' >word.toml
 ends 2 'max-connections' "$server" serve v.mtd --config word.toml
 ends 2 'cannot be read' "$server" serve v.mtd --config nowhere.toml
-ends 2 'a certificate needs its key' "$server" serve v.mtd --tls-cert server.pem
+ends 2 'give both: a certificate and its key' "$server" serve v.mtd --tls-cert server.pem
 ends 2 'datasets' "$server" serve
 ends 2 'both are off' "$server" serve v.mtd --tcp off --http off
 ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem --tls-key nowhere.key

@@ -70,7 +70,7 @@ export class Downloads {
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
     const { failure } = surfaces.progress.get();
     if (info && isAtTime(info, time) && isAtTime(surfaces.lead?.info ?? info, time) && isWhole && failure === null) return;
-    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} did not come.`);
+    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} is missing.`);
   }
 
   private async animate(animation: Animation, form: "video" | "pictures", goBack = () => {}): Promise<void> {

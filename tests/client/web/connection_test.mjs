@@ -70,7 +70,7 @@ async function asksForAToken(page) {
   assert.equal(await atKeyboard(page), "input");
   await page.keyboard.type("mt_wrong");
   await page.keyboard.press("Enter");
-  await notice(page, /token is unknown/);
+  await notice(page, /does not accept the token/);
   await page.waitForFunction(() => {
     const { selectionStart, selectionEnd, value } = document.activeElement;
     return value === "mt_wrong" && selectionStart === 0 && selectionEnd === value.length;
@@ -93,7 +93,7 @@ async function hidesItsToken(page) {
   // Also where the page is there already, and knows a token that is none.
   const other = await page.context().browser().newPage();
   await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
-  await notice(other, /token is unknown/);
+  await notice(other, /does not accept the token/);
   await other.evaluate((said) => (location.hash = `dataset=gyroid&token=${said}`), token);
   await complete(other);
   await other.waitForFunction(() => !location.href.includes("token"));

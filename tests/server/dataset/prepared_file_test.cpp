@@ -206,7 +206,7 @@ TEST(PreparedFile, RefusesOtherFiles) {
 
 TEST(PreparedFile, FilesOfRelease0AreRefusedWithTheRemedy) {
   const std::string text = error_of_opening(MULTITETRA_TEST_DATA "/small_of_release_0.mtd");
-  expect_contains(text, "made by release 0.x");
+  expect_contains(text, "written by release 0.x");
   expect_contains(text, "prepare the dataset again");
 }
 

@@ -253,7 +253,7 @@ TEST_F(IsosurfaceTest, RejectsRequestsWithoutDiskSpace) {
   HttpClient client(small.http());
   const auto refused = client.get(kPath);
   EXPECT_EQ(refused.result_int(), 422U);
-  EXPECT_NE(refused.body().find("this server holds at most 25 in one"), std::string::npos)
+  EXPECT_NE(refused.body().find("this server stores at most 25 in one file"), std::string::npos)
       << refused.body();
 }
 

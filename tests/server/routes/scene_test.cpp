@@ -115,7 +115,7 @@ TEST_F(SceneTest, ASurfaceHasTheColorsOfAField) {
 }
 
 TEST_F(SceneTest, NamesTheFaultOfAQuery) {
-  expect_refused("isovalue=1,2&format=ply", "need format=glb");
+  expect_refused("isovalue=1,2&format=ply", "require format=glb");
   expect_refused("isovalue=1,,2", "A,B,C");
   expect_refused("isovalue=1&color_by=nothing", "No dataset", 404);
   expect_refused("isovalue=1&color_range=1,2", "need color_by");

@@ -383,12 +383,12 @@ def zarrs():
     secret = write("elsewhere/0.0.0", volume.tobytes())
     linked = zarr_2("linked.zarr")
     os.symlink(secret, linked / "0.0.0")
-    refuse("zarr-link", linked, "leads out of the folder")
+    refuse("zarr-link", linked, "is outside the folder")
     read("zarr-link-followed", linked, volume, options="follow")
     zarr_2("other.zarr", blocks=[("0.0.0", volume.tobytes())])
     write("image.zarr/.zattrs", json.dumps({"multiscales": [{"axes": [{"name": n} for n in "zyx"], "datasets": [
         {"path": "../other.zarr", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]}).encode())
-    refuse("zarr-path-out", folder / "image.zarr", "leads out of the folder")
+    refuse("zarr-path-out", folder / "image.zarr", "is outside the folder")
     read("zarr-path-out-followed", folder / "image.zarr", volume, options="follow")
     for method, suffix in ((zipfile.ZIP_STORED, "stored"), (zipfile.ZIP_DEFLATED, "deflated")):
         with zipfile.ZipFile(folder / f"{suffix}.zip", "w", method) as archive:

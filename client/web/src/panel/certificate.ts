@@ -135,7 +135,7 @@ function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
     row("Ends at the data's border", topology.borderEdges === 0 ? "nowhere: closed"
       : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
     row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
-      "Edges of more than two triangles, and triangles without area."),
+      "Edges with more than two triangles, and triangles with zero area."),
     row("Connected components", grouped(topology.components), "Parts of the surface that are not connected to each other."),
     row("Euler characteristic", String(topology.eulerCharacteristic),
       "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
