@@ -177,7 +177,7 @@ done
 [ "$(stat -c %s coarse.ply)" -lt "$(stat -c %s fetched.ply)" ] || fail "a finer region gives no larger mesh"
 ends 2 "does not begin with a shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
 ends 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
-ends 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
+ends 2 "the file does not exist" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
 # Pictures: the same twice, others from elsewhere, and one of nothing.
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 -o once.png --quiet
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
@@ -321,7 +321,7 @@ ends 2 "--model: mesh.ply is also written by --output" "$server" extract torus.m
   fail "--force does not replace, or a dataset is not replaced without it"
 ends 0 "--margin 1 closes them" "$server" prepare torus.nrrd -o x.mtd --outside 0
 ends 2 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
-ends 2 "it is no volume, but a dataset already" "$server" prepare torus.mtd -o again.mtd
+ends 2 "it is already a prepared dataset" "$server" prepare torus.mtd -o again.mtd
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 ends 2 "suffix" "$server" extract torus.mtd -o x.xyz
 ends 2 "error threshold" "$server" extract torus.mtd -o x.ply --error nan

@@ -92,7 +92,7 @@ ends 0 "1 member, 0 failed" "$server" prepare overlap/tumour.nrrd --label 1 --na
 ends 2 "has no segment 5; it has 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label 5 -o some
 ends 1 "segment 4 (none) is empty" "$server" prepare overlap/layers.seg.nrrd --label 4 -o some
 ! "$server" prepare overlap/layers.seg.nrrd --label 4 -o some 2>/dev/null | grep 'Next:' || fail "there is nothing to serve"
-ends 2 "it is a segmentation: 4 segments in 2 layers, as some overlap. Prepare each segment with --label all" \
+ends 2 "it is a segmentation: 4 segments in 2 layers, because some overlap. Prepare each segment with --label all" \
   "$server" prepare overlap/layers.seg.nrrd -o some.mtd
 ends 0 "1 member, 0 failed" "$server" prepare overlap/layers.seg.nrrd --label 1 --component 1 --name chosen -o layers
 says layers/chosen.label1.mtd '"chosen", label 1 (tumour)'
@@ -109,7 +109,7 @@ ends 2 "given twice" "$server" prepare in/organs.seg.nrrd --label 3,3 -o some
 ends 2 "some.mtd is the name of one dataset, but 2 are to be prepared; give a folder" "$server" prepare in/organs.seg.nrrd --label all -o some.mtd
 ends 0 "Next: multitetra-server serve some.mtd" "$server" prepare in/organs.seg.nrrd --label 3 -o some.mtd
 ends 0 "some.mtd" "$server" info some.mtd && rm some.mtd
-ends 2 "line 1 is no label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
+ends 2 "line 1 is not a label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
 ends 2 "exclude each other" "$server" prepare in/organs.seg.nrrd --label 3 --plan 2 -o some
 ends 2 "requires --label" "$server" prepare in/organs.seg.nrrd --label-names names.ctbl -o some
 # The inner label's surface, and the hole in the outer one's field, which is the same.

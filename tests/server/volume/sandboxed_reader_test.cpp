@@ -94,7 +94,7 @@ TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
 
 // The library is not asked for chunks of the wrong size, on which it crashes.
 TEST(SandboxedVolume, AChunkThatCrashesHdf5IsRefused) {
-  expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not hold the");
+  expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not have the");
 }
 
 }  // namespace
