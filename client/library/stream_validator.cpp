@@ -81,7 +81,7 @@ Result<bool> StreamValidator::take(const Tile& tile) {
   const std::size_t bytes = tile.payload ? tile.payload->size() : 0;
   if (bytes != promised.bytes) {
     return step_fault(tile.step, tile_name(*step_, tile.index) + " has " + std::to_string(bytes) +
-                                     " bytes; the manifest announced " +
+                                     " bytes; the manifest lists " +
                                      std::to_string(promised.bytes));
   }
   ++tiles_received_;

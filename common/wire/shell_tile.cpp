@@ -65,14 +65,14 @@ Result<void> check_shell_tile(std::string_view payload, const TileSummary& promi
                               const ShellTileForm& form) {
   if (const ContentDigest found = digest_of_bytes(payload); found != promised.digest) {
     return bad_shell(promised, "the payload has the digest " + found.hex() +
-                                   "; the manifest promises " + promised.digest.hex() + ".");
+                                   "; the manifest lists " + promised.digest.hex() + ".");
   }
   const Result<ShellHeader> header = header_of(payload, promised);
   if (!header) return tl::unexpected(header.error());
   if (header->triangles != promised.triangles || header->vertices != promised.vertices) {
     return bad_shell(promised, "the payload has " + std::to_string(header->triangles) +
                                    " triangles and " + std::to_string(header->vertices) +
-                                   " vertices; the manifest promises " +
+                                   " vertices; the manifest lists " +
                                    std::to_string(promised.triangles) + " and " +
                                    std::to_string(promised.vertices) + ".");
   }

@@ -337,7 +337,7 @@ TEST(Assembler, CountsAndDigestsMustMatchThePromise) {
   const std::vector<std::pair<std::string, std::function<void(TileSummary&)>>> lies = {
       {"tile 0", [](TileSummary& t) { ++t.triangles; }},
       {"tile 0", [](TileSummary& t) { ++t.vertices; }},
-      {"bytes; the manifest announced", [](TileSummary& t) { ++t.bytes; }},
+      {"bytes; the manifest lists", [](TileSummary& t) { ++t.bytes; }},
       {"tile 0", [](TileSummary& t) { ++t.digest.low; }},
       {"tile 0", [](TileSummary& t) { t.cube.exponent = 3; }},
       {"has no triangles", [](TileSummary& t) { t.triangles = 0; }},

@@ -333,7 +333,7 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[0]) as server:
             for empty in (lambda: server.isosurface("gyroid", 1e9), lambda: list(server.steps("gyroid", 1e9))[-1].mesh,
                           lambda: server.isosurfaces("gyroid", [1e9])[0]):  # fmt: skip
-                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from') as output:
+                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" range from') as output:
                     self.assertEqual(len(empty().faces), 0)
                 self.assertEqual(output.filename, __file__)
             with warnings.catch_warnings():

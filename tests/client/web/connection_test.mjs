@@ -50,7 +50,7 @@ async function survivesADeadServer(page) {
     const attempts = await page.evaluate(() => window.attempts);
     await page.keyboard.press("Enter");
     await page.waitForFunction((before) => window.attempts > before, attempts);
-    await notice(page, /Trying again in/);
+    await notice(page, /Retrying in/);
     assert.equal(await atKeyboard(page), "button", "the keyboard stays at the button");
     assert(await page.locator(button).evaluate((one) => one === document.activeElement));
   }

@@ -135,7 +135,7 @@ export class Assembler {
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
     if (id === this.order.requestId) return act();
     // An earlier stream's messages may still be under way.
-    return id < this.order.requestId ? [] : this.fail("A message belongs to a request never made.");
+    return id < this.order.requestId ? [] : this.fail("A message belongs to a request that was never made.");
   }
 
   private fail(text: string): AssemblerEffect[] {
@@ -186,7 +186,7 @@ export class Assembler {
     }
     if (payload.length !== tile.bytes) {
       return this.fail(
-          `${name} has ${payload.length} bytes; the manifest announced ${tile.bytes}.`);
+          `${name} has ${payload.length} bytes; the manifest lists ${tile.bytes}.`);
     }
     pending.received.add(index);
     pending.bytes += payload.length;
@@ -200,7 +200,7 @@ export class Assembler {
       return fault('it ends without having begun');
     }
     const missing = this.toCome.get(end.step)!.size;
-    if (missing > 0) return fault(`it ends without ${missing} of its tiles`);
+    if (missing > 0) return fault(`it ends with ${missing} of its tiles missing`);
     if (end.tilesSent !== pending.received.size || end.payloadBytes !== BigInt(pending.bytes)) {
       return fault(
         `the server counts ${end.tilesSent} tiles and ${end.payloadBytes} bytes; ` +
@@ -212,9 +212,9 @@ export class Assembler {
   }
 
   private endOfStream(outcome: StreamOutcome, steps: number): AssemblerEffect[] {
-    if (this.streamEnd) return this.fail("The stream's end comes twice.");
+    if (this.streamEnd) return this.fail("The end of the stream was sent twice.");
     if (steps !== this.steps && outcome === StreamOutcome.COMPLETE) {
-      return this.fail(`The server counts ${steps} steps; ${this.steps} came.`);
+      return this.fail(`The server counts ${steps} steps; ${this.steps} were received.`);
     }
     if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
       return this.fail("The server ended the stream as complete, but the final step is missing.");
