@@ -243,7 +243,7 @@ Result<Progress> Assembler::take(const StepEnd& end) {
   const ContentDigest found = begin.shell ? end.digest : digest(step->mesh);
   if (found != end.digest) {
     return step_fault(end.step,
-                      "its digest is " + found.hex() + "; the server says " + end.digest.hex());
+                      "its digest is " + found.hex() + "; the server sent " + end.digest.hex());
   }
   if (const auto torn = topology_fault(begin, step->topology)) return step_fault(end.step, *torn);
   step->checks = {"tiles_complete", "tile_digests", "inside_cubes", "step_digest", "sound_mesh"};

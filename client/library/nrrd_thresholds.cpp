@@ -202,7 +202,7 @@ std::vector<float> samples_of(std::string_view bytes, const NrrdHeader& header, 
   }
   const std::string endian = lower_case(header.field("endian"));
   if (bytes_of(type) > 1 && endian != "little" && endian != "big") {
-    throw NrrdFault("its header does not name the byte order (endian) of its samples");
+    throw NrrdFault("its header does not state the byte order (endian) of its samples");
   }
   std::vector<float> samples(count);
   with_number_type(type,

@@ -125,7 +125,7 @@ Result<bool> StreamValidator::take(const StepEnd& end) {
   }
   if (sum != end.digest) {
     return step_fault(end.step,
-                      "its digest is " + sum.hex() + "; the server says " + end.digest.hex());
+                      "its digest is " + sum.hex() + "; the server sent " + end.digest.hex());
   }
   is_step_open_ = false;
   ++steps_ended_;
@@ -147,7 +147,7 @@ Result<bool> StreamValidator::take(const StreamEnd& end) {
   const bool is_enough =
       step_ && !is_step_open_ && (step_->is_final || open_.steps == StepPolicy::kPreviewsOnly);
   if (end.outcome == StreamOutcome::kComplete && !is_enough) {
-    return reject("it claims to be complete, but the final step is missing");
+    return reject("it is marked as complete, but the final step is missing");
   }
   is_step_open_ = false;
   has_ended_ = true;

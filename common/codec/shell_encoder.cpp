@@ -260,8 +260,9 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
     }
   }
   if (!is_good) {
-    return not_encodable(is_exact ? "An exact sample shell holds integers of at most 2^24 only"
-                                  : "A sample next to the surface is infinite");
+    return not_encodable(is_exact
+                             ? "An exact sample shell can only contain integers of at most 2^24"
+                             : "A sample next to the surface is infinite");
   }
   if (is_exact) return {};
 

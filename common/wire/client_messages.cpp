@@ -88,7 +88,7 @@ Hello read(const v1::Hello& wire, FieldChecks& checks) {
   if (!wire.codecs().empty()) {
     hello.codecs = known_codecs(wire.codecs());
     checks.require(has_draco(hello.codecs), "Hello.codecs",
-                   "does not name 1 (Draco lattice), which every client must decode.");
+                   "must include 1 (Draco lattice), which every client must decode.");
   }
   checks.at_most("Hello.token", wire.token().size(), kMaxTokenBytes, "bytes");
   checks.at_most("Hello.agent", wire.agent().size(), kMaxNameBytes, "bytes");

@@ -90,7 +90,7 @@ Welcome read(const v1::Welcome& wire, FieldChecks& checks) {
                   .agent = wire.agent(),
                   .max_message_bytes = wire.max_message_bytes()};
   if (!wire.codecs().empty()) welcome.codecs = known_codecs(wire.codecs());
-  checks.require(has_draco(welcome.codecs), "Welcome.codecs", "does not name 1 (Draco lattice).");
+  checks.require(has_draco(welcome.codecs), "Welcome.codecs", "must include 1 (Draco lattice).");
   return welcome;
 }
 

@@ -40,9 +40,9 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
                 "The server does not have enough memory for this mesh in one response; allow a "
                 "larger error, or request it as a stream.");
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + failure.what(),
+    log_line(LogLevel::kError, std::string("creating a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to make this mesh's file; see its log.");
+    return fail(ErrorCode::kInternal, "The server failed to create this mesh file; see its log.");
   }
 }
 

@@ -53,8 +53,8 @@ Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, in
     return fail(ErrorCode::kLimitExceeded,
                 "The server does not have enough memory for this mesh; allow a larger error.");
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making a fragment failed: ") + failure.what(), {});
-    return fail(ErrorCode::kInternal, "The server failed to make this mesh; see its log.");
+    log_line(LogLevel::kError, std::string("creating a fragment failed: ") + failure.what(), {});
+    return fail(ErrorCode::kInternal, "The server failed to create this mesh; see its log.");
   }
 }
 

@@ -31,9 +31,9 @@ Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, cons
         ErrorCode::kLimitExceeded,
         "The server does not have enough memory for this cell's file; allow a larger error.");
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making a cell's file failed: ") + failure.what(),
+    log_line(LogLevel::kError, std::string("creating a cell's file failed: ") + failure.what(),
              {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to make this file; see its log.");
+    return fail(ErrorCode::kInternal, "The server failed to create this file; see its log.");
   }
 }
 

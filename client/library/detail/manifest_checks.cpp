@@ -41,7 +41,7 @@ std::optional<std::string> parameter_fault(const StepBegin& begin, const Isosurf
     if (given != asked) return "the parameters of the final step differ from the request";
     if (begin.request.thresholds.at_least < asked.thresholds.at_least ||
         begin.request.topology_tolerance < asked.topology_tolerance) {
-      return "the final step claims to be finer than the request";
+      return "the final step is finer than the request";
     }
     if (begin.finest_spacing != 1) return "the final step omits the finest points";
     return std::nullopt;
@@ -112,7 +112,7 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   constexpr double kRounding = 1e-9;
   const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);
   if (std::abs(begin.error_bound_world - bound) <= kRounding * bound) return std::nullopt;
-  return "its claimed error bound is " + std::to_string(begin.error_bound_world) +
+  return "its stated error bound is " + std::to_string(begin.error_bound_world) +
          ", that of its shells is " + std::to_string(bound);
 }
 

@@ -35,7 +35,7 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   }
   (void)DatasetOutput(arguments.output, arguments.force);
   if (arguments.inputs.size() != (parts.merge ? 0U : 1U)) {
-    throw ExitError(kUsage, "--plan and --part take one volume, --merge takes none; " +
+    throw ExitError(kUsage, "--plan and --part require one volume, --merge none; " +
                                 std::to_string(arguments.inputs.size()) + " are given.");
   }
   if (parts.merge) return merge(arguments.output, report);
@@ -226,7 +226,7 @@ void add_prepare_command(Command& program, Run& run) {
   command->begin_group("Output");
   command->add_flag("--force", a->force,
                     "Also write to names without .mtd, replace files that are not datasets and "
-                    "datasets of other sources, and prepare datasets that are up to date again");
+                    "datasets of other sources, and prepare up-to-date datasets again");
   command->footer(
       "Examples:\n"
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"

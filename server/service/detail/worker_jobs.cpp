@@ -44,10 +44,10 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
                       what + " needs; see the server's log. Try again.",
               .retry_after = kStoreRetrySeconds});
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + failure.what(),
+    log_line(LogLevel::kError, std::string("creating the ") + what + " failed: " + failure.what(),
              {{"dataset", source.info().name}});
     return fail(ErrorCode::kInternal,
-                std::string("The server failed to make this ") + what + "; see its log.");
+                std::string("The server failed to create this ") + what + "; see its log.");
   }
 }
 

@@ -167,7 +167,7 @@ std::optional<Vec3> patient_signs(const fs::path& file, std::string_view written
   const auto sign = [&](std::size_t axis, char same, char opposite) {
     if (letters.size() == 3 && letters[axis] == same) return 1.0;
     if (letters.size() == 3 && letters[axis] == opposite) return -1.0;
-    fail_reading(file, "its space '" + std::string(written.substr(0, 60)) + "' is not known",
+    fail_reading(file, "its space '" + std::string(written.substr(0, 60)) + "' is unknown",
                  "Use left-posterior-superior, right-anterior-superior or left-anterior-superior");
   };
   return Vec3{sign(0, 'l', 'r'), sign(1, 'p', 'a'), sign(2, 's', 'i')};
@@ -337,7 +337,7 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
   }
   const std::string endian = lower_case(header.field("endian"));
   if (bytes_of(one.type) > 1 && endian != "little" && endian != "big") {
-    fail_reading(file, "its header does not name the byte order (endian) of its samples",
+    fail_reading(file, "its header does not state the byte order (endian) of its samples",
                  kCheckHeader);
   }
   SampleParts samples{.part_bytes = all_bytes / files.size(),

@@ -241,7 +241,7 @@ export class Assembler {
     if (digest.high !== first.end.digestHigh || digest.low !== first.end.digestLow) {
       const said = hex({ high: first.end.digestHigh, low: first.end.digestLow });
       return this.fail(
-        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server says ${said}.`,
+        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server sent ${said}.`,
       );
     }
     const { begin, end, tiles, held } = first;

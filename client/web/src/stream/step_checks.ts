@@ -97,7 +97,7 @@ export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): stri
   if (!given?.threshold || !asked.threshold) return "it has no parameters";
   const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
   if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
-    return "it claims to be finer than the request";
+    return "it is finer than the request";
   }
   if ((given.threshold.error ?? 0.25) < (asked.threshold.error ?? 0.25)) {
     return "its error is below the request's";

@@ -110,7 +110,7 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
   if (kinds.size() > 1 && 2 * usual->second <= images.size()) {
     fail_reading(place,
                  "its images have " + std::to_string(kinds.size()) +
-                     " sizes, types or orientations, none of which most of them have; '" +
+                     " sizes, types or orientations, none of them shared by most images; '" +
                      kinds[0].first.file.filename().string() + "' and '" +
                      kinds[1].first.file.filename().string() + "' differ",
                  "Give a folder with the slices of one volume only");
