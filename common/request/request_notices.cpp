@@ -140,8 +140,8 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
 
 std::string empty_surface_text(const IsosurfaceRequest& request, const DatasetInfo& info) {
   if (is_outside_values(request, info)) {
-    return "The surface is empty: isovalue " + shortest_text(request.isovalue) +
-           " is outside the values of the data; " + values_text(info) + ".";
+    return "The surface is empty: there is no surface at isovalue " +
+           shortest_text(request.isovalue) + "; " + values_text(info) + ".";
   }
   return "The surface is empty: no surface remains at isovalue " + shortest_text(request.isovalue) +
          (request.topology_tolerance > 0 ? " at this topology tolerance" : " inside the data") +

@@ -217,7 +217,7 @@ ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
 
 for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" \
   "$client fetch --server $url --dataset gyroid -o nothing.ply" "$server extract gyroid.mtd -o nothing.obj"; do
-  ends 6 'isovalue 1e+09 is outside the values of the data; values of "gyroid" range from' $command --isovalue 1e9
+  ends 6 'there is no surface at isovalue 1e+09; values of "gyroid" range from' $command --isovalue 1e9
   ends 6 "The surface is empty" $command --isovalue 1e9 --quiet
   ends 6 '"is_empty": true' $command --isovalue 1e9 --json
   ! ls nothing.* 2>/dev/null || fail "an empty surface was written by $command"

@@ -219,7 +219,7 @@ ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepa
 ends 2 "no '/'" "$server" prepare in/run_9.vti --time-series a/b --field pressure -o mixed
 ends 0 "has only one time" "$server" prepare in/run_9.vti --all-times --field pressure -o one_time
 ends 0 "2 members, 0 failed" "$server" prepare in/run_2.vti --field all -o one_time
-ends 0 "arrays 'pressure' is taken" "$server" prepare in/run_2.vti -o one_array.mtd
+ends 0 "arrays, 'pressure' is used" "$server" prepare in/run_2.vti -o one_array.mtd
 says one_time/run_2.pressure.mtd '"run_2", field pressure'
 
 ends 0 "4 members, 0 failed" "$server" prepare in/cells.zarr --all-times --field all -o cells

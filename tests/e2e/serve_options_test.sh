@@ -51,7 +51,7 @@ ends 5 'no dataset' "$server" serve nowhere.mtd
 head -c 100 v.mtd >damaged.mtd
 start server "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off
 url=$(url_of server tcp)
-grep -q 'left out' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
+grep -q 'skipped: ' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
 ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"

@@ -218,7 +218,7 @@ class Package(unittest.TestCase):
         self.assertTrue((self.path / "ball.ply").read_bytes().startswith(b"ply"))
         with self.assertRaisesRegex(ValueError, r"\*\.stl"):
             ball.save(self.path / "ball.step")
-        with self.assertRaisesRegex(ValueError, "vertex 6, and there are 6"):
+        with self.assertRaisesRegex(ValueError, "vertex 6, but the number of vertices is 6"):
             multitetra.Mesh(ball.vertices, ball.faces + np.uint32(4)).save(self.path / "wrong.stl")
         with self.assertRaises(OSError):
             ball.save(self.path / "nowhere" / "ball.stl")

@@ -82,9 +82,9 @@ TEST(RequestNotices, WarnsAboutAGridOutsideTheData) {
 TEST(RequestNotices, WarnsAboutAnIsovalueOutsideTheRange) {
   const std::string values = "; values of \"ct\" range from 0 to 255.\n";
   EXPECT_EQ(notices_of({.isovalue = 255}),
-            "The surface is empty: isovalue 255 is outside the values of the data" + values);
+            "The surface is empty: there is no surface at isovalue 255" + values);
   EXPECT_EQ(notices_of({.isovalue = -0.5}),
-            "The surface is empty: isovalue -0.5 is outside the values of the data" + values);
+            "The surface is empty: there is no surface at isovalue -0.5" + values);
   EXPECT_EQ(notices_of({.isovalue = 0}), "") << "A sample is positive when it is greater.";
   DatasetInfo closed = far_away();
   closed.outside = -1000;
