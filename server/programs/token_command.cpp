@@ -196,7 +196,7 @@ void add_token_command(Command& program, Run& run) {
                    "(default: never)")
       ->type_name("WHEN");
   command->add_flag("--surfaces-only", a->surfaces_only,
-                    "It gives access to meshes only, not to samples (slices, probes)");
+                    "It gives access to meshes only; not to samples (slices, probes)");
   command->add_flag("--replace", a->replace, "Revoke the current token of NAME");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(

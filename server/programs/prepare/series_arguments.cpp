@@ -36,15 +36,15 @@ void SeriesArguments::add_to(Command& command) {
   command
       .add_option(
           "--label", labels,
-          "A dataset for each of these labels of a label map, or all (every label except 0); each "
-          "is a smooth field whose isosurface 0.5 is the label's boundary. If segments overlap, as "
-          "in .seg.nrrd with several layers, labels are their numbers, from 1")
+          "A dataset for each of these labels of a label map, or all; each is a smooth field whose "
+          "isosurface 0.5 is the label's boundary, and all is every label except 0. If segments "
+          "overlap, as in .seg.nrrd with several layers, labels are their numbers, from 1")
       ->delimiter(',')
       ->repeatable()
       ->type_name("LABEL,...");
   command
       .add_option("--label-names", label_names,
-                  "File with names and colors of labels, from ITK-SNAP or 3D Slicer")
+                  "Names and colors of labels; a file from ITK-SNAP or 3D Slicer")
       ->type_name("FILE");
   command.add_flag("--all-times", all_times, "A dataset for each of the volume's times");
   command

@@ -57,19 +57,19 @@ void add_security(Command& command, ListenerOptions& o) {
       ->type_name("FILE");
   command
       .add_option("--tokens", o.tokens,
-                  "File of tokens and the datasets that each may see, from `token`; without it "
-                  "every client may see every dataset. Reloaded on SIGHUP")
+                  "File of tokens and the datasets of each, from `token`; without it every client "
+                  "may see every dataset. Reloaded on SIGHUP")
       ->type_name("FILE");
   command
       .add_option("--allow-origin", o.allowed_origins,
-                  "Origin of web pages that may use HTTP and frame the viewer, such as "
+                  "Origin of web pages that may use HTTP and frame the viewer; for example "
                   "https://example.org; * allows all to use it, but none to frame it (repeatable)")
       ->delimiter(',')
       ->type_name("ORIGIN");
   command
       .add_option("--allow-host", o.allowed_hosts,
-                  "Host name that HTTP requests may use, such as example.org, or .example.org for "
-                  "all below it; * allows all (repeatable; default: *, or only localhost on "
+                  "Host name that HTTP requests may use; for example example.org, or .example.org "
+                  "for all below it; * allows all (repeatable; default: *, or only localhost on "
                   "loopback without TLS, tokens and proxies)")
       ->delimiter(',')
       ->type_name("HOST");

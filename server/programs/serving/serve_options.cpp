@@ -38,7 +38,7 @@ void add_serve_options(Command& command, ServeOptions& o) {
   add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies")
       ->group(kLimitsGroup);
   add_bytes(command, "--brick-bytes", o.brick_bytes,
-            "Memory for decompressed bricks and for blocks of remote datasets")
+            "Memory for decompressed bricks and blocks of remote datasets")
       ->group(kStoresGroup);
   command
       .add_option(
