@@ -86,7 +86,7 @@ for _ in $(seq 100); do
 done
 [ -n "$url" ] && [ -n "$page_url" ] || { cat "$log" >&2; echo "The server did not start to listen." >&2; exit 1; }
 page=$("$client" view --http "$page_url" "${dataset[@]}")$look
-echo "   Open $page in a browser"
+echo "   $page in a browser, from now on"
 
 echo "== Fetching an isosurface: coarse first, refined, checked"
 "$client" fetch --server "$url" "${surface[@]}" --error 0.25 -o "$out/demo.ply" --report "$out/report.json" \
