@@ -38,7 +38,7 @@ std::string advice(const ClientError& failure) {
 // Returns the named dataset, or the only one if the name is empty.
 Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInfo>& datasets) {
   if (datasets.empty()) {
-    return fail(ErrorCode::kUnknownDataset, "The server has no dataset that we may see.");
+    return fail(ErrorCode::kUnknownDataset, "The server has no dataset that this client may see.");
   }
   if (name.empty() && datasets.size() == 1) return datasets.front();
   if (name.empty()) {
@@ -87,7 +87,7 @@ void add_order_options(Command& command, SurfaceOrder& order,
                        std::initializer_list<FieldGroup> fields) {
   command
       .add_option("--dataset", order.dataset,
-                  "Name of the dataset, from `list`; needed where there are several")
+                  "Name of the dataset, from `list`; required if there are several")
       ->type_name("NAME");
   add_request_options(command, order.surface, fields);
   add_server_options(command, order.server);

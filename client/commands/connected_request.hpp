@@ -37,7 +37,7 @@ struct SurfaceOrder {
   ServerArguments server = {};
   std::string dataset = {};
   SurfaceArguments surface = {
-      .threshold_files = {.formats = "A NRRD file", .read = read_nrrd_thresholds}};
+      .threshold_files = {.formats = "An NRRD file", .read = read_nrrd_thresholds}};
 };
 
 // Adds all options of an order with the request fields of these groups.

@@ -19,7 +19,7 @@ void print(const EstimateReply& reply, const IsosurfaceRequest& request, const D
             << human_count_of(range.most, "triangle") << ", about " << human_bytes(reply.bytes)
             << ", at an error of at most " << human_error(reply.threshold_world, request.unit, info)
             << (request.max_triangles + request.max_bytes > 0
-                    ? ", which is what fits into the budget"
+                    ? ", the smallest that fits the budget"
                     : "")
             << "\n";
 }
@@ -33,8 +33,9 @@ void add_estimate(Command& app, EstimateArguments& a) {
                     {FieldGroup::kSurface, FieldGroup::kThresholds, FieldGroup::kSize});
   command->add_flag("--json", a.json, "Print JSON");
   command->footer(
-      std::string("Surfaces mostly have so many triangles; large smooth ones may have a third of "
-                  "them.\nBudgets hold for the surface itself.\n"
+      std::string("Most surfaces have about this many triangles; large smooth ones may have a "
+                  "third of that.\n"
+                  "The surface itself stays within its budget.\n"
                   "Examples:\n"
                   "  multitetra-client estimate --dataset head --isovalue 500.5 --error 1\n"
                   "  multitetra-client estimate --dataset head --max-bytes 1000000 --json\n") +
@@ -43,7 +44,7 @@ void add_estimate(Command& app, EstimateArguments& a) {
 
 int estimate(const EstimateArguments& arguments) {
   if (arguments.order.surface.query.isovalues.size() > 1) {
-    return print_error(kUsage, "--isovalue: an estimate is about one surface; give one isovalue.");
+    return print_error(kUsage, "--isovalue: an estimate is for one surface; give one isovalue.");
   }
   auto surface = ordered(arguments.order);
   if (!surface) return surface.error();

@@ -113,7 +113,7 @@ RetryOptions retry_options(const FetchArguments& arguments) {
           .deadline = deadline_of(arguments.order.server),
           .on_retry = [quiet = arguments.quiet](const Retry& retry) {
             if (quiet) return;
-            std::cerr << printable(retry.reason.text) << " Trying again in "
+            std::cerr << printable(retry.reason.text) << " Retrying in "
                       << human_seconds(std::chrono::duration<double>(retry.wait).count()) << " ("
                       << retry.number << ")." << std::endl;
           }};
@@ -130,7 +130,7 @@ class KeptTiles {
     if (arguments.quiet) return;
     std::cerr << human_count(loaded.tiles) << " tiles are in " << arguments.resume_directory;
     if (loaded.damaged > 0) {
-      std::cerr << ", " << human_count(loaded.damaged) << " damaged files are passed over";
+      std::cerr << ", " << human_count(loaded.damaged) << " damaged files are ignored";
     }
     std::cerr << std::endl;
   }
@@ -213,9 +213,9 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
 int fetch(const FetchArguments& arguments) {
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
-    return print_error(kUsage, "\"" + arguments.mesh +
-                                   "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb, "
-                                   ".drc or .vtp.");
+    return print_error(kUsage,
+                       "\"" + arguments.mesh +
+                           "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .drc or .vtp.");
   }
 
   const std::vector<Part> parts = parts_of(arguments, *format);
@@ -291,14 +291,14 @@ void add_fetch(Command& app, FetchArguments& a) {
       ->type_name("FILE");
   command
       ->add_option("--resume", a.resume_directory,
-                   "Keep tiles in this folder and fetch only missing ones; a run that was stopped "
-                   "continues where it was")
+                   "Keep tiles in this folder and fetch only missing ones; an interrupted run "
+                   "continues where it stopped")
       ->type_name("DIR");
   command->add_flag("--quiet", a.quiet, "Print errors only");
   command->begin_group("Transfer and reports");
-  command->add_flag("--previews", a.previews,
-                    "Fetch and check coarser surfaces first, as a viewer does; --save-steps does "
-                    "so, too");
+  command->add_flag(
+      "--previews", a.previews,
+      "Fetch and check coarser surfaces first, as a viewer does; implied by --save-steps");
   command
       ->add_option(
           "--retries", a.retries,

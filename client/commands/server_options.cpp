@@ -16,7 +16,7 @@ Result<std::string> token_in(const std::string& path) {
   std::string token;
   if (!std::getline(file, token)) {
     return fail(ErrorCode::kInvalidArgument,
-                "--token-file: no token can be read from " + path + ".");
+                "--token-file: cannot read a token from " + path + ".");
   }
   while (token.ends_with('\r') || token.ends_with(' ')) token.pop_back();
   return token;
@@ -32,16 +32,15 @@ void add_server_options(Command& command, ServerArguments& a) {
   const std::string group = "Server";
   command
       .add_option("--server", a.server,
-                  "Address, such as wss://HOST:PORT; tcp://, tls:// and ws:// as well, or behind a "
+                  "Address, such as wss://HOST:PORT; also tcp://, tls:// and ws://, or behind a "
                   "proxy wss://HOST/PATH/")
       ->envname("MULTITETRA_SERVER")
       ->type_name("ADDRESS")
       ->capture_default_str();
   command
-      .add_option(
-          "--token", a.token,
-          "Access token; others on this machine can read it here, unlike in --token-file or "
-          "the environment")
+      .add_option("--token", a.token,
+                  "Access token; other users of this machine can read it here, unlike in "
+                  "--token-file or the environment")
       ->envname("MULTITETRA_TOKEN")
       ->group(group);
   command.add_option("--token-file", a.token_file, "File whose first line is the access token")
@@ -52,7 +51,7 @@ void add_server_options(Command& command, ServerArguments& a) {
       ->type_name("FILE")
       ->group(group);
   command
-      .add_flag("--insecure", a.insecure, "Accept any certificate of the server. For trials only")
+      .add_flag("--insecure", a.insecure, "Accept any certificate of the server. For tests only")
       ->group(group);
   command
       .add_option("--timeout", a.timeout, "Seconds without a reply after which the request fails")

@@ -118,11 +118,11 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
   const auto fits = [&](std::size_t named) { return named == 0 || named == 1 || named == count; };
   const std::string surfaces = std::to_string(count) + (count == 1 ? " surface" : " surfaces");
   if (!fits(arguments.opacities.size())) {
-    return wrong("--opacity: one for all or one for each is needed, and there are " + surfaces +
-                 ".");
+    return wrong("--opacity: give one value for all surfaces or one for each; there are " +
+                 surfaces + ".");
   }
   if (!fits(arguments.surface_colors.size())) {
-    return wrong("--surface-color: one for all or one for each is needed, and there are " +
+    return wrong("--surface-color: give one color for all surfaces or one for each; there are " +
                  surfaces + ".");
   }
   std::vector<DrawnSurface> looks(count);
@@ -137,7 +137,8 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
       const std::string& text = arguments.surface_colors[i % arguments.surface_colors.size()];
       const auto color = color_from(text);
       if (!color) {
-        return wrong("--surface-color: \"" + text + "\" is no color; one looks like #dd8265.");
+        return wrong("--surface-color: \"" + text +
+                     "\" is not a color; write for example #dd8265.");
       }
       const auto part = [&](int shift) {
         return light_of(static_cast<int>(*color >> shift & 255));
@@ -227,8 +228,7 @@ Result<PictureSize> parse_picture_size(const std::string& text) {
   if (!sides || !is_side(sides->front()) || !is_side(sides->back())) {
     return fail(ErrorCode::kInvalidArgument,
                 "--size: \"" + text +
-                    "\" is no size of a picture; one looks like 1280x960, with "
-                    "sides of 1 to " +
+                    "\" is not a picture size; write for example 1280x960, with sides of 1 to " +
                     std::to_string(kMaxPictureSide) + " pixels.");
   }
   return PictureSize{.width = sides->front(), .height = sides->back()};
@@ -236,8 +236,8 @@ Result<PictureSize> parse_picture_size(const std::string& text) {
 
 int snapshot(const SnapshotArguments& arguments) {
   if (!arguments.picture.ends_with(".png")) {
-    return print_error(kUsage, "\"" + arguments.picture +
-                                   "\" is no name of a picture; pictures are PNG files, *.png.");
+    return print_error(kUsage,
+                       "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");
   }
   const auto size = parse_picture_size(arguments.size);
   if (!size) return print_error(kUsage, size.error().text);
@@ -290,8 +290,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->capture_default_str();
   command
       ->add_option("--azimuth", a.azimuth,
-                   "Degrees around the z axis; 0 looks along +y, as at a patient's face, 90 along "
-                   "-x")
+                   "Degrees around the z axis; 0 looks along +y (at a patient's face), 90 along -x")
       ->within(-3600.0, 3600.0)
       ->type_name("DEGREES")
       ->capture_default_str();
@@ -299,7 +298,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(-90.0, 90.0)
       ->type_name("DEGREES")
       ->capture_default_str();
-  command->add_option("--up", a.up, "World axis that is above in the picture, such as -y")
+  command->add_option("--up", a.up, "World axis that points up in the picture, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
       ->capture_default_str()
       ->group(group);
@@ -311,8 +310,8 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->one_of({"smooth", "flat"})
       ->capture_default_str()
       ->group(group);
-  command->add_flag("--bare", a.is_bare, "Without scale bar and legend of colors")->group(group);
-  command->add_flag("--wireframe", a.wireframe, "Draw the edges of the triangles as well")
+  command->add_flag("--bare", a.is_bare, "Omit the scale bar and the color legend")->group(group);
+  command->add_flag("--wireframe", a.wireframe, "Also draw the edges of the triangles")
       ->group(group);
   command
       ->add_option(

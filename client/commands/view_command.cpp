@@ -25,7 +25,8 @@ Result<void> check_shown(const SurfaceQuery& query) {
   info.suggested_isovalues = {0};
   if (const auto valid = requests_for(query, info); !valid) return tl::unexpected(valid.error());
   if (query.isovalues.size() > 1) {
-    return fail(ErrorCode::kInvalidArgument, "--isovalue: give one; more are added in the viewer.");
+    return fail(ErrorCode::kInvalidArgument,
+                "--isovalue: give one isovalue; add more in the viewer.");
   }
   const auto& regions = query.request.thresholds.regions;
   if (regions.size() > 1 ||
@@ -56,7 +57,7 @@ Result<std::string> site_of(const ViewArguments& a) {
 
 void add_view(Command& app, ViewArguments& a) {
   Command* command =
-      app.add_subcommand("view", "Print the address at which a browser shows a surface");
+      app.add_subcommand("view", "Print the address that shows a surface in a browser");
   command
       ->add_option("--http", a.http,
                    "Address of the viewer; default: the host of --server, or "
@@ -64,8 +65,8 @@ void add_view(Command& app, ViewArguments& a) {
       ->type_name("ADDRESS");
   command
       ->add_option("--server", a.server,
-                   "Address of the server; ws://HOST:PORT is that of its viewer, too, and for "
-                   "tcp://HOST:PORT the viewer is at port 7480")
+                   "Address of the server; with ws://HOST:PORT the viewer is at the same port, "
+                   "with tcp://HOST:PORT at port 7480")
       ->envname("MULTITETRA_SERVER")
       ->type_name("ADDRESS");
   command->add_option("--dataset", a.dataset, "Name of the dataset (default: the first)");
@@ -81,7 +82,7 @@ void add_view(Command& app, ViewArguments& a) {
       return wrong;
     });
   }
-  command->add_option("--up", a.up, "World axis that is above, such as -y")
+  command->add_option("--up", a.up, "World axis that points up, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
       ->capture_default_str();
   command->add_option("--clip", a.clip, "Cut the surface open in the middle of an axis")
@@ -99,10 +100,10 @@ Result<std::string> viewer_address(const ViewArguments& a) {
   const Result<std::string> site = site_of(a);
   if (!site) return tl::unexpected(site.error());
   if (!site->starts_with("http://") && !site->starts_with("https://")) {
-    return fail(ErrorCode::kInvalidArgument,
-                "\"" + *site +
-                    "\" is no address of an HTTP listener; one looks like "
-                    "http://127.0.0.1:7480.");
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "\"" + *site +
+            "\" is not the address of an HTTP listener; write for example http://127.0.0.1:7480.");
   }
   if (const auto checked = check_shown(a.query); !checked) return tl::unexpected(checked.error());
   std::string words;
@@ -124,7 +125,7 @@ int view(const ViewArguments& arguments) {
   if (!address) return print_error(kUsage, address.error().text);
   const auto server = parse_server_url(arguments.server);
   if (arguments.http.empty() && server && !server->is_web_socket()) {
-    std::cerr << "This takes the viewer to be at port 7480; --http ADDRESS names another place.\n";
+    std::cerr << "Assuming that the viewer is at port 7480; --http ADDRESS sets another address.\n";
   }
   std::cout << *address << "\n";
   return kOk;

@@ -112,9 +112,9 @@ Result<Progress> Assembler::take(const StepBegin& begin) {
     tiles_.push_back(held == held_.end() ? nullptr : held->second);
     if (held != held_.end() &&
         !is_as_promised(*held->second, begin.tiles[i], begin.request.lattice_resolution)) {
-      return step_fault(begin.step, tile_name(begin, i) +
-                                        " is held already, but with other counts or "
-                                        "outside its cube");
+      return step_fault(
+          begin.step,
+          tile_name(begin, i) + " is already held, but with different counts or outside its cube");
     }
   }
   return Progress{};
@@ -178,7 +178,7 @@ Result<Progress> Assembler::take(const TileScalars& scalars) {
                           .try_emplace(begin.tiles[scalars.index].digest,
                                        TileValues{*std::move(values), scalars.largest_deviation})
                           .second;
-  if (!is_new) return step_fault(scalars.step, "scalars of " + name + " come twice");
+  if (!is_new) return step_fault(scalars.step, "scalars of " + name + " were sent twice");
   return Progress{};
 }
 
@@ -243,7 +243,7 @@ Result<Progress> Assembler::take(const StepEnd& end) {
   const ContentDigest found = begin.shell ? end.digest : digest(step->mesh);
   if (found != end.digest) {
     return step_fault(end.step,
-                      "its digest is " + found.hex() + "; the server says " + end.digest.hex());
+                      "its digest is " + found.hex() + "; the server sent " + end.digest.hex());
   }
   if (const auto torn = topology_fault(begin, step->topology)) return step_fault(end.step, *torn);
   step->checks = {"tiles_complete", "tile_digests", "inside_cubes", "step_digest", "sound_mesh"};
@@ -256,7 +256,7 @@ Result<Progress> Assembler::take(const StepEnd& end) {
 std::optional<std::string> Assembler::topology_fault(const StepBegin& begin,
                                                      const MeshTopology& found) {
   if (!found.is_sound()) {
-    return "the mesh is torn: " + std::to_string(found.open_edges) + " open edges, " +
+    return "the mesh has defects: " + std::to_string(found.open_edges) + " open edges, " +
            std::to_string(found.nonmanifold_edges) + " non-manifold edges, " +
            std::to_string(found.degenerate_triangles) + " degenerate triangles";
   }

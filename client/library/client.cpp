@@ -11,7 +11,7 @@ namespace {
 tl::unexpected<ClientError> unexpected_answer(const char* awaited) {
   return fail(ErrorSource::kServer,
               {ErrorCode::kUnexpectedMessage,
-               std::string("The server answered with another message than ") + awaited + "."});
+               std::string("The server sent an unexpected reply instead of ") + awaited + "."});
 }
 
 // Receives the next message, which must be an `Awaited`.
@@ -43,7 +43,7 @@ ClientResult<MessageSocket> welcomed_socket(const Endpoint& server, const TlsCon
   if (welcome->version != kProtocolVersion) {
     return fail(ErrorSource::kServer,
                 {ErrorCode::kUnsupportedVersion,
-                 "It welcomes with protocol version " + std::to_string(welcome->version) +
+                 "It uses protocol version " + std::to_string(welcome->version) +
                      "; this client supports version " + std::to_string(kProtocolVersion) + "."});
   }
   return *std::move(socket);
@@ -112,7 +112,8 @@ ClientResult<SliceReply> Client::slice(const std::string& dataset, const SliceRe
   auto reply = receive<SliceReply>(socket_, "SliceReply");
   if (reply && (reply->width != request.width || reply->height != request.height)) {
     return fail(ErrorSource::kCheck,
-                {ErrorCode::kDamagedData, "The received slice has other pixels than requested."});
+                {ErrorCode::kDamagedData,
+                 "The received slice does not have the requested width and height."});
   }
   return reply;
 }
@@ -123,7 +124,7 @@ ClientResult<ProbeReply> Client::probe(const std::string& dataset, const ProbeRe
   auto reply = receive<ProbeReply>(socket_, "ProbeReply");
   if (reply && reply->places.size() != request.places.size()) {
     return fail(ErrorSource::kCheck,
-                {ErrorCode::kDamagedData, "The answer has other places than requested."});
+                {ErrorCode::kDamagedData, "The reply does not have the requested places."});
   }
   return reply;
 }

@@ -126,7 +126,7 @@ struct MessageSocket::State {
     if (is_interrupted) return fail(ErrorCode::kCancelled, "The wait was interrupted.");
     if (Clock::now() >= deadline) {
       return fail(ErrorCode::kLimitExceeded,
-                  "Timed out before " + to_string(channel.server()) + " sent the whole reply.");
+                  "Timed out before " + to_string(channel.server()) + " sent the complete reply.");
     }
     const bool is_stalled = Clock::now() >= stalled_at();
     return fail(
@@ -135,7 +135,7 @@ struct MessageSocket::State {
             shortest_text(static_cast<double>(
                               (is_stalled ? kTimeoutsWithoutProgress * timeout : timeout).count()) /
                           1000) +
-            " s; try a longer timeout.");
+            " s; set a longer timeout.");
   }
 };
 
@@ -156,12 +156,12 @@ Result<MessageSocket> MessageSocket::connect(const Endpoint& server,
 
 Result<void> MessageSocket::send(const ClientMessage& message) {
   if (!std::holds_alternative<Ping>(message)) state_->note_progress();
-  return state_->outcome_of(state_->channel.send(serialize(message)), "did not take our message");
+  return state_->outcome_of(state_->channel.send(serialize(message)), "did not accept a message");
 }
 
 Result<void> MessageSocket::send_bytes(std::string_view bytes) {
   return state_->outcome_of(state_->channel.send_bytes(std::string(bytes)),
-                            "did not take our message");
+                            "did not accept a message");
 }
 
 Result<ServerMessage> MessageSocket::receive() {

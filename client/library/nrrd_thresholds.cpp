@@ -31,7 +31,7 @@ constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 33;
 class NrrdFault : public std::runtime_error {
  public:
   explicit NrrdFault(const std::string& problem,
-                     const std::string& remedy = "give a whole NRRD file",
+                     const std::string& remedy = "give a complete NRRD file",
                      ErrorCode code = ErrorCode::kInvalidArgument)
       : std::runtime_error(problem + "; " + remedy + "."), code_(code) {}
   [[nodiscard]] ErrorCode code() const { return code_; }
@@ -52,7 +52,7 @@ std::vector<double> numbers_in(std::string_view text) {
     if (word == "none") continue;
     if (word.starts_with('+')) word.remove_prefix(1);
     const auto number = parse_number<double>(word);
-    if (!number) throw NrrdFault("\"" + std::string(word.substr(0, 40)) + "\" is no number");
+    if (!number) throw NrrdFault("\"" + std::string(word.substr(0, 40)) + "\" is not a number");
     numbers.push_back(*number);
   }
 }
@@ -76,7 +76,7 @@ StoredType type_of(const NrrdHeader& header) {
 std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
   std::vector<double> sizes = numbers_of(header, "sizes");
   if (static_cast<std::int64_t>(sizes.size()) != integer_of(header, "dimension", -1)) {
-    throw NrrdFault("its sizes are not those of its dimensions");
+    throw NrrdFault("the number of its sizes differs from its dimension");
   }
   while (sizes.size() > 3 && sizes.front() == 1) sizes.erase(sizes.begin());
   while (sizes.size() > 3 && sizes.back() == 1) sizes.pop_back();
@@ -89,14 +89,14 @@ std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
   for (std::size_t axis = 0; axis < sizes.size(); ++axis) {
     if (!(sizes[axis] >= 1 && sizes[axis] <= static_cast<double>(kMostSamples)) ||
         sizes[axis] != std::floor(sizes[axis])) {
-      throw NrrdFault("its sizes are no numbers of samples");
+      throw NrrdFault("its sizes are not valid numbers of samples");
     }
     dims[axis] = static_cast<std::int32_t>(sizes[axis]);
     samples *= sizes[axis];
   }
   if (samples > static_cast<double>(kMostSamples)) {
     throw NrrdFault("it has more than 2^29 samples",
-                    "give a coarser one, of the least threshold of each block",
+                    "give a coarser grid, with the smallest threshold of each block",
                     ErrorCode::kLimitExceeded);
   }
   return dims;
@@ -104,7 +104,7 @@ std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
 
 Affine map_of(const NrrdHeader& header) {
   Affine map;
-  const auto misplaced = [] { return NrrdFault("its place in the world is not understood"); };
+  const auto misplaced = [] { return NrrdFault("its position in the world is invalid"); };
   const std::vector<double> directions = numbers_of(header, "space directions");
   const std::vector<double> spacings = numbers_of(header, "spacings");
   const std::vector<double> origin =
@@ -143,15 +143,15 @@ Affine map_of(const NrrdHeader& header) {
 std::string contents_of(const fs::path& file) {
   std::error_code none;
   if (!fs::is_regular_file(file, none)) {
-    throw NrrdFault("there is no such file", "check its name");
+    throw NrrdFault("the file does not exist", "check its name");
   }
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   const auto size = static_cast<std::uint64_t>(std::max<std::streamoff>(in.tellg(), 0));
-  if (!in || size > kMostFileBytes) throw NrrdFault("its bytes cannot be read");
+  if (!in || size > kMostFileBytes) throw NrrdFault("it cannot be read");
   std::string bytes(size, '\0');
   in.seekg(0);
   if (!in.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    throw NrrdFault("its bytes cannot be read");
+    throw NrrdFault("it cannot be read");
   }
   return bytes;
 }
@@ -177,7 +177,8 @@ std::string unzipped(std::string_view packed, std::uint64_t most) {
     plain.append(portion.data(), room - stream.avail_out);
   }
   inflateEnd(&stream);
-  if (status != Z_OK && status != Z_STREAM_END) throw NrrdFault("its packed samples are damaged");
+  if (status != Z_OK && status != Z_STREAM_END)
+    throw NrrdFault("its compressed samples are damaged");
   return plain;
 }
 
@@ -201,7 +202,7 @@ std::vector<float> samples_of(std::string_view bytes, const NrrdHeader& header, 
   }
   const std::string endian = lower_case(header.field("endian"));
   if (bytes_of(type) > 1 && endian != "little" && endian != "big") {
-    throw NrrdFault("its header does not name the byte order (endian) of its samples");
+    throw NrrdFault("its header does not state the byte order (endian) of its samples");
   }
   std::vector<float> samples(count);
   with_number_type(type,
@@ -212,7 +213,7 @@ std::vector<float> samples_of(std::string_view bytes, const NrrdHeader& header, 
 std::string_view without_lines(std::string_view bytes, std::int64_t lines) {
   for (; lines > 0; --lines) {
     const std::size_t end = bytes.find('\n');
-    if (end == std::string_view::npos) throw NrrdFault("it has fewer lines than are to be skipped");
+    if (end == std::string_view::npos) throw NrrdFault("it has fewer lines than its header skips");
     bytes.remove_prefix(end + 1);
   }
   return bytes;
@@ -220,7 +221,7 @@ std::string_view without_lines(std::string_view bytes, std::int64_t lines) {
 
 std::string_view without_bytes(std::string_view bytes, std::int64_t count) {
   if (count < 0 || static_cast<std::uint64_t>(count) > bytes.size()) {
-    throw NrrdFault("it has fewer bytes than are to be skipped");
+    throw NrrdFault("it has fewer bytes than its header skips");
   }
   return bytes.substr(static_cast<std::size_t>(count));
 }
@@ -272,7 +273,7 @@ fs::path data_file_of(const NrrdHeader& header, const fs::path& file) {
 Result<ThresholdGrid> read_nrrd_thresholds(const fs::path& file, double elsewhere) {
   try {
     const std::string bytes = contents_of(file);
-    if (!bytes.starts_with("NRRD")) throw NrrdFault("it is no NRRD file", "give a NRRD file");
+    if (!bytes.starts_with("NRRD")) throw NrrdFault("it is not an NRRD file", "give an NRRD file");
     const NrrdHeader header =
         parse_nrrd_header(std::string_view(bytes).substr(0, kMostNrrdHeaderBytes));
     const std::array<std::int32_t, 3> dims = dims_of(header);

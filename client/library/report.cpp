@@ -181,7 +181,7 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
     if (has_members)
       rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");
   }
-  if (datasets.empty()) return "This server has no dataset that we may see.\n";
+  if (datasets.empty()) return "This server has no dataset that this client may see.\n";
   return text_table(rows);
 }
 

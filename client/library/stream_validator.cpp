@@ -39,9 +39,9 @@ Result<bool> StreamValidator::take(const StepBegin& begin) {
   const auto ours = belongs(begin.request_id, open_.request_id, begin.step, "it belongs to");
   if (!ours || !*ours) return ours;
   if (has_ended_) return step_fault(begin.step, "it begins after the end of its stream");
-  if (is_step_open_) return step_fault(begin.step, "it begins before the step before has ended");
+  if (is_step_open_) return step_fault(begin.step, "it begins before the previous step has ended");
   if (begin.step != steps_ended_) {
-    return step_fault(begin.step, "step " + std::to_string(steps_ended_) + " was due");
+    return step_fault(begin.step, "step " + std::to_string(steps_ended_) + " was expected");
   }
   if (step_ && step_->is_final) return step_fault(begin.step, "it follows the final step");
   if (begin.step >= limits_.steps) {
@@ -54,7 +54,7 @@ Result<bool> StreamValidator::take(const StepBegin& begin) {
     if (!held_.contains(tile.digest)) announced_.add(tile);
   }
   if (const auto beyond = excess(announced_, limits_)) {
-    return step_fault(begin.step, "with the steps before " + *beyond);
+    return step_fault(begin.step, "with the previous steps " + *beyond);
   }
   step_ = begin;
   is_step_open_ = true;
@@ -71,17 +71,18 @@ Result<bool> StreamValidator::take(const Tile& tile) {
   }
   if (tile.index >= step_->tiles.size()) {
     return step_fault(tile.step, "tile " + std::to_string(tile.index) +
-                                     " comes, but there are only " +
+                                     " was sent, but the number of tiles is " +
                                      std::to_string(step_->tiles.size()));
   }
   const TileSummary& promised = step_->tiles[tile.index];
   if (!held_.insert(promised.digest).second) {
-    return step_fault(tile.step, tile_name(*step_, tile.index) + " comes, but is there already");
+    return step_fault(tile.step, tile_name(*step_, tile.index) + " was sent again");
   }
   const std::size_t bytes = tile.payload ? tile.payload->size() : 0;
   if (bytes != promised.bytes) {
     return step_fault(tile.step, tile_name(*step_, tile.index) + " has " + std::to_string(bytes) +
-                                     " bytes; promised were " + std::to_string(promised.bytes));
+                                     " bytes; the manifest lists " +
+                                     std::to_string(promised.bytes));
   }
   ++tiles_received_;
   bytes_received_ += bytes;
@@ -98,7 +99,7 @@ Result<bool> StreamValidator::take(const TileScalars& scalars) {
   if (!step_->scalars) return step_fault(scalars.step, "scalars were not requested");
   if (scalars.index >= step_->tiles.size() || !held_.contains(step_->tiles[scalars.index].digest)) {
     return step_fault(scalars.step, "scalars arrived for tile " + std::to_string(scalars.index) +
-                                        ", which is not there");
+                                        ", which was not received");
   }
   return true;
 }
@@ -107,7 +108,7 @@ Result<bool> StreamValidator::take(const StepEnd& end) {
   const auto ours = belongs(end.request_id, open_.request_id, end.step, "its end belongs to");
   if (!ours || !*ours) return ours;
   if (!is_step_open_ || end.step != step_->step) {
-    return step_fault(end.step, "it ends, but has not begun");
+    return step_fault(end.step, "it ends without having begun");
   }
   ContentDigest sum;
   for (std::size_t i = 0; i < step_->tiles.size(); ++i) {
@@ -119,11 +120,12 @@ Result<bool> StreamValidator::take(const StepEnd& end) {
   }
   if (end.tiles_sent != tiles_received_ || end.payload_bytes != bytes_received_) {
     return step_fault(end.step, "the server counts " + sizes(end.tiles_sent, end.payload_bytes) +
-                                    "; " + sizes(tiles_received_, bytes_received_) + " came");
+                                    "; " + sizes(tiles_received_, bytes_received_) +
+                                    " were received");
   }
   if (sum != end.digest) {
     return step_fault(end.step,
-                      "its digest is " + sum.hex() + "; the server says " + end.digest.hex());
+                      "its digest is " + sum.hex() + "; the server sent " + end.digest.hex());
   }
   is_step_open_ = false;
   ++steps_ended_;
@@ -135,16 +137,17 @@ Result<bool> StreamValidator::take(const StreamEnd& end) {
   const auto reject = [](const std::string& what) {
     return fail(ErrorCode::kDamagedData, "The stream's end: " + what + ".");
   };
-  if (end.request_id != open_.request_id) return reject("it belongs to a request never made");
-  if (has_ended_) return reject("it comes twice");
+  if (end.request_id != open_.request_id)
+    return reject("it belongs to a request that was never made");
+  if (has_ended_) return reject("it was sent twice");
   if (end.steps != steps_ended_) {
     return reject("the server counts " + std::to_string(end.steps) + " steps; " +
-                  std::to_string(steps_ended_) + " came");
+                  std::to_string(steps_ended_) + " were received");
   }
   const bool is_enough =
       step_ && !is_step_open_ && (step_->is_final || open_.steps == StepPolicy::kPreviewsOnly);
   if (end.outcome == StreamOutcome::kComplete && !is_enough) {
-    return reject("it claims to be complete, but the final step is missing");
+    return reject("it is marked as complete, but the final step is missing");
   }
   is_step_open_ = false;
   has_ended_ = true;

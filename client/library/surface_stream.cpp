@@ -53,7 +53,7 @@ ClientResult<void> SurfaceStream::resume() {
   if (std::find(datasets->begin(), datasets->end(), info_) == datasets->end()) {
     return fail(ErrorSource::kServer,
                 {ErrorCode::kUnknownDataset,
-                 "After the connection was lost the server has another or no dataset \"" +
+                 "Since the connection was lost, the server has replaced or removed dataset \"" +
                      info_.name + "\"; fetch it again."});
   }
   return ask();
@@ -98,10 +98,10 @@ ClientResult<std::optional<StreamUpdate>> SurfaceStream::take_step(const Committ
   const std::size_t number = step->begin.step;
   if (number < given_.size()) {
     if (given_[number] == step->end.digest) return std::nullopt;
-    return fail(
-        ErrorSource::kCheck,
-        {ErrorCode::kDamagedData, "Step " + std::to_string(number) +
-                                      ": it differs from the one before the connection was lost."});
+    return fail(ErrorSource::kCheck,
+                {ErrorCode::kDamagedData,
+                 "Step " + std::to_string(number) +
+                     ": it differs from the step received before the connection was lost."});
   }
   given_.push_back(step->end.digest);
   shown_ = step;

@@ -101,7 +101,7 @@ std::string json_report(const LoadOptions& options, const LoadStatistics& s) {
 std::string table(const LoadStatistics& s) {
   std::string text = times_table(s);
   text += line("streams", human_count(s.streams) + ": " + human_count(s.complete) + " complete, " +
-                              human_count(s.replaced) + " replaced by the user, " +
+                              human_count(s.replaced) + " replaced by a new request, " +
                               human_count(s.failed) + " failed, " + human_count(s.unfinished) +
                               " unfinished");
   if (s.retried_after_delay > 0) {
@@ -112,11 +112,11 @@ std::string table(const LoadStatistics& s) {
   text += line("got", human_count(s.steps) + " steps, " + human_count(s.tiles) + " tiles, " +
                           human_bytes(s.payload_bytes) + " in " + human_seconds(s.seconds) + " (" +
                           human_bytes(static_cast<std::uint64_t>(bytes_per_second)) + " a second)");
-  text +=
-      line("connections", human_count(s.connections) + ": " + human_count(s.lost_connections) +
-                              " lost; " + human_count(s.failed_attempts) + " attempts failed; " +
-                              human_count(s.clients_without_connection) + " clients never got one");
-  text += line("checked", human_count(s.thorough_streams) + " streams in full, " +
+  text += line("connections", human_count(s.connections) + ": " + human_count(s.lost_connections) +
+                                  " lost; " + human_count(s.failed_attempts) +
+                                  " attempts failed; " + human_count(s.clients_without_connection) +
+                                  " clients never connected");
+  text += line("checked", human_count(s.thorough_streams) + " streams completely, " +
                               human_count(s.tiles_decoded) + " tiles decoded, " +
                               human_count(s.steps_compared) + " steps compared between clients");
   for (const auto& [code, occurrences] : s.errors) {

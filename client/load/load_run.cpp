@@ -104,9 +104,9 @@ Result<void> allow_connections(std::size_t count) {
   }
   return fail(ErrorCode::kLimitExceeded,
               std::to_string(count) + " clients need " + std::to_string(needed) +
-                  " open files, and this process may have " + std::to_string(limit.rlim_max) +
-                  "; raise the limit (ulimit -n " + std::to_string(needed) +
-                  ", as root) or take fewer clients.");
+                  " open files, but the limit of this process is " +
+                  std::to_string(limit.rlim_max) + "; raise the limit (ulimit -n " +
+                  std::to_string(needed) + ", as root) or use fewer clients.");
 }
 
 }  // namespace multitetra

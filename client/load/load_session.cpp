@@ -157,7 +157,7 @@ asio::awaitable<Result<std::vector<DatasetInfo>>> LoadSession::enter(ChannelPtr 
   auto list = co_await ask(channel, serialize(ListDatasets{.request_id = 1}));
   if (!list) co_return tl::unexpected(list.error());
   if (auto* datasets = std::get_if<DatasetList>(&*list)) co_return std::move(datasets->datasets);
-  co_return fail(ErrorCode::kUnexpectedMessage, "The server sends no list of datasets.");
+  co_return fail(ErrorCode::kUnexpectedMessage, "The server did not send a list of datasets.");
 }
 
 // Sends a request and returns the next message; an ErrorReply is returned as its error.
@@ -237,7 +237,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
       stream.ending = Ending::kReplaced;
     } else if (now >= silent_at && channel_) {
       channel_->close();
-      lose({ErrorCode::kUnavailable, "The server is silent for too long."});
+      lose({ErrorCode::kUnavailable, "The server has not sent anything for too long."});
     } else if (now >= ask_at && channel_) {
       // A busy server may delay requests, but answers a Ping; a lost one does not.
       stream.is_asked_for_life = true;
@@ -334,7 +334,7 @@ void LoadSession::take_progress(const StreamProgress& progress) {
     if (verdict == Agreement::Verdict::kSame) ++statistics_.steps_compared;
     if (verdict == Agreement::Verdict::kAnother) {
       fail_check("Step " + std::to_string(step->begin.step) +
-                 ": another client got another mesh for the same parameters.");
+                 ": another client received a different mesh for the same parameters.");
     }
   } else if (const auto* end = std::get_if<StreamEnd>(&progress)) {
     if (end->outcome == StreamOutcome::kComplete) {

@@ -35,25 +35,24 @@ struct LoadArguments {
 };
 
 constexpr const char* kHelp =
-    "Scripts of users: random-isovalues (a surface, looked at, then another), drag (the isovalue\n"
-    "moves in small steps, 20 a second), roi (a ball of finer errors wanders over a surface),\n"
+    "Scripts of users: random-isovalues (a surface, a pause, then another), drag (the isovalue\n"
+    "moves in small steps, 20 a second), roi (a ball of finer errors moves over a surface),\n"
     "mixed. Misbehaving clients: stalled (reads nothing), slow (a byte a second),\n"
     "leaving, garbage, greedy (the most work per request), hoarding (the most memory per "
     "request).\n"
-    "Checks: light takes one stream of 16 as multitetra-client would, and of the others the\n"
-    "manifests, counts, sums of digests and one tile of 16; full takes all. Every step is "
+    "Checks: light checks one stream of 16 as multitetra-client does, and of the others the\n"
+    "manifests, counts, sums of digests and one tile of 16; full checks all. Every step is "
     "compared\n"
-    "with what other clients got for the same parameters.\n"
+    "with those of other clients for the same parameters.\n"
     "Rejected clients retry after the delay in the reply.\n"
-    "A server takes 256 connections and 200 requests a second from one address. For more, start "
-    "it\n"
-    "with: serve --max-connections 20000 --max-connections-per-address 20000\n"
+    "A server accepts 256 connections and 200 requests a second from one address. For more, start\n"
+    "it with: serve --max-connections 20000 --max-connections-per-address 20000\n"
     "--max-requests-per-second 1000000.\n"
     "Examples:\n"
     "  multitetra-load --server ws://127.0.0.1:7480 --clients 1000 --duration 60\n"
     "  multitetra-load --server ws://127.0.0.1:7480 --clients 2000 --idle 10000 --duration 120\n"
     "  multitetra-load --script drag --clients 20 --duration 10 --json\n"
-    "Exit codes: 0 done, 1 streams failed or were not finished, 2 wrong usage, 3 a check failed.";
+    "Exit codes: 0 done, 1 streams failed or did not finish, 2 wrong usage, 3 a check failed.";
 
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
@@ -87,7 +86,7 @@ void add_options(Command& app, LoadArguments& a) {
   app.add_option("--grace", a.grace, "Seconds after the duration for running streams")
       ->within(0.0, 86400.0)
       ->capture_default_str();
-  app.add_option("--pause", a.pause, "Mean of the seconds for which a user looks at a surface")
+  app.add_option("--pause", a.pause, "Mean time in seconds for which a user looks at a surface")
       ->within(0.0, 3600.0)
       ->capture_default_str();
   app.add_option("--isovalues", a.isovalues, "Number of different isovalues")

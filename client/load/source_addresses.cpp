@@ -15,7 +15,7 @@ Result<SourceAddresses> SourceAddresses::from(std::string_view text) {
   if (error || !bits || *bits < 8 || *bits > 32) {
     return fail(ErrorCode::kInvalidArgument,
                 "\"" + std::string(text) +
-                    "\" is no address and no network of IPv4; write for example 127.0.1.0/24.");
+                    "\" is not an IPv4 address or network; write for example 127.0.1.0/24.");
   }
   SourceAddresses addresses;
   const std::uint64_t size = std::uint64_t{1} << (32 - *bits);

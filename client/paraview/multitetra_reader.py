@@ -87,7 +87,7 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
     @smproperty.intvector(name="Steps", default_values=1)
     @smdomain.intrange(min=1, max=20)
     def SetSteps(self, value):
-        """How many steps of the stream are taken; the last one that there is is the surface as it was asked for."""
+        """How many steps of the stream are used; the last step is the requested surface."""
         if value != self._steps:
             if value < self._taken:
                 self._restart()
@@ -96,7 +96,7 @@ class MultiTetraIsosurface(VTKPythonAlgorithmBase):
 
     @smproperty.xml('<Property name="Refine" command="Refine" panel_widget="command_button"/>')
     def Refine(self):
-        """Takes the next step, unless the last one has come."""
+        """Uses the next step, unless the last step has been received."""
         if self._latest is None or not self._latest.is_final:
             self._steps = self._taken + 1
             self.Modified()

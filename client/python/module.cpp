@@ -114,7 +114,7 @@ using Rows = py::array_t<T, py::array::c_style | py::array::forcecast>;
 template <typename T>
 std::vector<std::array<T, 3>> rows_from(const Rows<T>& rows, const char* what) {
   if (rows.ndim() != 2 || rows.shape(1) != 3) {
-    raise(PyExc_ValueError, std::string(what) + " are an array of rows of three numbers.");
+    raise(PyExc_ValueError, std::string(what) + " must be an array with rows of three numbers.");
   }
   std::vector<std::array<T, 3>> out(static_cast<std::size_t>(rows.shape(0)));
   const T* from = rows.data();
@@ -132,15 +132,16 @@ void save_mesh(const std::string& path, const Rows<float>& vertices,
   const auto format = mesh_format_from(std::filesystem::path(path).extension().string());
   if (!format) {
     raise(PyExc_ValueError, "\"" + path +
-                                "\" is no name of a mesh; meshes are *.ply, *.stl, *.obj, "
-                                "*.glb, *.drc and *.vtp.");
+                                "\" is not the name of a mesh file; mesh files are *.ply, *.stl, "
+                                "*.obj, *.glb, *.drc and *.vtp.");
   }
   PositionedMesh mesh{.positions = rows_from(vertices, "Vertices"),
                       .triangles = rows_from(faces, "Faces")};
   for (const TriangleIndices& face : mesh.triangles) {
     for (const std::uint32_t corner : face) {
       if (corner >= mesh.positions.size()) {
-        raise(PyExc_ValueError, "Faces name vertex " + std::to_string(corner) + ", and there are " +
+        raise(PyExc_ValueError, "A face refers to vertex " + std::to_string(corner) +
+                                    ", but the number of vertices is " +
                                     std::to_string(mesh.positions.size()) + ".");
       }
     }
@@ -149,7 +150,7 @@ void save_mesh(const std::string& path, const Rows<float>& vertices,
   if (scalars) mesh.scalars.assign(scalars->data(), scalars->data() + scalars->size());
   const std::size_t count = mesh.positions.size();
   if ((normals && mesh.normals.size() != count) || (scalars && mesh.scalars.size() != count)) {
-    raise(PyExc_ValueError, "Normals and scalars are one for each vertex.");
+    raise(PyExc_ValueError, "There must be one normal and one scalar for each vertex.");
   }
   try {
     write_file(path, mesh_file(mesh, *format));
@@ -201,7 +202,7 @@ std::pair<IsosurfaceRequest, std::optional<ScalarRequest>> surface_request(
     const auto field = std::find_if(fields.begin(), fields.end(), [&](const RequestField& f) {
       return is_keyword(f) && keyword_of(f) == name;
     });
-    if (field == fields.end()) raise(PyExc_TypeError, "A request has no \"" + name + "\".");
+    if (field == fields.end()) raise(PyExc_TypeError, "A request has no keyword \"" + name + "\".");
     if (value.is_none()) continue;
     if (!field->is_repeatable) set(*field, value, query);
     if (field->is_repeatable) {
@@ -229,7 +230,7 @@ py::list request_keywords() {
 std::shared_ptr<ThresholdGrid> grid_of(
     const py::array_t<float, py::array::f_style | py::array::forcecast>& thresholds,
     const Vec3& spacing, const Vec3& origin) {
-  if (thresholds.ndim() != 3) raise(PyExc_ValueError, "A grid of errors has three axes.");
+  if (thresholds.ndim() != 3) raise(PyExc_ValueError, "A grid of errors must have three axes.");
   auto grid = std::make_shared<ThresholdGrid>();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     grid->dims[axis] = static_cast<std::int32_t>(thresholds.shape(static_cast<py::ssize_t>(axis)));
@@ -255,7 +256,7 @@ class Connection {
   Connection(const std::string& url, std::string token, std::string ca, bool insecure,
              double timeout)
       : server_(argument(parse_server_url(url))) {
-    if (!(timeout > 0)) raise(PyExc_ValueError, "timeout must be above 0 seconds.");
+    if (!(timeout > 0)) raise(PyExc_ValueError, "timeout must be greater than 0 seconds.");
     const double limited = std::min(timeout, 1e9);
     ClientOptions options{.timeout = std::chrono::milliseconds(std::llround(1000 * limited)),
                           .agent = "multitetra-python/" MULTITETRA_VERSION,
@@ -429,8 +430,8 @@ void define_requests(py::module_& module) {
   module.def("check_one_world", &check_one_world);
   module.def("grid", &grid_of, "thresholds"_a, "spacing"_a = Vec3{1, 1, 1},
              "origin"_a = Vec3{0, 0, 0},
-             "Errors at the samples of an array (x, y, z), each for the voxel around it; NaN: none "
-             "there.");
+             "Errors at the samples of an array (x, y, z), each for the voxel around it; NaN: no "
+             "error is given there.");
 }
 
 // "<Dataset head: 256 x 256 x 124 u16, spacing 0.94 x 0.94 x 1.5 mm, values 0 to 2766>"
@@ -468,7 +469,7 @@ void define_datasets(py::module_& module) {
             if (!extent.place) return py::none();
             return py::make_tuple(extent.place->least, extent.place->greatest);
           },
-          "The least and the greatest index of these samples; None: unknown.")
+          "The smallest and the largest index of these samples; None: unknown.")
       .def_property_readonly(
           "centroid",
           [](const LabelExtent& extent) -> py::object {
@@ -504,7 +505,7 @@ void define_datasets(py::module_& module) {
             }
             return affine;
           },
-          "(4, 4): world coordinates of a sample are affine @ [x, y, z, 1].")
+          "(4, 4): the world coordinates of a sample are affine @ [x, y, z, 1].")
       .def_property_readonly(
           "unit", [](const DatasetInfo& info) { return info.meaning.length_unit; },
           "The unit of spacing and world coordinates; empty if unknown.")
@@ -516,7 +517,8 @@ void define_datasets(py::module_& module) {
             const auto& [columns, translation] = info.index_to_world;
             return rows_of<double>(std::array{columns[0], columns[1], columns[2], translation});
           },
-          "(4, 3): the world's steps along x, y and z, and the first sample's place.")
+          "(4, 3): the steps in world coordinates along x, y and z, and the position of the first "
+          "sample.")
       .def_property_readonly("space",
                              [](const DatasetInfo& info) { return name(info.meaning.space); })
       .def_property_readonly("length_unit",
@@ -545,14 +547,14 @@ auto of_begin(Member StepBegin::*member) {
 }
 
 void define_answers(py::module_& module) {
-  py::class_<EstimateReply>(module, "Estimate", "About how large a surface will be.")
+  py::class_<EstimateReply>(module, "Estimate", "The estimated size of a surface.")
       .def_readonly("triangles", &EstimateReply::triangles)
       .def_readonly("bytes", &EstimateReply::bytes)
       .def_readonly("error_world", &EstimateReply::threshold_world,
-                    "The largest that is allowed anywhere.");
+                    "The largest error that is allowed anywhere.");
   py::class_<SliceReply>(module, "SampledSlice")
       .def_readonly("sample_spacing", &SliceReply::sample_spacing,
-                    "1, or 8 where every eighth sample was used.")
+                    "1, or 8 if every eighth sample was used.")
       .def_property_readonly(
           "values",
           [](const SliceReply& slice) {
@@ -577,19 +579,20 @@ void define_answers(py::module_& module) {
   py::class_<Step>(module, "Step", "A complete surface that passed all checks.")
       .def_property_readonly("number", of_begin(&StepBegin::step))
       .def_property_readonly("is_final", of_begin(&StepBegin::is_final))
-      .def_property_readonly("error_bound_world", of_begin(&StepBegin::error_bound_world),
-                             "The bound of the distance to the full surface, where spacing is 1.")
+      .def_property_readonly(
+          "error_bound_world", of_begin(&StepBegin::error_bound_world),
+          "The bound of the distance to the full-resolution surface, if spacing is 1.")
       .def_property_readonly("spacing", of_begin(&StepBegin::finest_spacing),
-                             "The spacing of samples that a preview uses; a preview has no bound. "
-                             "Else 1.")
+                             "1, or the sample spacing of a preview, which has no error bound.")
       .def_readonly("mesh", &Step::mesh)
-      .def_readonly("empty_text", &Step::empty_text, "Why there is no triangle; else empty.")
+      .def_readonly("empty_text", &Step::empty_text,
+                    "The reason if the mesh has no triangles; otherwise empty.")
       .def_property_readonly(
           "digest", [](const Step& step) { return step.committed->end.digest.hex(); },
           "The digest of all triangles, as in reports of multitetra-client.")
       .def_property_readonly(
           "border_edges", [](const Step& step) { return step.committed->topology.border_edges; },
-          "Edges of one triangle, all of them where the data ends.")
+          "Edges with one triangle; all of them lie where the data ends.")
       .def_property_readonly(
           "euler_characteristic",
           [](const Step& step) { return step.committed->topology.euler_characteristic; })
@@ -606,7 +609,7 @@ void define_answers(py::module_& module) {
       .def_property_readonly(
           "scalar_deviation",
           [](const Step& step) { return step.committed->largest_scalar_deviation; },
-          "How far colors between vertices may be off, in values of color_by.");
+          "Largest error of colors between vertices, in values of color_by.");
 }
 
 void define_connection(py::module_& module) {
@@ -663,8 +666,9 @@ PYBIND11_MODULE(_client, module) {
   module.def("save_mesh", &save_mesh);
   server_error =
       exception_class(module, "ServerError",
-                      "The server refused the request; `code` is the name of its ErrorCode.");
-  check_error = exception_class(module, "CheckError", "A reply contradicts itself or the request.");
+                      "The server rejected the request; `code` is the name of its ErrorCode.");
+  check_error = exception_class(module, "CheckError",
+                                "A reply is inconsistent or does not match the request.");
   define_requests(module);
   define_datasets(module);
   define_answers(module);

@@ -98,7 +98,7 @@ AtomicFile::AtomicFile(fs::path path, TemporaryKind before) : path_(std::move(pa
   const bool is_there = ::stat(path_.c_str(), &there) == 0;
   if (is_there && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
-    fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Only regular files are replaced, not");
+    fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Not a regular file:");
   }
   if (before == TemporaryKind::kNameless) descriptor_ = open_nameless(folder_of(path_));
   if (descriptor_ < 0) create_hidden();
@@ -153,7 +153,7 @@ void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> into) const 
 void AtomicFile::commit(Durability durability) {
   assert(descriptor_ >= 0);
   const bool durable = durability == Durability::kMachineStop;
-  if (durable && ::fsync(descriptor_) != 0) fail("Cannot bring to the disk:");
+  if (durable && ::fsync(descriptor_) != 0) fail("Cannot sync");
   if (hidden_.empty()) link_hidden_name();
   // Some network file systems report a full disk only here.
   if (::close(std::exchange(descriptor_, -1)) != 0) fail("Cannot finish");
@@ -187,7 +187,7 @@ void AtomicFile::sync_folder() const {
   ::close(descriptor);
   if (!failed) return;
   errno = EIO;
-  fail("Cannot bring the name to the disk:");
+  fail("Cannot sync the folder of");
 }
 
 void require_writable(const fs::path& path) {

@@ -25,8 +25,7 @@ constexpr std::size_t kHeadBytes = 9;  // The kind and the length.
 std::array<int, 2> connected_ends() {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
-    throw ChildProcessError(std::string("there is no pair of sockets for it: ") +
-                            std::strerror(errno));
+    throw ChildProcessError(std::string("cannot create a socket pair: ") + std::strerror(errno));
   }
   return ends;
 }
@@ -135,7 +134,7 @@ ChildProcess::ChildProcess(const std::function<void(ChildChannel&)>& body,
   const int problem = errno;
   close(ends[1]);
   if (id_ < 0) {
-    throw ChildProcessError(std::string("there is no process for it: ") + std::strerror(problem));
+    throw ChildProcessError(std::string("cannot start a process: ") + std::strerror(problem));
   }
 }
 
@@ -157,14 +156,14 @@ void ChildProcess::fail() {
     kill(id_, SIGKILL);
     waitpid(id_, &status, 0);
     id_ = 0;
-    throw ChildProcessError("it takes too long");
+    throw ChildProcessError("its reader timed out");
   }
   id_ = 0;
   if (WIFSIGNALED(status)) {
     throw ChildProcessError("its reader crashed (" + std::string(strsignal(WTERMSIG(status))) +
                             ")");
   }
-  throw ChildProcessError("its reader gave up");
+  throw ChildProcessError("its reader failed");
 }
 
 // ---- run_in_child_process
@@ -178,7 +177,7 @@ std::string run_in_child_process(const std::function<std::string()>& work,
         try {
           parent.send(kMade, work());
         } catch (const std::bad_alloc&) {
-          parent.send(kFailed, "there is not enough memory for what it needs");
+          parent.send(kFailed, "there is not enough memory");
         } catch (const std::exception& problem) {
           parent.send(kFailed, problem.what());
         }

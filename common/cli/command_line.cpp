@@ -49,7 +49,7 @@ int report_usage_error(const CLI::App& app, std::string text) {
   const std::string meant = unknown.empty() ? "" : nearest_in(command, unknown);
   const std::string help =
       app.get_name() + (&command == &app ? "" : " " + command.get_name()) + " --help";
-  if (!unknown.empty()) text = "\"" + unknown + "\" is not known here";
+  if (!unknown.empty()) text = "\"" + unknown + "\" is unknown";
   while (text.ends_with('.') || text.ends_with('\n')) text.pop_back();
   std::cerr << styled(Style::kRed, app.get_name() + ":", STDERR_FILENO) << " " << text << ". "
             << (meant.empty() ? "" : "Did you mean " + meant + "? ") << "Try: " << help << "\n";
@@ -62,9 +62,9 @@ void add_program_flags(Command& program) {
   CLI::App& app = program.app();
   app.formatter(help_formatter());
   app.set_version_flag("--version", app.get_name() + " " MULTITETRA_VERSION,
-                       "Print the version and end");
-  app.set_help_flag("-h,--help", "Print everyday options and end")->configurable(false);
-  app.set_help_all_flag("--help-all", "Print all options and end")->configurable(false);
+                       "Print the version and exit");
+  app.set_help_flag("-h,--help", "Print common options and exit")->configurable(false);
+  app.set_help_all_flag("--help-all", "Print all options and exit")->configurable(false);
 }
 
 std::optional<int> parse_command_line(Command& program, int argc, char** argv) {

@@ -49,9 +49,8 @@ CLI::Option& option_named(const CLI::App& command, const CLI::ConfigItem& item,
       return const_cast<CLI::Option&>(*found);  // CLI11 returns options of a const App as const.
     }
   }
-  throw UsageError(file.string(),
-                   "there is no option \"" + item.fullname() +
-                       "\"; --print-config prints those that there are, without dashes.");
+  throw UsageError(file.string(), "there is no option \"" + item.fullname() +
+                                      "\"; --print-config lists all options, without dashes.");
 }
 
 // Keeps URLs, recognized by their scheme.
@@ -79,9 +78,9 @@ void add_option_sources(Command& command, OptionSources& sources) {
     option->envname(environment_name(*option));
   }
   command
-      .add_option("--config", sources.config_file,
-                  "A file (TOML) with options by their long names; flags and the environment "
-                  "override it")
+      .add_option(
+          "--config", sources.config_file,
+          "TOML file with options by their long names; overridden by flags and the environment")
       ->flag_only();
   command
       .add_flag("--print-config", sources.print_config,
@@ -95,7 +94,7 @@ void read_config_file(const Command& command, const std::filesystem::path& file)
     if (is_section_mark(item)) continue;
     CLI::Option& option = option_named(command.app(), item, file);
     if (!seen.insert(item.name).second) {
-      throw UsageError(file.string(), "\"" + item.name + "\" is there twice.");
+      throw UsageError(file.string(), "\"" + item.name + "\" is set twice.");
     }
     if (option.count() > 0) continue;
     try {

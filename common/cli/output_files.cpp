@@ -25,13 +25,13 @@ void require_outputs(const std::vector<NamedFile>& outputs, const std::vector<Na
     if (file.empty()) continue;
     for (const NamedFile& input : inputs) {
       if (input.file.empty() || !are_same(file, input.file)) continue;
-      throw ExitError(kUsage, option + ": " + file.string() + " is what " + input.option +
-                                  " names, and would be lost; choose another name.");
+      throw ExitError(kUsage, option + ": " + file.string() + " is also the file of " +
+                                  input.option + " and would be overwritten; choose another name.");
     }
     for (std::size_t other = 0; other < i; ++other) {
       if (outputs[other].file.empty() || !are_same(file, outputs[other].file)) continue;
-      throw ExitError(kUsage, option + ": " + file.string() + " is written by " +
-                                  outputs[other].option + " already; choose another name.");
+      throw ExitError(kUsage, option + ": " + file.string() + " is also written by " +
+                                  outputs[other].option + "; choose another name.");
     }
     require_writable(file);
   }

@@ -41,8 +41,8 @@ int run_program(const std::string& program, const std::function<int()>& body) {
     return kUsage;
   } catch (const std::bad_alloc&) {
     print_error(program,
-                "There is not enough memory on this machine or for this process; allow a larger "
-                "error or use a larger machine.");
+                "Not enough memory on this machine or for this process; allow a larger error or "
+                "use a larger machine.");
   } catch (const std::exception& error) {
     print_error(program, error.what());
   }

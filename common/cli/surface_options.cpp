@@ -22,12 +22,13 @@ Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& i
   if (arguments.space == "native") return {};
   if (arguments.query.coordinates != CoordinateSystem::kWorld) {
     return fail(ErrorCode::kInvalidArgument,
-                "--space is about world coordinates; it has no meaning with --coordinates index.");
+                "--space applies to world coordinates only, not to --coordinates index.");
   }
   if (info.meaning.space != WorldSpace::kUnnamed) return {};
-  return fail(ErrorCode::kInvalidArgument,
-              "--space: it is unknown how the world axes of \"" + info.name +
-                  "\" lie in a patient, because its file does not define it; use --space native.");
+  return fail(
+      ErrorCode::kInvalidArgument,
+      "--space: the file of \"" + info.name +
+          "\" does not define the directions of the world axes in a patient; use --space native.");
 }
 
 }  // namespace
@@ -53,9 +54,9 @@ void add_request_options(Command& command, SurfaceArguments& a,
   }
   if (std::find(groups.begin(), groups.end(), FieldGroup::kThresholds) == groups.end()) return;
   command
-      .add_option(
-          "--threshold-grid", a.threshold_grid,
-          "Image whose voxels are the allowed errors; NaN: none. " + a.threshold_files.formats)
+      .add_option("--threshold-grid", a.threshold_grid,
+                  "Image whose voxels are the allowed errors; NaN: no error is given. " +
+                      a.threshold_files.formats)
       ->type_name("FILE")
       ->group(std::string(title(FieldGroup::kThresholds)));
 }
@@ -65,15 +66,14 @@ void add_output_options(Command& command, SurfaceArguments& a) {
   const std::string group(title(FieldGroup::kFile));
   command
       .add_option("--space", a.space,
-                  "Axes of the mesh's world coordinates: native as the dataset has them, lps to "
-                  "the patient's "
-                  "left, back and head, ras to right, front and head")
+                  "Axes of the mesh's world coordinates: native: those of the dataset, lps: to the "
+                  "patient's left, back and head, ras: to the right, front and head")
       ->one_of({"native", "lps", "ras"})
       ->capture_default_str()
       ->group(group);
   command
       .add_flag("--allow-empty", a.allow_empty,
-                "Write empty surfaces, too; without this option they are an error with exit code 6")
+                "Also write empty surfaces; without this option they are an error with exit code 6")
       ->group(group);
 }
 
@@ -92,8 +92,7 @@ Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& argum
 
 Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.query.isovalues.size() > 1) {
-    return fail(ErrorCode::kInvalidArgument,
-                "--isovalue: this command is about one surface; give one isovalue.");
+    return fail(ErrorCode::kInvalidArgument, "--isovalue: this command accepts one isovalue.");
   }
   auto requests = requests_of(arguments, info);
   if (!requests) return tl::unexpected(requests.error());

@@ -260,8 +260,9 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
     }
   }
   if (!is_good) {
-    return not_encodable(is_exact ? "An exact sample shell holds integers of at most 2^24 only"
-                                  : "A sample next to the surface is infinite");
+    return not_encodable(is_exact
+                             ? "An exact sample shell can only contain integers of at most 2^24"
+                             : "A sample next to the surface is infinite");
   }
   if (is_exact) return {};
 
@@ -280,7 +281,7 @@ Result<void> ShellEncoder::Work::find_magnitudes(const SampleBlock<Sample>& bloc
   if (header_.layers != 0) include(layer_level);
   if (most == kZeroDistance) least = most = 0;  // All are at the isovalue.
   if (std::int64_t{most} - least + 2 > kMaxLevels) {
-    return not_encodable("The samples next to the surface are of too different magnitudes");
+    return not_encodable("The magnitudes of the samples next to the surface differ too much");
   }
   header_.first_level = least;
   header_.levels = most - least + 2;

@@ -41,11 +41,11 @@ std::string handshake_fault(SSL* tls, const error_code& error, const std::string
   const long verified = SSL_get_verify_result(tls);
   if (verified == X509_V_OK) return error.message() + "; does this port use TLS?";
   if (verified == X509_V_ERR_HOSTNAME_MISMATCH || verified == X509_V_ERR_IP_ADDRESS_MISMATCH) {
-    return "its certificate is for another name than " + host +
-           "; connect by a name that is in it (subjectAltName), or have one made for " + host + ".";
+    return "its certificate is not valid for the name " + host +
+           "; connect by a name that it lists (subjectAltName), or get a certificate for " + host +
+           ".";
   }
-  return std::string("its certificate is not to be trusted (") +
-         X509_verify_cert_error_string(verified) +
+  return std::string("its certificate is not trusted (") + X509_verify_cert_error_string(verified) +
          "); give the certificate of its authority with " + ca_option + " FILE.";
 }
 

@@ -88,7 +88,7 @@ std::optional<Endpoint> endpoint_from(std::string_view text, const Scheme& schem
 
 tl::unexpected<Error> no_address(std::string_view text, const std::string& right) {
   return fail(ErrorCode::kInvalidArgument,
-              "\"" + std::string(text) + "\" is no server address; write " + right +
+              "\"" + std::string(text) + "\" is not a server address; write " + right +
                   ", for example " + to_string(Endpoint{.host = "127.0.0.1"}) + ".");
 }
 

@@ -29,8 +29,8 @@ std::string other_language(std::string_view header) {
   }
   for (const std::string_view method : {"GET ", "HEAD", "POST", "PUT ", "OPTI", "DELE", "CONN"}) {
     if (header != method) continue;
-    return "This port takes frames over TCP (tcp://), and an HTTP request came; HTTP, WebSockets "
-           "and the viewer have another port.";
+    return "This port accepts frames over TCP (tcp://), but received an HTTP request; HTTP, "
+           "WebSockets and the viewer use another port.";
   }
   if (header.starts_with("\x15\x03")) {  // An alert.
     return "The server at this port uses TLS: write tls:// or wss:// instead of tcp:// or ws://.";
@@ -60,7 +60,7 @@ Result<std::optional<std::string>> FrameReader::next() {
   // Invalid headers stay in the buffer, so every later call rejects them again.
   if (length == 0) {
     return fail(ErrorCode::kMalformedFrame,
-                "A frame has length 0; every frame holds a message of at least 1 byte.");
+                "A frame has length 0; every frame contains a message of at least 1 byte.");
   }
   if (length > max_content_bytes_) {
     const std::string other =

@@ -56,8 +56,8 @@ asio::awaitable<Result<void>> MessageChannel::perform_handshake() {
   stream_.emplace(std::move(socket_), server_.is_secure() ? options_.tls : nullptr);
   const auto trusted = co_await stream_->handshake_as_client(server_.host, options_.ca_option);
   if (trusted) co_return Result<void>();
-  co_return closed(
-      {trusted.error().code, "No TLS with " + to_string(server_) + ": " + trusted.error().text});
+  co_return closed({trusted.error().code, "Cannot establish TLS with " + to_string(server_) + ": " +
+                                              trusted.error().text});
 }
 
 asio::awaitable<Result<void>> MessageChannel::open() {
@@ -147,7 +147,7 @@ tl::unexpected<Error> MessageChannel::unreachable(const error_code& error) {
               to_string(Endpoint{.host = server_.host, .port = server_.port});
     }
   } else if (error == asio::error::host_not_found) {
-    text += " Is the host's name written correctly?";
+    text += " Check the host name.";
   }
   return closed({ErrorCode::kUnavailable, std::move(text)});
 }

@@ -21,8 +21,8 @@ Result<TlsContextPtr> client_tls(const Trust& trust) {
   if (error) {
     return fail(ErrorCode::kInvalidArgument,
                 trust.ca_file.empty()
-                    ? "The certificates of this machine cannot be read: " + error.message() + "."
-                    : "No certificate can be read from " + trust.ca_file + " (" + error.message() +
+                    ? "Cannot read the certificates of this machine: " + error.message() + "."
+                    : "Cannot read a certificate from " + trust.ca_file + " (" + error.message() +
                           "); it must be a PEM file of certificates.");
   }
   return context;

@@ -61,7 +61,7 @@ class WebSocket final : public MessageTransport {
       if (content.size() > options_.max_message_bytes) co_return too_large();
     } while (!socket_.is_message_done());
     if (!socket_.got_binary()) {
-      co_return fail(ErrorCode::kMalformedMessage, "A text message arrived; the messages of " +
+      co_return fail(ErrorCode::kMalformedMessage, "Received a text message; the messages of " +
                                                        std::string(kSubprotocol) + " are binary.");
     }
     co_return content;
@@ -101,7 +101,7 @@ class WebSocket final : public MessageTransport {
   tl::unexpected<Error> too_large() const {
     return fail(ErrorCode::kMessageTooLarge, "A message of more than " +
                                                  std::to_string(options_.max_message_bytes) +
-                                                 " bytes was announced, which is the limit here.");
+                                                 " bytes was announced; that is the limit.");
   }
   tl::unexpected<Error> fault(const error_code& error) {
     if (error == websocket::error::message_too_big) return too_large();
@@ -111,7 +111,7 @@ class WebSocket final : public MessageTransport {
         error.category() == make_error_code(websocket::error::bad_opcode).category();
     if (!is_protocol_fault) return lost(error);
     return fail(ErrorCode::kMalformedFrame,
-                "The received bytes are no WebSocket frame: " + error.message() + ".");
+                "The received bytes are not a WebSocket frame: " + error.message() + ".");
   }
 
   websocket::stream<StreamSocket&, /*deflateSupported=*/false> socket_;
@@ -129,19 +129,19 @@ std::string host_field(const Endpoint& server) {
 
 Error refused_upgrade(const Endpoint& server, const websocket::response_type& response) {
   const auto status = response.result_int();
-  const std::string what = to_string(server) + " answers " + std::to_string(status) + " " +
-                           std::string(response.reason()) + " and opens no WebSocket";
+  const std::string what = to_string(server) + " replied " + std::to_string(status) + " " +
+                           std::string(response.reason()) + " and did not open a WebSocket";
   const std::string& words = response.body();
   if (const auto to = response[http::field::location]; status / 100 == 3 && !to.empty()) {
-    return {ErrorCode::kInvalidArgument,
-            what + ": it leads to " + std::string(to) + ", connect there, as ws:// or wss://."};
+    return {ErrorCode::kInvalidArgument, what + ": it redirects to " + std::string(to) +
+                                             "; connect there, with ws:// or wss://."};
   }
   if (status == 503 || status == 429) {
     return {ErrorCode::kUnavailable,
             what + "; try again later" + (words.empty() ? "." : ": " + words)};
   }
   return {ErrorCode::kInvalidArgument,
-          what + ": " + (words.empty() ? "are the port and the path right?" : words)};
+          what + ": " + (words.empty() ? "check the port and the path." : words)};
 }
 
 asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
@@ -158,8 +158,8 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
   const bool is_no_http = error.category() == make_error_code(http::error::bad_version).category();
   if (is_no_http && error != http::error::end_of_stream && error != http::error::partial_message) {
     co_return fail(ErrorCode::kInvalidArgument,
-                   "What answers at " + to_string(server) + " does not use HTTP (" +
-                       error.message() + "): if it is the port for frames, write " +
+                   "The server at " + to_string(server) + " does not use HTTP (" + error.message() +
+                       "); if this is the port for frames, write " +
                        to_string(Endpoint{
                            .host = server.host,
                            .port = server.port,
@@ -172,9 +172,9 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
                        (server.is_secure() ? "." : ". If that port uses TLS, write wss://."));
   }
   if (response[http::field::sec_websocket_protocol] != kSubprotocolField) {
-    co_return fail(ErrorCode::kUnsupportedVersion, to_string(server) + " does not support " +
-                                                       std::string(kSubprotocol) +
-                                                       " over its WebSockets.");
+    co_return fail(
+        ErrorCode::kUnsupportedVersion,
+        to_string(server) + " does not support " + std::string(kSubprotocol) + " over WebSockets.");
   }
   note_received(0);
   co_return Result<void>();

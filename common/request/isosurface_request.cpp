@@ -66,8 +66,8 @@ Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
     }
     if (request.max_triangles > 0 || request.max_bytes > 0) {
       return reject(
-          "A request for a cell has a budget; what fits a budget is found for whole surfaces only. "
-          "Leave out max_triangles and max_bytes.");
+          "A request for a cell has a budget; budgets apply to whole surfaces only. Omit "
+          "max_triangles and max_bytes.");
     }
   }
   if (const auto checked = check_thresholds(request.thresholds); !checked) {

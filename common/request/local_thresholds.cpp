@@ -53,8 +53,9 @@ void check(const BoxShape& box, const std::string& region, Faults& faults) {
   faults.place(region + ".box.low", box.low);
   faults.place(region + ".box.high", box.high);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    faults.require(box.low[axis] <= box.high[axis], region + ".box",
-                   "has a low corner above its high one; on every axis it must not be.");
+    faults.require(
+        box.low[axis] <= box.high[axis], region + ".box",
+        "has a low corner above its high corner; low must be at most high on every axis.");
   }
 }
 
@@ -100,13 +101,13 @@ void check(const ThresholdGrid& grid, Faults& faults) {
     return;
   }
   faults.require(samples == grid.thresholds.size(), "grid.thresholds",
-                 "must have one threshold for each sample of its dims.");
+                 "must have one threshold for each of its samples.");
   for (const Vec3& column : grid.index_to_world.columns)
     faults.place("grid.index_to_world", column);
   faults.place("grid.index_to_world", grid.index_to_world.translation);
   const double volume = grid.index_to_world.determinant();
   faults.require(std::isfinite(volume) && volume != 0, "grid.index_to_world",
-                 "has columns that do not span space; they must be independent.");
+                 "has linearly dependent columns; they must be independent.");
   const auto wrong =
       std::find_if(grid.thresholds.begin(), grid.thresholds.end(), [](float threshold) {
         return std::isinf(threshold) || threshold < 0;  // False for NaN.
@@ -125,7 +126,7 @@ void check(const Frustum& frustum, const Vec3& eye, Faults& faults) {
   faults.positive("view.frustum.aspect", frustum.aspect);
   faults.threshold("view.frustum.outside", frustum.outside);
   faults.require(frustum.look_at != eye, "view.frustum.look_at",
-                 "is the eye; it must be another place.");
+                 "is equal to the eye; it must differ.");
   const Vec3 ahead = {frustum.look_at[0] - eye[0], frustum.look_at[1] - eye[1],
                       frustum.look_at[2] - eye[2]};
   faults.require(cross(ahead, frustum.up) != Vec3{0, 0, 0}, "view.frustum.up",

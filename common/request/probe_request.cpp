@@ -7,7 +7,8 @@ namespace multitetra {
 
 Result<ProbeRequest> validated(const ProbeRequest& probe) {
   if (probe.places.empty()) {
-    return fail(ErrorCode::kInvalidArgument, "Probe.places is empty; name one place or more.");
+    return fail(ErrorCode::kInvalidArgument,
+                "Probe.places is empty; it must have one place or more.");
   }
   if (probe.places.size() > kMaxProbedPlaces) {
     return fail(ErrorCode::kLimitExceeded,
@@ -19,7 +20,7 @@ Result<ProbeRequest> validated(const ProbeRequest& probe) {
       if (std::abs(coordinate) <= kMaxCoordinate) continue;
       return fail(ErrorCode::kInvalidArgument,
                   "Place " + std::to_string(i) +
-                      " of the probe has a coordinate that is no number from -1e100 to 1e100.");
+                      " of the probe has a coordinate that is not a number from -1e100 to 1e100.");
     }
   }
   return probe;

@@ -87,7 +87,7 @@ std::string whole_data_text(const LocalThresholds& thresholds, const DatasetInfo
   for (std::size_t axis = 0; axis < 3; ++axis) samples.high[axis] = info.dims[axis] - 1;
   const bool is_world = thresholds.coordinates == CoordinateSystem::kWorld;
   const BoxShape box = is_world ? box_around(info.index_to_world, samples) : samples;
-  return "its samples are from " + place_text(box.low) + " to " + place_text(box.high) + " in " +
+  return "its samples range from " + place_text(box.low) + " to " + place_text(box.high) + " in " +
          (is_world ? "world coordinates" : "sample indices");
 }
 
@@ -98,7 +98,7 @@ bool is_outside_values(const IsosurfaceRequest& request, const DatasetInfo& info
 }
 
 std::string values_text(const DatasetInfo& info) {
-  return "values of \"" + info.name + "\" go from " + shortest_text(info.min) + " to " +
+  return "values of \"" + info.name + "\" range from " + shortest_text(info.min) + " to " +
          shortest_text(info.max);
 }
 
@@ -118,9 +118,9 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
   if (!outside.empty()) {
     notices.push_back((outside.size() == 1 ? "Region " + std::to_string(outside.front()) + " is"
                                            : std::to_string(outside.size()) +
-                                                 " regions, the first of them number " +
+                                                 " regions, the first of them region " +
                                                  std::to_string(outside.front()) + ", are") +
-                      " outside of \"" + info.name +
+                      " outside \"" + info.name +
                       "\" and without effect: " + whole_data_text(thresholds, info) + ".");
   }
   if (thresholds.grid) {
@@ -130,8 +130,8 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
     }
     const BoxShape box = box_around(thresholds.grid->index_to_world, voxels);
     if (IsApart(data_box(info), info.index_to_world)(box)) {
-      notices.push_back("The grid of thresholds is outside of \"" + info.name +
-                        "\" and without effect: it is from " + place_text(box.low) + " to " +
+      notices.push_back("The grid of thresholds is outside \"" + info.name +
+                        "\" and without effect: it extends from " + place_text(box.low) + " to " +
                         place_text(box.high) + " in world coordinates.");
     }
   }
@@ -140,17 +140,16 @@ std::vector<std::string> request_notices(const IsosurfaceRequest& request,
 
 std::string empty_surface_text(const IsosurfaceRequest& request, const DatasetInfo& info) {
   if (is_outside_values(request, info)) {
-    return "The surface is empty: there is none at isovalue " + shortest_text(request.isovalue) +
-           "; " + values_text(info) + ".";
+    return "The surface is empty: there is no surface at isovalue " +
+           shortest_text(request.isovalue) + "; " + values_text(info) + ".";
   }
-  return "The surface is empty: nothing of isovalue " + shortest_text(request.isovalue) +
-         " is left" +
+  return "The surface is empty: no surface remains at isovalue " + shortest_text(request.isovalue) +
          (request.topology_tolerance > 0 ? " at this topology tolerance" : " inside the data") +
          "; " + values_text(info) + ".";
 }
 
 std::string not_written_text(const std::string& file) {
-  return file + " is not written, for the surface is empty; --allow-empty writes it.";
+  return file + " is not written because the surface is empty; --allow-empty writes it.";
 }
 
 }  // namespace multitetra

@@ -54,7 +54,7 @@ std::string world_mismatch(const DatasetInfo& surface, const DatasetInfo& values
   const WorldBox second = box_of(surface);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (first.low[axis] <= second.high[axis] && second.low[axis] <= first.high[axis]) continue;
-    return both + " lie at different places: along " + "xyz"[axis] + " from " +
+    return both + " are at different positions: along " + "xyz"[axis] + " from " +
            extent_text(first, axis) + " and from " + extent_text(second, axis) + ".";
   }
   return {};

@@ -28,7 +28,7 @@ Result<ScalarRequest> validated(const ScalarRequest& request) {
       !(std::isfinite(request.limits->low) && std::isfinite(request.limits->high) &&
         request.limits->low < request.limits->high)) {
     return fail(ErrorCode::kInvalidArgument,
-                "The range of scalars must be two finite numbers, of which the first is less.");
+                "The range of scalars must be two finite numbers in increasing order.");
   }
   return request;
 }

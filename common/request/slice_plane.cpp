@@ -109,14 +109,14 @@ Result<SliceRequest> oblique_slice(const DatasetInfo& info, const ObliquePlane& 
   const auto normal = direction_of(plane.normal);
   if (!normal) {
     return fail(ErrorCode::kInvalidArgument,
-                "The normal of a slice has no direction; it must be other than 0,0,0.");
+                "The normal of a slice has no direction; it must not be 0,0,0.");
   }
   constexpr double kNearlyAlong = 0.999;
   const Vec3 usual = std::abs((*normal)[2]) < kNearlyAlong ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
   const auto right = direction_of(cross(plane.up.value_or(usual), *normal));
   if (!right) {
     return fail(ErrorCode::kInvalidArgument,
-                "What is up in a slice must have a direction other than its normal.");
+                "The up vector of a slice must not be 0,0,0 or parallel to its normal.");
   }
   const Vec3 down = cross(*right, *normal);
   const double width = plane.width.value_or(2 * reach(info, plane, *right));
@@ -141,14 +141,13 @@ Result<SliceRequest> plane_for(const NamedSlice& named, const DatasetInfo& info)
   const bool is_of_axis = named.axis || named.at;
   if (has_vectors + is_oblique + is_of_axis > 1) {
     return mixed(
-        "A slice is named by axis and at, by normal, centre, up and extent, or by origin, right "
-        "and "
-        "down; not by several of these.");
+        "Specify a slice by axis and at, by normal, centre, up and extent, or by origin, right and "
+        "down, not by several of these.");
   }
   if (has_vectors) {
     if (!named.origin || !named.right || !named.down || !named.pixels.width ||
         !named.pixels.height) {
-      return mixed("A slice with origin, right and down needs all three, and width and height.");
+      return mixed("A slice with origin, right or down needs all three, and width and height.");
     }
     return SliceRequest{.coordinates = named.coordinates,
                         .origin = *named.origin,
@@ -178,7 +177,7 @@ Result<SliceRequest> plane_for(const NamedSlice& named, const DatasetInfo& info)
   const double at = named.at.value_or(std::floor(last / 2));
   if (!(at >= 0 && at <= last)) {
     return fail(ErrorCode::kInvalidArgument,
-                "The layer of a slice must be one of the samples, at=0 to " +
+                "The layer of a slice must be within the samples, at=0 to " +
                     std::to_string(info.dims[axis] - 1) + ".");
   }
   return axis_slice(info, axis, at, named.pixels);

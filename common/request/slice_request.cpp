@@ -49,7 +49,7 @@ Result<SliceRequest> validated(const SliceRequest& slice) {
     if (is_place(vector)) continue;
     return fail(ErrorCode::kInvalidArgument,
                 std::string("Slice.") + field +
-                    " has a coordinate that is no number from -1e100 to 1e100.");
+                    " has a coordinate that is not a number from -1e100 to 1e100.");
   }
   if (slice.width < 1 || slice.height < 1) {
     return fail(ErrorCode::kInvalidArgument,

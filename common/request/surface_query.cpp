@@ -145,7 +145,7 @@ constexpr bool kEveryday = true, kRare = false, kRepeated = true, kOnce = false;
 
 constexpr std::array kFields = {
     F{"isovalue", "NUMBER,...", "", kSurface, kEveryday, kRepeated,
-      "Isovalue, or several with commas; default: what the dataset suggests", add_isovalues},
+      "Isovalue, or several with commas; default: the dataset's suggestion", add_isovalues},
     F{"error", "NUMBER", "0.25", kSurface, kEveryday, kOnce,
       "Largest distance from the full-resolution surface", set_error},
     F{"quality", "draft|normal|fine|exact", "", kSurface, kEveryday, kOnce,
@@ -167,30 +167,30 @@ constexpr std::array kFields = {
       set_number<&R::lattice_resolution>},
 
     F{"region", "REGION", "", kThresholds, kRare, kRepeated,
-      "Another error in a region, the last that contains a place wins (repeatable): "
-      "box:X0,Y0,Z0,X1,Y1,Z1=ERROR, "
-      "ball:X,Y,Z,R=ERROR or halfspace:NX,NY,NZ,D=ERROR for the places with N.x >= D",
+      "Another error in a region; the last region that contains a place applies (repeatable): "
+      "box:X0,Y0,Z0,X1,Y1,Z1=ERROR, ball:X,Y,Z,R=ERROR or halfspace:NX,NY,NZ,D=ERROR for the "
+      "places with N.x >= D",
       add_region},
     F{"region_unit", "world|index", "world", kThresholds, kRare, kOnce,
-      "Coordinates of regions and view: those of the world, or sample indices",
+      "Coordinates of regions and view: world, or sample indices",
       set_word<&T::coordinates, coordinate_system_from>},
     F{"view", "VIEW", "", kThresholds, kRare, kOnce,
       "A screen-space error: eye=X,Y,Z,fov=DEGREES,height=PIXELS,pixels=TOLERANCE; with a larger "
       "error outside the picture: look=X,Y,Z,outside=ERROR[,up=X,Y,Z][,aspect=RATIO]",
       set_view},
     F{"combine", "order|minimum", "order", kThresholds, kRare, kOnce,
-      "order: regions before the view before the grid before the error; minimum: the least of "
-      "those that apply",
+      "order: regions before the view before the grid before the error; minimum: the smallest "
+      "error that applies",
       set_word<&T::combination, combination_from>},
 
     F{"max_bytes", "BYTES", "", kSize, kRare, kOnce,
-      "Most bytes of each step, such as 500KiB; raises the error to fit",
+      "Most bytes of each step, such as 500KiB; a larger error is used if needed",
       set_amount<&R::max_bytes, parse_bytes>},
     F{"max_triangles", "COUNT", "", kSize, kRare, kOnce,
-      "Most triangles of each step, such as 300k; raises the error to fit",
+      "Most triangles of each step, such as 300k; a larger error is used if needed",
       set_amount<&R::max_triangles, parse_count>},
     F{"simplify", "on|off", "on", kSize, kRare, kOnce,
-      "on: meshes with a few of the triangles, within the same errors; off: all of marching "
+      "on: meshes with far fewer triangles, within the same errors; off: all triangles of marching "
       "tetrahedra",
       set_switch<&R::simplify>},
     F{"embedded", "", "off", kSize, kEveryday, kOnce,
@@ -203,25 +203,25 @@ constexpr std::array kFields = {
     F{"color_by", "DATASET", "", kColors, kEveryday, kOnce,
       "Color by the values of this dataset in the same world", set_color_by},
     F{"color_range", "LOW,HIGH", "", kColors, kRare, kOnce,
-      "Values that the colors span, default those of the dataset; beyond are the colors of the "
-      "ends",
+      "Values that the colors span (default: those of the dataset); values beyond get the end "
+      "colors",
       set_color_range},
     F{"color_anyway", "", "off", kColors, kRare, kOnce,
-      "Color also by a dataset with other world axes, in another unit of length, or elsewhere",
+      "Also color by a dataset with other world axes, another unit of length, or another position",
       set_switch<&Q::color_anyway>},
     F{"colors", "gray|viridis|cividis|coolwarm", "viridis", kColors, kRare, kOnce,
-      "Colors from the least to the greatest value", set_word<&ColorScale::map, color_map_from>},
+      "Colors from the smallest to the largest value", set_word<&ColorScale::map, color_map_from>},
     F{"color_scale", "linear|log", "linear", kColors, kRare, kOnce,
-      "log: equal factors are equal steps of color; needs a range above 0",
+      "log: equal factors are equal steps of color; requires a range above 0",
       set_word<&ColorScale::is_logarithmic, is_logarithmic_from>},
     F{"no_value_color", "RRGGBB", "808080", kColors, kRare, kOnce,
       "Color where the dataset has no value", set_word<&ColorScale::no_value, rgb_from>},
 
     F{"coordinates", "world|index", "world", kFile, kRare, kOnce,
-      "Coordinates of the mesh: those of the world, or sample indices",
+      "Coordinates of the mesh: world, or sample indices",
       set_word<&Q::coordinates, coordinate_system_from>},
     F{"min_component", "SAMPLES", "0", kFile, kRare, kOnce,
-      "Remove components with a shorter bounding-box diagonal; checks and digests are those of the "
+      "Remove components with a shorter bounding-box diagonal; checks and digests apply to the "
       "whole surface",
       set_min_component},
 };
@@ -250,13 +250,14 @@ Result<std::vector<IsosurfaceRequest>> requests_for(const SurfaceQuery& query,
     return fail(ErrorCode::kInvalidArgument, text);
   };
   if (query.has_error && query.has_quality) {
-    return refuse("error and quality exclude each other: a quality is the name of an error.");
+    return refuse("error and quality exclude each other: a quality is a named error.");
   }
   if (query.has_quality && query.request.unit != LengthUnit::kVoxel) {
     return refuse("A quality is an error in voxels; with unit world give an error.");
   }
   if (query.isovalues.empty() && info.suggested_isovalues.empty()) {
-    return refuse("Dataset \"" + info.name + "\" suggests no isovalue; name one with isovalue.");
+    return refuse("Dataset \"" + info.name +
+                  "\" has no suggested isovalue; give one with isovalue.");
   }
   std::vector<double> isovalues = query.isovalues;
   if (isovalues.empty()) isovalues.push_back(info.suggested_isovalues.front());
@@ -279,7 +280,7 @@ Result<std::optional<ScalarRequest>> scalars_for(const SurfaceQuery& query) {
   };
   if (query.color_by.empty()) {
     if (!query.color_range && !query.colors.is_logarithmic) return std::nullopt;
-    return refuse("color_range and color_scale need color_by, the dataset whose values they are.");
+    return refuse("color_range and color_scale need color_by, the dataset that they apply to.");
   }
   if (query.colors.is_logarithmic && !(query.color_range && query.color_range->low > 0)) {
     return refuse("color_scale log needs a color_range LOW,HIGH with both above 0.");
@@ -293,7 +294,7 @@ Result<void> check_colors(const SurfaceQuery& query, const DatasetInfo& surface,
                           const DatasetInfo& values) {
   const std::string why = query.color_anyway ? "" : world_mismatch(surface, values);
   if (why.empty()) return {};
-  return fail(ErrorCode::kInvalidArgument, why + " color_anyway colors by it all the same.");
+  return fail(ErrorCode::kInvalidArgument, why + " Use color_anyway to color by it anyway.");
 }
 
 }  // namespace multitetra

@@ -64,7 +64,7 @@ Result<NamedNumbers> numbers_of_view(std::string_view word) {
       if (given.contains(name)) return wrong("has " + quoted(name) + " twice");
     }
     const auto value = parse_number<double>(part);
-    if (name.empty() || !value) return wrong("has " + quoted(part) + " where a number should be");
+    if (name.empty() || !value) return wrong("has " + quoted(part) + " instead of a number");
     given[name].push_back(*value);
   }
   for (const auto& [part, numbers] : given) {
@@ -94,16 +94,16 @@ Result<ThresholdRegion> parse_region(std::string_view word) {
   const std::size_t colon = word.find(':');
   const std::string_view kind = word.substr(0, colon);
   if (colon == std::string_view::npos || (kind != "box" && kind != "ball" && kind != "halfspace")) {
-    return wrong("names no shape");
+    return wrong("does not begin with a shape");
   }
   const std::size_t equals = word.rfind('=');
   if (equals == std::string_view::npos) return wrong("has no threshold");
   const auto threshold = parse_number<double>(word.substr(equals + 1));
-  if (!threshold) return wrong("has a threshold that is no number");
+  if (!threshold) return wrong("has a threshold that is not a number");
   std::vector<double> numbers;
   for (const std::string_view part : split(word.substr(colon + 1, equals - colon - 1), ',')) {
     const auto value = parse_number<double>(part);
-    if (!value) return wrong("has " + quoted(part) + " where a number should be");
+    if (!value) return wrong("has " + quoted(part) + " instead of a number");
     numbers.push_back(*value);
   }
   const std::size_t wanted = kind == "box" ? 6 : 4;
@@ -115,7 +115,7 @@ Result<ThresholdRegion> parse_region(std::string_view word) {
   if (const auto* box = std::get_if<BoxShape>(&region.shape)) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (box->low[axis] <= box->high[axis]) continue;
-      return wrong(std::string("has its low corner above its high one along ") + "xyz"[axis]);
+      return wrong(std::string("has its low corner above its high corner along ") + "xyz"[axis]);
     }
   }
   return region;

@@ -53,11 +53,10 @@ std::vector<Preview> read_resumed_previews(
   for (const v1::Preview& preview : wire) {
     const std::uint32_t finest = preview.finest_spacing();
     const std::uint32_t least = preview.is_unsimplified() || preview.has_shell() ? 1 : 2;
-    checks.require(
-        std::has_single_bit(finest) && finest >= least && finest < coarser,
-        "OpenStream.resumed_previews.finest_spacing",
-        "must be a power of two from 2 (1 of an unsimplified one and of shells) to 2^19, each less "
-        "than the one before.");
+    checks.require(std::has_single_bit(finest) && finest >= least && finest < coarser,
+                   "OpenStream.resumed_previews.finest_spacing",
+                   "must be a power of two from 2 (1 of an unsimplified one and of shells) to "
+                   "2^19, each less than the previous one.");
     coarser = finest;
     begun.push_back({.finest_spacing = static_cast<std::int32_t>(finest),
                      .is_unsimplified = preview.is_unsimplified()});
@@ -89,7 +88,7 @@ Hello read(const v1::Hello& wire, FieldChecks& checks) {
   if (!wire.codecs().empty()) {
     hello.codecs = known_codecs(wire.codecs());
     checks.require(has_draco(hello.codecs), "Hello.codecs",
-                   "does not name 1 (Draco lattice), which every client must decode.");
+                   "must include 1 (Draco lattice), which every client must decode.");
   }
   checks.at_most("Hello.token", wire.token().size(), kMaxTokenBytes, "bytes");
   checks.at_most("Hello.agent", wire.agent().size(), kMaxNameBytes, "bytes");
@@ -257,7 +256,7 @@ tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view by
       break;
   }
   return refuse(ErrorCode::kMalformedMessage,
-                "A ClientMessage has none of the kinds known here: hello, list_datasets, "
+                "A ClientMessage has an unknown kind; valid kinds: hello, list_datasets, "
                 "open_stream, cancel, ping, estimate, slice, probe.");
 }
 

@@ -26,7 +26,7 @@ Result<DracoMesh> decode_draco_mesh(std::string_view bytes,
   for (draco::PointIndex point(0); point < mesh.num_points(); ++point) {
     Vec3& place = result.positions[point.value()];
     if (!positions->ConvertValue<double>(positions->mapped_index(point), 3, place.data())) {
-      return fail(ErrorCode::kDamagedData, "its Draco mesh has positions that are no numbers");
+      return fail(ErrorCode::kDamagedData, "its Draco mesh has positions that are not numbers");
     }
   }
   result.triangles.reserve(mesh.num_faces());
@@ -34,7 +34,7 @@ Result<DracoMesh> decode_draco_mesh(std::string_view bytes,
     const draco::Mesh::Face& corners = mesh.face(face);
     for (const draco::PointIndex& corner : corners) {
       if (corner.value() >= mesh.num_points()) {
-        return fail(ErrorCode::kDamagedData, "its Draco mesh contradicts itself");
+        return fail(ErrorCode::kDamagedData, "its Draco mesh is inconsistent");
       }
     }
     result.triangles.push_back({corners[0].value(), corners[1].value(), corners[2].value()});

@@ -90,7 +90,7 @@ Welcome read(const v1::Welcome& wire, FieldChecks& checks) {
                   .agent = wire.agent(),
                   .max_message_bytes = wire.max_message_bytes()};
   if (!wire.codecs().empty()) welcome.codecs = known_codecs(wire.codecs());
-  checks.require(has_draco(welcome.codecs), "Welcome.codecs", "does not name 1 (Draco lattice).");
+  checks.require(has_draco(welcome.codecs), "Welcome.codecs", "must include 1 (Draco lattice).");
   return welcome;
 }
 
@@ -172,7 +172,8 @@ void write(const Tile& tile, v1::ServerMessage& message) {
 
 Tile read(v1::Tile& wire, FieldChecks& checks) {
   checks.integer("Tile.request_id", wire.request_id(), 1);
-  checks.require(!wire.payload().empty(), "Tile.payload", "is empty; it must have a byte or more.");
+  checks.require(!wire.payload().empty(), "Tile.payload",
+                 "is empty; it must have at least 1 byte.");
   return {.request_id = wire.request_id(),
           .step = wire.step(),
           .index = wire.index(),
@@ -334,10 +335,10 @@ tl::expected<ServerMessage, ParseError> parse_server_message(std::string_view by
     case v1::ServerMessage::KIND_NOT_SET:
       break;
   }
-  return refuse(ErrorCode::kMalformedMessage,
-                "A ServerMessage has none of the kinds known here: welcome, dataset_list, "
-                "step_begin, tile, step_end, stream_end, error, pong, estimate_reply, slice_reply, "
-                "probe_reply, tile_scalars.");
+  return refuse(
+      ErrorCode::kMalformedMessage,
+      "A ServerMessage has an unknown kind; valid kinds: welcome, dataset_list, step_begin, tile, "
+      "step_end, stream_end, error, pong, estimate_reply, slice_reply, probe_reply, tile_scalars.");
 }
 
 }  // namespace multitetra

@@ -24,12 +24,12 @@ Result<ShellHeader> header_of(std::string_view payload, const TileSummary& promi
     case ShellStatus::kOk:
       return header;
     case ShellStatus::kUnknownVersion:
-      return bad_shell(promised, "the payload is no sample shell of version 1.");
+      return bad_shell(promised, "the payload is not a sample shell of version 1.");
     case ShellStatus::kBadHeader:
     case ShellStatus::kBadContents:
       break;
   }
-  return bad_shell(promised, "the payload has no header of a sample shell.");
+  return bad_shell(promised, "the payload has no valid sample shell header.");
 }
 
 bool lies_in(const ShellHeader& header, const OctreeCube& cube) {
@@ -65,24 +65,23 @@ Result<void> check_shell_tile(std::string_view payload, const TileSummary& promi
                               const ShellTileForm& form) {
   if (const ContentDigest found = digest_of_bytes(payload); found != promised.digest) {
     return bad_shell(promised, "the payload has the digest " + found.hex() +
-                                   "; the manifest promises " + promised.digest.hex() + ".");
+                                   "; the manifest lists " + promised.digest.hex() + ".");
   }
   const Result<ShellHeader> header = header_of(payload, promised);
   if (!header) return tl::unexpected(header.error());
   if (header->triangles != promised.triangles || header->vertices != promised.vertices) {
     return bad_shell(promised, "the payload has " + std::to_string(header->triangles) +
                                    " triangles and " + std::to_string(header->vertices) +
-                                   " vertices; the manifest promises " +
+                                   " vertices; the manifest lists " +
                                    std::to_string(promised.triangles) + " and " +
                                    std::to_string(promised.vertices) + ".");
   }
   if (!has_form(*header, form)) {
-    return bad_shell(promised,
-                     "the payload has other values, another spacing or another lattice "
-                     "than its step.");
+    return bad_shell(
+        promised, "the values, spacing or lattice of the payload differ from those of its step.");
   }
   if (!lies_in(*header, promised.cube)) {
-    return bad_shell(promised, "the payload's box reaches out of the tile's cube.");
+    return bad_shell(promised, "the payload's box extends beyond the tile's cube.");
   }
   return {};
 }

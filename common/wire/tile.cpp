@@ -116,7 +116,7 @@ tl::unexpected<Error> damaged(const TileSummary& tile, const std::string& what) 
 tl::unexpected<Error> miscounted(const TileSummary& tile, const char* what, std::uint64_t found,
                                  std::uint64_t promised) {
   return damaged(tile, "the payload has " + std::to_string(found) + " " + what +
-                           "; the manifest promises " + std::to_string(promised) + ".");
+                           "; the manifest lists " + std::to_string(promised) + ".");
 }
 
 // Draco's decoder, stopped before it allocates memory for attributes we never write: each of them
@@ -283,7 +283,7 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
     return miscounted(promised, "bytes", payload.size(), promised.bytes);
   }
   if (promised.triangles > kMaxTileTriangles) {
-    return damaged(promised, "the manifest promises " + std::to_string(promised.triangles) +
+    return damaged(promised, "the manifest lists " + std::to_string(promised.triangles) +
                                  " triangles; a tile has at most " +
                                  std::to_string(kMaxTileTriangles) + ".");
   }
@@ -298,11 +298,11 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
   const std::unique_ptr<draco::Mesh> decoded = draco_decoded(payload, normal_bits != 0);
   if (!decoded) return damaged(promised, "Draco cannot decode the payload.");
   std::optional<LatticeMesh> split = unwelded(*decoded, lattice_resolution);
-  if (!split) return damaged(promised, "the decoded mesh contradicts itself.");
+  if (!split) return damaged(promised, "the decoded mesh is inconsistent.");
   if (normal_bits != 0) {
     std::optional<std::vector<UnitVector>> normals = unwelded_normals(*decoded, normal_bits);
     if (!normals) {
-      return damaged(promised, "the normals are no unit vectors in octahedral coordinates of " +
+      return damaged(promised, "the normals are not unit vectors in octahedral coordinates of " +
                                    std::to_string(normal_bits) + " bits.");
     }
     split->normals = *std::move(normals);
@@ -329,7 +329,7 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
   }
   if (const ContentDigest found = digest(mesh); found != promised.digest) {
     return damaged(promised, "the triangles have the digest " + found.hex() +
-                                 "; the manifest promises " + promised.digest.hex() + ".");
+                                 "; the manifest lists " + promised.digest.hex() + ".");
   }
   return mesh;
 }

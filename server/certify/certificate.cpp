@@ -137,7 +137,8 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
     if (options.on_stage) options.on_stage(stage);
   };
   if (grid_exponent_for(volume.dims, options.margin) > kMaxGridExponent) {
-    throw std::invalid_argument("The volume and its margin have more than 2^14 steps on an axis.");
+    throw std::invalid_argument(
+        "The volume with its margin has more than 2^14 grid steps on an axis.");
   }
   begin("full surface");
   Certificate certificate;

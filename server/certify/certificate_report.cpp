@@ -49,7 +49,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
                        const Lengths& lengths) {
   std::string allowed;
   if (options.error) {
-    allowed = "allowed are " + lengths.text(*options.error);
+    allowed = "allowed: " + lengths.text(*options.error);
     if (options.lattice) {
       allowed += " and " + lengths.text(certificate.lattice_allowance) + " for the lattice";
     }
@@ -62,8 +62,8 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
       return "kept: no point of either surface is farther from the other than " +
              lengths.text(certificate.maximum_at_most()) + "; " + allowed;
     case ErrorVerdict::kNotRefuted:
-      return "kept wherever it was looked at, up to " + lengths.text(certificate.maximum()) + "; " +
-             allowed + ". What is proven for all points is " +
+      return "kept: all measured points are within " + lengths.text(certificate.maximum()) + "; " +
+             allowed + ". The proven bound for all points is " +
              lengths.text(certificate.maximum_at_most());
     case ErrorVerdict::kExceeded:
       return "NOT KEPT: a point is " + lengths.text(certificate.maximum()) +
@@ -75,7 +75,7 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
 std::string topology_line(const Certificate& certificate) {
   const bool is_kept = certificate.keeps_topology();
   if (!certificate.is_topology_asked) {
-    return std::string(is_kept ? "that of the full surface" : "another than the full surface's") +
+    return std::string(is_kept ? "that of the full surface" : "different from the full surface") +
            ", which is allowed";
   }
   return is_kept ? "kept: components and Euler characteristic are those of the full surface"
@@ -100,9 +100,8 @@ std::string distances_text(const Certificate& certificate, const Lengths& length
   add("of the mesh from the full surface", there);
   add("of the full surface from the mesh", back);
   const bool is_there = there.maximum >= back.maximum;
-  return text_table(rows) + "The farthest point is one of the " +
-         (is_there ? "mesh" : "full surface") + ", at " +
-         place_text((is_there ? there : back).farthest) + " of the world.\n";
+  return text_table(rows) + "The farthest point is on the " + (is_there ? "mesh" : "full surface") +
+         ", at " + place_text((is_there ? there : back).farthest) + " in world coordinates.\n";
 }
 
 std::string topology_text(const Certificate& certificate) {
@@ -123,20 +122,20 @@ std::string topology_text(const Certificate& certificate) {
   add("vertices", &MeshTopology::vertices);
   add("open edges on the border of the data", &MeshTopology::border_edges);
   add("open edges elsewhere", &MeshTopology::open_edges);
-  add("non-manifold edges, or triangles turned over", &MeshTopology::nonmanifold_edges);
+  add("non-manifold edges, or inconsistently oriented triangles", &MeshTopology::nonmanifold_edges);
   rows.push_back(
       {"non-manifold vertices",
        human_count(static_cast<std::uint64_t>(certificate.nonmanifold_vertices)),
        human_count(static_cast<std::uint64_t>(certificate.nonmanifold_vertices_of_reference))});
-  add_own("triangles without three corners", human_count(certificate.degenerate_triangles));
+  add_own("degenerate triangles", human_count(certificate.degenerate_triangles));
   add_own("watertight", watertight_text(certificate));
   if (certificate.self_intersections) {
     const SelfIntersections& found = *certificate.self_intersections;
     add_own("triangles that intersect others", human_count(found.triangles));
-    add_own("triangles without area", human_count(found.flat_triangles));
+    add_own("triangles with zero area", human_count(found.flat_triangles));
     if (found.triangles > 0) {
       return text_table(rows) + "A triangle that intersects others is at " +
-             place_text(found.place) + " of the world.\n";
+             place_text(found.place) + " in world coordinates.\n";
     }
   } else {
     add_own("triangles that intersect others", "not counted (--self-intersections)");
@@ -152,7 +151,7 @@ std::string missing_text(const Certificate& certificate) {
       " of the full surface, with diagonals up to " + digits(missing.largest_diagonal) +
       " samples, are not in the mesh; the others agree with it.";
   if (missing.min_component) {
-    text += " If they were removed, compare without them: --min-component " +
+    text += " If they were removed on purpose, compare without them: --min-component " +
             shortest_text(*missing.min_component) + ".";
   }
   return text + "\n";

@@ -22,12 +22,12 @@ constexpr std::string_view kSpaces = " \t\r\n\v\f";
 std::string contents_of(const fs::path& file) {
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   if (!in || !fs::is_regular_file(file)) {
-    fail_reading(file, "there is no such file", "Check its name");
+    fail_reading(file, "the file does not exist", "Check its name");
   }
   std::string bytes(static_cast<std::size_t>(in.tellg()), '\0');
   in.seekg(0);
   if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    fail_reading(file, "its bytes cannot be read", "Check the disk");
+    fail_reading(file, "it cannot be read", "Check the disk");
   }
   return bytes;
 }
@@ -36,7 +36,7 @@ template <typename Number>
 Number number_from(std::string_view word, const char* kind) {
   if (word.starts_with('+')) word.remove_prefix(1);
   const auto number = parse_number<Number>(word);
-  if (!number) throw MeshFault("'" + std::string(word.substr(0, 40)) + "' is no " + kind);
+  if (!number) throw MeshFault("'" + std::string(word.substr(0, 40)) + "' is not a valid " + kind);
   return *number;
 }
 
@@ -81,7 +81,7 @@ TriangleMesh read(const fs::path& file) {
   if (bytes.starts_with("DRACO")) return read_draco(bytes);
   if (suffix == ".stl") return with_facts(read_stl(bytes), bytes);
   if (suffix == ".obj") return with_facts(read_obj(bytes), bytes);
-  throw MeshFault("it is in no format known here (PLY, STL, OBJ, GLB, DRC, VTP)");
+  throw MeshFault("its format is not one of PLY, STL, OBJ, GLB, DRC and VTP");
 }
 
 }  // namespace

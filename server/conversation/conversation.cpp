@@ -128,7 +128,8 @@ void Conversation::keep_time(Clock::time_point now) {
   if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy())) return;
   client_->admission().observer().refused(client_->facts(), "idle_seconds");
   end({ErrorCode::kUnavailable,
-       "Idle timeout: there was no request for a long time. Connect again for the next one."});
+       "Idle timeout: no request was received for a long time. Connect again for the next "
+       "request."});
 }
 
 std::optional<Clock::time_point> Conversation::idle_since() const {
@@ -190,11 +191,11 @@ ServerMessage Conversation::note_reply(ServerMessage message) {
 }
 
 void Conversation::reject_oversized_reply(const ServerMessage& message) {
-  const std::string beyond = " has a message longer than " + std::to_string(kMaxServerFrameBytes) +
-                             " bytes, the most that is sent";
+  const std::string beyond =
+      " has a message longer than " + std::to_string(kMaxServerFrameBytes) + " bytes, the limit";
   if (const auto* list = std::get_if<DatasetList>(&message)) {
     const Error error = {ErrorCode::kLimitExceeded,
-                         "The list of datasets" + beyond + "; this server offers too many."};
+                         "The list of datasets" + beyond + "; this server has too many datasets."};
     replies_.push_front({ErrorReply{.request_id = list->request_id, .error = error}});
   } else if (stream_) {
     stream_->messages->fail(

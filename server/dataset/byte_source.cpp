@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 std::uint64_t size_of(const fs::path& file, int descriptor) {
   struct stat status = {};
   if (::fstat(descriptor, &status) != 0) fail_with_reason(file, "it cannot be examined");
-  if (!S_ISREG(status.st_mode)) throw DatasetFileError(file, "it is no regular file.");
+  if (!S_ISREG(status.st_mode)) throw DatasetFileError(file, "it is not a regular file.");
   return static_cast<std::uint64_t>(status.st_size);
 }
 
@@ -70,7 +70,7 @@ void FileSource::read(std::uint64_t offset, std::span<std::byte> into) const {
         ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) fail_with_reason(file_, "it cannot be read");
-    if (count == 0) throw DatasetFileError(file_, "it became shorter while it was read.");
+    if (count == 0) throw DatasetFileError(file_, "it was truncated while it was read.");
     offset += static_cast<std::uint64_t>(count);
     into = into.subspan(static_cast<std::size_t>(count));
   }

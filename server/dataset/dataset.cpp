@@ -24,13 +24,13 @@ IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes)
   std::vector<float> edges(bytes.size() / sizeof(float));
   if (bytes.size() % sizeof(float) != 0 || edges.size() > IsovalueBins::kMaxCount + 1 ||
       edges.size() == 1) {
-    fail_with("it has " + std::to_string(bytes.size()) + " bytes; it must have none, or 8 to " +
-              std::to_string(sizeof(float) * (IsovalueBins::kMaxCount + 1)) + " in fours.");
+    fail_with("it has " + std::to_string(bytes.size()) + " bytes; it must have 0, or 8 to " +
+              std::to_string(sizeof(float) * (IsovalueBins::kMaxCount + 1)) + ", a multiple of 4.");
   }
   if (!edges.empty()) std::memcpy(edges.data(), bytes.data(), bytes.size());
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (!std::isfinite(edges[i]) || (i > 0 && edges[i] <= edges[i - 1])) {
-      fail_with("its edges are not finite numbers that increase.");
+      fail_with("its edges are not finite, increasing numbers.");
     }
   }
   return IsovalueBins(std::move(edges));

@@ -34,7 +34,7 @@ class Fields {
   std::string text(const char* key) {
     const Json& value = at(key);
     if (value.is_string()) return value.get<std::string>();
-    add_error(key, "is no text");
+    add_error(key, "is not a string");
     return {};
   }
   // Optional fields.
@@ -70,7 +70,7 @@ class Fields {
   Vec3 vector(const char* key, const Json& value) {
     Vec3 result{};
     if (!value.is_array() || value.size() != 3) {
-      add_error(key, "is not made of three numbers");
+      add_error(key, "must have three numbers");
       return result;
     }
     for (std::size_t axis = 0; axis < 3; ++axis) result[axis] = number(key, value[axis]);
@@ -80,7 +80,7 @@ class Fields {
     const Json& value = at(key);
     Affine map;
     if (!value.is_array() || value.size() != 4) {
-      add_error(key, "is not made of three columns and a translation");
+      add_error(key, "must have three columns and a translation");
       return map;
     }
     for (std::size_t column = 0; column < 3; ++column) {
@@ -98,17 +98,17 @@ class Fields {
     static const Json kEmpty = Json::array();
     const Json& value = at(key);
     if (value.is_array()) return value;
-    add_error(key, "is no list");
+    add_error(key, "is not an array");
     return kEmpty;
   }
   double number(const char* key, const Json& value) {
     if (value.is_number()) return value.get<double>();
-    add_error(key, "is no number");
+    add_error(key, "is not a number");
     return 0;
   }
   std::uint64_t count(const char* key, const Json& value) {
     if (value.is_number_unsigned()) return value.get<std::uint64_t>();
-    add_error(key, "is no whole number of at least 0");
+    add_error(key, "is not a non-negative integer");
     return 0;
   }
 
@@ -144,7 +144,7 @@ SeriesMember member_from(const Json& json, std::string& failure) {
   member.label = {.value = label.number("value"), .name = label.later_text("name")};
   if (label.has("color")) {
     member.label->color = color_from(label.text("color"));
-    if (!member.label->color) label.add_error("color", "is no color such as \"#dd8265\"");
+    if (!member.label->color) label.add_error("color", "is not a color such as \"#dd8265\"");
   }
   return member;
 }
@@ -162,7 +162,7 @@ LabelVolume label_volume_from(const Json& json, const DatasetInfo& info, std::st
                            place.centroid[axis] <= greatest[axis] &&
                            greatest[axis] < info.dims[axis];
     if (!is_inside) {
-      fields.add_error("label_volume", "is outside of the samples");
+      fields.add_error("label_volume", "is outside the samples");
       return volume;
     }
     place.least[axis] = static_cast<std::int32_t>(least[axis]);
@@ -220,7 +220,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
     return fail(ErrorCode::kDamagedData, "Section \"metadata\": " + what);
   };
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object()) return damaged("it is no JSON object.");
+  if (!json.is_object()) return damaged("it is not a JSON object.");
 
   std::string failure;
   Fields fields(json, failure);
@@ -235,14 +235,14 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
       info.dims[axis] = static_cast<std::int32_t>(dims[axis]);
     }
   }
-  if (dims.size() != 3) fields.add_error("dims", "is not made of three numbers");
+  if (dims.size() != 3) fields.add_error("dims", "must have three numbers");
   const auto type = sample_type_from(fields.text("type"));
-  if (!type) fields.add_error("type", "is none of u8, i8, u16, i16, f32");
+  if (!type) fields.add_error("type", "is not one of u8, i8, u16, i16, f32");
   info.type = type.value_or(SampleType::kU8);
   info.spacing = fields.vector("spacing", fields.at("spacing"));
   info.index_to_world = fields.affine("index_to_world");
   const auto space = world_space_from(fields.later_text("space"));
-  if (!space) fields.add_error("space", "is neither LPS, RAS nor empty");
+  if (!space) fields.add_error("space", "is not LPS, RAS or empty");
   info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
                   .length_unit = fields.later_text("length_unit"),
                   .value_unit = fields.later_text("value_unit")};

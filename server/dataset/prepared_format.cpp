@@ -33,7 +33,7 @@ Result<void> check_names(const SectionTable& sections) {
     if (is_known_section(section.name) || !section.required) continue;
     return fail(
         ErrorCode::kUnsupportedVersion,
-        "Section \"" + section.name + "\": this program does not know it. Use a newer one.");
+        "Section \"" + section.name + "\": it is unknown to this program. Use a newer program.");
   }
   return {};
 }
@@ -58,8 +58,7 @@ Result<DatasetMetadata> decode_metadata(const ByteSource& source, const Section&
 Result<void> check_size(const Section& section, std::uint64_t needed) {
   if (section.size == needed) return {};
   return damaged(section.name, "it has " + std::to_string(section.size) +
-                                   " bytes, and what the metadata says needs " +
-                                   std::to_string(needed) + ".");
+                                   " bytes; the metadata requires " + std::to_string(needed) + ".");
 }
 
 // Reads the index of a section whose bricks are stored in the order of `layout`.
@@ -131,7 +130,7 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
     return tl::unexpected(checked.error());
   }
   const Section& bins = structure.section(kBins);
-  if (bins.size > kMaxBinsBytes) return damaged(kBins, "it is longer than all bins can be.");
+  if (bins.size > kMaxBinsBytes) return damaged(kBins, "it has too many bins.");
   structure.bins.resize(static_cast<std::size_t>(bins.size));
   if (const auto read = read_section(source, bins, structure.bins); !read) {
     return tl::unexpected(read.error());
@@ -161,8 +160,8 @@ Result<std::vector<std::byte>> read_packed_section(const ByteSource& source, con
   const std::uint64_t pieces = (bytes + kPieceBytes - 1) / kPieceBytes;
   if (section.size < pieces * sizeof(std::uint32_t) || section.size > bytes + 4 * pieces) {
     return damaged(section.name, "it has " + std::to_string(section.size) +
-                                     " bytes, which cannot be the " + std::to_string(bytes) +
-                                     " that the metadata needs.");
+                                     " bytes, which cannot contain the " + std::to_string(bytes) +
+                                     " bytes that the metadata requires.");
   }
   std::vector<std::byte> packed(static_cast<std::size_t>(section.size));
   if (const auto read = read_section(source, section, packed); !read) {
@@ -205,7 +204,7 @@ Result<void> unpack_checked(const std::string& section, std::size_t index, const
   if (!type) {
     const auto size = unpacked_size(place.codec(), packed);
     if (!size || *size > most_spectrum_brick_bytes()) {
-      return damaged(section, brick + "it cannot be unpacked.");
+      return damaged(section, brick + "it cannot be decompressed.");
     }
     bytes = *size;
   }
@@ -214,10 +213,10 @@ Result<void> unpack_checked(const std::string& section, std::size_t index, const
                            packed.size() == static_cast<std::size_t>(bytes_per_sample(*type));
   into.resize(bytes);
   if (!is_possible || !unpack_brick(place.codec(), packed, into)) {
-    return damaged(section, brick + "it cannot be unpacked.");
+    return damaged(section, brick + "it cannot be decompressed.");
   }
   if (type == SampleType::kF32 && has_infinite(into)) {
-    return damaged(section, brick + "it has an infinite sample; samples are finite or NaN.");
+    return damaged(section, brick + "it has an infinite sample; samples must be finite or NaN.");
   }
   return {};
 }

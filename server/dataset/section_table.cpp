@@ -62,8 +62,8 @@ std::string read_text(const ByteSource& source, std::uint64_t offset, std::uint6
 Result<void> check_version(std::uint32_t version) {
   if (version == kPreparedFormatVersion) return {};
   return fail(ErrorCode::kUnsupportedVersion,
-              "It has format version " + std::to_string(version) +
-                  ", and this program reads version " + std::to_string(kPreparedFormatVersion) +
+              "It has format version " + std::to_string(version) + "; this program reads version " +
+                  std::to_string(kPreparedFormatVersion) +
                   ". Use a newer program or prepare the dataset again.");
 }
 
@@ -71,8 +71,8 @@ Result<void> check_version(std::uint32_t version) {
 Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_bytes) {
   if (header.starts_with(kMagicOf0)) {
     return fail(ErrorCode::kUnsupportedVersion,
-                "It was made by release 0.x of this program, and its format is no longer read: "
-                "prepare the dataset again.");
+                "It was written by release 0.x of this program, and its format is no longer "
+                "supported: prepare the dataset again.");
   }
   if (!header.starts_with(kMagic)) {
     return fail(ErrorCode::kDamagedData,
@@ -86,13 +86,13 @@ Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_
   const auto sections = number_at<std::uint32_t>(header, 12);
   if (sections < 1 || sections > kMaxSections) {
     return damaged("header", "it counts " + std::to_string(sections) +
-                                 " sections, and a file has 1 to " + std::to_string(kMaxSections) +
-                                 ".");
+                                 " sections; a file must have 1 to " +
+                                 std::to_string(kMaxSections) + ".");
   }
   const auto promised = number_at<std::uint64_t>(header, 16);
   if (promised != file_bytes) {
-    return damaged("header", "it promises a file of " + std::to_string(promised) +
-                                 " bytes, and there are " + std::to_string(file_bytes) + ".");
+    return damaged("header", "it declares a file of " + std::to_string(promised) +
+                                 " bytes, but the file has " + std::to_string(file_bytes) + ".");
   }
   if (file_bytes < kHeadBytes) return damaged("table", "the file ends inside it.");
   return sections;
@@ -105,11 +105,11 @@ Result<Section> decode_entry(std::string_view entry) {
   const auto is_printable = [](char c) { return c > ' ' && c <= '~'; };
   if (name.empty() || !std::all_of(name.begin(), name.end(), is_printable) ||
       padded.find_first_not_of('\0', name.size()) != std::string_view::npos) {
-    return damaged("table", "the name of a section is not 1 to 8 letters, filled up with zeros.");
+    return damaged("table", "the name of a section is not 1 to 8 letters, padded with zeros.");
   }
   const auto flags = number_at<std::uint32_t>(entry, 8);
   if ((flags & ~kRequiredFlag) != 0 || number_at<std::uint32_t>(entry, 12) != 0) {
-    return damaged("table", "section \"" + std::string(name) + "\" has flags that do not exist.");
+    return damaged("table", "section \"" + std::string(name) + "\" has unknown flags.");
   }
   return Section{.name = std::string(name),
                  .required = flags == kRequiredFlag,
@@ -141,7 +141,7 @@ Result<SectionTable> decode_entries(std::string_view entries, std::uint64_t file
     auto section = decode_entry(entries.substr(0, kEntryBytes));
     if (!section) return tl::unexpected(section.error());
     if (find_section(table, section->name) != nullptr) {
-      return damaged("table", "it names section \"" + section->name + "\" twice.");
+      return damaged("table", "it lists section \"" + section->name + "\" twice.");
     }
     if (const auto checked = check_place(*section, end, file_bytes); !checked) {
       return tl::unexpected(checked.error());
@@ -149,7 +149,7 @@ Result<SectionTable> decode_entries(std::string_view entries, std::uint64_t file
     end = section->offset + section->size;
     table.push_back(*std::move(section));
   }
-  if (end != file_bytes) return damaged("table", "there are bytes after the last section.");
+  if (end != file_bytes) return damaged("table", "the file has bytes after the last section.");
   return table;
 }
 

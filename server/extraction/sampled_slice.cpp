@@ -21,7 +21,7 @@ Result<SampledSlice> sampled_slice(const PreparedVolume& volume, const SliceRequ
                 "The slice crosses about " + std::to_string(std::llround(bricks)) +
                     " bricks of samples; at most " +
                     std::to_string(std::llround(kMostSliceBricks)) +
-                    " are read. Ask for a smaller part, or with the detail auto or coarse.");
+                    " are read. Request a smaller part, or the detail auto or coarse.");
   }
   sampled.values.resize(plane.pixels());
   in_parallel((plane.height + kRows - 1) / kRows,

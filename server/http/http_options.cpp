@@ -12,7 +12,7 @@ Result<Endpoint> parse_http_endpoint(std::string_view text) {
   if (!endpoint || !has_port) {
     return fail(ErrorCode::kInvalidArgument,
                 "\"" + std::string(text) +
-                    "\" is no address for HTTP; write HOST:PORT or PORT, for example " +
+                    "\" is not an address for HTTP; write HOST:PORT or PORT, for example " +
                     http_url(HttpOptions{}.listen) + ".");
   }
   return endpoint;

@@ -39,27 +39,27 @@ tl::expected<std::optional<HttpRequest>, MalformedRequest> RequestReader::next()
   const bool is_too_long = error == http::error::header_limit ||
                            (!parser_->is_header_done() && rest().size() > max_header_bytes_);
   if (is_too_long) {
-    return refuse(431, "The request's line and header have more than " +
+    return refuse(431, "The request line and the header have more than " +
                            std::to_string(max_header_bytes_) + " bytes.");
   }
-  if (error == http::error::body_limit) return refuse(413, "A request here has no body.");
+  if (error == http::error::body_limit) return refuse(413, "Requests must not have a body.");
   if (error && error != http::error::need_more) {
-    return refuse(400, "The bytes are no HTTP/1.1 request: " + error.message() + ".");
+    return refuse(400, "The received bytes are not an HTTP/1.1 request: " + error.message() + ".");
   }
   if (!parser_->is_header_done()) return std::nullopt;
   const auto length = parser_->content_length();
   if (parser_->chunked() || (length && *length > 0)) {
-    return refuse(413, "A request here has no body.");
+    return refuse(413, "Requests must not have a body.");
   }
   const HttpRequest& header = parser_->get();
   // Refused for any coding: a proxy may see a body where this reader sees the next request.
   if (header.find(http::field::transfer_encoding) != header.end()) {
-    return refuse(501, "A request here has no body, and no Transfer-Encoding.");
+    return refuse(501, "Requests must not have a body or a Transfer-Encoding.");
   }
   const auto hosts = header.equal_range(http::field::host);
   const auto host_lines = std::distance(hosts.first, hosts.second);
   if (host_lines > 1 || (host_lines == 0 && header.version() >= 11)) {
-    return refuse(400, "A request names its Host once (RFC 9112).");
+    return refuse(400, "A request must have one Host header (RFC 9112).");
   }
   HttpRequest request = parser_->release();
   parser_.reset();

@@ -97,9 +97,8 @@ Result<std::string> parse_base_path(std::string_view text) {
            std::string_view("-._~/").find(c) != std::string_view::npos;
   };
   if (!std::all_of(text.begin(), text.end(), is_plain) || text.find("//") != text.npos) {
-    return fail(ErrorCode::kInvalidArgument, "\"" + std::string(text) +
-                                                 "\" is no path of a site; one looks like "
-                                                 "/volumes.");
+    return fail(ErrorCode::kInvalidArgument,
+                "\"" + std::string(text) + "\" is not a URL path; write for example /volumes.");
   }
   while (text.ends_with('/')) text.remove_suffix(1);
   while (text.starts_with('/')) text.remove_prefix(1);

@@ -38,14 +38,14 @@ std::optional<Answer> upgrade_error(const HttpRequest& request,
   }
   if (!asks_for_subprotocol(request)) {
     return refuse(400, ErrorCode::kUnsupportedVersion,
-                  "WebSockets here use the subprotocol " + std::string(kSubprotocol) +
-                      "; name it in Sec-WebSocket-Protocol.");
+                  "WebSockets of this server use the subprotocol " + std::string(kSubprotocol) +
+                      "; set it in Sec-WebSocket-Protocol.");
   }
   if (!is_allowed_origin(field(request, http::field::origin), field(request, http::field::host),
                          allowed_origins)) {
     return refuse(403, ErrorCode::kInvalidArgument,
-                  "Pages of another origin may not open a WebSocket here; the server names those "
-                  "that may with --allow-origin.");
+                  "Pages of other origins may not open a WebSocket to this server, except those "
+                  "that it allows with --allow-origin.");
   }
   return std::nullopt;
 }

@@ -39,11 +39,11 @@ std::vector<std::string> words_of(const std::string& line) {
 }
 
 tl::unexpected<Error> bad_line(std::size_t number, const std::string& what) {
-  return fail(ErrorCode::kInvalidArgument,
-              "Line " + std::to_string(number) + " " + what +
-                  "; a line is NAME, the token's SHA-256 as 64 hexadecimal digits (or none), and "
-                  "the datasets, for example * or head-*. Make one with: multitetra-server token "
-                  "NAME");
+  return fail(
+      ErrorCode::kInvalidArgument,
+      "Line " + std::to_string(number) + " " + what +
+          "; a line is NAME, the token's SHA-256 as 64 hexadecimal digits (or none), and the "
+          "datasets, for example * or head-*. Create one with: multitetra-server token NAME");
 }
 
 // Parses the words after the token: dataset patterns, and optionally the expiry time and
@@ -63,12 +63,14 @@ Result<AccessRights> rights_from(const std::vector<std::string>& words, std::siz
     }
     const auto time = time_from(std::string_view(words[i]).substr(kExpires.size()));
     if (!time || expires) {
-      return bad_line(line, "has \"" + words[i] + "\", which is no time or a second one (expires=" +
-                                "2027-01-31T12:00:00Z)");
+      return bad_line(line,
+                      "has \"" + words[i] +
+                          "\", which is not a valid time, or is a second expires= (write expires=" +
+                          "2027-01-31T12:00:00Z)");
     }
     expires = time;
   }
-  if (datasets.empty()) return bad_line(line, "names no datasets");
+  if (datasets.empty()) return bad_line(line, "has no datasets");
   AccessRights rights(words[0], std::move(datasets));
   if (expires) rights.expire_at(*expires);
   if (surfaces_only) rights.allow_surfaces_only();
@@ -128,7 +130,7 @@ Result<AccessRights> AccessList::rights_of(std::string_view token,
   }
   if (found == nullptr) {
     return fail(ErrorCode::kUnauthenticated,
-                "The token is unknown to this server. Its operator issues tokens.");
+                "This server does not accept the token. Its operator issues tokens.");
   }
   if (found->rights.has_expired(now)) {
     return fail(ErrorCode::kUnauthenticated, "The token expired at " +
@@ -152,13 +154,13 @@ Result<AccessList> parse_access_list(std::string_view text) {
     if (!rights) return tl::unexpected(rights.error());
     if (words[1] == kNoToken) {
       if (std::exchange(has_strangers, true)) {
-        return bad_line(number, "is the second about clients without a token");
+        return bad_line(number, "is a second line for clients without a token");
       }
       list.add_anonymous(*std::move(rights));
       continue;
     }
     const auto digest = digest_from(words[1]);
-    if (!digest) return bad_line(number, "has no SHA-256 as its second word");
+    if (!digest) return bad_line(number, "does not have a SHA-256 as its second word");
     list.add({*digest, *std::move(rights)});
   }
   return list;
@@ -175,7 +177,7 @@ AccessListPtr load_access_list(const std::filesystem::path& file) {
 std::string new_token() {
   std::array<unsigned char, 32> random;
   if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
-    throw std::runtime_error("The system has no random numbers to give.");
+    throw std::runtime_error("The system cannot provide random numbers.");
   }
   return "mt_" + hex_text(std::as_bytes(std::span(random)));
 }

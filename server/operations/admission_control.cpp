@@ -95,12 +95,13 @@ Result<void> ConnectionContext::check_rate_limit(std::size_t message_bytes) {
   if (wait <= 0) return {};
   admission_.observer().refused(facts_, "requests_per_second");
   const double seconds = std::ceil(wait);
-  return tl::unexpected(Error{
-      .code = ErrorCode::kLimitExceeded,
-      .text = "More than " + shortest_text(admission_.rates_.rate().per_second) +
-              " requests a second came " + (has_token_ ? "with your token" : "from your address") +
-              "; wait for " + (seconds == 1 ? "a second." : shortest_text(seconds) + " seconds."),
-      .retry_after = wait});
+  return tl::unexpected(
+      Error{.code = ErrorCode::kLimitExceeded,
+            .text = "More than " + shortest_text(admission_.rates_.rate().per_second) +
+                    " requests a second were received " +
+                    (has_token_ ? "with your token" : "from your address") + "; retry after " +
+                    (seconds == 1 ? "a second." : shortest_text(seconds) + " seconds."),
+            .retry_after = wait});
 }
 
 Result<ByteReservations::Reservation> ConnectionContext::reserve(std::size_t bytes) {
@@ -108,10 +109,11 @@ Result<ByteReservations::Reservation> ConnectionContext::reserve(std::size_t byt
   auto reservation = admission_.queue_.take(share(), bytes);
   if (reservation) return *std::move(reservation);
   admission_.observer().refused(facts_, "queue_bytes");
-  return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
-                              .text = "This server has no memory for that request now; retry in " +
-                                      shortest_text(kRetryAfter) + " s, or for a larger error.",
-                              .retry_after = kRetryAfter});
+  return tl::unexpected(
+      Error{.code = ErrorCode::kUnavailable,
+            .text = "This server does not have enough memory for that request now; retry in " +
+                    shortest_text(kRetryAfter) + " s, or request a larger error.",
+            .retry_after = kRetryAfter});
 }
 
 // ---- admission control
@@ -175,10 +177,10 @@ void AdmissionControl::make_room_for(const std::string& limited_name) {
 void AdmissionControl::reload() {
   const auto attempt = [](const char* what, const auto& load) {
     try {
-      log_line(LogLevel::kInfo, std::string(what) + " read again", {{"tokens", load()}});
+      log_line(LogLevel::kInfo, std::string(what) + " reloaded", {{"tokens", load()}});
     } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
-               std::string(failure.what()) + " The " + what + " read before stays in use.", {});
+               std::string(failure.what()) + " The previous " + what + " stays in use.", {});
     }
   };
   using Count = std::optional<LogValue>;

@@ -8,7 +8,8 @@ namespace multitetra {
 
 Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter() {
   if (is_full()) {
-    return fail(ErrorCode::kUnavailable, "The server has its " + std::to_string(limits_.total) +
+    return fail(ErrorCode::kUnavailable, "The server has reached its limit of " +
+                                             std::to_string(limits_.total) +
                                              " connections; try again later.");
   }
   ++inside_;
@@ -24,7 +25,7 @@ Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter(const std::string& na
     return fail(ErrorCode::kUnavailable,
                 "There are " + std::to_string(most) + " connections from your " +
                     (level.shares == 1 ? "address" : "network " + level.name) +
-                    ", the most that one may have; close one of them.");
+                    ", which is the limit; close one of them.");
   }
   auto ticket = enter();
   if (!ticket || name.empty()) return ticket;

@@ -46,75 +46,69 @@ void raise_to(Counter& counter, std::uint64_t value) {
 struct PrometheusMetrics::Families {
   Registry registry;
   Family<Counter>& connections =
-      counter(registry, "multitetra_connections_total", "Connections that were accepted.");
-  Family<Gauge>& sessions = BuildGauge()
-                                .Name("multitetra_sessions")
-                                .Help("Connections that are open.")
-                                .Register(registry);
+      counter(registry, "multitetra_connections_total", "Accepted connections.");
+  Family<Gauge>& sessions =
+      BuildGauge().Name("multitetra_sessions").Help("Open connections.").Register(registry);
   Family<Counter>& refused = counter(registry, "multitetra_refused_total",
-                                     "Connections and requests beyond a limit, by limit.");
+                                     "Connections and requests rejected by a limit, by limit.");
   Family<Gauge>& running = BuildGauge()
                                .Name("multitetra_requests_running")
-                               .Help("Requests that are being answered.")
+                               .Help("Requests in progress.")
                                .Register(registry);
-  Family<Counter>& requests = counter(registry, "multitetra_requests_total",
-                                      "Requests that have ended, by kind and outcome.");
-  Family<Counter>& errors =
-      counter(registry, "multitetra_errors_total", "Answers that are errors, by code.");
+  Family<Counter>& requests =
+      counter(registry, "multitetra_requests_total", "Finished requests, by kind and outcome.");
+  Family<Counter>& errors = counter(registry, "multitetra_errors_total", "Error replies, by code.");
   Family<Counter>& http_answers = counter(registry, "multitetra_http_answers_total",
-                                          "HTTP replies by kind of request and by status.");
-  Family<Histogram>& first_tile =
-      histogram(registry, "multitetra_first_tile_seconds", "From a request to its first tile.");
+                                          "HTTP replies, by kind of request and by status.");
+  Family<Histogram>& first_tile = histogram(registry, "multitetra_first_tile_seconds",
+                                            "Time from a request to its first tile.");
   Family<Histogram>& last_tile =
-      histogram(registry, "multitetra_last_tile_seconds", "From a request to its last tile.");
-  Histogram& steps = histogram(registry, "multitetra_step_seconds", "A worker's time for a step.")
+      histogram(registry, "multitetra_last_tile_seconds", "Time from a request to its last tile.");
+  Histogram& steps = histogram(registry, "multitetra_step_seconds", "Time of a worker for a step.")
                          .Add({}, kSeconds);
-  Counter& tiles = counter(registry, "multitetra_tiles_total", "Tiles that were sent.").Add({});
+  Counter& tiles = counter(registry, "multitetra_tiles_total", "Sent tiles.").Add({});
   Counter& tile_bytes =
       counter(registry, "multitetra_tile_bytes_total", "Payload bytes of requests.").Add({});
   Family<Counter>& sent =
-      counter(registry, "multitetra_sent_bytes_total", "Bytes of messages and answers sent.");
+      counter(registry, "multitetra_sent_bytes_total", "Bytes of sent messages and replies.");
   Counter& cache_hits =
-      counter(registry, "multitetra_cache_hits_total", "Tiles that were found in the cache.")
-          .Add({});
+      counter(registry, "multitetra_cache_hits_total", "Hits of the tile cache.").Add({});
   Counter& cache_misses =
       counter(registry, "multitetra_cache_misses_total", "Misses of the tile cache.").Add({});
   Gauge& cached_tiles = gauge(registry, "multitetra_cached_tiles", "Tiles in the cache.");
   Gauge& cache_bytes = gauge(registry, "multitetra_cache_bytes", "Bytes of the cache.");
   Gauge& waiting_jobs =
-      gauge(registry, "multitetra_queue_depth", "Steps and estimates that wait for a worker.");
+      gauge(registry, "multitetra_queue_depth", "Steps and estimates waiting for a worker.");
   Gauge& waiting_bytes =
-      gauge(registry, "multitetra_queue_bytes", "Bytes of steps that wait for their clients.");
-  Gauge& datasets = gauge(registry, "multitetra_datasets", "Datasets that are served.");
-  Family<Counter>& block_hits = counter(
-      registry, "multitetra_block_hits_total",
-      "Blocks of files behind addresses that were found in memory or on the disk, by where.");
+      gauge(registry, "multitetra_queue_bytes", "Bytes of steps waiting for their clients.");
+  Gauge& datasets = gauge(registry, "multitetra_datasets", "Served datasets.");
+  Family<Counter>& block_hits =
+      counter(registry, "multitetra_block_hits_total",
+              "Blocks of remote files found in memory or on disk, by place.");
   Counter& block_fetches =
       counter(registry, "multitetra_block_fetches_total", "Blocks fetched from stores.").Add({});
   Counter& block_fetched_bytes =
-      counter(registry, "multitetra_block_fetched_bytes_total", "Their bytes.").Add({});
-  Counter& block_retries = counter(registry, "multitetra_block_retries_total",
-                                   "Requests to stores that were made once more.")
-                               .Add({});
-  Counter& block_failures = counter(registry, "multitetra_block_failures_total",
-                                    "Requests to stores that failed for good.")
-                                .Add({});
-  Counter& block_evictions =
-      counter(registry, "multitetra_block_evictions_total",
-              "Blocks and unpacked bricks that were removed from memory for others.")
+      counter(registry, "multitetra_block_fetched_bytes_total", "Bytes fetched from stores.")
           .Add({});
-  Gauge& block_bytes =
-      gauge(registry, "multitetra_block_bytes", "Bytes of blocks and unpacked bricks in memory.");
-  Family<Gauge>& upstreams = BuildGauge()
-                                 .Name("multitetra_upstream_up")
-                                 .Help(
-                                     "1 while a server behind this gateway can be reached and is "
-                                     "not left out.")
-                                 .Register(registry);
+  Counter& block_retries =
+      counter(registry, "multitetra_block_retries_total", "Retried requests to stores.").Add({});
+  Counter& block_failures = counter(registry, "multitetra_block_failures_total",
+                                    "Requests to stores that failed after all retries.")
+                                .Add({});
+  Counter& block_evictions = counter(registry, "multitetra_block_evictions_total",
+                                     "Blocks and decompressed bricks evicted from memory.")
+                                 .Add({});
+  Gauge& block_bytes = gauge(registry, "multitetra_block_bytes",
+                             "Bytes of blocks and decompressed bricks in memory.");
+  Family<Gauge>& upstreams =
+      BuildGauge()
+          .Name("multitetra_upstream_up")
+          .Help("1 while a server behind this gateway can be reached and is used.")
+          .Register(registry);
   Family<Counter>& damaged_tiles =
       counter(registry, "multitetra_upstream_damaged_tiles_total",
-              "Tiles that a server behind this gateway sent and that are not what it promised.");
-  Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is about to stop.");
+              "Tiles sent by a server behind this gateway that do not match its manifest.");
+  Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is stopping.");
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
 };
 

@@ -39,12 +39,13 @@ std::string read_secret_file(const std::string& what, const std::filesystem::pat
   const auto reason = [] { return std::generic_category().message(errno); };
   const OpenFile opened(file);
   if (opened.descriptor() < 0) {
-    throw fail(errno == ENOENT ? "does not exist."
-                               : "cannot be read (" + reason() + "); may this user read it?");
+    throw fail(errno == ENOENT
+                   ? "does not exist."
+                   : "cannot be read (" + reason() + "); check that this user may read it.");
   }
   struct stat status = {};
   if (::fstat(opened.descriptor(), &status) != 0) throw fail("cannot be read: " + reason() + ".");
-  if (!S_ISREG(status.st_mode)) throw fail("cannot be read: it is no regular file.");
+  if (!S_ISREG(status.st_mode)) throw fail("cannot be read: it is not a regular file.");
   std::string content;
   for (;;) {
     char piece[16 * 1024];  // NOLINT: it is read into before it is looked at.
@@ -53,7 +54,8 @@ std::string read_secret_file(const std::string& what, const std::filesystem::pat
     if (count < 0) throw fail("cannot be read: " + reason() + ".");
     if (count == 0) return content;
     content.append(piece, static_cast<std::size_t>(count));
-    if (content.size() > kMostBytes) throw fail("has more than 16 MiB; is it the right one?");
+    if (content.size() > kMostBytes)
+      throw fail("has more than 16 MiB; check that it is the right file.");
   }
 }
 

@@ -46,16 +46,15 @@ void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
   (void)read_secret_file("certificate", file);  // Reports errors, and never blocks.
   if (SSL_CTX_use_certificate_chain_file(context, file.c_str()) != 1) {
     throw failure("certificate", file,
-                  "is no certificate in PEM form" + last_reason() +
-                      "; it begins with -----BEGIN CERTIFICATE-----.");
+                  "is not a PEM certificate" + last_reason() +
+                      "; such a file begins with -----BEGIN CERTIFICATE-----.");
   }
   const X509* const own = SSL_CTX_get0_certificate(context);
   if (X509_cmp_current_time(X509_get0_notAfter(own)) < 0) {
     throw failure("certificate", file, "has expired; renew it.");
   }
   if (X509_cmp_current_time(X509_get0_notBefore(own)) > 0) {
-    throw failure("certificate", file,
-                  "is not valid yet; wait for its time, or set this machine's clock.");
+    throw failure("certificate", file, "is not valid yet; check this machine's clock.");
   }
 }
 
@@ -68,15 +67,15 @@ void take_key(SSL_CTX* context, const TlsFiles& files) {
         ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_VALUES_MISMATCH ||
         ERR_GET_REASON(ERR_peek_last_error()) == X509_R_KEY_TYPE_MISMATCH;
     throw failure("key", files.key,
-                  is_of_another ? "is not that of the certificate " + files.certificate.string() +
-                                      "; the two are made together."
-                                : "is no private key in PEM form without a pass phrase" +
-                                      last_reason() + ".");
+                  is_of_another
+                      ? "does not match the certificate " + files.certificate.string() +
+                            "; create both together."
+                      : "is not a PEM private key without a pass phrase" + last_reason() + ".");
   }
   if (SSL_CTX_check_private_key(context) != 1) {
-    throw failure("key", files.key,
-                  "is not that of the certificate " + files.certificate.string() +
-                      "; the two are made together.");
+    throw failure(
+        "key", files.key,
+        "does not match the certificate " + files.certificate.string() + "; create both together.");
   }
 }
 

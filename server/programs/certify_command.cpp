@@ -48,7 +48,7 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   if (arguments.coordinates == "index") {
     if (arguments.space != "native") {
       throw std::invalid_argument(
-          "--space is about world coordinates; it has no meaning with --coordinates index.");
+          "--space applies to world coordinates only, not to --coordinates index.");
     }
     return volume.index_to_world;
   }
@@ -132,8 +132,8 @@ void add_certify_command(Command& program, Run& run) {
   const auto a = std::make_shared<CertifyArguments>();
   Command* command =
       program.add_subcommand("certify",
-                             "Compare a mesh of any program with the full-resolution isosurface of "
-                             "a volume: two-sided distance, topology, defects");
+                             "Compare a mesh from any program with the full-resolution isosurface "
+                             "of a volume: two-sided distance, topology, defects");
   command
       ->add_option("mesh", a->mesh,
                    "Mesh file: .ply, .stl, .obj, .glb (turned from y-up to z-up), .drc or .vtp")
@@ -146,7 +146,7 @@ void add_certify_command(Command& program, Run& run) {
       ->type_name("FILE");
   command->add_option("--isovalue", a->isovalue, "Value of the surface")->required();
   command->add_option("--error", a->error,
-                      "Largest allowed two-sided distance; without it distances are only printed");
+                      "Largest allowed two-sided distance; default: distances are only printed");
   command
       ->add_option("--unit", a->unit,
                    "Unit of --error; voxel is the smallest spacing, world the unit of world "
@@ -161,9 +161,9 @@ void add_certify_command(Command& program, Run& run) {
       ->within(kMinLatticeResolution, kMaxLatticeResolution)
       ->type_name("R");
   command
-      ->add_option("--min-component", a->min_component,
-                   "The mesh lacks components with a shorter diagonal; default: those that the "
-                   "mesh file names")
+      ->add_option(
+          "--min-component", a->min_component,
+          "The mesh lacks components with a shorter diagonal; default: the value in the mesh file")
       ->within(0.0, 1e6)
       ->type_name("SAMPLES");
   command->add_flag("--any-topology", a->any_topology,
@@ -188,16 +188,15 @@ void add_certify_command(Command& program, Run& run) {
       ->one_of({"world", "index"})
       ->capture_default_str();
   command
-      ->add_option(
-          "--space", a->space,
-          "Axes of the mesh's world coordinates: native as the volume has them, lps to the "
-          "patient's left, back and head, ras to right, front and head")
+      ->add_option("--space", a->space,
+                   "Axes of the mesh's world coordinates: native: those of the volume, lps: to the "
+                   "patient's left, back and head, ras: to the right, front and head")
       ->one_of({"native", "lps", "ras"})
       ->capture_default_str();
   command
       ->add_option("--scale", a->scale,
-                   "Factor of the mesh's world coordinates, as 1000 for metres beside a volume in "
-                   "mm")
+                   "Factor for the mesh's world coordinates, such as 1000 for a mesh in metres and "
+                   "a volume in mm")
       ->within(1e-9, 1e9)
       ->capture_default_str();
   command

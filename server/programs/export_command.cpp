@@ -218,14 +218,14 @@ TreeSettings settings_of(double isovalue, double error) {
 
 int export_trees(ExportArguments arguments) {
   if (arguments.sharded && arguments.format != "neuroglancer") {
-    throw UsageError("--sharded", "only --format neuroglancer has shards.");
+    throw UsageError("--sharded", "only --format neuroglancer supports shards.");
   }
   const ThreadLimit limit(arguments.threads);
   Progress progress("export", 1, arguments.quiet || arguments.json);
   const DatasetPtr dataset = open_dataset(arguments.file);
   const std::vector<double>& suggested = dataset->info.suggested_isovalues;
   if (arguments.isovalues.empty() && suggested.empty()) {
-    throw UsageError("--isovalue", "the dataset suggests none; name one.");
+    throw UsageError("--isovalue", "the dataset has no suggested isovalue; give one.");
   }
   if (arguments.isovalues.empty()) arguments.isovalues = {suggested.front()};
   const SurfaceExtractor extractor(dataset);
@@ -281,7 +281,7 @@ void add_export_command(Command& program, Run& run) {
                    "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key)")
       ->required()
       ->type_name("DATASET");
-  command->add_option("-o,--output", arguments->folder, "Folder to write to; it is made")
+  command->add_option("-o,--output", arguments->folder, "Folder to write to; created if missing")
       ->required()
       ->type_name("FOLDER");
   command
@@ -293,10 +293,9 @@ void add_export_command(Command& program, Run& run) {
       ->one_of({"3dtiles", "neuroglancer", "glb-lods"})
       ->capture_default_str();
   command
-      ->add_option(
-          "--isovalue", arguments->isovalues,
-          "Isovalue, or several with commas; default: what the dataset suggests. Several are "
-          "trees in FOLDER/iso/VALUE, segments of one mesh")
+      ->add_option("--isovalue", arguments->isovalues,
+                   "Isovalue, or several with commas; default: the dataset's suggestion. Several "
+                   "become trees in FOLDER/iso/VALUE, or segments of one mesh")
       ->delimiter(',');
   command->add_option("--error", arguments->error, "Largest error of the finest level, in voxels")
       ->within(0.0, 1e9)

@@ -81,8 +81,7 @@ MeshFormat format_of(const std::string& output) {
   const auto format = mesh_format_from(std::filesystem::path(output).extension().string());
   if (!format) {
     throw std::invalid_argument(
-        "\"" + output +
-        "\" has no suffix of a mesh format; use .ply, .stl, .obj, .glb, .drc or .vtp.");
+        "\"" + output + "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .drc or .vtp.");
   }
   return *format;
 }
@@ -362,9 +361,8 @@ int extract(const ExtractArguments& arguments) {
     print_facts(arguments, request, surface, topology, self_intersecting, model);
   }
   if (topology.is_sound()) return 0;
-  std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is "
-               "our mistake, please "
-               "report it.\n";
+  std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is a "
+               "bug, please report it.\n";
   return 1;
 }
 
@@ -394,7 +392,7 @@ void add_extract_command(Command& program, Run& run) {
   command->begin_group("Models");
   command
       ->add_option("--errors", a->errors,
-                   "spectrum: those that the dataset holds; exact: the reference, a pass over the "
+                   "spectrum: those stored in the dataset; exact: the reference, a pass over the "
                    "whole volume")
       ->one_of({"exact", "spectrum"})
       ->capture_default_str();

@@ -51,7 +51,7 @@ int generate_volume(const GenerateArguments& arguments) {
 
 void add_generate_command(Command& program, Run& run) {
   const auto arguments = std::make_shared<GenerateArguments>();
-  Command* command = program.add_subcommand("generate", "Make a volume from a formula");
+  Command* command = program.add_subcommand("generate", "Generate a volume from a formula");
   std::vector<std::string> kinds;
   for (const GeneratorKind kind : kGeneratorKinds) kinds.emplace_back(name(kind));
   command->add_option("kind", arguments->kind, "Formula of the volume")->required()->one_of(kinds);

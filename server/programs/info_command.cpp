@@ -81,7 +81,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   }
   line("spacing", with_unit(vector_text(info.spacing), info.meaning.length_unit));
   line("world axes", info.meaning.space == WorldSpace::kUnnamed
-                         ? "the file's own"
+                         ? "those of the file"
                          : std::string(name(info.meaning.space)));
   line("origin", vector_text(info.index_to_world.translation));
   line("x, y, z axes", "(" + vector_text(info.index_to_world.columns[0]) + "), (" +
@@ -90,7 +90,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   line("values", with_unit(human_number(info.min) + " to " + human_number(info.max),
                            info.meaning.value_unit));
   line("void samples", human_count(info.void_samples) + " (NaN: no surface there)");
-  line("outside", info.outside ? human_number(*info.outside) + " is the value beyond the data"
+  line("outside", info.outside ? human_number(*info.outside) + " (value beyond the data)"
                                : "void (surfaces end at the last sample)");
   line("margin", std::to_string(info.margin) + (info.margin == 1 ? " layer" : " layers") +
                      " of samples around the data");
@@ -100,7 +100,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
   for (const double isovalue : info.suggested_isovalues) isovalues += human_number(isovalue) + "  ";
   line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
   line("size", human_bytes(file.bytes()) + ", " + human_bytes(packed_sample_bytes(file)) +
-                   " of it samples, which have " + human_bytes(sample_bytes(info)) + " unpacked");
+                   " of it samples (" + human_bytes(sample_bytes(info)) + " decompressed)");
   line("error spectrum", "errors for " + std::to_string(bins_of(file)) + " bins of isovalues");
   line("format version", std::to_string(kPreparedFormatVersion));
   line("source", source.file + (source.digest.empty() ? "" : " (XXH3-128 " + source.digest + ")") +
@@ -157,8 +157,8 @@ void add_info_command(Command& program, Run& run) {
   Command* command = program.add_subcommand("info", "Print the properties of a dataset");
   command
       ->add_option("file", arguments->file,
-                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); of a "
-                   "folder, here or in a bucket, all are described")
+                   "Dataset: a file (.mtd) or an address of one (https://, s3://bucket/key); a "
+                   "local folder or one in a bucket: all of its datasets")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print JSON, with the histogram");

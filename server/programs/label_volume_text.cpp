@@ -15,7 +15,7 @@ std::string human_label_volume(const LabelVolume& volume, const DatasetInfo& inf
   const std::string& unit = info.meaning.length_unit;
   return human_count_of(volume.samples, "voxel") +
          (unit.empty() ? "" : " (" + human_number(of_one * samples) + " " + unit + "³)") +
-         ", of which the surface holds " + human_number(percent) + " %";
+         ", of which the surface encloses " + human_number(percent) + " %";
 }
 
 Json json_of(const LabelVolume& volume) {

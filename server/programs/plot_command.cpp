@@ -51,7 +51,7 @@ int plot(const PlotArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   if (std::filesystem::path(arguments.output).extension() != ".svg") {
     throw std::invalid_argument("\"" + arguments.output +
-                                "\" is no name of a plot; plots are SVG files, *.svg.");
+                                "\" is not an SVG file name; plots are *.svg.");
   }
   require_outputs({{"--output", arguments.output}}, {{"file", arguments.file}});
   Progress progress("plot", 2, arguments.quiet || arguments.json);
@@ -107,7 +107,7 @@ void add_plot_command(Command& program, Run& run) {
   command->footer(
       "Numbers of triangles are estimates from a sample of the surface: without simplification "
       "within\n"
-      "a few percent, else mostly within a third.\n"
+      "a few percent, otherwise mostly within a third.\n"
       "Examples:\n"
       "  multitetra-server plot head.mtd -o head.svg\n"
       "  multitetra-server plot head.mtd --errors 0.5,2 --isovalues 200 -o head.svg --json");

@@ -39,9 +39,9 @@ std::optional<AccessRights::Time> expiry_of(const std::string& text) {
   std::string_view unit = text;
   const int count = take_number<int>(unit).value_or(0);
   if (count < 1 || count > kMost || (unit != "d" && unit != "h")) {
-    throw ExitError(kUsage, "--expires is \"" + text +
-                                "\"; it must be days as 30d, hours as 12h, or a moment as "
-                                "2027-01-31T12:00:00Z.");
+    throw ExitError(kUsage, "--expires: \"" + text +
+                                "\" is not a time; write days (30d), hours (12h), or a UTC time "
+                                "(2027-01-31T12:00:00Z).");
   }
   const auto now = time_point_cast<seconds>(system_clock::now());
   return now + (unit == "d" ? hours(24 * count) : hours(count));
@@ -64,10 +64,10 @@ void add_line(const TokenArguments& arguments, const std::string& name, const st
   std::string text = file.text();
   if (has_name(parsed(arguments.file, text), name)) {
     if (!arguments.replace) {
-      throw ExitError(kUsage, "\"" + name + "\" has a token in " + arguments.file +
-                                  " already; --replace makes it invalid, and so does: "
-                                  "multitetra-server token revoke " +
-                                  name + " --file " + arguments.file);
+      throw ExitError(kUsage,
+                      "\"" + name + "\" already has a token in " + arguments.file +
+                          "; --replace revokes it, and so does: multitetra-server token revoke " +
+                          name + " --file " + arguments.file);
     }
     text = without_name(text, name).text;
   }
@@ -83,8 +83,8 @@ int make_token(const TokenArguments& arguments) {
       access_line(name, token, arguments.datasets, expires, arguments.surfaces_only);
   if (const auto made = parse_access_list(line); !made || made->size() != 1) {
     throw std::invalid_argument(
-        "NAME and datasets must be words: without spaces and \"#\" in "
-        "front; ? in a pattern stands for any character.");
+        "NAME and datasets must not contain spaces or begin with \"#\"; ? in a pattern matches any "
+        "character.");
   }
   if (!arguments.file.empty()) add_line(arguments, name, line);
   if (arguments.json) {
@@ -147,8 +147,8 @@ int revoke_token(const TokenArguments& arguments) {
   if (arguments.json) {
     std::cout << text_of({{"name", name}, {"file", arguments.file}, {"removed", without.removed}});
   } else {
-    std::cout << printable(name) << " is not in " << printable(arguments.file)
-              << " any more; running servers apply it after SIGHUP (systemctl reload multitetra)\n";
+    std::cout << printable(name) << " is no longer in " << printable(arguments.file)
+              << "; running servers apply this after SIGHUP (systemctl reload multitetra)\n";
   }
   return kOk;
 }
@@ -159,9 +159,9 @@ Run run_of(const std::shared_ptr<const TokenArguments>& a) {
   const bool is_list = verb == "list";
   const bool is_revoke = verb == "revoke";
   if (words != (is_revoke ? 2 : 1)) {
-    throw UsageError("name", "write NAME, list, or revoke NAME.");
+    throw UsageError("name", "give NAME, list, or revoke NAME.");
   }
-  if ((is_list || is_revoke) && a->file.empty()) throw UsageError("--file", "name the file.");
+  if ((is_list || is_revoke) && a->file.empty()) throw UsageError("--file", "give the token file.");
   if (is_list) return [a] { return list_tokens(*a); };
   if (is_revoke) return [a] { return revoke_token(*a); };
   return [a] { return make_token(*a); };
@@ -176,19 +176,19 @@ void add_token_command(Command& program, Run& run) {
   command
       ->add_option("name", a->words,
                    "NAME: create a token, with this name in the log; list: print all tokens; "
-                   "revoke NAME: make it invalid")
+                   "revoke NAME: revoke the token")
       ->required()
       ->type_name("NAME|list|revoke NAME");
   command
       ->add_option("--datasets", a->datasets,
-                   "Datasets that it gives access to; * is any characters and ? one (repeatable)")
+                   "Datasets that it gives access to; * matches any characters, ? one character "
+                   "(repeatable)")
       ->capture_default_str();
   command
-      ->add_option(
-          "--file,--append", a->file,
-          "Token file. A new token's line is added to it, and the token alone is printed; a "
-          "missing file is created, readable by its owner and, when root makes it, by the group of "
-          "its folder")
+      ->add_option("--file,--append", a->file,
+                   "Token file. A line for the new token is added, and only the token is printed; "
+                   "a missing file is created, readable by its owner and, if root creates it, by "
+                   "the group of its folder")
       ->type_name("FILE");
   command
       ->add_option("--expires", a->expires,
@@ -196,8 +196,8 @@ void add_token_command(Command& program, Run& run) {
                    "(default: never)")
       ->type_name("WHEN");
   command->add_flag("--surfaces-only", a->surfaces_only,
-                    "It gives access to meshes only; no samples, as slices and probes show them");
-  command->add_flag("--replace", a->replace, "Make the token that NAME has by now invalid");
+                    "It gives access to meshes only; not to samples (slices, probes)");
+  command->add_flag("--replace", a->replace, "Revoke the current token of NAME");
   command->add_flag("--json", a->json, "Print JSON");
   command->footer(
       "Examples:\n"
@@ -207,7 +207,7 @@ void add_token_command(Command& program, Run& run) {
       "  multitetra-server token list --file tokens\n"
       "  multitetra-server token revoke alice --file tokens\n"
       "\n"
-      "The token is printed once: the file holds only its SHA-256. Servers read the file again on\n"
+      "The token is printed once: the file contains only its SHA-256. Servers reload the file on\n"
       "SIGHUP; tokens expire without it.");
   command->callback([a, &run] { run = run_of(a); });
 }

@@ -30,7 +30,7 @@ Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   const std::uint64_t bytes = verify_dataset(place, on_progress);
   progress.finish();
   if (!arguments.quiet && !arguments.json) {
-    std::cout << printable(place, /*keeps_lines=*/false) << ": every byte is as it was written ("
+    std::cout << printable(place, /*keeps_lines=*/false) << ": all checksums match ("
               << human_bytes(bytes) << ")\n";
   }
   return {
@@ -70,10 +70,9 @@ void add_verify_command(Command& program, Run& run) {
   Command* command = program.add_subcommand(
       "verify", "Check every byte of a dataset; serving checks only what it reads");
   command
-      ->add_option(
-          "file", arguments->file,
-          "Dataset: a file (.mtd) or an address of one; in a folder, here or in a bucket, all "
-          "are checked")
+      ->add_option("file", arguments->file,
+                   "Dataset: a file (.mtd) or an address of one; a local folder or one in a "
+                   "bucket: all of its datasets")
       ->required()
       ->type_name("DATASET");
   command->add_flag("--json", arguments->json, "Print a JSON report");
@@ -83,7 +82,7 @@ void add_verify_command(Command& program, Run& run) {
       "  multitetra-server verify head.mtd\n"
       "  multitetra-server verify s3://volumes/head.mtd\n"
       "  multitetra-server verify datasets/\n"
-      "Exit code 0: the dataset is whole. 1: damaged; the message names section and brick.");
+      "Exit code 0: the dataset is complete. 1: damaged; the message states section and brick.");
   command->callback([arguments, &run] { run = [arguments] { return verify(*arguments); }; });
 }
 

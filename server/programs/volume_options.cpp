@@ -13,8 +13,8 @@ namespace multitetra {
 
 ComponentChoice component_from(const std::string& text) {
   if (const auto chosen = ComponentChoice::from(text)) return *chosen;
-  throw ExitError(kUsage, "--component is \"" + text +
-                              "\"; it must be a number from 0 on, magnitude or luminance.");
+  throw ExitError(kUsage, "--component: \"" + text +
+                              "\" is invalid; write an index from 0, magnitude or luminance.");
 }
 
 std::optional<double> outside_from(const std::string& text) {
@@ -25,19 +25,20 @@ std::optional<double> outside_from(const std::string& text) {
     if (used == text.size() && std::isfinite(value)) return value;
   } catch (const std::exception&) {  // Reported below.
   }
-  throw std::invalid_argument("--outside is \"" + text + "\"; it must be void or a finite number.");
+  throw std::invalid_argument("--outside: \"" + text +
+                              "\" is invalid; write void or a finite number.");
 }
 
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin) {
   command
       .add_option("--outside", outside,
                   "Value beyond the data, or void; a value closes surfaces, void ends them at the "
-                  "last sample (default: void, and 0 for labels)")
+                  "last sample (default: void; 0 for labels)")
       ->type_name("VALUE");
   command
       .add_option("--margin", margin,
                   "Layers of that value around the data; 1 closes surfaces on all sides (default: "
-                  "0, and 1 for labels)")
+                  "0; 1 for labels)")
       ->within(0, 4096);
 }
 
@@ -63,12 +64,13 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--component", component,
                      "Component of a sample: its index from 0, magnitude, or luminance (RGB)");
   command.add_flag("--follow", follow,
-                   "Read data files that lie outside the folder of the header that names them");
-  command.add_flag("--resample", resample,
-                   "DICOM: interpolate uneven slices and those of a tilted gantry to an even grid");
+                   "Read data files outside the folder of the header that refers to them");
+  command.add_flag(
+      "--resample", resample,
+      "DICOM: interpolate unevenly spaced slices and those of a tilted gantry to an even grid");
   const auto parse_dims = [this](const std::string& text) -> std::optional<std::string> {
     const auto sides = dims_from(text);
-    if (!sides) return "must be three numbers, as 64,64,32 or 64x64x32";
+    if (!sides) return "must be three numbers, such as 64,64,32 or 64x64x32";
     dims = *sides;
     return std::nullopt;
   };
@@ -77,11 +79,13 @@ void VolumeOptions::add_to(Command& command) {
   const auto parse_type = [this](const std::string& text) -> std::optional<std::string> {
     auto known = stored_type_from(text);
     if (!known) known = stored_type_from_word(text);
-    if (!known) return "must be u8, i8, u16, i16, f32, u32, i32, u64, i64, f64 or a word as uint8";
+    if (!known)
+      return "must be u8, i8, u16, i16, f32, u32, i32, u64, i64, f64 or a name such as uint8";
     type = name(*known);
     return std::nullopt;
   };
-  command.add_parsed("--type", parse_type, "Raw file: type of a sample, as u8, uint16 or float32")
+  command
+      .add_parsed("--type", parse_type, "Raw file: type of a sample, such as u8, uint16 or float32")
       ->type_name("TYPE")
       ->default_text(type)
       ->needs(layout);
@@ -107,7 +111,7 @@ void VolumeOptions::add_to(Command& command) {
       ->type_name("X,Y,Z");
   command
       .add_option("--orient", orient,
-                  "Turns the volume upright: the new directions of the axes x, y and z of the "
+                  "Turn the volume upright: the new directions of the axes x, y and z of the "
                   "coordinates that `info` prints without this option")
       ->type_name("AXIS,AXIS,AXIS");
   command
@@ -154,16 +158,17 @@ Placement VolumeOptions::placement() const {
   if (!spacing.empty()) {
     const auto is_length = [](double step) { return std::isfinite(step) && step > 0; };
     if (!std::all_of(spacing.begin(), spacing.end(), is_length)) {
-      throw ExitError(kUsage, "--spacing: a distance between samples is a number greater than 0.");
+      throw ExitError(kUsage,
+                      "--spacing: the distance between samples must be a number greater than 0.");
     }
     std::copy_n(spacing.begin(), 3, placement.spacing.emplace().begin());
   }
   if (!orient.empty()) {
     placement.orient = axis_directions_from(orient);
     if (!placement.orient) {
-      throw ExitError(kUsage, "--orient is \"" + orient +
-                                  "\"; it must be x, y and z in any order, each with a minus or "
-                                  "without, such as x,-z,y.");
+      throw ExitError(kUsage, "--orient: \"" + orient +
+                                  "\" is invalid; write x, y and z in any order, each with or "
+                                  "without a minus, such as x,-z,y.");
     }
   }
   if (!origin.empty()) std::copy_n(origin.begin(), 3, placement.origin.emplace().begin());
@@ -171,7 +176,7 @@ Placement VolumeOptions::placement() const {
   if (!length_unit.empty()) {
     placement.length_unit = unit_from(length_unit);
     if (placement.length_unit->empty()) {
-      throw ExitError(kUsage, "--length-unit is \"" + length_unit +
+      throw ExitError(kUsage, "--length-unit: \"" + length_unit +
                                   "\"; it must be UTF-8 of at most " +
                                   std::to_string(kMaxUnitBytes) +
                                   " bytes without control characters, such as mm.");

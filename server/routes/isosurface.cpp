@@ -37,19 +37,19 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
     return std::nullopt;
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The server has not enough memory for this mesh in one response; allow a larger "
-                "error, or take it as a stream.");
+                "The server does not have enough memory for this mesh in one response; allow a "
+                "larger error, or request it as a stream.");
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making a mesh file failed: ") + failure.what(),
+    log_line(LogLevel::kError, std::string("creating a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to make this mesh's file; see its log.");
+    return fail(ErrorCode::kInternal, "The server failed to create this mesh file; see its log.");
   }
 }
 
 Answer no_storage(RequestContext& context) {
   const Error error = {ErrorCode::kUnavailable,
-                       "The temporary folder of this server is full or cannot be written; its log "
-                       "has the reason. Allow a larger error, or request the surface as a stream."};
+                       "The temporary folder of this server is full or not writable; see its log. "
+                       "Allow a larger error, or request the surface as a stream."};
   (void)context.refused(error);
   return error_answer(507, error, context.request_id);
 }
@@ -77,12 +77,13 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
   if (!format) {
     return fail(ErrorCode::kUnsupportedVersion,
                 "Meshes are sent as model/gltf-binary, application/ply, model/stl, model/obj, "
-                "application/vnd.draco or application/vnd.vtk.polydata+xml, and the request "
-                "accepts none of them.");
+                "application/vnd.draco or application/vnd.vtk.polydata+xml; the request accepts "
+                "none of these.");
   }
   if (surfaces->size() > 1 && *format != MeshFormat::kGlb) {
-    return fail(ErrorCode::kInvalidArgument,
-                "Several surfaces in one file need format=glb; request one at a time.");
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "Several surfaces in one file require format=glb; otherwise request one at a time.");
   }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
   Wanted wanted{.info = std::move(*info),

@@ -25,10 +25,9 @@ SharedBytes shared(std::string bytes) {
 }
 
 tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
-  return fail(ErrorCode::kUnknownDataset,
-              "Nothing is at \"" + file.path +
-                  "\" of this dataset; there are surfaces/info, surfaces/SEGMENT.index and "
-                  "image/info, and the files that those list.");
+  return fail(ErrorCode::kUnknownDataset, "This dataset has no file \"" + file.path +
+                                              "\"; it has surfaces/info, surfaces/SEGMENT.index, "
+                                              "image/info, and the files that they list.");
 }
 
 // Returns the tag of a mesh file or chunk, known before it is made. Returns none if the file is
@@ -52,10 +51,10 @@ Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, in
     return shared(mesh_fragment(weld(pointers, resolution), cell));
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The server has not enough memory for this mesh; allow a larger error.");
+                "The server does not have enough memory for this mesh; allow a larger error.");
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making a fragment failed: ") + failure.what(), {});
-    return fail(ErrorCode::kInternal, "The server failed to make this mesh; see its log.");
+    log_line(LogLevel::kError, std::string("creating a fragment failed: ") + failure.what(), {});
+    return fail(ErrorCode::kInternal, "The server failed to create this mesh; see its log.");
   }
 }
 
@@ -151,7 +150,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   while (!mesh->left.empty()) {
     if (std::chrono::steady_clock::now() > until) {
       co_return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
-                                     .text = "The mesh is being made; retry in 1 s.",
+                                     .text = "The mesh is being generated; retry in 1 s.",
                                      .retry_after = 1});
     }
     const auto made = co_await make_fragment(tree, mesh, context);

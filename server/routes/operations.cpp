@@ -16,12 +16,13 @@ Answer readiness_answer(const ServerContext& server, std::string_view request_id
     return error_answer(work.error(), request_id);
   }
   if (server.service.is_ready()) return liveness_answer();
-  return error_answer({ErrorCode::kUnavailable, "The server takes no new work now."}, request_id);
+  return error_answer({ErrorCode::kUnavailable, "The server does not accept new requests now."},
+                      request_id);
 }
 
 Answer metrics_answer(const ServerContext& server, std::string_view request_id) {
   if (!server.metrics) {
-    return error_answer(404, {ErrorCode::kInvalidArgument, "This server offers no metrics."},
+    return error_answer(404, {ErrorCode::kInvalidArgument, "This server does not provide metrics."},
                         request_id);
   }
   Answer answer{.body = body_of(server.metrics())};

@@ -54,10 +54,11 @@ Result<Route> tileset_file(const VersionedPath& versioned) {
   const bool is_first = path.size() == kTilesetSegments && path.back() == "tileset.json";
   if (path.size() < kTilesetSegments || path.size() > kTilesetSegments + 1 || path[2] != "iso" ||
       (path.size() == kTilesetSegments && !is_first)) {
-    return fail(ErrorCode::kInvalidArgument,
-                "3D Tiles are at /v1/3dtiles/DATASET/iso/ISOVALUE/tileset.json, or with the "
-                "error of the finest level in voxels at "
-                "/v1/3dtiles/DATASET/iso/ISOVALUE,error=ERROR/tileset.json, and below.");
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "3D Tiles are at /v1/3dtiles/DATASET/iso/ISOVALUE/tileset.json, or with the error of the "
+        "finest level in voxels at /v1/3dtiles/DATASET/iso/ISOVALUE,error=ERROR/tileset.json; the "
+        "tileset lists all further files.");
   }
   return TilesetFile{.dataset = path[1],
                      .settings = path[3],
@@ -85,10 +86,11 @@ Result<Route> neuroglancer_file(const VersionedPath& versioned) {
     }
   }
   if (!is_known || path.size() < 4) {
-    return fail(ErrorCode::kInvalidArgument,
-                "Neuroglancer's sources are /v1/neuroglancer/DATASET/image and "
-                "/v1/neuroglancer/DATASET/surfaces, or with the error of the finest level in "
-                "voxels /v1/neuroglancer/DATASET/surfaces,error=ERROR, and what is below.");
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "Neuroglancer's sources are /v1/neuroglancer/DATASET/image and "
+        "/v1/neuroglancer/DATASET/surfaces, or with the error of the finest level in voxels "
+        "/v1/neuroglancer/DATASET/surfaces,error=ERROR, and the files that they list.");
   }
   file.dataset = path[1];
   for (const std::string& segment : path.subspan(3)) {
@@ -130,8 +132,9 @@ Result<Route> route_of(const Target& target) {
     if (path[1] == "tiles" && path.size() == 3) {
       const auto digest = ContentDigest::from_hex(path[2]);
       if (digest) return TileBytes{*digest};
-      return fail(ErrorCode::kInvalidArgument,
-                  "\"" + path[2] + "\" is no tile's digest, which has 32 hexadecimal digits.");
+      return fail(
+          ErrorCode::kInvalidArgument,
+          "\"" + path[2] + "\" is not the digest of a tile, which has 32 hexadecimal digits.");
     }
   }
   return ViewerFile{target.raw_path};

@@ -123,7 +123,7 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     Answer answer = error_answer(
         405,
-        {ErrorCode::kInvalidArgument, "The method here is GET or HEAD, not " +
+        {ErrorCode::kInvalidArgument, "The method must be GET or HEAD, not " +
                                           std::string(view_of(request.method_string())) + "."},
         context.request_id);
     add_field(answer, "Allow", kMethods);

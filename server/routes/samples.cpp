@@ -66,7 +66,7 @@ Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors
     return picture_of(slice, colors);
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The server has not enough memory for this picture; request fewer pixels.");
+                "The server does not have enough memory for this picture; request fewer pixels.");
   } catch (const std::exception& failure) {
     log_line(LogLevel::kError, std::string("drawing a slice failed: ") + failure.what(), {});
     return fail(ErrorCode::kInternal, "The server failed to draw this slice; see its log.");

@@ -11,11 +11,11 @@ Answer tile_answer(SurfaceService& service, const ContentDigest& digest, const H
     return is_shell ? permit.may_see_shells(dataset) : permit.may_see(dataset);
   });
   if (!found) {
-    return error_answer(404,
-                        {ErrorCode::kInvalidArgument,
-                         "The server does not hold this tile any more, or never had it; a stream "
-                         "brings it."},
-                        context.request_id);
+    return error_answer(
+        404,
+        {ErrorCode::kInvalidArgument,
+         "The server does not have this tile, or no longer; request it with a stream."},
+        context.request_id);
   }
   Answer answer{.body = body_of(found->tile.payload)};
   add_field(answer, "Content-Type",

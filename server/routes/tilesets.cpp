@@ -27,18 +27,19 @@ Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, cons
     if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     return std::make_shared<const std::string>(cell_glb(std::move(surface.mesh), info, cell));
   } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The server has not enough memory for this cell's file; allow a larger error.");
+    return fail(
+        ErrorCode::kLimitExceeded,
+        "The server does not have enough memory for this cell's file; allow a larger error.");
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making a cell's file failed: ") + failure.what(),
+    log_line(LogLevel::kError, std::string("creating a cell's file failed: ") + failure.what(),
              {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to make this file; see its log.");
+    return fail(ErrorCode::kInternal, "The server failed to create this file; see its log.");
   }
 }
 
 tl::unexpected<Error> no_file(const TilesetFile& file) {
-  return fail(ErrorCode::kUnknownDataset, "This tree has no file \"" + file.file +
-                                              "\"; tileset.json leads to those that there are.");
+  return fail(ErrorCode::kUnknownDataset,
+              "This tree has no file \"" + file.file + "\"; tileset.json refers to all files.");
 }
 
 }  // namespace
@@ -71,9 +72,8 @@ Result<TilesetRoute::Wanted> TilesetRoute::found(const TilesetFile& file, Datase
   wanted.cell = wanted.tree.root();
   if (!wanted.is_first) {
     if (file.id != id) {
-      return fail(
-          ErrorCode::kUnknownDataset,
-          "Dataset \"" + file.dataset + "\" is another one now; load its tileset.json again.");
+      return fail(ErrorCode::kUnknownDataset,
+                  "Dataset \"" + file.dataset + "\" has been replaced; reload its tileset.json.");
     }
     const std::string_view name = file.file;
     wanted.is_surface = name.ends_with(kSurfaceSuffix);

@@ -20,15 +20,15 @@ constexpr std::string_view kPage =
     "<!doctype html>\n"
     "<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Multi-Tetra streaming</title>\n"
     "<meta name=\"viewport\" content=\"width=device-width\">\n"
-    "<style>body{font:1rem/1.5 sans-serif;max-width:40rem;margin:3rem auto;padding:0 1rem}"
-    "</style></head><body>\n"
+    "<style>body{font:1rem/1.5 sans-serif;max-width:40rem;margin:3rem auto;padding:0 "
+    "1rem}</style></head><body>\n"
     "<h1>Multi-Tetra streaming</h1>\n"
-    "<p>This server offers isosurfaces of volume data. Its web viewer is not installed here; "
-    "what there is:</p>\n"
+    "<p>This server offers isosurfaces of volume data. Its web viewer is not installed. Available "
+    "resources:</p>\n"
     "<ul><li><a href=\"v1/datasets\">v1/datasets</a>: the datasets</li>\n"
     "<li>v1/datasets/NAME/isosurface?isovalue=V&amp;error=1&amp;format=glb: a mesh</li>\n"
     "<li>v1/stream: the conversation over a WebSocket (multitetra.v1)</li>\n"
-    "<li><a href=\"v1/openapi.json\">v1/openapi.json</a>: all of it in detail</li></ul>\n"
+    "<li><a href=\"v1/openapi.json\">v1/openapi.json</a>: all resources in detail</li></ul>\n"
     "</body></html>\n";
 
 bool accepts(const HttpRequest& request, std::string_view coding) {
@@ -59,7 +59,7 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
   if (!file && (path != "/" || !files.is_empty())) {
     return error_answer(
         404,
-        {ErrorCode::kInvalidArgument, "There is nothing at \"" + std::string(path) +
+        {ErrorCode::kInvalidArgument, "There is no resource \"" + std::string(path) +
                                           "\"; /v1/openapi.json lists all resources."},
         request_id);
   }

@@ -8,7 +8,7 @@ void DatasetCatalogue::add(std::shared_ptr<const SurfaceProvider> source) {
   const std::string name = source->info().name;
   if (!sources_.try_emplace(name, std::move(source)).second) {
     throw std::invalid_argument("Two datasets are named \"" + name +
-                                "\"; every dataset needs a name of its own.");
+                                "\"; the names of datasets must be unique.");
   }
 }
 

@@ -21,7 +21,7 @@ std::uint64_t rounded(double value) {
 // Fails with an internal error for a source without samples.
 Result<const PreparedVolume*> volume_of(const SurfaceProvider& source) {
   if (const PreparedVolume* volume = source.volume()) return volume;
-  return fail(ErrorCode::kInternal, "This server has no samples of the dataset.");
+  return fail(ErrorCode::kInternal, "This server does not have samples of the dataset.");
 }
 
 Result<DatasetQueryReply> answer(const SurfaceProvider& source, const Estimate& asked,

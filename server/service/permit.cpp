@@ -15,7 +15,7 @@ Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool s
   const std::vector<Preview>& begun = open.resumed_previews;
   if (!begun.empty() && begun.front().finest_spacing > 1 << info.grid_exponent) {
     return fail(ErrorCode::kInvalidArgument,
-                "OpenStream.resumed_previews names a preview with a finest spacing of " +
+                "OpenStream.resumed_previews has a preview with a finest spacing of " +
                     std::to_string(begun.front().finest_spacing) + "; dataset \"" + info.name +
                     "\" has a grid of " + std::to_string(1 << info.grid_exponent) +
                     " steps a side.");
@@ -26,9 +26,9 @@ Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool s
                              has_shells(info, level_of(preview_step(open.request, preview, info)));
     if (is_possible) continue;
     return fail(ErrorCode::kInvalidArgument,
-                "OpenStream.resumed_previews names sample shells that this client, this request or "
-                "dataset \"" +
-                    info.name + "\" cannot have; leave them out.");
+                "OpenStream.resumed_previews has sample shells that are not possible for this "
+                "client, this request or dataset \"" +
+                    info.name + "\"; omit them.");
   }
   return {};
 }
@@ -99,7 +99,7 @@ Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
   for (const DatasetInfo& info : describe()) known.push_back(info.name);
   return fail(ErrorCode::kUnknownDataset,
               "No dataset is named \"" + dataset +
-                  "\"; the list of datasets (multitetra-client list, /v1/datasets) names all." +
+                  "\"; see the list of datasets (multitetra-client list, /v1/datasets)." +
                   did_you_mean(dataset, known));
 }
 
@@ -183,7 +183,7 @@ Result<RunQuery> Permit::accept(DatasetQuery query) const {
   if (const auto checked = check(query); !checked) return tl::unexpected(checked.error());
   if (is_for_surfaces_only() && !std::holds_alternative<Estimate>(query)) {
     return fail(ErrorCode::kInvalidArgument,
-                "Slices and probes show samples; this client may see surfaces only.");
+                "Slices and probes show samples; this client has access to surfaces only.");
   }
   const IsosurfaceRequest* request = request_of(query);
   auto source = request ? provider(dataset_of(query), *request) : provider(dataset_of(query));

@@ -16,7 +16,7 @@ Result<LatticeMesh> tile_of(const SurfaceTiles& tiles, std::size_t i) {
   LatticeMesh mesh;
   if (tiles.meshes.empty()) {
     if (!tiles.payloads[i]) {
-      return fail(ErrorCode::kDamagedData, "Tile " + std::to_string(i) + " did not come.");
+      return fail(ErrorCode::kDamagedData, "Tile " + std::to_string(i) + " is missing.");
     }
     auto decoded = decode_tile(*tiles.payloads[i], tiles.begin.tiles[i], request.lattice_resolution,
                                request.normal_bits);
@@ -28,7 +28,7 @@ Result<LatticeMesh> tile_of(const SurfaceTiles& tiles, std::size_t i) {
   if (tiles.begin.scalars) {
     if (!tiles.scalars[i]) {
       return fail(ErrorCode::kDamagedData,
-                  "The scalars of tile " + std::to_string(i) + " did not come.");
+                  "The scalars of tile " + std::to_string(i) + " are missing.");
     }
     auto values = decode_scalars(*tiles.scalars[i], mesh.vertices, *tiles.begin.scalars);
     if (!values) return tl::unexpected(values.error());
@@ -65,8 +65,8 @@ Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles)
   if (triangles <= max_triangles) return {};
   return fail(ErrorCode::kLimitExceeded,
               "The mesh has " + std::to_string(triangles) +
-                  " triangles, and one response holds at most " + std::to_string(max_triangles) +
-                  "; allow a larger error, name max_triangles, or take it as a stream.");
+                  " triangles; one response may have at most " + std::to_string(max_triangles) +
+                  "; allow a larger error, set max_triangles, or request it as a stream.");
 }
 
 Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
@@ -95,7 +95,7 @@ Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
   surface.mesh = weld(pointers, surface.request.lattice_resolution);
   if (digest(surface.mesh) != surface.digest) {
     return fail(ErrorCode::kDamagedData,
-                "The surface is not the one that was announced: this is the server's mistake.");
+                "The surface does not match its manifest: this is a bug in the server.");
   }
   return surface;
 }

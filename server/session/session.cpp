@@ -17,11 +17,11 @@ Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
     return fail(ErrorCode::kInvalidArgument,
                 "The request id is " + std::to_string(open.request_id) +
                     "; it must be greater than " + std::to_string(last_request_id) +
-                    ", that of the last stream on this connection.");
+                    ", the id of the last stream on this connection.");
   }
   if (open.cached_tile_digests.size() <= max_held_digests) return {};
   return fail(ErrorCode::kLimitExceeded,
-              "The request names " + std::to_string(open.cached_tile_digests.size()) +
+              "The request lists " + std::to_string(open.cached_tile_digests.size()) +
                   " held tiles; at most " + std::to_string(max_held_digests) + " are allowed.");
 }
 
@@ -80,7 +80,7 @@ void Session::stream_ended(std::uint64_t request_id) {
 Actions Session::answer(const Hello& hello) {
   if (is_welcomed_) {
     return {reply({ErrorCode::kUnexpectedMessage,
-                   "Hello was received already; it is the first message only."})};
+                   "Hello was already received; it must be the first message only."})};
   }
   if (hello.min_version > kProtocolVersion || hello.max_version < kProtocolVersion) {
     return end({ErrorCode::kUnsupportedVersion,
@@ -91,8 +91,7 @@ Actions Session::answer(const Hello& hello) {
   if (std::find(hello.codecs.begin(), hello.codecs.end(), PayloadCodec::kDracoLattice) ==
       hello.codecs.end()) {
     return end({ErrorCode::kInvalidArgument,
-                "The client does not decode Draco on the lattice (codec 1), which every client "
-                "must."});
+                "The client does not decode Draco on the lattice (codec 1), which is required."});
   }
   auto permit = Permit::of(hello.token, access_, catalogue_, limits_);
   if (!permit) return end(permit.error());
@@ -145,10 +144,9 @@ Actions Session::ask(DatasetQuery query) {
   auto accepted = permit_.accept(std::move(query));
   if (!accepted) return {reply(accepted.error(), request_id)};
   if (queries_ >= options_.max_queries) {
-    return {reply({ErrorCode::kLimitExceeded,
-                   "There are " + std::to_string(queries_) +
-                       " queries (estimates, slices, probes) under way on this connection; wait "
-                       "for one of their answers."},
+    return {reply({ErrorCode::kLimitExceeded, "There are " + std::to_string(queries_) +
+                                                  " queries (estimates, slices, probes) in "
+                                                  "progress on this connection; wait for a reply."},
                   request_id)};
   }
   ++queries_;

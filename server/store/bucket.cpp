@@ -32,7 +32,7 @@ std::string text_of(const HttpAnswer& answer) {
                             const std::string& what) {
   const std::string code = xml_element(text_of(answer), "Code");
   throw StoreError(address,
-                   what + ": the bucket answers with status " + std::to_string(answer.status) +
+                   what + ": the bucket returned status " + std::to_string(answer.status) +
                        (code.empty() ? "" : " (" + code + ")"),
                    "Check the address, the network and the credentials");
 }
@@ -48,7 +48,7 @@ void check_next_page(const std::string& folder, const std::string& token,
   if (token.size() > kMostTokenBytes) {
     fail_listing(folder, "a continuation token of " + std::to_string(token.size()) + " bytes");
   }
-  if (!tokens.insert(token).second) fail_listing(folder, "a continuation token that repeats");
+  if (!tokens.insert(token).second) fail_listing(folder, "a repeated continuation token");
   if (tokens.size() >= limits.pages) {
     fail_listing(folder, "more than " + std::to_string(limits.pages) + " pages");
   }
@@ -105,8 +105,8 @@ class Upload {
         send("POST", "uploadId=" + percent_encoded(id_), std::as_bytes(std::span(xml)), headers);
     // A bucket may detect a failure after it has started a 200 response.
     if (answer.status == 412 || answer.status == 409) {
-      throw StoreError(address_, "another file was written there meanwhile",
-                       "Look at it, then try again");
+      throw StoreError(address_, "another file was written to this address in the meantime",
+                       "Check that file, then try again");
     }
     if (!answer.is_good() || text_of(answer).find("<Error>") != std::string::npos) {
       fail_with(address_, answer, "it cannot be written");

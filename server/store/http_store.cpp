@@ -39,7 +39,7 @@ class HttpStore : public ObjectStore {
     const std::filesystem::path inside(key);
     const bool leads_out = std::find(inside.begin(), inside.end(), "..") != inside.end();
     if (leads_out && !follow_) {
-      throw StoreError(base_, "it names '" + key + "', which leads out of the address",
+      throw StoreError(base_, "it refers to '" + key + "', which is outside its address",
                        "Correct its metadata, or allow it with --follow if you trust them");
     }
     return base_ + percent_encoded(key, "/!$&'()*+,;=:@");
@@ -51,12 +51,12 @@ class HttpStore : public ObjectStore {
     if (answer.status == 404 || answer.status == 410) return std::nullopt;
     if (answer.status == 401 || answer.status == 403) {
       throw StoreAccessDenied(
-          request.address, "the server refuses it with status " + std::to_string(answer.status),
-          "Check the credentials; a bucket also answers so for missing objects, unless it "
-          "may be listed");
+          request.address,
+          "the server rejected the request with status " + std::to_string(answer.status),
+          "Check the credentials; a bucket that must not be listed also returns this for missing "
+          "objects");
     }
-    throw StoreError(request.address,
-                     "the server answers with status " + std::to_string(answer.status),
+    throw StoreError(request.address, "the server returned status " + std::to_string(answer.status),
                      "Check the address, the network and the credentials");
   }
 

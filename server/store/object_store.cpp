@@ -27,7 +27,7 @@ class ObjectFile {
     struct stat status = {};
     if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
       ::close(descriptor_);
-      fail("it is no regular file");
+      fail("it is not a regular file");
     }
     size_ = static_cast<std::uint64_t>(status.st_size);
   }
@@ -43,7 +43,7 @@ class ObjectFile {
           ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
       if (count < 0 && errno == EINTR) continue;
       if (count < 0) fail_with_reason();
-      if (count == 0) fail("it became shorter while it was read");
+      if (count == 0) fail("it was truncated while it was read");
       offset += static_cast<std::uint64_t>(count);
       into = into.subspan(static_cast<std::size_t>(count));
     }
@@ -74,7 +74,7 @@ class FolderStore : public ObjectStore {
     if (!path) return std::nullopt;
     const ObjectFile file(*path);
     if (file.size() > most) {
-      file.fail("it has " + std::to_string(file.size()) + " bytes and may have " +
+      file.fail("it has " + std::to_string(file.size()) + " bytes; the limit is " +
                 std::to_string(most));
     }
     std::vector<std::byte> bytes(file.size());
@@ -117,7 +117,7 @@ class FolderStore : public ObjectStore {
   }
 
   [[noreturn]] void fail_leading_out(const std::string& key) const {
-    throw StoreError(folder_.string(), "it names '" + key + "', which leads out of the folder",
+    throw StoreError(folder_.string(), "it refers to '" + key + "', which is outside the folder",
                      "Put the file into the folder, or allow it with --follow if you trust it");
   }
 

@@ -88,7 +88,7 @@ std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t 
   HttpAnswer answer = file.client->send(
       {.address = file.url, .range = ByteRange{.first = 0, .length = bytes}, .most = bytes});
   if (!answer.is_good()) {
-    throw StoreError(address, "the server answers with status " + std::to_string(answer.status),
+    throw StoreError(address, "the server returned status " + std::to_string(answer.status),
                      "Check the address, the network and the credentials");
   }
   file.size = answer.total;
@@ -96,11 +96,10 @@ std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t 
   file.last_modified = answer.last_modified;
   if (file.size == 0 || (file.etag.empty() && file.last_modified.empty())) {
     throw StoreError(address,
-                     file.size == 0
-                         ? "the server does not send the length of the file"
-                         : "the server gives neither ETag nor Last-Modified, so that a file that "
-                           "is replaced would not be noticed",
-                     "Use a server that does, or a copy on this machine");
+                     file.size == 0 ? "the server does not send the length of the file"
+                                    : "the server sends neither ETag nor Last-Modified, so a "
+                                      "replaced file cannot be detected",
+                     "Use a server that does, or a local copy");
   }
   file.version =
       (file.etag.empty() ? file.last_modified : file.etag) + " " + std::to_string(file.size);
@@ -220,12 +219,12 @@ void RemoteFiles::fetch_run(const OpenFile& file, std::uint64_t first,
            .most = bytes});
       if (answer.status == kPreconditionFailed ||
           (answer.is_good() && !file.is_version_of(answer))) {
-        throw StoreError(file.address, "the file was replaced since it was opened",
-                         "Open it again; a server does so on SIGHUP");
+        throw StoreError(file.address, "the file has been replaced since it was opened",
+                         "Reopen it; a server does so on SIGHUP");
       }
       if (!answer.is_good() || answer.bytes.size() != bytes) {
         throw StoreError(file.address,
-                         "the server answers with status " + std::to_string(answer.status),
+                         "the server returned status " + std::to_string(answer.status),
                          "Check the address, the network and the credentials");
       }
       const std::byte* from = answer.bytes.data();

@@ -96,8 +96,8 @@ tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
     if (tolerant.topology_tolerance <= request.topology_tolerance) continue;
     const SurfaceSize size = estimated({.request = tolerant});
     if (!fits(size, request)) continue;
-    text += ", or let features of up to " + shortest_text(tolerant.topology_tolerance) +
-            " voxels vanish with topology_tolerance";
+    text += ", or allow features of up to " + shortest_text(tolerant.topology_tolerance) +
+            " voxels to vanish with topology_tolerance";
     break;
   }
   return fail(ErrorCode::kLimitExceeded, text + ".");
@@ -189,7 +189,7 @@ class TriangleLimit {
       return fail(ErrorCode::kLimitExceeded,
                   "The surface in the cell has " +
                       std::to_string(static_cast<std::uint64_t>(triangles)) +
-                      " triangles, and this server gives at most " + std::to_string(most_) +
+                      " triangles; this server sends at most " + std::to_string(most_) +
                       "; request its octants, or allow a larger error.");
     }
     const double expected = careful()({.request = request}).triangles;
@@ -214,12 +214,12 @@ class TriangleLimit {
     const IsosurfaceRequest fitting = within_budget(request, source_.info(), size_of_request);
     std::string text = "The surface has " + about +
                        std::to_string(static_cast<std::uint64_t>(triangles)) +
-                       " triangles, and this server gives at most " + std::to_string(most_);
+                       " triangles; this server sends at most " + std::to_string(most_);
     if (!fits(size_of_request({.request = fitting}), request)) return text + ".";
     const double error = std::max(fitting.error, fitting.thresholds.at_least);
     text += "; it fits with an error of " + shortest_text(error) + " " +
             std::string(name(request.unit)) + (request.unit == LengthUnit::kVoxel ? "s" : " units");
-    return text + ", or name a budget with max_triangles.";
+    return text + ", or set a budget with max_triangles.";
   }
 
   const SurfaceProvider& source_;
@@ -322,8 +322,7 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
 Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const IsosurfaceRequest& request,
                                  std::stop_token stop) {
   if (request.cell) {
-    return fail(ErrorCode::kInvalidArgument,
-                "An estimate is of a whole surface; leave the cell out.");
+    return fail(ErrorCode::kInvalidArgument, "An estimate is for a whole surface; omit the cell.");
   }
   const SizeEstimates sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
   const ErrorSchedule schedule(request, source.info());

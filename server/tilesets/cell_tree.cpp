@@ -32,18 +32,18 @@ Result<TreeSettings> tree_settings_from(std::string_view text) {
   const auto refuse = [&](const std::string& what) {
     return fail(ErrorCode::kInvalidArgument,
                 "\"" + std::string(text) + "\": " + what +
-                    "; give an isovalue and optionally the error of the finest level in voxels as "
-                    "500.5 or 500.5,error=0.25.");
+                    "; give an isovalue and optionally the error of the finest level in voxels, "
+                    "such as 500.5 or 500.5,error=0.25.");
   };
   const std::size_t comma = text.find(',');
   const auto isovalue = parse_finite(text.substr(0, comma));
-  if (!isovalue) return refuse("the isovalue is no finite number");
+  if (!isovalue) return refuse("the isovalue is not a finite number");
   TreeSettings settings{.isovalue = *isovalue};
   if (comma == std::string_view::npos) return settings;
   const std::string_view rest = text.substr(comma + 1);
-  if (!rest.starts_with(kError)) return refuse("after the comma only error= is allowed");
+  if (!rest.starts_with(kError)) return refuse("only error= is allowed after the comma");
   const auto error = parse_finite(rest.substr(kError.size()));
-  if (!error || *error < 0) return refuse("the error is no finite number from 0 on");
+  if (!error || *error < 0) return refuse("the error is not a finite number of at least 0");
   settings.error = *error;
   return settings;
 }

@@ -28,8 +28,8 @@ tcp::acceptor listening(asio::io_context& io, const Endpoint& at, const char* op
     const std::string address = to_string(at).substr(std::string_view("tcp://").size());
     throw AddressError("Cannot listen on " + address + " (" + option +
                        "): " + error.code().message() +
-                       ". Is another server running there? Choose another port with " + option +
-                       " HOST:PORT, port 0 for a free one, or " + option + " off.");
+                       ". Another server may be using this port. Choose another one with " +
+                       option + " HOST:PORT, port 0 for any free port, or " + option + " off.");
   }
 }
 
@@ -69,8 +69,7 @@ asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
     try {
       on_accept(std::move(socket), peer);
     } catch (const std::exception& failure) {
-      log_line(LogLevel::kError,
-               std::string("the connection could not be served: ") + failure.what(),
+      log_line(LogLevel::kError, std::string("serving a connection failed: ") + failure.what(),
                {{"peer", peer.name}});
     }
   }

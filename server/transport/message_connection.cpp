@@ -50,7 +50,7 @@ void MessageConnection::keep_time(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
     if (!conversation_->is_welcomed()) {
-      end({ErrorCode::kUnavailable, "No Hello arrived in time."});
+      end({ErrorCode::kUnavailable, "Hello was not received in time."});
       return;  // The linger time begins now.
     }
   }
@@ -92,7 +92,7 @@ asio::awaitable<void> MessageConnection::read() {
     if (conversation_->is_welcomed()) transport_->set_limit(conversation_->max_message_bytes());
   }
   if (transport_->was_cut_off() && !conversation_->is_over()) {
-    log(LogLevel::kInfo, "left inside a message");
+    log(LogLevel::kInfo, "connection closed within a message");
   }
   conversation_->leave();
 }

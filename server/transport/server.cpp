@@ -187,7 +187,7 @@ class Server::Running {
     memory_timer_.cancel();
     service_->stop();
     for (const auto& listener : listeners_) {
-      listener->close({ErrorCode::kUnavailable, "The server stops; connect again later."});
+      listener->close({ErrorCode::kUnavailable, "The server is stopping; connect again later."});
     }
   }
 

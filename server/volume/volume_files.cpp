@@ -54,7 +54,7 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   if (bytes > memory) {
     fail_reading(file,
                  "its " + to_text(header.dims) + " samples need " + std::to_string(bytes) +
-                     " bytes of memory and this machine has " + std::to_string(memory),
+                     " bytes of memory, but this machine has " + std::to_string(memory),
                  "Reduce the volume or use a larger machine");
   }
 }
@@ -132,7 +132,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
   const std::optional<DescribedRaw> raw = layout_of_raw(path);
   if (!raw) fail_reading(path, "the layout of its samples is unknown", "Give it with --dims");
   StoredVolume volume = open_described(*raw);
-  volume.notices.push_back("'" + path.string() + "': the layout is from " + raw->source + ".");
+  volume.notices.push_back("'" + path.string() + "': using the layout from " + raw->source + ".");
   return volume;
 }
 
@@ -151,19 +151,19 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   const auto refuse = [&](const std::string& option, const std::string& what) {
     const ImageHeader& header = volume.header;
     fail_reading(path,
-                 option + " does not apply: the file has no " + what + ", but one volume of " +
+                 option + " does not apply: the file has no " + what + ", only one volume of " +
                      to_text(header.dims) + " samples" +
                      (header.components > 1 && !volume.component_of_time
                           ? " of " + std::to_string(header.components) + " components"
                           : ""),
-                 "Leave " + option + " out");
+                 "Omit " + option);
   };
   const bool has_arrays = format == VolumeFormat::kVti || format == VolumeFormat::kPvti ||
                           format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5 ||
                           format == VolumeFormat::kNetcdf3;
   if (!choice.array.empty() && !has_arrays) refuse("--array", "named arrays");
   const bool has_levels = format == VolumeFormat::kZarr || format == VolumeFormat::kHdf5;
-  if (choice.level && !has_levels) refuse("--level", "levels of resolution");
+  if (choice.level && !has_levels) refuse("--level", "resolution levels");
   if (!choice.series.empty() && format != VolumeFormat::kDicom) refuse("--series", "DICOM series");
   if (choice.resample && format != VolumeFormat::kDicom) refuse("--resample", "DICOM slices");
   if (choice.time.value_or(0) != 0 && volume.members.times.count <= 1) refuse("--time", "times");
@@ -183,7 +183,7 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
   }
   if (!fs::exists(path)) {
     if (!is_stack_pattern(path.filename().string()) || opening.options.raw) {
-      fail_reading(path, "there is no such file", "Check the name");
+      fail_reading(path, "the file does not exist", "Check the name");
     }
     format = VolumeFormat::kImageStack;
     return open_image_stack(path);
@@ -193,17 +193,18 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
   if (format) return open_format(path, *format, choice);
   if (fs::is_directory(path)) {
     fail_reading(path,
-                 "this folder holds neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
-                 "Known are " + known_files());
+                 "this folder has neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
+                 "Supported formats: " + known_files());
   }
   std::string beginning(4, '\0');
   std::ifstream(path, std::ios::binary).read(beginning.data(), 4);
   if (beginning == "\x89MTD") {
-    fail_reading(path, "it is no volume, but a dataset already",
-                 "Serve it, or prepare the volume that it was made of");
+    fail_reading(path, "it is already a prepared dataset",
+                 "Serve it, or prepare the volume from which it was made");
   }
-  fail_reading(path, "neither its content nor its name is that of a known format",
-               "Known are " + known_files() + "; give the layout of raw samples with --dims");
+  fail_reading(
+      path, "neither its content nor its name matches a supported format",
+      "Supported formats: " + known_files() + "; give the layout of raw samples with --dims");
 }
 
 std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {

@@ -57,6 +57,6 @@ done
 [ "$(curl -s -o /dev/null -w '%{http_code}' "$site/volumes/metrics")" = 404 ] || fail "nginx exposes the metrics"
 [ "$(curl -s -o /dev/null -w '%{http_code} %{redirect_url}' "$site/volumes")" = "308 $site/volumes/" ] ||
   fail "/volumes does not lead to /volumes/"
-ends 1 "it leads to /volumes/, connect there" "$client" list --server "ws://127.0.0.1:$port/volumes"
+ends 1 "it redirects to /volumes/; connect there" "$client" list --server "ws://127.0.0.1:$port/volumes"
 curl -sf -o /dev/null "$http/livez" || fail "the server itself is not to be asked without the path"
 ends 2 "/volumes" "$server" serve gyroid.mtd --base-path 'https://example.org/volumes'

@@ -26,7 +26,7 @@ echo 'max-conections = 1' >typo.toml
 ends 2 'no option "max-conections"' "$gateway" --upstream tcp://127.0.0.1:1 --config typo.toml
 ends 2 '--upstream' "$gateway"
 ends 2 'tls://HOST:PORT' "$gateway" --upstream wss://127.0.0.1:1
-ends 2 'a certificate needs its key' "$gateway" --upstream tcp://127.0.0.1:1 --tls-cert listener.pem
+ends 2 'give both: a certificate and its key' "$gateway" --upstream tcp://127.0.0.1:1 --tls-cert listener.pem
 ends 2 'both are off' "$gateway" --upstream tcp://127.0.0.1:1 --http off
 ends 4 'nowhere.pem does not exist' "$gateway" --upstream tcp://127.0.0.1:1 --tls-cert nowhere.pem --tls-key nowhere.key
 ends 4 'nowhere.pem' "$gateway" --upstream tls://127.0.0.1:1 --upstream-ca nowhere.pem --http 127.0.0.1:0

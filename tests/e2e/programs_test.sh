@@ -175,9 +175,9 @@ done
 [ "$("$client" estimate --server "$url" --dataset gyroid --error 0.7 --json | grep -cE '"triangles_(least|most)"')" = 2 ] || fail "no range of triangles"
 "$client" fetch --server "$url" --dataset gyroid --error 3 -o coarse.ply --quiet
 [ "$(stat -c %s coarse.ply)" -lt "$(stat -c %s fetched.ply)" ] || fail "a finer region gives no larger mesh"
-ends 2 "no shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
+ends 2 "does not begin with a shape" "$client" fetch --server "$url" --dataset gyroid --region cone:1=2 -o x.ply
 ends 2 "regions[0].ball.radius" "$client" fetch --server "$url" --dataset gyroid --region ball:1,2,3,-4=2 -o x.ply
-ends 2 "no such file" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
+ends 2 "the file does not exist" "$client" fetch --server "$url" --dataset gyroid --threshold-grid none.nrrd -o x.ply
 # Snapshots are reproducible and change with the view.
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 -o once.png --quiet
 "$client" snapshot --server "$url" --dataset gyroid --size 320x200 --threads 3 -o twice.png --json >snapshot.json
@@ -217,7 +217,7 @@ ends 2 "#dd8265" "$client" snapshot $two --surface-color red -o never.png
 # Empty surfaces are reported, and written only with --allow-empty.
 for command in "$client snapshot --server $url --dataset gyroid -o nothing.png" \
   "$client fetch --server $url --dataset gyroid -o nothing.ply" "$server extract gyroid.mtd -o nothing.obj"; do
-  ends 6 'there is none at isovalue 1e+09; values of "gyroid" go from' $command --isovalue 1e9
+  ends 6 'there is no surface at isovalue 1e+09; values of "gyroid" range from' $command --isovalue 1e9
   ends 6 "The surface is empty" $command --isovalue 1e9 --quiet
   ends 6 '"is_empty": true' $command --isovalue 1e9 --json
   ! ls nothing.* 2>/dev/null || fail "an empty surface was written by $command"
@@ -234,7 +234,7 @@ ends 0 "Region 2 is outside" "$client" fetch --server "$url" --dataset gyroid --
   --region ball:90,90,90,3=0 -o x.ply
 ends 0 "from (0, 0, 0) to (32, 32, 32) in sample indices" "$server" extract gyroid.mtd --region-unit index \
   --region halfspace:0,0,1,40=0 -o x.ply
-ends 2 "low corner above its high one along y" "$client" fetch --server "$url" --dataset gyroid --region box:1,9,1,9,1,9=0 -o x.ply
+ends 2 "low corner above its high corner along y" "$client" fetch --server "$url" --dataset gyroid --region box:1,9,1,9,1,9=0 -o x.ply
 ends 2 "1280x960" "$client" snapshot --server "$url" --dataset gyroid --size 12by9 -o x.png
 ends 2 "PNG" "$client" snapshot --server "$url" --dataset gyroid -o x.jpg
 ends 2 '"gyroid"' "$client" snapshot --server "$url" -o x.png
@@ -290,7 +290,7 @@ ends 1 "127.0.0.1:1" "$client" fetch --server tcp://127.0.0.1:1 --deadline 0.1 -
 ends 1 "nowhere/x.ply" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.ply
 ends 1 "nowhere/x.json" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report nowhere/x.json
 ends 1 "nowhere/x.png" "$client" snapshot --server tcp://127.0.0.1:1 --dataset gyroid -o nowhere/x.png
-ends 2 "--report: ./x.ply is written by --output" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report ./x.ply
+ends 2 "--report: ./x.ply is also written by --output" "$client" fetch --server tcp://127.0.0.1:1 --dataset gyroid -o x.ply --report ./x.ply
 ends 1 "standard output" sh -c "'$client' list --server '$url' >/dev/full"
 ends 1 "standard output" sh -c "'$server' info gyroid.mtd --json >/dev/full"
 
@@ -315,13 +315,13 @@ cp volume.nrrd taken.mtd
 ends 2 "no dataset" "$server" prepare volume.nrrd -o taken.mtd
 ends 1 "nowhere/x.mtd" "$server" prepare volume.nrrd -o nowhere/x.mtd
 ends 2 "file" "$server" extract torus.mtd -o mesh.ply --model torus.mtd
-ends 2 "--model: mesh.ply is written by --output" "$server" extract torus.mtd -o mesh.ply --model mesh.ply
+ends 2 "--model: mesh.ply is also written by --output" "$server" extract torus.mtd -o mesh.ply --model mesh.ply
 [ "$sum" = "$(sha256sum <volume.nrrd)" ] && [ ! -e other.nrrd ] || fail "prepare wrote where it must not"
 "$server" prepare volume.nrrd -o taken.mtd --force --quiet && "$server" prepare volume.nrrd -o taken.mtd --quiet ||
   fail "--force does not replace, or a dataset is not replaced without it"
 ends 0 "--margin 1 closes them" "$server" prepare torus.nrrd -o x.mtd --outside 0
 ends 2 "--outside" "$server" prepare torus.nrrd -o x.mtd --outside nothing
-ends 2 "it is no volume, but a dataset already" "$server" prepare torus.mtd -o again.mtd
+ends 2 "it is already a prepared dataset" "$server" prepare torus.mtd -o again.mtd
 ends 1 "torus.nrrd" "$server" extract torus.nrrd -o x.ply
 ends 2 "suffix" "$server" extract torus.mtd -o x.xyz
 ends 2 "error threshold" "$server" extract torus.mtd -o x.ply --error nan
@@ -338,7 +338,7 @@ ends 0 '"torus" in folder/c.mtd' "$server" info folder
 [ "$("$server" info folder --json | grep -c '"spectrum_bins"')" = 3 ] || fail "info does not list a whole folder as JSON"
 printf 'x' | dd of=folder/a.mtd bs=1 seek=$(($(wc -c <torus.mtd) / 2)) conv=notrunc status=none
 ends 1 "3 datasets, 1 damaged." "$server" verify folder
-ends 1 'folder/b.mtd: every byte is as it was written' "$server" verify folder
+ends 1 'folder/b.mtd: all checksums match' "$server" verify folder
 ends 2 "There is no dataset in empty" "$server" verify empty
 ends 2 "Did you mean --isovalue" "$client" fetch --isovale 3
 ends 2 "Did you mean snapshot" "$client" snapshoot

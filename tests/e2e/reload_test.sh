@@ -21,7 +21,7 @@ reload() {
   looks=$((looks + 1))
   kill -HUP "$pid"
   for _ in $(seq 600); do
-    [ "$(grep -c 'datasets read again\|datasets stay' server.log)" -lt "$looks" ] || return 0
+    [ "$(grep -c 'datasets reloaded\|datasets stay' server.log)" -lt "$looks" ] || return 0
     sleep 0.05
   done
   fail "SIGHUP was not heeded: $(cat server.log)"
@@ -71,7 +71,7 @@ head -c 2000 served/b.mtd >served/broken.mtd
 head -c 2000 served/b.mtd >cut && mv cut served/b.mtd
 reload
 [ "$(names)" = "gyroid volume " ] || fail "a broken file took a dataset away: $(names)"
-grep -q 'left out: .*broken.mtd' server.log || fail "the broken file is not logged"
+grep -q 'skipped: .*broken.mtd' server.log || fail "the broken file is not logged"
 grep -q 'still serving the previous version' server.log || fail "the broken replacement is not logged"
 fetched gyroid >/dev/null || fail "what was served before is not served any more"
 rm served/b.mtd served/broken.mtd

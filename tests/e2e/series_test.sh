@@ -33,17 +33,17 @@ open("in/many.nrrd", "wb").write(b"NRRD0004\ntype: uint16\ndimension: 3\nsizes: 
 EOPY
 ends 0 "--label all" "$server" prepare in/organs.seg.nrrd -o whole.mtd
 for name in . ..; do
-  ends 2 'leads elsewhere in paths and addresses' "$server" prepare in/organs.seg.nrrd -o dots.mtd --name $name
+  ends 2 'refers to another folder in paths and URLs' "$server" prepare in/organs.seg.nrrd -o dots.mtd --name $name
 done
-ends 1 "A dataset's name is UTF-8 without '/'" "$server" prepare in/organs.seg.nrrd --label all --name ../out -o below/organs
+ends 1 "A dataset's name must be UTF-8 without '/'" "$server" prepare in/organs.seg.nrrd --label all --name ../out -o below/organs
 [ -z "$(ls -d dots.mtd out.* below/out* below/organs 2>/dev/null)" ] || fail "something was written under a name that leads elsewhere"
-mkdir there && cp whole.mtd there && ends 2 "no volume in there, but datasets: multitetra-server serve there" \
+mkdir there && cp whole.mtd there && ends 2 "no volume in there, only datasets. Serve them with: multitetra-server serve there" \
   "$server" prepare there -o elsewhere
 ends 0 "2 members, 0 failed" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label all --name organs -o organs
 says organs/organs.label3.mtd '"organs", label 3 (liver, #dd8265)'
 says organs/organs.label7.mtd '"organs", label 7 (rest of it)'
-says organs/organs.label3.mtd ", of which the surface holds 100"
+says organs/organs.label3.mtd ", of which the surface encloses 100"
 "$server" info organs/organs.label7.mtd --json >facts.json
 grep -q '"surface_samples"' facts.json || fail "no volume: $(cat facts.json)"
 says organs/organs.label7.mtd 'suggested isovalues 0.5'
@@ -99,7 +99,7 @@ open("overlap/layers.seg.nrrd", "wb").write((head + layers + keys + "\n").encode
 alone = "dimension: 3\nsizes: 24 24 24\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
 open("overlap/tumour.nrrd", "wb").write((head + alone + "\n").encode() + bytes(tumour))
 EOPY
-ends 0 "its labels are their numbers, 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label all --name layers -o layers
+ends 0 "the numbers of the segments are used as labels, 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label all --name layers -o layers
 [ "$(ls layers | tr '\n' ' ')" = "layers.label1.mtd layers.label2.mtd layers.label3.mtd " ] || fail "other datasets: $(ls layers)"
 says layers/layers.label1.mtd '"layers", label 1 (liver)'
 says layers/layers.label2.mtd '"layers", label 2 (tumour)'
@@ -112,7 +112,7 @@ ends 0 "1 member, 0 failed" "$server" prepare overlap/tumour.nrrd --label 1 --na
 ends 2 "has no segment 5; it has 1 to 4" "$server" prepare overlap/layers.seg.nrrd --label 5 -o some
 ends 1 "segment 4 (none) is empty" "$server" prepare overlap/layers.seg.nrrd --label 4 -o some
 ! "$server" prepare overlap/layers.seg.nrrd --label 4 -o some 2>/dev/null | grep 'Next:' || fail "there is nothing to serve"
-ends 2 "it is a segmentation: 4 segments in 2 layers, as some overlap. Prepare each segment with --label all" \
+ends 2 "it is a segmentation: 4 segments in 2 layers, because some overlap. Prepare each segment with --label all" \
   "$server" prepare overlap/layers.seg.nrrd -o some.mtd
 ends 0 "1 member, 0 failed" "$server" prepare overlap/layers.seg.nrrd --label 1 --component 1 --name chosen -o layers
 says layers/chosen.label1.mtd '"chosen", label 1 (tumour)'
@@ -121,17 +121,17 @@ ends 0 "organs.label7: up to date" "$server" prepare in/organs.seg.nrrd --label 
 says organs/organs.label3.mtd '"organs", label 3 (hepar, #010203)'
 ends 1 "label 4 does not occur in it. Its labels are 3, 7." "$server" prepare in/organs.seg.nrrd --label 4,3 -o some
 [ -e some/organs.seg.label3.mtd ] || fail "after a label that is missing the others are not made"
-ends 2 "Name some of them, such as --label 3,7" "$server" prepare in/many.nrrd --label all -o some
+ends 2 "Select some of them, such as --label 3,7" "$server" prepare in/many.nrrd --label all -o some
 ends 0 '"many.label1599"' "$server" prepare in/many.nrrd --label 1599 -o some
-ends 2 "whole numbers such as 3,7, or all" "$server" prepare in/organs.seg.nrrd --label 3.5 -o some
-ends 2 "all is for itself" "$server" prepare in/organs.seg.nrrd --label all,3 -o some
-ends 2 "named twice" "$server" prepare in/organs.seg.nrrd --label 3,3 -o some
-ends 2 "some.mtd is a name for one dataset, and 2 are to be made; give a folder" "$server" prepare in/organs.seg.nrrd --label all -o some.mtd
+ends 2 "integers such as 3,7, or all" "$server" prepare in/organs.seg.nrrd --label 3.5 -o some
+ends 2 '"all" cannot be combined with names' "$server" prepare in/organs.seg.nrrd --label all,3 -o some
+ends 2 "given twice" "$server" prepare in/organs.seg.nrrd --label 3,3 -o some
+ends 2 "some.mtd is the name of one dataset, but 2 are to be prepared; give a folder" "$server" prepare in/organs.seg.nrrd --label all -o some.mtd
 ends 0 "Next: multitetra-server serve some.mtd" "$server" prepare in/organs.seg.nrrd --label 3 -o some.mtd
 ends 0 "some.mtd" "$server" info some.mtd && rm some.mtd
-ends 2 "line 1 is no label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
+ends 2 "line 1 is not a label" "$server" prepare in/organs.seg.nrrd --label 3 --label-names in/organs.seg.nrrd -o some
 ends 2 "exclude each other" "$server" prepare in/organs.seg.nrrd --label 3 --plan 2 -o some
-ends 2 "for --label" "$server" prepare in/organs.seg.nrrd --label-names names.ctbl -o some
+ends 2 "requires --label" "$server" prepare in/organs.seg.nrrd --label-names names.ctbl -o some
 # The inner label's surface equals the inner boundary of the outer label.
 "$server" extract organs/organs.label3.mtd --isovalue 0.5 --error 0 -o inner.ply --json --quiet >inner.json
 grep -q '"euler_characteristic": 2' inner.json || fail "the surface of a ball's label is no ball"
@@ -140,7 +140,7 @@ grep -q '"euler_characteristic": 4' outer.json || fail "the surface of a shell's
 
 # Parts one voxel thick lose volume in simplification: a notice states their share of a label.
 { printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\n'; head -c 324 /dev/zero; head -c 81 /dev/zero | tr '\0' '\1'; head -c 324 /dev/zero; } >in/thin.nrrd
-ends 0 "of the 81 voxels of label 1 81 lie in parts one voxel thick" "$server" prepare in/thin.nrrd --label 1 -o thin
+ends 0 "of the 81 voxels of label 1 81 are in parts one voxel thick" "$server" prepare in/thin.nrrd --label 1 -o thin
 ! grep -q 'one voxel thick' <("$server" prepare in/organs.seg.nrrd --label 3 -o thick 2>&1) || fail "a ball is not thin"
 
 # A label that reaches the volume's border is closed there by default.
@@ -217,11 +217,11 @@ says beat/beat.t0002.mtd '"beat", time 0.5 s'
 says beat/beat.t0002.mtd '--time 2'
 ends 0 "beat.t0001" "$server" prepare in/beat.nii --all-times --times 1,2,4 --time-unit h -o beat
 says beat/beat.t0002.mtd '"beat", time 4 h'
-ends 2 "--times has 2 numbers, and there are 3 times" "$server" prepare in/beat.nii --all-times --times 1,2 -o beat
-ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times 1,3,2 -o beat
-ends 2 "numbers that increase" "$server" prepare in/beat.nii --all-times --times 0:-1 -o beat
+ends 2 "--times has 2 numbers, but there are 3 times" "$server" prepare in/beat.nii --all-times --times 1,2 -o beat
+ends 2 "write increasing numbers" "$server" prepare in/beat.nii --all-times --times 1,3,2 -o beat
+ends 2 "write increasing numbers" "$server" prepare in/beat.nii --all-times --times 0:-1 -o beat
 ends 2 "exclude each other" "$server" prepare in/beat.nii --all-times --time 1 -o beat
-ends 2 "for --time-series and --all-times" "$server" prepare in/beat.nii --time 1 --times 0:1 -o one.mtd
+ends 2 "requires --time-series or --all-times" "$server" prepare in/beat.nii --time 1 --times 0:1 -o one.mtd
 # The second time, prepared separately, has the same surface.
 "$server" prepare in/beat.nii --time 1 -o second.mtd --quiet
 for dataset in second.mtd beat/beat.t0001.mtd; do
@@ -237,9 +237,9 @@ says frames/run.pressure.t0002.mtd '"run", field pressure, time 2'
 ends 1 "members of a series must have the same grid" "$server" prepare in/run_9.vti in/small.vti --time-series mixed --field pressure -o mixed
 ends 2 "has no field density. Its fields are pressure, hot/cold" "$server" prepare in/run_2.vti --field density -o run
 ends 2 "no '/'" "$server" prepare in/run_9.vti --time-series a/b --field pressure -o mixed
-ends 0 "has one time only" "$server" prepare in/run_9.vti --all-times --field pressure -o one_time
+ends 0 "has only one time" "$server" prepare in/run_9.vti --all-times --field pressure -o one_time
 ends 0 "2 members, 0 failed" "$server" prepare in/run_2.vti --field all -o one_time
-ends 0 "arrays 'pressure' is taken" "$server" prepare in/run_2.vti -o one_array.mtd
+ends 0 "arrays, 'pressure' is used" "$server" prepare in/run_2.vti -o one_array.mtd
 says one_time/run_2.pressure.mtd '"run_2", field pressure'
 
 ends 0 "4 members, 0 failed" "$server" prepare in/cells.zarr --all-times --field all -o cells
@@ -272,7 +272,7 @@ with h5py.File("in/odd.h5", "w") as file:
     for name in ("a", "bell\x07name", "q"):
         file[name] = numpy.arange(120, dtype="<i2").reshape(4, 5, 6)
 EOPY
-  ends 0 "field '/bell\\x07name' is left out" "$server" prepare in/odd.h5 --field all -o odd
+  ends 0 "field '/bell\\x07name' is skipped" "$server" prepare in/odd.h5 --field all -o odd
   [ -f odd/odd.a.mtd ] && [ -f odd/odd.q.mtd ] || fail "a field that has a name is left out"
   says flow/flow.b_q.t0001.mtd '"flow", field b/q, time 1.5 ms'
   says flow/flow.b_q.t0001.mtd '127 to 246'
@@ -315,5 +315,5 @@ ends 0 "1 member, 0 failed" "$server" prepare in/organs.seg.nrrd --label 3 --nam
 
 # --- a dataset of another source is replaced only on request
 "$server" prepare again/v1.nrrd -o kept.mtd --quiet
-ends 2 "kept.mtd is a dataset of 'v1.nrrd'" "$server" prepare again/v2.nrrd -o kept.mtd
+ends 2 "kept.mtd is a dataset prepared from 'v1.nrrd'" "$server" prepare again/v2.nrrd -o kept.mtd
 ends 0 "kept.mtd" "$server" prepare again/v2.nrrd -o kept.mtd --force

@@ -36,11 +36,11 @@ grep -qx "tokens=\"$PWD/tokens\"" paths || fail "a relative path: $(grep tokens 
 echo 'max-conections = 1' >typo.toml
 ends 2 'no option "max-conections"' "$server" serve v.mtd --config typo.toml
 printf 'threads = 1\nmax-regions = 5\nthreads = 2\n' >twice.toml
-ends 2 'there twice' "$server" serve v.mtd --config twice.toml
+ends 2 'is set twice' "$server" serve v.mtd --config twice.toml
 echo 'max-connections = "many"' >word.toml
 ends 2 'max-connections' "$server" serve v.mtd --config word.toml
 ends 2 'cannot be read' "$server" serve v.mtd --config nowhere.toml
-ends 2 'a certificate needs its key' "$server" serve v.mtd --tls-cert server.pem
+ends 2 'give both: a certificate and its key' "$server" serve v.mtd --tls-cert server.pem
 ends 2 'datasets' "$server" serve
 ends 2 'both are off' "$server" serve v.mtd --tcp off --http off
 ends 4 'nowhere.pem does not exist' "$server" serve v.mtd --tls-cert nowhere.pem --tls-key nowhere.key
@@ -51,7 +51,7 @@ ends 5 'no dataset' "$server" serve nowhere.mtd
 head -c 100 v.mtd >damaged.mtd
 start server "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off
 url=$(url_of server tcp)
-grep -q 'left out' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
+grep -q 'skipped: ' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
 ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"
@@ -91,5 +91,5 @@ ends 1 'port uses HTTP: write ws://' "$client" list --server "tcp://${alone_http
 ends 1 "write $alone_tcp" "$client" list --server "ws://${alone_tcp#tcp://}"
 ends 1 'does this port use TLS' "$client" list --server "tls://${alone_tcp#tcp://}"
 ends 1 'write tls://' "$client" list --server "tcp://localhost:${port##*:}"
-ends 1 'is for another name than localhost' "$client" list --server "tls://localhost:${port##*:}" --ca tls.pem
+ends 1 'is not valid for the name localhost' "$client" list --server "tls://localhost:${port##*:}" --ca tls.pem
 ends 7 '--http HOST:PORT' "$server" serve v.mtd --tcp off --http "${alone_http#http://}"

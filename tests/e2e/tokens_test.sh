@@ -23,7 +23,7 @@ if [ "$(id -u)" = 0 ]; then
 fi
 bob=$("$server" token bob --datasets 'sp*' --append tokens)
 [ "$(stat -c %a tokens)" = 640 ] || fail "the file's mode has changed"
-ends 2 '"alice" has a token in tokens already' "$server" token alice --file tokens
+ends 2 '"alice" already has a token in tokens' "$server" token alice --file tokens
 [ "$(grep -c '^alice ' tokens)" = 1 ] || fail "two tokens of one name"
 "$server" token list --file tokens >list
 [ "$(cat list)" = "alice *
@@ -83,7 +83,7 @@ sleep 1
 [ "$(lines '/v1/datasets/sphere')" = 1 ] || fail "one rejection has several lines: $(cat watched.log)"
 [ "$(lines '/v1/datasets/nowhere\|refused')" = 1 ] || fail "one rejection by rate has several lines: $(cat watched.log)"
 grep '/v1/datasets/nowhere' watched.log | grep 'name=seer' | grep -q 'reason=' || fail "429 without name or reason: $(cat watched.log)"
-grep 'tokens file read again' watched.log | grep -q 'tokens=2' || fail "no count of tokens: $(cat watched.log)"
+grep 'tokens file reloaded' watched.log | grep -q 'tokens=2' || fail "no count of tokens: $(cat watched.log)"
 ends_well watched "$pid"
 pid=$watching
 

@@ -95,11 +95,11 @@ starts closed --no-browser --outside 0 --margin 1 volumes/bar.nrrd
 ends_by_interrupt
 found=0
 for made in cache/multitetra/bar-*/bar.mtd; do
-  "$server" info "$made" | grep -q 'outside.* 0 is the value beyond the data' && found=$((found + 1))
+  "$server" info "$made" | grep -q 'outside.* 0 (value beyond the data)' && found=$((found + 1))
 done
 [ "$found" = 1 ] || fail "view --outside 0 made $found datasets with that value"
 if "$view" view --no-browser --outside nothing volumes/bar.nrrd 2>err.txt; then fail "--outside nothing is taken"; fi
-grep -q 'must be void or a finite number' err.txt || fail "--outside nothing: $(cat err.txt)"
+grep -q 'write void or a finite number' err.txt || fail "--outside nothing: $(cat err.txt)"
 
 # --- the cache is bounded: the least recently used dataset is evicted, displayed ones stay
 starts bounded --no-browser --cache-bytes 1 volumes/bar.nrrd

@@ -38,12 +38,12 @@ std::optional<std::string> parameter_fault(const StepBegin& begin, const Isosurf
       given.thresholds.at_least = asked.thresholds.at_least;
       given.topology_tolerance = asked.topology_tolerance;
     }
-    if (given != asked) return "the final step has other parameters than the request";
+    if (given != asked) return "the parameters of the final step differ from the request";
     if (begin.request.thresholds.at_least < asked.thresholds.at_least ||
         begin.request.topology_tolerance < asked.topology_tolerance) {
-      return "the final step claims to be finer than the request";
+      return "the final step is finer than the request";
     }
-    if (begin.finest_spacing != 1) return "the final step leaves out the finest points";
+    if (begin.finest_spacing != 1) return "the final step omits the finest points";
     return std::nullopt;
   }
   if (!(given.error >= asked.error)) return "a preview's error is below the request's";
@@ -63,7 +63,7 @@ std::optional<std::string> parameter_fault(const StepBegin& begin, const Isosurf
   if (given != asked) return "a preview differs from the request in more than its accuracy";
   if (begin.finest_spacing < 1 ||
       !std::has_single_bit(static_cast<std::uint32_t>(begin.finest_spacing))) {
-    return "the finest spacing is no power of two";
+    return "the finest spacing is not a power of two";
   }
   return std::nullopt;
 }
@@ -77,7 +77,7 @@ bool is_in_grid(const OctreeCube& cube, int grid_exponent) {
 
 std::optional<std::string> summary_fault(const TileSummary& tile, int grid_exponent) {
   if (!is_in_grid(tile.cube, grid_exponent)) return "it lies outside the grid";
-  if (tile.triangles == 0) return "it has no triangle";
+  if (tile.triangles == 0) return "it has no triangles";
   if (tile.vertices < 3 || tile.vertices > 3 * std::uint64_t{tile.triangles}) {
     return std::to_string(tile.vertices) + " vertices cannot belong to " +
            std::to_string(tile.triangles) + " triangles";
@@ -89,7 +89,8 @@ std::optional<std::string> summary_fault(const TileSummary& tile, int grid_expon
 // The distance moved by simplification is part of the step's error bound.
 std::optional<std::string> simplification_fault(const TileSummary& tile, const StepBegin& begin) {
   if (tile.simplification_bound == 0) return std::nullopt;
-  if (!begin.request.simplify) return "it is simplified, although the request excludes that";
+  if (!begin.request.simplify)
+    return "it is simplified, although the request forbids simplification";
   if (tile.simplification_bound <= begin.error_bound_world) return std::nullopt;
   return "simplification moved it by up to " + std::to_string(tile.simplification_bound) +
          ", more than the step's error bound of " + std::to_string(begin.error_bound_world);
@@ -99,10 +100,10 @@ std::optional<std::string> simplification_fault(const TileSummary& tile, const S
 std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream& open,
                                        const DatasetInfo& info) {
   if (open.request.cell || open.request.normal_bits != 0 || open.scalars) {
-    return "it has sample shells, which have no cells, normals or scalars";
+    return "it has sample shells, which cannot have cells, normals or scalars";
   }
   if (begin.is_final && open.use == MeshUse::kKeep) {
-    return "the final step has sample shells, though its mesh shall be kept";
+    return "the final step has sample shells, although the client keeps its mesh";
   }
   std::vector<OctreeCube> cubes;
   for (const TileSummary& tile : begin.tiles) cubes.push_back(tile.cube);
@@ -111,7 +112,7 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   constexpr double kRounding = 1e-9;
   const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);
   if (std::abs(begin.error_bound_world - bound) <= kRounding * bound) return std::nullopt;
-  return "its claimed error bound is " + std::to_string(begin.error_bound_world) +
+  return "its stated error bound is " + std::to_string(begin.error_bound_world) +
          ", that of its shells is " + std::to_string(bound);
 }
 
@@ -155,7 +156,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
   }
   if (begin.scalars.has_value() != open.scalars.has_value() ||
       (begin.scalars && begin.scalars->bits != open.scalars->bits)) {
-    return "its scalars are not the requested ones";
+    return "its scalars differ from the request";
   }
   ManifestTotals totals;
   std::set<OctreeCube> cubes;
@@ -166,7 +167,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
       return tile_name(begin, i) + ": " + *fault;
     }
     if (auto fault = simplification_fault(tile, begin)) return tile_name(begin, i) + ": " + *fault;
-    if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is there twice";
+    if (!cubes.insert(tile.cube).second) return tile_name(begin, i) + " is listed twice";
     if (!digests.insert(tile.digest).second) {
       return tile_name(begin, i) + " has the same content as another tile";
     }

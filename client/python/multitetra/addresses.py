@@ -6,7 +6,7 @@ _STREAM_PATH = "/v1/stream"
 
 
 def stream_address(url):
-    """Where a client connects: "http://host:7480/#dataset=head" is "ws://host:7480"; others stay as they are."""
+    """The address to connect to: "ws://host:7480" for "http://host:7480/#dataset=head"; other addresses are unchanged."""
     parts = urlsplit(url)
     schemes = {"http": "ws", "https": "wss"}
     if parts.scheme not in schemes:
@@ -16,7 +16,7 @@ def stream_address(url):
 
 
 def page_address(url):
-    """Where the viewer is: "ws://host:7480/v1/stream" is "http://host:7480/". ValueError where there is none."""
+    """The address of the viewer: "http://host:7480/" for "ws://host:7480/v1/stream". ValueError if there is none."""
     parts = urlsplit(url)
     scheme = {"ws": "http", "wss": "https", "http": "http", "https": "https"}.get(parts.scheme)
     if scheme is None or not parts.netloc:

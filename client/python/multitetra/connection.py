@@ -11,7 +11,7 @@ from .samples import SampleArray
 
 
 class EmptySurfaceWarning(UserWarning):
-    """The requested surface has no triangle."""
+    """The requested surface has no triangles."""
 
 
 def connect(url, token="", ca=None, insecure=False, timeout=60.0):
@@ -68,7 +68,7 @@ class Connection:
         self._client.close()
 
     def datasets(self):
-        """A DatasetInfo each: name, shape (along x, y, z), spacing, affine, unit, min, max, suggested_isovalues and so on."""
+        """A DatasetInfo for each dataset: name, shape (along x, y, z), spacing, affine, unit, min, max, suggested_isovalues and so on."""
         return self._client.datasets()
 
     def series(self, name):
@@ -81,7 +81,7 @@ class Connection:
 
     @takes_a_request
     def isosurface(self, dataset, isovalue, **request):
-        """The surface without previews: a Mesh. With color_by its `scalars` are the values of that dataset."""
+        """The surface without previews: a Mesh. With color_by, its `scalars` are the values of that dataset."""
         *_, step = self._steps(dataset, *self._request(dataset, isovalue, **request), True, False)
         return step.mesh
 
@@ -107,7 +107,7 @@ class Connection:
 
     @takes_a_request
     def estimate(self, dataset, isovalue, **request):
-        """How large the surface would be, without making it: an Estimate."""
+        """The estimated size of the surface: an Estimate."""
         self._client.info(dataset)
         return self._client.estimate(dataset, surface_request(isovalue, **request)[0])
 
@@ -121,11 +121,11 @@ class Connection:
         """
         info = self._client.info(dataset)
         if plane and (axis is not None or at is not None):
-            raise ValueError("A slice is named by axis and at, or by origin, right, down, width and height; not by both.")
+            raise ValueError("Specify a slice by axis and at, or by origin, right, down, width and height, not by both.")
         plane = {"coordinates": "world", **plane} if plane else _layer(info, axis, at)
         words = [plane.pop(name) for name in ("coordinates", "origin", "right", "down", "width", "height")]
         if plane:
-            raise TypeError(f"A slice has no {', '.join(plane)}.")
+            raise TypeError(f"A slice has no keyword {', '.join(plane)}.")
         return self._client.slice(dataset, *words, interpolation, detail)
 
     def samples(self, dataset, box=None):
@@ -137,11 +137,11 @@ class Connection:
         return array[:] if box is None else array[tuple(slice(*ends) for ends in box)]
 
     def array(self, dataset):
-        """The samples as a SampleArray, for dask, napari, or indexing: they are fetched where it is indexed."""
+        """The samples as a SampleArray, for dask, napari, or indexing: samples are fetched when it is indexed."""
         return SampleArray(self, self._client.info(dataset))
 
     def probe(self, dataset, places, coordinates="world"):
-        """What the field is at places (n, 3): a ProbedPlace each, with world, index, value and gradient."""
+        """The field at places (n, 3): a ProbedPlace for each, with world, index, value and gradient."""
         self._client.info(dataset)
         return self._client.probe(dataset, np.asarray(places, float).reshape(-1, 3), coordinates)
 

@@ -42,14 +42,14 @@ class Mesh:
 
     @property
     def bounds(self):
-        """(2, 3): the least and the largest coordinates of its vertices; NaN without vertices."""
+        """(2, 3): the smallest and the largest coordinates of its vertices; NaN without vertices."""
         if len(self.vertices) == 0:
             return np.full((2, 3), np.nan)
         return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
     @property
     def area(self):
-        """In square units of the world, of this mesh: where `area_is_exact` is false, that of the full-resolution surface differs, and no distance bounds by how much."""
+        """The area of this mesh in square world units. If `area_is_exact` is false, the area of the full-resolution surface differs, and no distance bounds the difference."""
         a, b, c = (self.vertices[self.faces[:, i]] for i in range(3))
         return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
@@ -60,7 +60,7 @@ class Mesh:
         ValueError where the surface has a border, as where it ends with the data: it encloses nothing then.
         """
         if _edges(self)[1]:
-            raise ValueError("The surface is open at the border of the data, so it encloses no volume; `prepare` with --outside VALUE --margin 1 closes it.")
+            raise ValueError("The surface is open at the border of the data and does not enclose a volume; `prepare` with --outside VALUE --margin 1 closes it.")
         if len(self.faces) == 0:
             return 0.0
         # Centering reduces rounding errors.
@@ -101,7 +101,7 @@ class Mesh:
         _client.save_mesh(str(path), self.vertices, self.faces, self.normals, self.scalars)
 
     def to_pyvista(self):
-        """A pyvista.PolyData, where pyvista is installed."""
+        """A pyvista.PolyData; requires pyvista."""
         import pyvista
 
         cells = np.column_stack([np.full(len(self.faces), 3), self.faces]).ravel()

@@ -32,7 +32,7 @@ def layers(address):
     server = connect(url)  # Stays open: the image requests its chunks later.
     infos = {info.name: info for info in server.datasets()}
     if "dataset" in chosen and chosen["dataset"] not in infos:
-        raise ValueError(f"There is no dataset {chosen['dataset']} at {url}, but {', '.join(infos)}.")
+        raise ValueError(f"There is no dataset {chosen['dataset']} at {url}; the datasets are {', '.join(infos)}.")
     info = infos[chosen["dataset"]] if "dataset" in chosen else next(iter(infos.values()))
     isovalue = float(chosen["isovalue"]) if "isovalue" in chosen else info.suggested_isovalues[0]
     mesh = server.isosurface(info.name, isovalue, error=float(chosen.get("error", 0.25)))

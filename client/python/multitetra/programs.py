@@ -8,5 +8,5 @@ import sys
 def main():
     server = pathlib.Path(__file__).with_name("programs_of_build") / "bin" / "multitetra-server"
     if not server.exists():
-        sys.exit("This wheel was made of a build without the server; build multitetra_server_program and build the wheel again.")
+        sys.exit("This wheel was made from a build without the server; build multitetra_server_program and build the wheel again.")
     os.execv(server, ["multitetra", *sys.argv[1:]])

@@ -32,7 +32,7 @@ class SampleArray:
             at = index.index(Ellipsis)
             index = index[:at] + (slice(None),) * (self.ndim - len(index) + 1) + index[at + 1 :]
         if len(index) > self.ndim:
-            raise IndexError(f"{len(index)} indices for the three axes x, y and z.")
+            raise IndexError(f"{len(index)} indices were given; the axes are x, y and z.")
         index += (slice(None),) * (self.ndim - len(index))
         ranges = [self._range(one, axis) for axis, one in enumerate(index)]
         values = self._samples(*ranges)
@@ -43,9 +43,9 @@ class SampleArray:
         if isinstance(one, slice):
             return range(*one.indices(side))
         if not isinstance(one, (int, np.integer)):
-            raise TypeError("Samples are indexed by whole numbers and slices.")
+            raise TypeError("Samples are indexed by integers and slices.")
         if not -side <= one < side:
-            raise IndexError(f"{one} is no index of axis {'xyz'[axis]}, which has {side} samples.")
+            raise IndexError(f"{one} is not an index of axis {'xyz'[axis]}, which has {side} samples.")
         return range(one % side, one % side + 1)
 
     def _samples(self, xs, ys, zs):

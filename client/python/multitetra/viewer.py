@@ -40,10 +40,10 @@ class Viewer(ipywidgets.DOMWidget):
     _view_name = traitlets.Unicode("ViewerView").tag(sync=True)
     _view_module = traitlets.Unicode(MODULE).tag(sync=True)
     page = traitlets.Unicode(help="The address of the frame.").tag(sync=True)
-    height = traitlets.Int(480, help="Of the cell, in pixels.").tag(sync=True)
+    height = traitlets.Int(480, help="Height of the cell, in pixels.").tag(sync=True)
     wanted = traitlets.Dict(help="Settings changed in Python.").tag(sync=True)
     settings = traitlets.Dict(help="All settings, as the viewer has them; empty before it is shown.").tag(sync=True)
-    shown = traitlets.Dict(help="Facts of the step that was shown last: triangles, errorWorld (None: a preview, see spacing), topology, ...").tag(sync=True)
+    shown = traitlets.Dict(help="Properties of the step that was last shown: triangles, errorWorld (None: a preview, see spacing), topology, ...").tag(sync=True)
     picks = traitlets.List(help="Places that were clicked: world, index, isovalue.").tag(sync=True)
     ignored = traitlets.List(help="Names of settings that are unknown or whose values are invalid.").tag(sync=True)
 
@@ -57,7 +57,7 @@ class Viewer(ipywidgets.DOMWidget):
         self.wanted = {**self.wanted, **self.settings, **settings}
 
     def get(self, name):
-        """A setting as it is now; None while it has its default."""
+        """The current value of a setting; None for its default."""
         checked({name: None})
         return self.settings.get(name, self.wanted.get(name))
 
@@ -71,7 +71,7 @@ class Viewer(ipywidgets.DOMWidget):
 
     @property
     def error(self):
-        """How far the surface may be from the one at full resolution, in voxels."""
+        """Largest distance from the full-resolution surface, in voxels."""
         return self.get("error")
 
     @error.setter
@@ -80,7 +80,7 @@ class Viewer(ipywidgets.DOMWidget):
 
     @property
     def time(self):
-        """Which time of a series is shown, in its unit; None: that of the dataset that was named."""
+        """The displayed time of a series, in its unit; None: that of the given dataset."""
         return self.get("t")
 
     @time.setter
@@ -89,7 +89,7 @@ class Viewer(ipywidgets.DOMWidget):
 
     @property
     def surfaces(self):
-        """Those beside the first, each a dict of isovalue, error, color, opacity, visible, and if wanted minComponent, dataset."""
+        """The further surfaces, each a dict of isovalue, error, color, opacity, visible, and optionally minComponent, dataset."""
         return self.get("surfaces") or []
 
     @surfaces.setter
@@ -112,7 +112,7 @@ class Viewer(ipywidgets.DOMWidget):
         self.picks = []
 
     def frame(self):
-        """The same without widgets, for front ends that have none and for exported pages: nothing comes back."""
+        """The same without widgets, for front ends without them and for exported pages: changes in the viewer are not reported to Python."""
         return HTML(frame_of(self.page, self.height))
 
     def _ipython_display_(self, **options):
@@ -123,7 +123,7 @@ class Viewer(ipywidgets.DOMWidget):
 def checked(settings):
     unknown = sorted(set(settings) - SETTINGS)
     if unknown:
-        raise ValueError(f"The viewer has no setting named {', '.join(unknown)}; there are {', '.join(sorted(SETTINGS))}.")
+        raise ValueError(f"The viewer has no setting named {', '.join(unknown)}; the settings are {', '.join(sorted(SETTINGS))}.")
     json.dumps(settings, allow_nan=False)  # Raises here, at the caller, for values that are not JSON.
 
 

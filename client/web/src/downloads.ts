@@ -38,11 +38,11 @@ export class Downloads {
   async screenshot(options: PictureOptions): Promise<void> {
     const { notices, surfaces } = this.viewer;
     const isWaiting = !surfaces.lead || !surfaces.isSettled;
-    if (isWaiting) notices.announce("The picture is taken when the surface is complete.");
+    if (isWaiting) notices.announce("The picture will be saved when the surface is complete.");
     const picture = await this.viewer.picture(options);
     if (isWaiting) notices.clear();
     this.save(picture, "png");
-    if (!surfaces.lead) notices.announce("The picture has no surface: none has come.", true);
+    if (!surfaces.lead) notices.announce("The picture has no surface: none was received.", true);
   }
 
   async turntable(form: "video" | "pictures"): Promise<void> {
@@ -70,7 +70,7 @@ export class Downloads {
     const isWhole = surfaces.shownTiles(this.viewer.get()).every(({ shown }) => shown.facts.isFinal && isAtTime(shown.info, time));
     const { failure } = surfaces.progress.get();
     if (info && isAtTime(info, time) && isAtTime(surfaces.lead?.info ?? info, time) && isWhole && failure === null) return;
-    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} did not come.`);
+    throw new Error(`the surface at ${timeText(time, info?.member?.timeUnit ?? "")} was not received.`);
   }
 
   private async animate(animation: Animation, form: "video" | "pictures", goBack = () => {}): Promise<void> {
@@ -109,7 +109,7 @@ export class Downloads {
         expected: first.at === 0 ? surfaces.sizes.get().expected : null,
       }), true);
     } catch {
-      this.viewer.notices.announce("The surface has changed meanwhile; try again.", true);
+      this.viewer.notices.announce("The surface has changed in the meantime; try again.", true);
     }
   }
 
@@ -122,16 +122,16 @@ export class Downloads {
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);
       return { label: renamedLabel(shown.info.member!.label!, viewer.get().labelNames), found, bound: boundOf(shown) };
     }));
-    if (measured.length === 0) return viewer.notices.announce("No label is shown.", true);
+    if (measured.length === 0) return viewer.notices.announce("No labels are shown.", true);
     this.save(new Blob([labelTable(measured, tiles[0].shown.info.lengthUnit)], { type: "text/csv" }), "csv");
   }
 
   private async copy(text: string, what: string): Promise<void> {
     try {
       await navigator.clipboard.writeText(text);
-      this.viewer.notices.announce(`${what} is in the clipboard.`, true);
+      this.viewer.notices.announce(`${what} was copied to the clipboard.`, true);
     } catch {
-      this.viewer.notices.announce("The link is in the address line; this browser does not let pages copy.", true);
+      this.viewer.notices.announce("The link is in the address bar; this browser does not allow pages to copy.", true);
     }
   }
 

@@ -65,7 +65,7 @@ export class Embedding {
       case "picture":
         return this.post("picture", { id, png: await this.viewer.picture() });
       default:
-        return this.post("error", { id, text: `There is no message "${kind}"; there are set, get, fit, reset and picture.` });
+        return this.post("error", { id, text: `Unknown message "${kind}"; the messages are set, get, fit, reset and picture.` });
     }
   }
 

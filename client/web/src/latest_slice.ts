@@ -54,7 +54,7 @@ export class LatestSlice {
       const slice = await this.sources.queries.slice(asked.dataset, asked.grid());
       if (this.wanted) this.shows.slice((this.slice = slice));
     } catch (error) {
-      if (this.wanted?.key === asked.key) this.sources.failed(`There is no slice: ${(error as Error).message}`);
+      if (this.wanted?.key === asked.key) this.sources.failed(`Cannot show the slice: ${(error as Error).message}`);
     }
     this.isAsking = false;
     if (this.wanted && this.wanted.key !== asked.key) return void this.ask(this.wanted);

@@ -180,7 +180,7 @@ async function toggleFullScreen(): Promise<void> {
     if (document.fullscreenElement) await document.exitFullscreen();
     else await view.requestFullscreen();
   } catch {
-    notices.announce("This browser does not let the picture fill the screen here.", true);
+    notices.announce("This browser does not allow fullscreen here.", true);
   }
 }
 
@@ -196,7 +196,7 @@ function viewerIn(element: HTMLElement): Viewer {
     return new Viewer(element, { ...fromAddress(location.hash), server, token });
   } catch (error) {
     const words = h("p", { class: "no-picture" },
-      "This browser cannot draw in three dimensions (WebGL 2): it is switched off, or the graphics " +
+      "This browser cannot draw in three dimensions: WebGL 2 is disabled, or the graphics " +
         "driver is missing.");
     app.replaceWith(words);
     throw error;

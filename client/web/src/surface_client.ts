@@ -90,7 +90,7 @@ export class SurfaceClient implements PoolClient {
         if (this.conversation.isReceived) connectionPool.deal();
       },
       impossible: () => {
-        const text = `This page cannot connect to "${address}", or may not.`;
+        const text = `This page cannot connect to "${address}", or is not allowed to.`;
         this.progress.set({ phase: "lost", retryAt: 0, failure: { ...noErrors, text, isFatal: true } });
       },
     });

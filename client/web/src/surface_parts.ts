@@ -10,7 +10,7 @@ export type PartsChange = { change: Partial<Settings> } | { refusal: string };
 // Hides the component nearest to a place in the world.
 export function withoutPart(settings: Settings, surface: number, place: Vec3): PartsChange {
   const { hiddenParts = [] } = surfacesOf(settings)[surface];
-  if (hiddenParts.length >= mostHiddenParts) return { refusal: `At most ${mostHiddenParts} parts of a surface are hidden one by one.` };
+  if (hiddenParts.length >= mostHiddenParts) return { refusal: `At most ${mostHiddenParts} parts of a surface can be hidden individually.` };
   const part = place.map((value) => Number(value.toPrecision(6))) as Vec3; // With the precision of addresses.
   return { change: withSurface(settings, surface, { hiddenParts: [...hiddenParts, part] }) };
 }

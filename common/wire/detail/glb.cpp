@@ -40,7 +40,7 @@ std::string glb_beginning(const nlohmann::json& json, std::size_t binary) {
   if (total > std::numeric_limits<std::uint32_t>::max()) {
     throw std::system_error(std::make_error_code(std::errc::file_too_large),
                             "A GLB file has at most 4 GiB; this mesh needs " +
-                                std::to_string(total) + " bytes. PLY has no such limit");
+                                std::to_string(total) + " bytes. PLY files have no such limit");
   }
   std::string file = "glTF";
   file.reserve(total);

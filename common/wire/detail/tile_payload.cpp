@@ -53,7 +53,7 @@ Result<TilePayloadClaims> read_claims(std::string_view payload) {
                "the standard or the valence traversal");
   const std::uint32_t vertices = walk.varint("the number of vertices");
   const std::uint64_t triangles = walk.varint("the number of triangles");
-  walk.require(walk.take(kNoFurtherConnectivity), "no attribute with a connectivity of its own");
+  walk.require(walk.take(kNoFurtherConnectivity), "no attribute with its own connectivity");
   const std::uint64_t symbols = walk.varint("the number of symbols");
   const std::uint64_t split_symbols = walk.varint("the number of split symbols");
   walk.require(vertices <= 3 * triangles, "no more than three vertices a triangle");

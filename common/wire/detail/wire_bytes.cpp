@@ -76,8 +76,8 @@ tl::unexpected<ParseError> refuse(ErrorCode code, std::string text, std::uint64_
 }
 
 std::string not_a_message(std::string_view whose, std::size_t bytes) {
-  return std::to_string(bytes) + " bytes are no message of multitetra.v1; a " + std::string(whose) +
-         " was expected.";
+  return std::to_string(bytes) + " bytes are not a message of multitetra.v1; a " +
+         std::string(whose) + " was expected.";
 }
 
 }  // namespace multitetra::wire

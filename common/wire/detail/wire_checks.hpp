@@ -94,7 +94,7 @@ class FieldChecks {
       return static_cast<Ours>(number - 1 + static_cast<int>(kFirst<Ours>));
     }
     fail(ErrorCode::kInvalidArgument, std::string(field) + " has the number " +
-                                          std::to_string(number) + "; known are 1 to " +
+                                          std::to_string(number) + "; valid numbers are 1 to " +
                                           std::to_string(greatest) + ".");
     return last;
   }

@@ -30,7 +30,7 @@ ShellStep read_shell_step(std::string_view field, const v1::ShellStep& wire, Fie
                           .levels_per_octave = static_cast<int>(
                               std::min<std::uint32_t>(wire.levels_per_octave(), 1000))};
   checks.require(is_possible(step), name + ".levels_per_octave",
-                 "must be 1, 2, 4 or 8 of quantized values, else 0.");
+                 "must be 1, 2, 4 or 8 for quantized values, and 0 otherwise.");
   return step;
 }
 

@@ -12,7 +12,7 @@ Histogram read(const v1::Histogram& wire, FieldChecks& checks) {
   checks.finite("DatasetInfo.histogram.low", wire.low());
   checks.finite("DatasetInfo.histogram.high", wire.high());
   checks.require(wire.low() <= wire.high(), "DatasetInfo.histogram.high",
-                 "is less than its low end; it must not be.");
+                 "must be at least its low end.");
   checks.at_most("DatasetInfo.histogram.counts", static_cast<std::size_t>(wire.counts_size()),
                  kMaxHistogramBins, "bins");
   return {.low = wire.low(),
@@ -91,7 +91,7 @@ std::optional<LabelExtent> read_extent(const v1::Label& wire, const DatasetInfo&
     const std::uint32_t least = wire.box(axis);
     const std::uint32_t greatest = wire.box(3 + axis);
     checks.require(least <= greatest && greatest < static_cast<std::uint32_t>(info.dims[at]),
-                   "DatasetInfo.member.label.box", "must be indices of samples, the least first.");
+                   "DatasetInfo.member.label.box", "must be sample indices, the smallest first.");
     place.least[at] = static_cast<std::int32_t>(least);
     place.greatest[at] = static_cast<std::int32_t>(greatest);
     place.centroid[at] = wire.centroid(axis);
@@ -156,7 +156,7 @@ DatasetInfo read_dataset(const v1::DatasetInfo& wire, FieldChecks& checks) {
   read_places(wire, info, checks);
   checks.finite("DatasetInfo.min", wire.min());
   checks.finite("DatasetInfo.max", wire.max());
-  checks.require(wire.min() <= wire.max(), "DatasetInfo.max", "is less than min; it must not be.");
+  checks.require(wire.min() <= wire.max(), "DatasetInfo.max", "must be at least min.");
   info.min = wire.min();
   info.max = wire.max();
   info.void_samples = wire.void_samples();

@@ -45,7 +45,7 @@ ThresholdRegion read(const v1::ThresholdRegion& wire, FieldChecks& checks) {
       break;
     case v1::ThresholdRegion::SHAPE_NOT_SET:
       checks.fail(ErrorCode::kInvalidArgument,
-                  "ThresholdRegion.shape is of no kind known here: box, ball, half_space.");
+                  "ThresholdRegion.shape has an unknown kind; valid kinds: box, ball, half_space.");
   }
   return region;
 }

@@ -50,7 +50,7 @@ void write(const TileScalars& scalars, v1::TileScalars& wire) {
 
 TileScalars read(v1::TileScalars& wire, FieldChecks& checks) {
   checks.integer("TileScalars.request_id", wire.request_id(), 1);
-  checks.require(!wire.codes().empty(), "TileScalars.codes", "must have a code or more.");
+  checks.require(!wire.codes().empty(), "TileScalars.codes", "must have at least one code.");
   checks.not_negative("TileScalars.largest_deviation", wire.largest_deviation());
   return {.request_id = wire.request_id(),
           .step = wire.step(),

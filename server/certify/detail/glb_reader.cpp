@@ -60,7 +60,9 @@ DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> pos
 
 // Reads a non-negative integer.
 std::size_t whole(const json& value) {
-  if (!value.is_number_unsigned()) throw MeshFault("its JSON has something else for a number");
+  if (!value.is_number_unsigned())
+    throw MeshFault(
+        "its JSON has a value that is not a non-negative integer where one is required");
   return value.get<std::size_t>();
 }
 std::size_t whole_or(const json& object, const char* key, std::size_t otherwise) {
@@ -69,7 +71,7 @@ std::size_t whole_or(const json& object, const char* key, std::size_t otherwise)
 
 const json& element(const json& document, const char* array, std::size_t index) {
   if (!document.contains(array) || !document[array].is_array() || index >= document[array].size()) {
-    throw MeshFault("its JSON names an element of '" + std::string(array) + "' that is not there");
+    throw MeshFault("its JSON refers to a missing element of '" + std::string(array) + "'");
   }
   return document[array][index];
 }
@@ -124,7 +126,7 @@ class GlbReader {
         if (std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) ==
             kKnownExtensions.end()) {
           throw MeshFault("it needs the extension '" + name.substr(0, 60) +
-                          "', which is not known here");
+                          "', which is not supported");
         }
       }
     }
@@ -143,7 +145,7 @@ class GlbReader {
     constexpr int kMaxDepth = 64;
     constexpr std::size_t kMaxNodes = 1'000'000;
     if (depth > kMaxDepth || ++nodes_ > kMaxNodes) {
-      throw MeshFault("its nodes contain each other");
+      throw MeshFault("its nodes form a cycle");
     }
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));
@@ -159,7 +161,7 @@ class GlbReader {
   void add_primitive(const json& primitive, const Affine& map) {
     const std::size_t mode = whole_or(primitive, "mode", 4);
     if (mode < 4) return;  // Points and lines.
-    if (mode > 4) throw MeshFault("its triangles are strips or fans");
+    if (mode > 4) throw MeshFault("its triangles are strips or fans, which are not supported");
     if (!primitive.contains("attributes") || !primitive["attributes"].contains("POSITION")) {
       throw MeshFault("a primitive has no positions");
     }
@@ -204,7 +206,7 @@ class GlbReader {
       visit(element(document_, "accessors", whole(primitive["indices"])), 1,
             [&](const std::array<double, 3>& v) {
               if (!(v[0] >= 0 && v[0] < static_cast<double>(part.positions.size()))) {
-                throw MeshFault("a triangle has a vertex that is not there");
+                throw MeshFault("a triangle refers to a missing vertex");
               }
               corners.push_back(static_cast<std::uint32_t>(v[0]));
             });
@@ -222,12 +224,12 @@ class GlbReader {
     const json& description = element(document_, "bufferViews", number);
     if (whole_or(description, "buffer", 0) != 0 ||
         element(document_, "buffers", 0).contains("uri")) {
-      throw MeshFault("its arrays are in another file");
+      throw MeshFault("its arrays are in another file, which is not supported");
     }
     const std::size_t offset = whole_or(description, "byteOffset", 0);
     const std::size_t length = whole_or(description, "byteLength", 0);
     if (offset > binary_.size() || length > binary_.size() - offset) {
-      throw MeshFault("an array reaches beyond its end");
+      throw MeshFault("an array extends beyond the end of the file");
     }
     return {binary_.substr(offset, length), whole_or(description, "byteStride", 0)};
   }
@@ -236,18 +238,19 @@ class GlbReader {
   template <typename Take>
   void visit(const json& accessor, std::size_t components, const Take& take) {
     if (accessor.contains("sparse") || !accessor.contains("bufferView")) {
-      throw MeshFault("an array of it is sparse");
+      throw MeshFault("it has a sparse array, which is not supported");
     }
     const std::string type = accessor.value("type", "");
     if (type != (components == 1 ? "SCALAR" : "VEC3")) {
-      throw MeshFault("an array of it is " + type.substr(0, 20));
+      throw MeshFault("an array has the wrong type " + type.substr(0, 20));
     }
     const std::size_t kind = whole_or(accessor, "componentType", 0);
     const std::size_t width = kind == 5120 || kind == 5121   ? 1
                               : kind == 5122 || kind == 5123 ? 2
                               : kind == 5125 || kind == 5126 ? 4
                                                              : 0;
-    if (width == 0) throw MeshFault("an array of it has the type " + std::to_string(kind));
+    if (width == 0)
+      throw MeshFault("an array has the unsupported component type " + std::to_string(kind));
     const auto [bytes, given_stride] = view(whole(accessor["bufferView"]));
     const std::size_t size = components * width;
     const std::size_t stride = given_stride != 0 ? given_stride : size;
@@ -256,7 +259,7 @@ class GlbReader {
     if (count == 0) return;
     if (stride < size || offset > bytes.size() || bytes.size() - offset < size ||
         (bytes.size() - offset - size) / stride < count - 1) {
-      throw MeshFault("an array reaches beyond its end");
+      throw MeshFault("an array extends beyond the end of the file");
     }
     const bool is_normalized = accessor.value("normalized", false);
     for (std::size_t i = 0; i < count; ++i) {
@@ -300,10 +303,11 @@ TriangleMesh read_glb(std::string_view file) {
   constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
   MeshBytes bytes(file);
   bytes.take(4);
-  if (bytes.take_number<std::uint32_t>() != 2) throw MeshFault("it is not of glTF 2");
+  if (bytes.take_number<std::uint32_t>() != 2) throw MeshFault("it is not a glTF 2 file");
   bytes.take(4);  // Length of the file.
   const auto length = bytes.take_number<std::uint32_t>();
-  if (bytes.take_number<std::uint32_t>() != kJsonChunk) throw MeshFault("it has no JSON first");
+  if (bytes.take_number<std::uint32_t>() != kJsonChunk)
+    throw MeshFault("its first chunk is not JSON");
   const std::string_view text = bytes.take(length);
   std::string_view binary;
   if (bytes.size() >= 8) {
@@ -315,7 +319,7 @@ TriangleMesh read_glb(std::string_view file) {
     const json document = json::parse(text);
     return GlbReader(document, binary).read();
   } catch (const json::exception&) {
-    throw MeshFault("its JSON is damaged or is not glTF");
+    throw MeshFault("its JSON is damaged or not glTF");
   }
 }
 

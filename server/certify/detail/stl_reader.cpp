@@ -59,7 +59,7 @@ TriangleMesh read_stl(std::string_view file) {
     const auto count = bytes.take_number<std::uint32_t>();
     if (bytes.size() == kStlTriangleBytes * count) return read_binary(bytes, count);
     if (!file.starts_with("solid")) {
-      throw MeshFault("its header promises " + std::to_string(count) + " triangles and it has " +
+      throw MeshFault("its header declares " + std::to_string(count) + " triangles, but it has " +
                       std::to_string(bytes.size()) + " bytes for them");
     }
   }

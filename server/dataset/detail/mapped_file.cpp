@@ -107,8 +107,8 @@ void MappedFile::check() const {
   }
   if (state() == opened_) return;
   throw DatasetFileError(file_.file_,
-                         "it was overwritten while it was open. Put a good file under its name "
-                         "(by renaming) and start the server again.");
+                         "it was overwritten while it was open. Replace it with a good file (by "
+                         "renaming) and restart the server.");
 }
 
 }  // namespace multitetra

@@ -34,11 +34,11 @@ Result<void> unpack_bytes(const char* section, std::span<const std::byte> packed
     const BrickPlace place{.size_and_codec = head};
     if (place.size() > packed.size() ||
         !unpack_brick(place.codec(), packed.first(place.size()), piece)) {
-      return damaged(section, "it cannot be unpacked.");
+      return damaged(section, "it cannot be decompressed.");
     }
     packed = packed.subspan(place.size());
   }
-  if (!packed.empty()) return damaged(section, "there are bytes after its last piece.");
+  if (!packed.empty()) return damaged(section, "it has bytes after its last piece.");
   return {};
 }
 

@@ -50,7 +50,7 @@ Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
   return damaged(section_names::kMetadata,
                  "the metadata declare samples from " + std::to_string(info.min) + " to " +
                      std::to_string(info.max) + " and " + std::to_string(info.void_samples) +
-                     " are void; they range from " + std::to_string(facts.min) + " to " +
+                     " void samples; the samples range from " + std::to_string(facts.min) + " to " +
                      std::to_string(facts.max) + " and " + std::to_string(facts.void_samples) +
                      " are void.");
 }

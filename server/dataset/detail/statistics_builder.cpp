@@ -138,7 +138,7 @@ void SampleStatisticsBuilder::widen_range(std::span<const float> samples) {
   const bool none = void_samples_ == samples_;
   if (!none && (std::isinf(min_) || std::isinf(max_))) {
     throw std::invalid_argument(
-        "A volume's samples are finite or NaN (void), and one is infinite.");
+        "A sample of the volume is infinite; samples must be finite or NaN (void).");
   }
 }
 

@@ -87,15 +87,15 @@ class PartMerger {
       auto record = parse_record(*text);
       if (!record) throw DatasetFileError(file, record.error().text);
       if (record->plan != plan_.id || record->part != part) {
-        throw DatasetFileError(file, "it is of another plan. Prepare this part again.");
+        throw DatasetFileError(file, "it belongs to another plan. Prepare this part again.");
       }
       take(*std::move(record), boxes_[part]);
       if (options_.progress) options_.progress("parts", part + 1, boxes_.size());
     }
     if (missing.empty()) return;
-    throw DatasetFileError(parts_folder(dataset_), "of the " + std::to_string(boxes_.size()) +
-                                                       " parts these are not there: " + missing +
-                                                       ". Prepare them, then merge.");
+    throw DatasetFileError(parts_folder(dataset_), "missing parts: " + missing + " (of " +
+                                                       std::to_string(boxes_.size()) +
+                                                       "). Prepare them, then merge.");
   }
 
   void take(PartRecord record, const PartBox& box) {
@@ -116,7 +116,7 @@ class PartMerger {
                       (record.cell_curves.places.empty() || record.cell_curves.cells == curves);
     if (!fits) {
       throw DatasetFileError(file(".json"),
-                             "it has more or less than its part of the plan. Prepare it again.");
+                             "its size does not match the plan. Prepare this part again.");
     }
     put_box(file(".ranges"), ranges, all_ranges, 2 * width_, ranges_);
     put_box(file(".coarse"), coarse, all_coarse, width_, coarse_);
@@ -141,7 +141,7 @@ class PartMerger {
     const fs::path file = part_file(dataset_, record.part, ".bricks");
     bricks_.push_back(std::make_unique<FileSource>(file));
     if (bricks_.back()->size() == end && record.bricks.bytes == end) return;
-    throw DatasetFileError(file, "it is not as it was written. Prepare this part again.");
+    throw DatasetFileError(file, "its checksum or size does not match. Prepare this part again.");
   }
 
   // Called from several threads at once.
@@ -151,7 +151,7 @@ class PartMerger {
     bricks_[part_of_[brick]]->read(place.offset, packed.bytes);
     if (brick_checksum(packed.bytes) == place.checksum) return packed;
     throw DatasetFileError(part_file(dataset_, part_of_[brick], ".bricks"),
-                           "it is not as it was written. Prepare this part again.");
+                           "its checksum or size does not match. Prepare this part again.");
   }
 
   void make_spectrum(DatasetWriter& writer) {

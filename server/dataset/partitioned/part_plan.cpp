@@ -159,22 +159,22 @@ Result<PartPlan> parse_plan(std::string_view text) {
   if (!has("parts", PlanJson::value_t::number_unsigned) ||
       json->at("parts").get<std::uint64_t>() < 1 ||
       json->at("parts").get<std::uint64_t>() > kMostParts) {
-    return bad("has no number of parts, 1 to " + std::to_string(kMostParts) + ".");
+    return bad("must have a number of parts from 1 to " + std::to_string(kMostParts) + ".");
   }
   if (!has("metadata", PlanJson::value_t::string) || !has("bins", PlanJson::value_t::array)) {
     return bad("has no metadata or no bins.");
   }
   auto metadata = parse_metadata(json->at("metadata").get_ref<const std::string&>());
-  if (!metadata) return bad("has bad metadata: " + metadata.error().text);
+  if (!metadata) return bad("has invalid metadata: " + metadata.error().text);
   std::vector<float> edges;
   for (const PlanJson& edge : json->at("bins")) {
     const bool is_next = edge.is_number() && std::isfinite(edge.get<float>()) &&
                          (edges.empty() || edge.get<float>() > edges.back());
-    if (!is_next) return bad("has bins whose edges do not increase.");
+    if (!is_next) return bad("has bins with edges that do not increase.");
     edges.push_back(edge.get<float>());
   }
   if (edges.size() == 1 || edges.size() > IsovalueBins::kMaxCount + 1) {
-    return bad("has more bins than there can be.");
+    return bad("has too many bins.");
   }
   return PartPlan{.metadata = *std::move(metadata),
                   .bins = IsovalueBins(std::move(edges)),
@@ -192,10 +192,9 @@ KnownPlan plan_of(const std::filesystem::path& dataset) {
   const std::filesystem::path file = plan_file(dataset);
   const auto text = small_text(file);
   if (!text) {
-    throw DatasetFileError(file,
-                           "there is no plan. Make one with: multitetra-server prepare "
-                           "VOLUME -o " +
-                               dataset.string() + " --plan PARTS");
+    throw DatasetFileError(
+        file, "the plan does not exist. Create it with: multitetra-server prepare VOLUME -o " +
+                  dataset.string() + " --plan PARTS");
   }
   auto plan = parse_plan(*text);
   if (!plan) throw DatasetFileError(file, plan.error().text);

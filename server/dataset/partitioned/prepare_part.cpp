@@ -57,15 +57,14 @@ class PartMaker {
   std::size_t checked_number(std::size_t part) const {
     if (part < plan_.plan.parts) return part;
     throw std::invalid_argument("The plan has " + std::to_string(plan_.plan.parts) +
-                                " parts, and part " + std::to_string(part + 1) + " is asked for.");
+                                " parts, but part " + std::to_string(part + 1) + " was requested.");
   }
   void check_volume(const VolumeHeader& header) const {
     if (header.dims == info_.dims && header.type == info_.type && header.spacing == info_.spacing &&
         header.index_to_world == info_.index_to_world) {
       return;
     }
-    throw VolumeFileError(
-        "The volume is another one than was planned: sizes, type or place differ.");
+    throw VolumeFileError("This is not the planned volume: its size, type or position differs.");
   }
   void report(const char* pass, std::uint64_t done, std::uint64_t all) const {
     if (options_.progress) options_.progress(pass, done, all);
@@ -109,8 +108,8 @@ class PartMaker {
   }
   void check_value(double value) const {
     if (!(value < info_.min || value > info_.max)) return;  // Also accepts NaN.
-    throw VolumeFileError("The volume is another one than was planned: it has a sample of " +
-                          std::to_string(value) + ", beyond the range that was found.");
+    throw VolumeFileError("This is not the planned volume: it has a sample of " +
+                          std::to_string(value) + ", outside the range in the plan.");
   }
 
   void put_layers() {

@@ -54,8 +54,9 @@ asio::awaitable<void> RemoteCaller::bring_answer(
   } else if (auto reply = reply_to(action.query, *std::move(answer))) {
     done(*std::move(reply));
   } else {
-    done(fail(ErrorCode::kInternal, std::string("A server answered something else than a ") +
-                                        kind_of(action.query) + " asks for."));
+    done(fail(ErrorCode::kInternal,
+              std::string("A server sent an unexpected reply to a request of the kind ") +
+                  kind_of(action.query) + "."));
   }
 }
 

@@ -73,10 +73,9 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
                                                   }});
   const ProgressiveStreamPtr started = stream_;
   if (!is_held) {
-    stream_->refuse(
-        {ErrorCode::kUnavailable,
-         "No server behind this gateway has both the surface's dataset and the one that "
-         "shall color it."});
+    stream_->refuse({ErrorCode::kUnavailable,
+                     "No server behind this gateway has both the surface's dataset and the dataset "
+                     "to color it by."});
   }
   change_.notify_all();
   if (!std::exchange(is_bringing_, true)) {
@@ -139,13 +138,14 @@ asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
     if (co_await forward(stream)) co_return;
     stream->is_asked = false;
     if (may_be_stale) continue;
-    log_line(LogLevel::kWarning, "upstream lost in a stream; trying another one",
+    log_line(LogLevel::kWarning, "upstream lost in a stream; trying another upstream",
              {{"connection", client()->facts().connection}, {"request", stream->id()}});
     upstreams_->lost(reached_->upstream);
     const RemoteStream::Clock::time_point now = RemoteStream::Clock::now();
     if (!stream->lost_at) stream->lost_at = now;
     if (now - *stream->lost_at > upstreams_->options().failover_timeout) {
-      stream->fail({ErrorCode::kUnavailable, "No server brings this stream; try again later."});
+      stream->fail(
+          {ErrorCode::kUnavailable, "No server can provide this stream; try again later."});
     }
   }
 }
@@ -184,7 +184,8 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
       return;
     case ForwardedStream::Verdict::kDiffers:
       stream->fail({ErrorCode::kUnavailable,
-                    "A server was lost, and another one has a different answer; try again."});
+                    "The connection to a server was lost, and another server sent a different "
+                    "reply; try again."});
       return;
     case ForwardedStream::Verdict::kForward:
       break;

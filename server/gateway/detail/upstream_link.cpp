@@ -78,10 +78,10 @@ asio::awaitable<Result<void>> UpstreamLink::ping(asio::any_io_executor executor,
 asio::awaitable<Result<void>> UpstreamLink::open() {
   const auto opened = co_await channel_.open();
   if (opened) co_return Result<void>();
-  co_return fail(ErrorCode::kUnavailable,
-                 is_silent_ ? "The server " + to_string(channel_.server()) +
-                                  " cannot be reached: it does not answer in time."
-                            : opened.error().text);
+  co_return fail(ErrorCode::kUnavailable, is_silent_
+                                              ? "The server " + to_string(channel_.server()) +
+                                                    " cannot be reached: it did not reply in time."
+                                              : opened.error().text);
 }
 
 void UpstreamLink::send(const ClientMessage& message) {

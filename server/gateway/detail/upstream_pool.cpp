@@ -57,7 +57,9 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
   }
 }
 
-void UpstreamPool::lost(std::size_t upstream) { note(upstream, false, "it hung up or stops"); }
+void UpstreamPool::lost(std::size_t upstream) {
+  note(upstream, false, "it closed the connection or is stopping");
+}
 
 void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& why) {
   Upstream& one = upstreams_[upstream];
@@ -67,7 +69,7 @@ void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& wh
     return;
   const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.left_out).count();
   log_line(LogLevel::kError,
-           "a server sends damaged tiles and is left out for " + std::to_string(seconds) + " s",
+           "a server sends damaged tiles and is not used for " + std::to_string(seconds) + " s",
            {{"upstream", one.name}, {"why", why}});
 }
 
@@ -188,7 +190,7 @@ asio::awaitable<Result<UpstreamPool::Listing>> UpstreamPool::list_of(std::size_t
     co_return listing;
   }
   if (const auto* error = std::get_if<ErrorReply>(&*answer)) co_return tl::unexpected(error->error);
-  co_return fail(ErrorCode::kInternal, "A server did not answer with its list of datasets.");
+  co_return fail(ErrorCode::kInternal, "A server did not send its list of datasets.");
 }
 
 asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token) {
@@ -207,7 +209,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token)
   try {
     asking->result = co_await list_all(key);
   } catch (const std::exception& error) {
-    asking->result = fail(ErrorCode::kInternal, "The gateway failed to list what there is.");
+    asking->result = fail(ErrorCode::kInternal, "The gateway failed to list the datasets.");
     log_line(LogLevel::kError, std::string("listing failed: ") + error.what(), {});
   }
   pending_listings_.erase(key);
@@ -242,10 +244,10 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) 
           dataset->replicas.push_back(i);
           dataset->shells = dataset->shells && list->shells;
         } else {
-          log_line(
-              LogLevel::kWarning,
-              "two servers have different datasets of this name; the second one is not used for it",
-              {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
+          log_line(LogLevel::kWarning,
+                   "two servers have different datasets of this name; the second server is not "
+                   "used for it",
+                   {{"upstream", upstreams_[i].name}, {"dataset", info.name}});
         }
       }
     }

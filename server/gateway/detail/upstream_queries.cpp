@@ -36,7 +36,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask_one(LinkPtr link, Da
   link->close();
   links_.erase(link);
   if (answer && (request_id_of(*answer) != request_id_of(query) || is_shutdown_notice(*answer))) {
-    co_return fail(ErrorCode::kUnavailable, "The server is about to stop; try again later.");
+    co_return fail(ErrorCode::kUnavailable, "The server is stopping; try again later.");
   }
   co_return answer;
 }

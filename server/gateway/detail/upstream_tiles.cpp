@@ -45,7 +45,7 @@ Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& 
     return fail(ErrorCode::kCancelled, "The surface was cancelled.");
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                "The gateway has not enough memory for this surface; allow a larger error.");
+                "The gateway does not have enough memory for this surface; allow a larger error.");
   } catch (const std::exception& failure) {
     log_line(LogLevel::kError, std::string("assembling a surface failed: ") + failure.what(), {});
     return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");

@@ -23,15 +23,15 @@ fs::path new_temporary_folder() {
 
 [[noreturn]] void refuse_to_replace(const fs::path& output) {
   throw ExitError(kUsage, "--output: " + output.string() +
-                              " is there already and no dataset; --force replaces it.");
+                              " exists and is not a dataset; --force replaces it.");
 }
 
 }  // namespace
 
 DatasetOutput::DatasetOutput(const fs::path& output, bool force) : output_(output), file_(output) {
   if (!force && output.extension() != ".mtd") {
-    throw ExitError(kUsage, "--output: the name of a dataset ends in .mtd, and \"" +
-                                output.string() + "\" does not; --force takes it all the same.");
+    throw ExitError(kUsage, "--output: the name of a dataset must end in .mtd, and \"" +
+                                output.string() + "\" does not; --force uses it anyway.");
   }
   if (!is_address(output.string())) {
     std::error_code none;

@@ -20,7 +20,7 @@ PrepareJob job_of_label(const PrepareJob& volume, const Label& label, double sto
 }
 
 [[noreturn]] void fail_without_labels(const std::string& input) {
-  throw ExitError(kUsage, "'" + input + "' has no label: all of its samples are 0.");
+  throw ExitError(kUsage, "'" + input + "' has no labels: all of its samples are 0.");
 }
 
 }  // namespace
@@ -32,9 +32,10 @@ LabelJobs::LabelJobs(const PrepareArguments& arguments, LatestLabelMap& maps,
   has_layers_ =
       have_layers(named_) && arguments.volume.component.empty() && asked.components.empty();
   if (has_layers_ && !asked.labels.empty()) {
-    notice_ = "'" + input +
-              "' has segments in several layers: its labels are their numbers, 1 to " +
-              std::to_string(named_.size()) + ".";
+    notice_ =
+        "'" + input +
+        "' has segments in several layers: the numbers of the segments are used as labels, 1 to " +
+        std::to_string(named_.size()) + ".";
   }
   if (asked.label_names.empty()) return;
   for (Label& label : read_label_names(asked.label_names)) renamed_[label.value] = std::move(label);
@@ -51,9 +52,9 @@ std::vector<PrepareJob> LabelJobs::of_map(const PrepareJob& volume) const {
       wants_all ? found_in(volume) : arguments_.series.label_values();
   if (values.size() > kMostLabelsAtOnce && wants_all) {
     throw ExitError(kUsage, "'" + volume.input + "' has " + std::to_string(values.size()) +
-                                " labels, and --label all makes a dataset of each, of at most " +
+                                " labels; --label all prepares a dataset of each, for at most " +
                                 std::to_string(kMostLabelsAtOnce) +
-                                ". Name some of them, such as --label 3,7.");
+                                ". Select some of them, such as --label 3,7.");
   }
   if (values.empty()) fail_without_labels(volume.input);
   std::vector<PrepareJob> jobs;

@@ -27,15 +27,15 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   const PartsReport report{.json = arguments.json, .quiet = arguments.quiet};
   const PartsArguments& parts = arguments.parts;
   if ((parts.plan > 0) + !parts.part.empty() + parts.merge != 1) {
-    throw ExitError(kUsage, "--plan, --part and --merge are three commands; give one of them.");
+    throw ExitError(kUsage, "--plan, --part and --merge exclude each other; give one of them.");
   }
   if (is_address(arguments.output)) {
-    throw ExitError(kUsage, "--output: parts become a file on this machine, not " +
-                                arguments.output + "; copy it when it is there.");
+    throw ExitError(kUsage, "--output: parts are merged into a local file, not " +
+                                arguments.output + "; copy it afterwards.");
   }
   (void)DatasetOutput(arguments.output, arguments.force);
   if (arguments.inputs.size() != (parts.merge ? 0U : 1U)) {
-    throw ExitError(kUsage, "--plan and --part take one volume, --merge takes none; " +
+    throw ExitError(kUsage, "--plan and --part require one volume, --merge none; " +
                                 std::to_string(arguments.inputs.size()) + " are given.");
   }
   if (parts.merge) return merge(arguments.output, report);
@@ -67,9 +67,9 @@ class OutputFolder {
  public:
   explicit OutputFolder(const std::string& output) : path_(output) {
     if (path_.extension() == ".mtd") {
-      throw ExitError(kUsage, "--output: " + output +
-                                  " is a name for one dataset, and there are several volumes; give "
-                                  "a folder.");
+      throw ExitError(
+          kUsage, "--output: " + output +
+                      " is the name of one dataset, but there are several volumes; give a folder.");
     }
     is_new_ = !is_address(output) && std::filesystem::create_directories(path_);
   }
@@ -94,8 +94,10 @@ int prepare_many(const PrepareArguments& arguments) {
     const std::string& input = arguments.inputs.front();
     const bool holds_datasets = is_folder_of_datasets(input) && !datasets_in(input).empty();
     throw ExitError(
-        kUsage, "There is no volume in " + input +
-                    (holds_datasets ? ", but datasets: multitetra-server serve " + input : "."));
+        kUsage,
+        "There is no volume in " + input +
+            (holds_datasets ? ", only datasets. Serve them with: multitetra-server serve " + input
+                            : "."));
   }
   const OutputFolder folder(arguments.output);
   for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
@@ -141,8 +143,9 @@ int prepare_series(const PrepareArguments& arguments) {
     std::vector<PrepareJob> jobs = series_jobs(arguments, maps, notice);
     if (!is_file) return prepare_all(arguments, jobs, maps);
     if (jobs.size() != 1) {
-      throw ExitError(kUsage, "--output: " + arguments.output + " is a name for one dataset, and " +
-                                  std::to_string(jobs.size()) + " are to be made; give a folder.");
+      throw ExitError(kUsage,
+                      "--output: " + arguments.output + " is the name of one dataset, but " +
+                          std::to_string(jobs.size()) + " are to be prepared; give a folder.");
     }
     jobs.front().output = output;
     return prepare_single(arguments, jobs.front());
@@ -169,7 +172,7 @@ int prepare(PrepareArguments& arguments) {
   arguments.series.check();
   if (arguments.series.are_given() && arguments.parts.are_given()) require_one_way(arguments);
   if (arguments.parts.are_given()) return prepare_in_parts(arguments);
-  if (arguments.inputs.empty()) throw ExitError(kUsage, "Name a volume to prepare.");
+  if (arguments.inputs.empty()) throw ExitError(kUsage, "Give a volume to prepare.");
   (void)arguments.volume.parsed();
   (void)arguments.outside_value();
   if (arguments.series.are_given()) return prepare_series(arguments);
@@ -183,18 +186,16 @@ int prepare(PrepareArguments& arguments) {
 void add_prepare_command(Command& program, Run& run) {
   const auto a = std::make_shared<PrepareArguments>();
   Command* command =
-      program.add_subcommand("prepare", "Turn a volume file into a dataset that can be served");
+      program.add_subcommand("prepare", "Convert a volume file into a dataset that can be served");
   command
-      ->add_option(
-          "input", a->inputs,
-          "Volumes: a file, a folder (DICOM, OME-Zarr, TIFF slices), a pattern of slices, or "
-          "raw samples with --dims, an address of an OME-Zarr; several of them, or a folder of "
-          "many. "
-          "`multitetra-server formats` lists what is read")
+      ->add_option("input", a->inputs,
+                   "Volumes: a file, a folder (DICOM, OME-Zarr, TIFF slices), a pattern of slices, "
+                   "or raw samples with --dims, an address of an OME-Zarr; several of them, or a "
+                   "folder of many. `multitetra-server formats` lists the formats")
       ->type_name("SOURCE");
   command
       ->add_option("-o,--output", a->output,
-                   "Dataset file to write (.mtd), or a folder for several; may be in a bucket "
+                   "Dataset file to write (.mtd), or a folder for several; also in a bucket "
                    "(s3://bucket/head.mtd)")
       ->required()
       ->type_name("FILE");
@@ -211,7 +212,7 @@ void add_prepare_command(Command& program, Run& run) {
   command->begin_group("Grid and errors");
   command
       ->add_option("--bins", a->bins,
-                   "Bins of isovalues that errors are stored for; more bins, a larger file")
+                   "Number of isovalue bins with stored errors; more bins make a larger file")
       ->within(1, IsovalueBins::kMaxCount)
       ->capture_default_str();
   command->begin_group("On several machines");
@@ -221,11 +222,11 @@ void add_prepare_command(Command& program, Run& run) {
                    "once and prints a command for each part")
       ->within(1, static_cast<int>(kMostParts));
   command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
-  command->add_flag("--merge", a->parts.merge, "Make the dataset from all parts of the plan");
+  command->add_flag("--merge", a->parts.merge, "Create the dataset from all parts of the plan");
   command->begin_group("Output");
   command->add_flag("--force", a->force,
-                    "Also write to names without .mtd, replace files that are no datasets and "
-                    "datasets of other sources, and prepare again what is up to date");
+                    "Also write to names without .mtd, replace files that are not datasets and "
+                    "datasets of other sources, and prepare up-to-date datasets again");
   command->footer(
       "Examples:\n"
       "  multitetra-server prepare CThead.nhdr -o head.mtd --name head\n"
@@ -236,14 +237,15 @@ void add_prepare_command(Command& program, Run& run) {
       "  multitetra-server prepare dicom_folder -o scan.mtd --series 2\n"
       "  multitetra-server prepare image.zarr -o cells.mtd --channel 1 --time 0\n"
       "  multitetra-server prepare run.h5:/fields/density -o density.mtd\n"
-      "Series, datasets on the same places:\n"
+      "Series, datasets on the same grid:\n"
       "  multitetra-server prepare seg.nii.gz --label all -o organs/\n"
       "  multitetra-server prepare heart4d.nii.gz --all-times -o heart/\n"
       "  multitetra-server prepare flow_*.vti --time-series flow --times 0:0.1 --time-unit s -o "
       "flow/\n"
       "  multitetra-server prepare run.vti --field pressure,temperature -o run/\n"
-      "On several machines, in a folder that all of them see, or copying big.mtd.parts together:\n"
-      "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n' -n 1 sh -c\n"
+      "On several machines, in a shared folder, or copying big.mtd.parts together:\n"
+      "  multitetra-server prepare big.nrrd -o big.mtd --plan 8 | xargs -P 8 -d '\\n"
+      "' -n 1 sh -c\n"
       "  multitetra-server prepare --merge -o big.mtd");
   command->callback([a, &run] { run = [a] { return prepare(*a); }; });
 }

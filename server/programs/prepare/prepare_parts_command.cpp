@@ -33,7 +33,8 @@ std::size_t part_number(std::string_view text, std::size_t parts) {
   if (numbers && (*numbers)[0] >= 1 && (*numbers)[0] <= parts && (*numbers)[1] == parts) {
     return (*numbers)[0] - 1;
   }
-  throw ExitError(kUsage, "--part is \"" + std::string(text) + "\"; the plan has parts 1/" +
+  throw ExitError(kUsage, "--part: \"" + std::string(text) +
+                              "\" is not a part of the plan, which has parts 1/" +
                               std::to_string(parts) + " to " + std::to_string(parts) + "/" +
                               std::to_string(parts) + ".");
 }

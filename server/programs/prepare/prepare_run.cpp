@@ -57,7 +57,7 @@ std::string remove_stale_members(const PrepareArguments& arguments,
   std::string lines;
   for (const std::filesystem::path& file : stale_members(arguments, jobs, arguments.output)) {
     std::filesystem::remove(file);
-    lines += file.string() + ": removed, the series no longer has it\n";
+    lines += file.string() + ": removed; it is no longer in the series\n";
   }
   return lines;
 }
@@ -113,7 +113,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
       failed += comes_and_goes ? 0 : 1;
       // Removes the dataset of a previous run.
       if (comes_and_goes) std::filesystem::remove(job.output);
-      report((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
+      report((comes_and_goes ? "skipped: " : "FAILED: ") + std::string(missing.what()));
       if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";
       reports.push_back({{"input", without_password(job.input)},
                          {comes_and_goes ? "left_out" : "error", missing.what()}});

@@ -15,18 +15,18 @@ namespace {
 [[noreturn]] void wrong_use(const std::string& text) { throw ExitError(kUsage, text); }
 
 [[noreturn]] void wrong_times(const std::string& times) {
-  wrong_use("--times is \"" + times +
-            "\"; it must be numbers that increase, such as 0,0.1,0.3, or the first and the step, "
-            "such as 0:0.1.");
+  wrong_use("--times: \"" + times +
+            "\" is not a list of times; write increasing numbers, such as 0,0.1,0.3, or the first "
+            "and the step, such as 0:0.1.");
 }
 
 void require_unique(const std::vector<std::string>& values, const char* option) {
   std::set<std::string> seen;
   for (const std::string& value : values) {
     if (value == "all" && values.size() > 1)
-      wrong_use(std::string(option) + ": all is for itself; give names or all.");
+      wrong_use(std::string(option) + ": \"all\" cannot be combined with names.");
     if (!seen.insert(value).second)
-      wrong_use(std::string(option) + ": " + value + " is named twice.");
+      wrong_use(std::string(option) + ": " + value + " is given twice.");
   }
 }
 
@@ -37,14 +37,14 @@ void SeriesArguments::add_to(Command& command) {
       .add_option(
           "--label", labels,
           "A dataset for each of these labels of a label map, or all; each is a smooth field whose "
-          "isosurface 0.5 is the label's boundary, and all is every label but 0. Where segments "
-          "overlap, as in .seg.nrrd with several layers, labels are their numbers from 1 on")
+          "isosurface 0.5 is the label's boundary, and all is every label except 0. If segments "
+          "overlap, as in .seg.nrrd with several layers, labels are their numbers, from 1")
       ->delimiter(',')
       ->repeatable()
       ->type_name("LABEL,...");
   command
       .add_option("--label-names", label_names,
-                  "Names and colors of labels; from ITK-SNAP or 3D Slicer")
+                  "Names and colors of labels; a file from ITK-SNAP or 3D Slicer")
       ->type_name("FILE");
   command.add_flag("--all-times", all_times, "A dataset for each of the volume's times");
   command
@@ -60,8 +60,8 @@ void SeriesArguments::add_to(Command& command) {
       ->type_name("NAME");
   command
       .add_option("--times", times,
-                  "Their times, or the first and the step as 0:0.1; default: those of the file, or "
-                  "0, 1, 2, ...")
+                  "Times of the series, or the first and the step as 0:0.1; default: those of the "
+                  "file, or 0, 1, 2, ...")
       ->type_name("TIMES");
   command.add_option("--time-unit", time_unit, "Unit of the times, such as s")
       ->type_name("UNIT")
@@ -72,16 +72,16 @@ void SeriesArguments::check() const {
   require_unique(labels, "--label");
   require_unique(fields, "--field");
   require_unique(components, "--component");
-  if (!label_names.empty() && labels.empty()) wrong_use("--label-names is for --label.");
+  if (!label_names.empty() && labels.empty()) wrong_use("--label-names requires --label.");
   if (all_times && !time_series.empty()) {
     wrong_use(
-        "--all-times is for a volume that has several times, --time-series for volumes of one "
-        "time each; give one of them.");
+        "--all-times is for one volume with several times, --time-series for volumes of one time "
+        "each; give one of them.");
   }
   const bool has_times = all_times || !time_series.empty();
-  if (!times.empty() && !has_times) wrong_use("--times is for --time-series and --all-times.");
+  if (!times.empty() && !has_times) wrong_use("--times requires --time-series or --all-times.");
   if (!time_unit.empty() && !has_times)
-    wrong_use("--time-unit is for --time-series and --all-times.");
+    wrong_use("--time-unit requires --time-series or --all-times.");
   if (!is_unit_text(time_unit)) {
     wrong_use("--time-unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
               " bytes without control characters.");
@@ -97,7 +97,8 @@ std::vector<double> SeriesArguments::label_values() const {
   for (const std::string& label : labels) {
     const std::optional<double> value = parse_finite(label);
     if (!value || std::trunc(*value) != *value || std::abs(*value) > 16'777'216) {
-      wrong_use("--label is \"" + label + "\"; it must be whole numbers such as 3,7, or all.");
+      wrong_use("--label: \"" + label +
+                "\" is not a list of labels; write integers such as 3,7, or all.");
     }
     values.push_back(*value + 0.0);  // Turns -0 into 0.
   }
@@ -126,7 +127,7 @@ std::vector<double> SeriesArguments::time_values(std::size_t count) const {
     }
   }
   if (values.size() != count) {
-    wrong_use("--times has " + std::to_string(values.size()) + " numbers, and there are " +
+    wrong_use("--times has " + std::to_string(values.size()) + " numbers, but there are " +
               std::to_string(count) + " times.");
   }
   for (std::size_t i = 0; i < count; ++i) {

@@ -59,7 +59,7 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
   if (!asked.all_times) return series;
   if (source_times.count > std::int64_t{kMostSeriesJobs}) {
     throw ExitError(kUsage, "'" + input + "' has " + std::to_string(source_times.count) +
-                                " times; --all-times makes a dataset of each, at most " +
+                                " times; --all-times prepares a dataset of each, for at most " +
                                 std::to_string(kMostSeriesJobs) + ".");
   }
   const auto count = static_cast<std::size_t>(source_times.count);
@@ -70,7 +70,7 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
   }
   if (times.empty()) {
     notice("'" + input + "' " +
-           (count > 1 ? "has no time stamps; using frames 0, 1, 2, ..." : "has one time only."));
+           (count > 1 ? "has no time stamps; using frames 0, 1, 2, ..." : "has only one time."));
     times = frame_numbers(count);
   }
   if (!asked.time_unit.empty()) series.time_unit = asked.time_unit;
@@ -132,8 +132,8 @@ std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareA
   if (asked.wants_all_fields()) {
     for (const std::string& name : series.members.unnamed) {
       notice("'" + series.moments.front().input + "': field '" + printable(name, false) +
-             "' is left out, for its name is empty, too long or has control characters. Prepare "
-             "it by itself with --array.");
+             "' is skipped because its name is empty, too long or has control characters. Prepare "
+             "it separately with --array.");
     }
     const bool chooses = !arguments.volume.component.empty() || !asked.components.empty();
     for (const SourceField& field : there) {
@@ -141,7 +141,7 @@ std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareA
         fields.push_back(field);
       } else {
         notice("'" + input + "': field " + field.name + " has " + std::to_string(field.components) +
-               " components and is left out; --component chooses.");
+               " components and is skipped; select one with --component.");
       }
     }
     if (fields.empty()) fields.emplace_back();
@@ -153,7 +153,7 @@ std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareA
     });
     if (found == there.end()) {
       throw ExitError(kUsage, "'" + input + "' has no field " + name + ". " +
-                                  (there.empty() ? "It has one field only"
+                                  (there.empty() ? "It has only one field"
                                                  : "Its fields are " + list_of_names(there)) +
                                   ".");
     }

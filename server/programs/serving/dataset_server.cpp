@@ -18,7 +18,7 @@ void offer_again(Server& server, ServedDatasets& datasets) {
   try {
     const CataloguePtr catalogue = datasets.read();
     server.offer(catalogue);
-    log_line(LogLevel::kInfo, "datasets read again",
+    log_line(LogLevel::kInfo, "datasets reloaded",
              {{"datasets", static_cast<std::uint64_t>(catalogue->size())}});
   } catch (const std::exception& error) {
     log_line(LogLevel::kError, std::string("the previous datasets stay in use: ") + error.what(),
@@ -50,8 +50,8 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   const CataloguePtr catalogue = datasets.read();
   if (catalogue->size() == 0) {
     throw ExitError(kNoDataset,
-                    "There is no dataset that could be served; make one with: multitetra-server "
-                    "prepare VOLUME -o FILE.mtd");
+                    "There is no dataset to serve; create one with: multitetra-server prepare "
+                    "VOLUME -o FILE.mtd");
   }
   server_with.service.cache = cache;
   server_with.service.blocks = [files] { return state_of(files->counts()); };

@@ -25,7 +25,7 @@ int serve(const GatewayOptions& options) {
 void complete(const Command& program, const OptionSources& sources, const GatewayOptions& options) {
   if (!sources.config_file.empty()) read_config_file(program, sources.config_file);
   if (sources.print_config) return;
-  if (options.upstreams.empty()) throw UsageError("--upstream", "name a server.");
+  if (options.upstreams.empty()) throw UsageError("--upstream", "give the address of a server.");
   (void)remote_service_options(options);  // Throws for invalid options.
   (void)server_options(options.listeners);
   (void)http_options(options.listeners);
@@ -34,7 +34,7 @@ void complete(const Command& program, const OptionSources& sources, const Gatewa
 int run(int argc, char** argv) {
   Command program(
       "Forwards requests to several servers, by dataset. Streams of a lost server continue at "
-      "another one.",
+      "another server.",
       "multitetra-gateway");
   GatewayOptions options;
   OptionSources sources;
@@ -47,7 +47,7 @@ int run(int argc, char** argv) {
       "  multitetra-gateway --upstream tls://a:7410 --upstream-ca ca.pem --http 0.0.0.0:443 "
       "--tls-cert\n"
       "  cert.pem --tls-key cert.key --tokens tokens\n"
-      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificates and tokens again.\n"
+      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reloads certificates and tokens.\n"
       "Exit codes: 0 stopped by request, 1 failed, 2 wrong options, 4 certificate, key or tokens "
       "cannot be\n"
       "used.");

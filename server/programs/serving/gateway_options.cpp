@@ -11,7 +11,8 @@ Endpoint upstream_from(const std::string& text) {
   if (endpoint->is_web_socket()) {
     throw UsageError(
         "--upstream",
-        "\"" + text + "\": the address of a server is tcp://HOST:PORT or tls://HOST:PORT.");
+        "\"" + text +
+            "\" is not the address of a server; write tcp://HOST:PORT or tls://HOST:PORT.");
   }
   return *endpoint;
 }
@@ -28,18 +29,17 @@ void add_gateway_options(Command& command, GatewayOptions& o) {
       ->type_name("ADDRESS");
   command
       .add_option("--upstream-ca", o.upstream_ca,
-                  "Trust these authorities (PEM) and no others, for tls://. Read again on SIGHUP")
+                  "Trust these authorities (PEM) and no others, for tls://. Reloaded on SIGHUP")
       ->group(group);
   command
       .add_option(
           "--upstream-token-file", o.upstream_token_file,
-          "A file whose first line is the token that servers receive instead of the clients' "
-          "own: all clients then have its rights, unless --tokens limits them. Read again "
-          "on SIGHUP")
+          "File whose first line is the token that servers receive instead of the clients' own: "
+          "all clients then have its rights, unless --tokens limits them. Reloaded on SIGHUP")
       ->group(group);
   add_listener_options(command, o.listeners);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
-            "Memory for forwarded tiles, which are served by their digests")
+            "Memory for forwarded tiles, which are cached by digest")
       ->group(kLimitsGroup);
 }
 

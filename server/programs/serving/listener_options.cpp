@@ -32,17 +32,17 @@ Option* add_count(Command& command, const std::string& name, std::size_t& value,
 void add_addresses(Command& command, ListenerOptions& o) {
   command
       .add_option("--tcp", o.tcp,
-                  "Address for TCP, or off; HOST:PORT or PORT, and port 0 takes a free one")
+                  "Address for TCP, or off; HOST:PORT or PORT, port 0: any free port")
       ->capture_default_str();
-  command.add_option("--http", o.http, "Address for HTTP, or off; also that of WebSockets")
+  command.add_option("--http", o.http, "Address for HTTP and WebSockets, or off")
       ->capture_default_str();
   command.begin_group("HTTP");
   command.add_option("--viewer", o.viewer,
-                     "Folder of the web viewer's files, served at / (default: the one that was "
-                     "built or installed with this program)");
+                     "Folder of the web viewer's files, served at / (default: the viewer built or "
+                     "installed with this program)");
   command
       .add_option("--base-path", o.base_path,
-                  "Path of the HTTP listener at a proxy in front, as /volumes for "
+                  "Path of the HTTP listener behind a proxy, such as /volumes for "
                   "https://example.org/volumes/; the proxy may strip it or not")
       ->type_name("PATH");
 }
@@ -51,35 +51,33 @@ void add_security(Command& command, ListenerOptions& o) {
   command.begin_group();
   command
       .add_option("--tls-cert", o.tls_certificate,
-                  "Certificate (PEM, with its chain): listeners use TLS only. Read again on SIGHUP")
+                  "Certificate (PEM, with its chain): listeners use TLS only. Reloaded on SIGHUP")
       ->type_name("FILE");
   command.add_option("--tls-key", o.tls_key, "The certificate's private key (PEM)")
       ->type_name("FILE");
   command
-      .add_option(
-          "--tokens", o.tokens,
-          "Tokens and the datasets that each may see, from `token`; without this file every "
-          "client may see every dataset. Read again on SIGHUP")
+      .add_option("--tokens", o.tokens,
+                  "File of tokens and the datasets of each, from `token`; without it every client "
+                  "may see every dataset. Reloaded on SIGHUP")
       ->type_name("FILE");
   command
       .add_option("--allow-origin", o.allowed_origins,
-                  "Web pages of this origin may use HTTP and frame the viewer; such as "
+                  "Origin of web pages that may use HTTP and frame the viewer; for example "
                   "https://example.org; * allows all to use it, but none to frame it (repeatable)")
       ->delimiter(',')
       ->type_name("ORIGIN");
   command
-      .add_option(
-          "--allow-host", o.allowed_hosts,
-          "Host name that HTTP requests may use; such as example.org, or .example.org for "
-          "all below it; * allows all (repeatable; default: *, but on loopback without TLS, tokens "
-          "and proxies localhost alone)")
+      .add_option("--allow-host", o.allowed_hosts,
+                  "Host name that HTTP requests may use; for example example.org, or .example.org "
+                  "for all below it; * allows all (repeatable; default: *, or only localhost on "
+                  "loopback without TLS, tokens and proxies)")
       ->delimiter(',')
       ->type_name("HOST");
   command
       .add_option(
           "--trusted-proxy", o.trusted_proxies,
-          "Address or network (10.0.0.0/8) of a proxy in front; its X-Forwarded-For is used, "
-          "and for a multitetra-gateway limits of one address do not count (repeatable)")
+          "Address or network (10.0.0.0/8) of a trusted proxy; its X-Forwarded-For is used, and "
+          "limits of one address do not apply to a multitetra-gateway (repeatable)")
       ->delimiter(',')
       ->type_name("ADDRESS");
 }
@@ -93,7 +91,7 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
   command
       .add_option("--max-requests-per-second", o.max_requests_per_second,
                   "Rate limit of one token, or of one address without token; bursts of three "
-                  "seconds' worth")
+                  "seconds' worth are allowed")
       ->within(0.0, 1e9)
       ->capture_default_str()
       ->group(kLimitsGroup);
@@ -106,7 +104,7 @@ void add_limits_on_clients(Command& command, ListenerOptions& o) {
       ->group(kLimitsGroup);
   command
       .add_flag("--surfaces-only", o.requests.surfaces_only,
-                "Serve meshes alone: no sample shells, slices or probes, which hold samples")
+                "Serve meshes only: no sample shells, slices or probes, which contain samples")
       ->group(kLimitsGroup);
   add_bytes(command, "--max-message-bytes", o.session.max_message_bytes,
             "Most bytes of a client's message")
@@ -133,13 +131,13 @@ void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
       ->group(kLimitsGroup);
   command
       .add_option("--max-mesh-triangles", o.routes.max_mesh_triangles,
-                  "Most triangles of a mesh in an HTTP response; it takes about 120 bytes of "
-                  "memory for each of them while it is made")
+                  "Most triangles of a mesh in an HTTP response; making it takes about 120 bytes "
+                  "of memory for each")
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_bytes(
       command, "--mesh-cache-bytes", o.routes.mesh_cache_bytes,
-      "Disk space in the temporary folder for mesh files of HTTP, sent or cached; 0 caches none")
+      "Disk space in the temporary folder for mesh files of HTTP, sent or cached; 0: no cache")
       ->group(kLimitsGroup);
   add_bytes(command, "--min-mesh-bytes-per-second", o.min_mesh_bytes_per_second,
             "Minimum transfer rate of mesh files; slower clients are disconnected")
@@ -155,7 +153,7 @@ void add_operations(Command& command, ListenerOptions& o) {
       ->one_of({"text", "json"})
       ->capture_default_str()
       ->group(group);
-  command.add_option("--log-level", o.log_level, "Least severity of log lines")
+  command.add_option("--log-level", o.log_level, "Lowest severity of log lines")
       ->one_of({"debug", "info", "warning", "error", "off"})
       ->capture_default_str()
       ->group(group);
@@ -250,10 +248,10 @@ std::vector<MakeListener> http_listeners(const ListenerOptions& o) {
 
 ServerOptions server_options(const ListenerOptions& o) {
   if (o.tls_certificate.empty() != o.tls_key.empty()) {
-    throw UsageError("--tls-cert and --tls-key", "a certificate needs its key.");
+    throw UsageError("--tls-cert and --tls-key", "give both: a certificate and its key.");
   }
   if (o.tcp == "off" && o.http == "off") {
-    throw UsageError("--tcp and --http", "both are off; one listener must be open.");
+    throw UsageError("--tcp and --http", "both are off; at least one listener must be open.");
   }
   auto trusted = AddressRanges::parse(o.trusted_proxies);
   if (!trusted) throw UsageError("--trusted-proxy", trusted.error().text);
@@ -290,7 +288,7 @@ void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
     const std::string what = is_gateway ? "all datasets of the upstreams" : "all datasets";
     log_line(LogLevel::kWarning,
              "other machines can connect, and every client may see " + what +
-                 ": set --tokens to restrict that",
+                 ": set --tokens to restrict access",
              {});
   }
   // A proxy in front may provide TLS.
@@ -316,7 +314,7 @@ void make_room_for(const ListenerOptions& o) {
   const std::uint64_t allowed = allow_most_open_files();
   if (o.max_connections == 0 || allowed >= o.max_connections + kOthers) return;
   log_line(LogLevel::kWarning,
-           "This process may have fewer open files than its connections need; raise the limit "
+           "the limit of open files of this process is too low for its connections; raise it "
            "(ulimit -n) or allow fewer with --max-connections",
            {{"open_files", allowed},
             {"max_connections", static_cast<std::uint64_t>(o.max_connections)}});

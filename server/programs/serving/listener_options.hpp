@@ -50,7 +50,7 @@ struct ListenerOptions {
 };
 
 // The group of limits in --help.
-inline constexpr const char* kLimitsGroup = "Limits (0 means no limit where that makes sense)";
+inline constexpr const char* kLimitsGroup = "Limits (0 means no limit where applicable)";
 
 void add_listener_options(Command& command, ListenerOptions& options);
 

@@ -32,11 +32,11 @@ void add_serve_command(Command& program, Run& run) {
       "server.key --tokens tokens\n"
       "  multitetra-server serve https://store.example/volumes/head.mtd --cache-dir "
       "/var/cache/multitetra\n"
-      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reads certificate, tokens\n"
-      "and folders of datasets again; running streams continue.\n"
+      "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reloads certificate, tokens\n"
+      "and folders of datasets; running streams continue.\n"
       "Exit codes: 0 stopped by request, 1 failed, 2 wrong options, 4 certificate, key or tokens "
       "cannot be\n"
-      "used, 5 no dataset can be served, 7 an address cannot be listened on.");
+      "used, 5 no dataset can be served, 7 cannot listen on an address.");
   command->callback([a, command, &run] {
     if (!a->sources.config_file.empty()) read_config_file(*command, a->sources.config_file);
     if (a->sources.print_config) {
@@ -48,7 +48,7 @@ void add_serve_command(Command& program, Run& run) {
       return;
     }
     if (a->options.datasets.empty())
-      throw UsageError("datasets", "name a dataset file or a folder of them.");
+      throw UsageError("datasets", "give a dataset file or a folder of datasets.");
     (void)server_options(a->options);  // Throws for invalid options.
     (void)http_options(a->options.listeners);
     run = [a] { return serve_until_stopped(a->options); };

@@ -16,13 +16,13 @@ void add_serve_options(Command& command, ServeOptions& o) {
   command.add_option(
       "datasets", o.datasets,
       "Dataset files (.mtd) and folders of them: paths, addresses (https://host/head.mtd) and "
-      "buckets (s3://bucket/head.mtd, s3://bucket/folder/); read again on SIGHUP");
+      "buckets (s3://bucket/head.mtd, s3://bucket/folder/); reloaded on SIGHUP");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
   command
       .add_option(
           "--max-triangles", o.max_triangles,
-          "Most triangles of a final step; the reply to a larger one names an error that fits")
+          "Most triangles of a final step; the reply to a larger request states an error that fits")
       ->capture_default_str()
       ->group(kLimitsGroup);
   add_seconds(command, "--max-request-seconds", o.max_request_seconds,
@@ -33,12 +33,12 @@ void add_serve_options(Command& command, ServeOptions& o) {
               "rejections have a retry delay")
       ->group(kLimitsGroup);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
-            "Memory for cached tiles, for example 512MiB; 0 caches none")
+            "Memory for cached tiles, for example 512MiB; 0: no cache")
       ->group(kLimitsGroup);
   add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies")
       ->group(kLimitsGroup);
   add_bytes(command, "--brick-bytes", o.brick_bytes,
-            "Memory for unpacked bricks and for blocks of remote datasets")
+            "Memory for decompressed bricks and blocks of remote datasets")
       ->group(kStoresGroup);
   command
       .add_option(
@@ -46,7 +46,7 @@ void add_serve_options(Command& command, ServeOptions& o) {
           "Local folder that caches blocks of remote datasets; several servers may share it")
       ->group(kStoresGroup);
   add_bytes(command, "--cache-dir-bytes", o.cache_dir_bytes,
-            "Size of that folder; the least recently used blocks are removed first")
+            "Size limit of that folder; the least recently used blocks are evicted first")
       ->group(kStoresGroup);
   command
       .add_option("--store-connections", o.store_connections,

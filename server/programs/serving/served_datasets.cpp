@@ -77,7 +77,7 @@ std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const std::stri
   } catch (const std::exception& error) {
     const bool was_served = before != opened_.end();
     log_line(LogLevel::kError,
-             std::string(was_served ? "still serving the previous version: " : "left out: ") +
+             std::string(was_served ? "still serving the previous version: " : "skipped: ") +
                  error.what(),
              {{"file", place}});
     return was_served ? before->second.source : nullptr;
@@ -94,7 +94,7 @@ CataloguePtr ServedDatasets::read() {
     try {
       catalogue->add(source);
     } catch (const std::invalid_argument& twice) {
-      log_line(LogLevel::kError, std::string("left out: ") + twice.what(), {{"file", place}});
+      log_line(LogLevel::kError, std::string("skipped: ") + twice.what(), {{"file", place}});
     }
   }
   std::erase_if(opened_, [&](const auto& opened) {

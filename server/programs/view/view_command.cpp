@@ -62,7 +62,7 @@ class DatasetFolders {
         return;
       } catch (const fs::filesystem_error& error) {
         if (!arguments.cache_folder.empty()) throw;
-        std::cerr << "view: Nothing is kept for the next time: " << error.what() << std::endl;
+        std::cerr << "view: The prepared dataset is not cached: " << error.what() << std::endl;
       }
     }
     std::string name = (fs::temp_directory_path() / "multitetra-view.XXXXXX").string();
@@ -283,33 +283,33 @@ void add_view_command(Command& program, Run& run) {
       "view", "Show a volume in the browser: prepares it, serves it on this machine, opens it");
   command
       ->add_option("input", a->inputs,
-                   "Volumes or datasets: a file, a folder, an address; files of a time series "
+                   "Volumes or datasets: a file, a folder, an address; or files of a time series "
                    "(default: a demo volume)")
       ->type_name("SOURCE");
   command
       ->add_option("--labels", a->labels,
-                   "A label map on the same grid, shown with the volume; default: those of an "
-                   "OME-Zarr, or one beside the volume that is named like it, as ct_seg.nii.gz")
+                   "Label map on the same grid, shown with the volume; default: those of an "
+                   "OME-Zarr, or one named like the volume, such as ct_seg.nii.gz")
       ->type_name("FILE|FOLDER");
   command->add_flag("--no-labels", a->no_labels, "Do not show label maps as labels");
   add_border_options(*command, a->outside, a->margin);
-  command->add_option("--up", a->up, "World axis that is above at first, such as -y")
+  command->add_option("--up", a->up, "World axis that points up initially, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
       ->capture_default_str();
-  command->add_option("--http", a->http, "Address to listen on; port 0 is a free one")
+  command->add_option("--http", a->http, "Address to listen on; port 0: any free port")
       ->envname("MULTITETRA_HTTP")
       ->capture_default_str();
   command->add_flag("--no-browser", a->no_browser, "Only print the address");
-  command->add_flag("--no-cache", a->no_cache, "Prepare again, without the cache");
+  command->add_flag("--no-cache", a->no_cache, "Prepare again, ignoring the cache");
   command->add_flag("--quiet", a->quiet, "Print only the address and errors");
   add_threads_option(*command, a->threads);
   command->begin_group("Cache");
-  command->add_option("--cache", a->cache_folder,
-                      "Folder of the datasets that are kept (default: multitetra in "
-                      "$XDG_CACHE_HOME or ~/.cache)");
+  command->add_option(
+      "--cache", a->cache_folder,
+      "Folder of the cached datasets (default: multitetra in $XDG_CACHE_HOME or ~/.cache)");
   command
       ->add_option("--cache-bytes", a->cache_bytes,
-                   "Size of that folder; the least recently used datasets are removed first")
+                   "Size limit of that folder; the least recently used datasets are evicted first")
       ->as_bytes()
       ->capture_default_str();
   command->begin_group("Reading the volume");

@@ -143,7 +143,7 @@ fs::path demo_volume() {
                         "visible_female_head.nrrd";
   if (!unknown && fs::exists(demo, unknown)) return demo;
   throw ExitError(kFailed, "The demo volume is not at '" + demo.string() +
-                               "'; name a volume of yours: multitetra view FILE.");
+                               "'; give a volume: multitetra view FILE.");
 }
 
 bool is_prepared(const std::string& input) {

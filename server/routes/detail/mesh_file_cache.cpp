@@ -28,9 +28,9 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
   constexpr double kRetryAfter = 10;
   if (bytes > disk_.most_of_a_share()) {
     return fail(ErrorCode::kLimitExceeded,
-                "The file has " + std::to_string(bytes) + " bytes, and this server holds at most " +
+                "The file has " + std::to_string(bytes) + " bytes; this server stores at most " +
                     std::to_string(disk_.most_of_a_share()) +
-                    " in one; allow a larger error, or take it as a stream.");
+                    " in one file; allow a larger error, or request it as a stream.");
   }
   const std::lock_guard lock(mutex_);
   for (;;) {
@@ -39,8 +39,8 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
     if (!kept_.drop_oldest()) break;
   }
   return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
-                              .text = "The server's disk has no space for another file while "
-                                      "others are being sent; retry in 10 s.",
+                              .text = "The server has no disk space for another file while others "
+                                      "are being sent; retry in 10 s.",
                               .retry_after = kRetryAfter});
 }
 

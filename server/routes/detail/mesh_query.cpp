@@ -29,9 +29,9 @@ Result<MeshQuery> parse_mesh_query(const std::vector<std::pair<std::string, std:
   auto parsed = parse_query<Q>(query, kSetters);
   if (parsed && parsed->surface.isovalues.size() > kMaxSurfaces) {
     return fail(ErrorCode::kInvalidArgument,
-                "One file has at most " + std::to_string(kMaxSurfaces) +
-                    " surfaces; isovalue names " +
-                    std::to_string(parsed->surface.isovalues.size()) + ".");
+                "One file may have at most " + std::to_string(kMaxSurfaces) +
+                    " surfaces; isovalue has " + std::to_string(parsed->surface.isovalues.size()) +
+                    ".");
   }
   return parsed;
 }

@@ -33,10 +33,10 @@ template <typename Query, typename Member>
     using Place = std::remove_reference_t<decltype(place)>;
     if constexpr (requires { place.has_value(); }) {
       place = parse_number<typename Place::value_type>(text);
-      if (!place) return "is no number that fits here";
+      if (!place) return "is not a valid number";
     } else {
       const auto value = parse_number<Place>(text);
-      if (!value) return "is no number that fits here";
+      if (!value) return "is not a valid number";
       place = *value;
     }
     return std::nullopt;
@@ -69,7 +69,7 @@ template <typename Query>
     if (setter == setters.end()) {
       std::string known;
       for (const auto& [one, unused] : setters) known.append(known.empty() ? "" : ", ") += one;
-      return refuse("There is no parameter \"" + name + "\"; those that are: " + known + ".");
+      return refuse("Unknown parameter \"" + name + "\"; valid parameters: " + known + ".");
     }
     if (!given.insert(setter->first).second && !setter->second.is_repeatable) {
       return refuse("The parameter " + name + " is given twice.");

@@ -125,8 +125,8 @@ Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
                          .no_value = query.no_value_color.value_or(Rgb{})};
   if (scale.is_logarithmic && !(scale.low > 0)) {
     return fail(ErrorCode::kInvalidArgument,
-                "color_scale=log needs values above 0; name them by window= and level=, here the "
-                "least would be " +
+                "color_scale=log requires values above 0; set window= and level=, now the smallest "
+                "value is " +
                     shortest_text(scale.low) + ".");
   }
   return scale;
@@ -150,7 +150,7 @@ Result<ProbeRequest> parse_probe_query(
   auto probe = parse_query<P>(query, kSetters);
   if (!probe) return probe;
   if (probe->places.empty()) {
-    return fail(ErrorCode::kInvalidArgument, "Name a place with at=X,Y,Z, once or several times.");
+    return fail(ErrorCode::kInvalidArgument, "Give a place with at=X,Y,Z, once or several times.");
   }
   return validated(*probe);
 }

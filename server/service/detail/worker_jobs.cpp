@@ -29,25 +29,25 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
     return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kLimitExceeded,
-                std::string("The server has not enough memory for this ") + what +
+                std::string("The server does not have enough memory for this ") + what +
                     "; request a larger error.");
   } catch (const DatasetFileError& damage) {
     log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
-    return fail(ErrorCode::kDamagedData, std::string("The dataset's file is damaged where this ") +
-                                             what + " needs it; the server's log has the place.");
+    return fail(ErrorCode::kDamagedData,
+                std::string("The dataset's file is damaged in a part that this ") + what +
+                    " needs it; see the server's log.");
   } catch (const StoreError& failure) {
     log_line(LogLevel::kError, failure.what(), {{"dataset", source.info().name}});
     return tl::unexpected(
         Error{.code = ErrorCode::kUnavailable,
-              .text = std::string("The store of this dataset does not answer, or not "
-                                  "as it should, and this ") +
-                      what + " needs it; the server's log has the reason. Try again.",
+              .text = std::string("The store of this dataset does not provide data that this ") +
+                      what + " needs; see the server's log. Try again.",
               .retry_after = kStoreRetrySeconds});
   } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("making the ") + what + " failed: " + failure.what(),
+    log_line(LogLevel::kError, std::string("creating the ") + what + " failed: " + failure.what(),
              {{"dataset", source.info().name}});
     return fail(ErrorCode::kInternal,
-                std::string("The server failed to make this ") + what + "; see its log.");
+                std::string("The server failed to create this ") + what + "; see its log.");
   }
 }
 
@@ -58,7 +58,8 @@ Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
   return guarded(field, "step", stop, [&]() -> Result<StepResult> {
     const PreparedVolume* volume = field.volume();
     if (volume == nullptr) {
-      return fail(ErrorCode::kInternal, "This server has no samples of the coloring dataset.");
+      return fail(ErrorCode::kInternal,
+                  "This server does not have samples of the coloring dataset.");
     }
     auto scalars = step_scalars(made.encoded, made.step.request, surface, *volume, range, stop);
     if (!scalars) return tl::unexpected(scalars.error());
@@ -120,7 +121,7 @@ Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop
     const auto seconds = guarded(*source, "forecast", stop, [&]() -> Result<double> {
       const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
       if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
-        return fail(ErrorCode::kUnavailable, "The spectrum is not here yet.");
+        return fail(ErrorCode::kUnavailable, "The spectrum has not been fetched yet.");
       }
       return source->costs().server_seconds(sizes.rough(request), form_of({.request = request}));
     });
@@ -139,17 +140,16 @@ Error come_again(const Backlog& backlog, double limit) {
   const double share_of_time = backlog.seconds_until_done / backlog.seconds;
   const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
   return {.code = ErrorCode::kUnavailable,
-          .text = "Your pending requests already take this server about " +
-                  shortest_text(std::ceil(backlog.seconds)) + " s; retry in " +
-                  shortest_text(seconds) + " s.",
+          .text = "Your pending requests already require about " +
+                  shortest_text(std::ceil(backlog.seconds)) +
+                  " s of this server's time; retry in " + shortest_text(seconds) + " s.",
           .retry_after = seconds};
 }
 
 Error too_long(std::chrono::milliseconds limit) {
-  return {ErrorCode::kLimitExceeded,
-          "The answer takes this server longer than the " +
-              shortest_text(static_cast<double>(limit.count()) / 1000) +
-              " s that it spends on one request; request a larger error."};
+  return {ErrorCode::kLimitExceeded, "The reply takes longer than the limit of " +
+                                         shortest_text(static_cast<double>(limit.count()) / 1000) +
+                                         " s for one request; request a larger error."};
 }
 
 std::optional<ScalarRange> range_of(const StartStream& action) {

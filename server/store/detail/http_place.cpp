@@ -26,14 +26,14 @@ bool is_address(std::string_view text) {
 
 HttpPlace http_place(const std::string& address) {
   if (!is_address(address)) {
-    throw StoreError(address, "it is no address", "Write http://, https:// or s3://");
+    throw StoreError(address, "it is not an address", "Write http://, https:// or s3://");
   }
   const bool is_s3 = address.starts_with("s3://");
   const std::string rest = address.substr(address.find("//") + 2);
   const std::string host = rest.substr(0, rest.find('/'));
   const std::string path = rest.size() > host.size() ? rest.substr(host.size()) : "/";
   if (host.empty()) {
-    throw StoreError(address, is_s3 ? "it names no bucket" : "it names no host",
+    throw StoreError(address, is_s3 ? "it has no bucket" : "it has no host",
                      is_s3 ? "Write s3://bucket/path" : "Write https://host/path");
   }
   if (!is_s3)

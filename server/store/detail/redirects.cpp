@@ -12,12 +12,12 @@ std::optional<RefusedRedirect> refused_redirect(const std::string& from, const s
   const std::string problem = "the server redirects to '" + without_password(to) + "'";
   if (!after.is_valid() || (after.scheme() != "http" && after.scheme() != "https") ||
       (before.scheme() == "https" && after.scheme() == "http")) {
-    return RefusedRedirect{.problem = problem + ", which is no https",
+    return RefusedRedirect{.problem = problem + ", which does not use https",
                            .remedy = "Check the address"};
   }
   if (follow || is_same_host(before, after)) return std::nullopt;
   return RefusedRedirect{.problem = problem + ", which is another host",
-                         .remedy = "Give that address; `prepare --follow` allows it for volumes"};
+                         .remedy = "Use that address; for volumes, `prepare --follow` allows it"};
 }
 
 }  // namespace multitetra

@@ -149,8 +149,7 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
 void StoreClient::fail_while_resting(const std::string& address) {
   const std::lock_guard lock(mutex_);
   if (Clock::now() >= rests_until_) return;
-  throw StoreError(address, "its store failed a moment ago: " + rests_since_,
-                   "It is tried again soon");
+  throw StoreError(address, "the store failed recently: " + rests_since_, "Retry in a few seconds");
 }
 
 void StoreClient::rest(const std::string& problem) {
@@ -173,7 +172,8 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
   constexpr int kMostRedirects = 5;
   const Clock::time_point deadline = Clock::now() + left;
   CurlUrl url(request.address);
-  if (!url.is_valid()) return {.problem = "it is no address", .remedy = "Write http://host/path"};
+  if (!url.is_valid())
+    return {.problem = "it is not an address", .remedy = "Write http://host/path"};
   const Credentials credentials{
       .user = sigv4_.empty() ? url.user() : user_, .sigv4 = sigv4_, .session = session_};
   url.leave_out_user();
@@ -192,7 +192,7 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
     if (const auto refused = refused_redirect(next.address, to, options_.follow)) {
       return {.problem = refused->problem, .remedy = refused->remedy};
     }
-    if (redirects == kMostRedirects) return {.problem = "it is redirected again and again"};
+    if (redirects == kMostRedirects) return {.problem = "there are too many redirects"};
     next.address = to;
     answer.bytes.clear();
   }
@@ -245,10 +245,9 @@ CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStor
 StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const HttpRequest& request,
                                               const Transfer& transfer, HttpAnswer& answer) {
   if (transfer.too_large) {
-    return {.problem = "it has more than the " + std::to_string(transfer.most) +
-                       " bytes that it may have" +
-                       (request.range ? ", or the server does not serve ranges" : ""),
-            .remedy = "Check that it belongs there"};
+    return {.problem = "it is larger than the limit of " + std::to_string(transfer.most) +
+                       " bytes" + (request.range ? ", or the server does not serve ranges" : ""),
+            .remedy = "Check that it is the right file"};
   }
   if (code != CURLE_OK) {
     const bool stays = code == CURLE_UNSUPPORTED_PROTOCOL || code == CURLE_URL_MALFORMAT ||
@@ -264,13 +263,13 @@ StoreClient::Outcome StoreClient::Outcome::of(CURL* curl, CURLcode code, const H
     curl_off_t seconds = 0;
     curl_easy_getinfo(curl, CURLINFO_RETRY_AFTER, &seconds);
     return {.kind = Kind::kTryAgain,
-            .problem = "the server answers with status " + std::to_string(answer.status),
+            .problem = "the server returned status " + std::to_string(answer.status),
             .pause = milliseconds(1000 * std::clamp<curl_off_t>(seconds, 0, 3600))};
   }
   if (request.range && answer.status == 206) return of_part(curl, request, answer);
   if (request.range && answer.is_good()) {
     return {.problem = "the server does not serve ranges",
-            .remedy = "Use one that does, or a copy on this machine"};
+            .remedy = "Use a server that does, or a local copy"};
   }
   return {.kind = Kind::kDone};
 }
@@ -284,9 +283,9 @@ StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const HttpRequest
     return {.kind = Kind::kDone};
   }
   return {.kind = Kind::kTryAgain,
-          .problem = "asked for bytes " + range_text(*request.range) + ", the server sends " +
+          .problem = "requested bytes " + range_text(*request.range) + ", but the server sent " +
                      std::to_string(answer.bytes.size()) + " bytes as \"" + text + "\"",
-          .remedy = "Use a server that serves byte ranges by the HTTP standard"};
+          .remedy = "Use a server that serves byte ranges as the HTTP standard defines them"};
 }
 
 std::unique_ptr<StoreClient::Handle> StoreClient::idle_handle() {

@@ -112,7 +112,7 @@ SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader
     fail_reading(file_, description, "Choose one from 0 to " + std::to_string(components - 1));
   }
   if (choice_.kind == Kind::kLuminance && components < 3) {
-    fail_reading(file_, description, "Luminance is that of red, green and blue");
+    fail_reading(file_, description, "Luminance requires red, green and blue");
   }
   const bool mixes = choice_.kind == Kind::kMagnitude || choice_.kind == Kind::kLuminance;
   const bool is_integer = !is_floating(header_.type) && bytes_of(header_.type) <= 4;
@@ -213,11 +213,11 @@ void SampleConversion::report(const Notice& notice) const {
   if (is_typed_anew) text += " become " + std::string(name(type_));
   if (type_ == SampleType::kF32) {
     text += largest_error_ == 0 ? ", exactly"
-                                : ", at most " + number_text(largest_error_) + " from their values";
+                                : ", with errors of at most " + number_text(largest_error_);
   }
   if (saturated_ > 0) {
     text +=
-        "; " + std::to_string(saturated_) + " beyond that type are its least or greatest number";
+        "; " + std::to_string(saturated_) + " samples beyond that type are clamped to its range";
   }
   notice(text + ".");
 }
@@ -226,7 +226,7 @@ void report_infinite(const Notice& notice, const std::filesystem::path& file,
                      std::uint64_t infinite) {
   if (!notice || infinite == 0) return;
   notice("'" + file.string() + "': " + std::to_string(infinite) +
-         " samples that are infinite or too large for f32 are void from here on.");
+         " samples that are infinite or too large for f32 are replaced by void.");
 }
 
 }  // namespace multitetra

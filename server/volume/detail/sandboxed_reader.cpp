@@ -156,15 +156,15 @@ class SandboxedVolume : public VolumeSource {
     if (message.kind == kNotice && notice_) notice_(message.bytes);
     if (message.kind != kFailed) return;
     if (!message.bytes.empty()) throw VolumeFileError(message.bytes);
-    fail_reading(path_, "there is not enough memory for what it needs",
-                 "Check that it is a whole file, reduce the volume, or use a larger machine");
+    fail_reading(path_, "there is not enough memory",
+                 "Check that the file is complete, reduce the volume, or use a larger machine");
   }
 
   [[noreturn]] void give_up() {
     try {
       child_.fail();
     } catch (const ChildProcessError& problem) {
-      fail_reading(path_, problem.what(), "It is damaged; get a whole copy of it");
+      fail_reading(path_, problem.what(), "It is damaged; get a complete copy of the file");
     }
   }
 

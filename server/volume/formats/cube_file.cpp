@@ -74,14 +74,15 @@ StoredVolume open_cube(const fs::path& path) {
   const std::string beginning = unpacked_beginning(file, kMostHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
-  if (!grid) fail_reading(path, "it is no cube file", "Get a complete copy of the file");
+  if (!grid) fail_reading(path, "it is not a cube file", "Get a complete copy of the file");
   if (std::abs(grid->atoms) > kMostAtoms) {
     fail_reading(path, "it has " + std::to_string(grid->atoms) + " atoms",
                  "Get a complete copy of the file");
   }
   for (std::int64_t i = 0; i < std::abs(grid->atoms); ++i) {
     if (finite_numbers(std::string(next_line(rest))).size() != 5) {
-      fail_reading(path, "the line of its atom " + std::to_string(i + 1) + " is no five numbers",
+      fail_reading(path,
+                   "the line of its atom " + std::to_string(i + 1) + " does not have five numbers",
                    "Get a complete copy of the file");
     }
   }
@@ -90,8 +91,7 @@ StoredVolume open_cube(const fs::path& path) {
     const std::vector<double> orbitals = finite_numbers(std::string(next_line(rest)));
     if (orbitals.empty() || orbitals[0] < 1 || orbitals[0] > kMaxComponents ||
         orbitals.size() != static_cast<std::size_t>(orbitals[0]) + 1) {
-      fail_reading(path, "the line of its orbitals is not understood",
-                   "Write one orbital to a file");
+      fail_reading(path, "the line of its orbitals is invalid", "Write one orbital to a file");
     }
     components = static_cast<std::int64_t>(orbitals[0]);
   }

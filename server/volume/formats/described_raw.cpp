@@ -84,9 +84,10 @@ Description description_of(const fs::path& file) {
 }
 
 DescribedRaw raw_from(const Description& description, fs::path data, const fs::path& told_by) {
-  if (!description.dims) fail_reading(told_by, "its Resolution is no three counts", "Correct it");
+  if (!description.dims)
+    fail_reading(told_by, "its Resolution is not three positive integers", "Correct it");
   if (!description.type)
-    fail_reading(told_by, "its Format is not known", "Use UCHAR, USHORT or FLOAT");
+    fail_reading(told_by, "its Format is unknown", "Use UCHAR, USHORT or FLOAT");
   DescribedRaw raw{.file = std::move(data),
                    .source = "'" + told_by.filename().string() + "'",
                    .endian = description.endian.value_or(Endian::kLittle)};
@@ -178,8 +179,8 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     header.dims[axis] = layout.dims[axis];
     if (layout.spacing[axis] > 0) continue;
-    fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is none",
-                 "Spacings are numbers greater than 0");
+    fail_reading(file, "the given spacing " + std::to_string(layout.spacing[axis]) + " is invalid",
+                 "Spacings must be greater than 0");
   }
   set_box_axes(header, {0, 0, 0}, layout.spacing);
   check_header(file, header);
@@ -195,9 +196,9 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
             .slices = slices_in_file(file, layout.header_bytes, layout.endian, header)};
   }
   fail_reading(file,
-               "it has " + std::to_string(found) + " bytes, and the given layout needs " +
-                   std::to_string(layout.header_bytes) + " of header and " +
-                   std::to_string(needed) + " of samples (" + std::to_string(layout.dims[0]) +
+               "it has " + std::to_string(found) + " bytes, but the given layout requires " +
+                   std::to_string(layout.header_bytes) + " for the header and " +
+                   std::to_string(needed) + " for the samples (" + std::to_string(layout.dims[0]) +
                    " x " + std::to_string(layout.dims[1]) + " x " + std::to_string(layout.dims[2]) +
                    " of type " + std::string(name(layout.type)) + ")",
                "Correct the dims, the type or the header bytes");
@@ -218,7 +219,7 @@ bool is_raw_description(std::string_view beginning) {
 DescribedRaw described_raw(const fs::path& file, bool follow) {
   const Description description = description_of(file);
   if (description.data_file.empty()) {
-    fail_reading(file, "its ObjectFileName names no file", "Correct it");
+    fail_reading(file, "its ObjectFileName is empty", "Correct it");
   }
   return raw_from(description, named_data_file(file, description.data_file, follow), file);
 }
@@ -243,8 +244,8 @@ std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {
   if (!packed && !raw->begins_packed && !file.extension().string().ends_with("z2") &&
       input.size() != raw->offset + sample_bytes(raw->header)) {
     fail_reading(file,
-                 "it has " + std::to_string(input.size()) + " bytes and " + raw->source +
-                     " promises " + std::to_string(raw->offset + sample_bytes(raw->header)),
+                 "it has " + std::to_string(input.size()) + " bytes, but " + raw->source +
+                     " states " + std::to_string(raw->offset + sample_bytes(raw->header)),
                  "Give the layout with --dims and --type");
   }
   return raw;

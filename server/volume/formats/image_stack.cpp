@@ -103,7 +103,7 @@ class StackSlices : public StoredSlices {
         image.header.components != first_.components) {
       fail_reading(file,
                    "it has " + size_and_type(image.header) +
-                       " and the first image of the stack, '" + files_.front().string() +
+                       ", but the first image of the stack, '" + files_.front().string() +
                        "', has " + size_and_type(first_),
                    "All images of a stack must have the same size and type");
     }
@@ -179,13 +179,14 @@ StoredVolume open_image_stack(const fs::path& path) {
   std::vector<fs::path> files = stack_files(path);
   if (files.empty() && fs::is_regular_file(path, error)) files = {path};
   if (files.empty()) {
-    fail_reading(path, "there are no TIFF, PNG or JPEG images in this directory or of this pattern",
-                 "Give a directory with images, or a pattern such as slice%03d.tif");
+    fail_reading(path,
+                 "there are no TIFF, PNG or JPEG images in this folder or matching this pattern",
+                 "Give a folder with images, or a pattern such as slice%03d.tif");
   }
   const StoredVolume first = open_slice(files.front());
   if (first.header.dims[2] != 1) {
-    fail_reading(files.front(), "it holds " + std::to_string(first.header.dims[2]) + " images",
-                 "A stack is made of files with one image each; give this file alone");
+    fail_reading(files.front(), "it has " + std::to_string(first.header.dims[2]) + " images",
+                 "The files of a stack must have one image each; give this file alone");
   }
   ImageHeader stack = first.header;
   stack.dims[2] = static_cast<std::int64_t>(files.size());

@@ -65,9 +65,9 @@ MetaHeader read_meta_header(const fs::path& file) {
   }
   if (!header.value({"ElementDataFile"}).empty()) return header;
   fail_reading(file,
-               "there is no line ElementDataFile in its first " +
+               "there is no ElementDataFile line in its first " +
                    std::to_string(kMostMetaHeaderBytes) + " bytes",
-               "Check that it is a whole file of this format");
+               "Check that it is a complete file of this format");
 }
 
 // MetaImage's long has 32 bits.
@@ -89,7 +89,8 @@ std::optional<std::vector<double>> numbers_of(const fs::path& file, const MetaHe
   std::vector<double> numbers = finite_numbers(text);
   if (numbers.size() >= count) return numbers;
   fail_reading(
-      file, "its " + std::string(*names.begin()) + " is not " + std::to_string(count) + " numbers",
+      file,
+      "its " + std::string(*names.begin()) + " does not have " + std::to_string(count) + " numbers",
       "Correct the header");
 }
 
@@ -142,7 +143,7 @@ std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader
   const std::uint64_t skipped = volume_bytes * static_cast<std::uint64_t>(time);
   if (files.empty() || all_bytes % files.size() != 0) {
     fail_reading(file,
-                 "its samples are no whole number in each of its " + std::to_string(files.size()) +
+                 "its samples cannot be divided evenly among its " + std::to_string(files.size()) +
                      " data files",
                  "Correct the header");
   }
@@ -157,7 +158,8 @@ std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader
   const bool is_packed = header.is_true({"CompressedData"}, false);
   if (!header.is_true({"BinaryData"}, true)) {
     if (files.size() > 1) {
-      fail_reading(file, "its samples are text in several files", "Save it as binary");
+      fail_reading(file, "its samples are text in several files, which is not supported",
+                   "Save it as binary");
     }
     return text_slices({.file = files[0],
                         .begin = header_size > 0 || is_local ? offset(files[0], 0) : 0,

@@ -42,7 +42,7 @@ bool is_mgh(std::string_view beginning) {
 StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& choice) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMghHeaderBytes);
   if (!is_mgh(beginning))
-    fail_reading(path, "it is no MGH file", "Get a complete copy of the file");
+    fail_reading(path, "it is not an MGH file", "Get a complete copy of the file");
   const HeaderBytes bytes(beginning, Endian::kBig);
   const auto integer = [&](std::size_t at) { return std::int64_t{bytes.at<std::int32_t>(at)}; };
   const auto real = [&](std::size_t at) { return static_cast<double>(bytes.at<float>(at)); };
@@ -72,7 +72,7 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
   const std::int64_t frames = integer(16);
   if (frames > 1 && !choice.time && !choice.first) {
     fail_reading(path, "it has " + std::to_string(frames) + " frames",
-                 "Choose one with --time, from 0 on, or prepare them with --all-times");
+                 "Choose one with --time, from 0, or prepare them with --all-times");
   }
   const std::int64_t frame = choice.time.value_or(0);
   if (frame < 0 || frame >= frames) {

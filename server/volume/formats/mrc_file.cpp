@@ -25,7 +25,7 @@ StoredType type_of_mode(const fs::path& file, std::int32_t mode) {
   if (mode == 6) return StoredType::kU16;
   if (mode == kHalfMode) return StoredType::kF32;
   fail_reading(file, "its mode is " + std::to_string(mode),
-               "Known are the modes 0, 1, 2, 6 and 12; save it as mode 2");
+               "Supported modes are 0, 1, 2, 6 and 12; save it as mode 2");
 }
 
 }  // namespace
@@ -37,7 +37,7 @@ bool is_mrc(std::string_view beginning) {
 StoredVolume open_mrc(const fs::path& path) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMrcHeaderBytes);
   if (beginning.size() < kMrcHeaderBytes)
-    fail_reading(path, "it ends in its header", "Get a complete copy of the file");
+    fail_reading(path, "it ends within its header", "Get a complete copy of the file");
   const bool big = beginning[212] == 0x11;
   const Endian endian = big ? Endian::kBig : Endian::kLittle;
   const HeaderBytes bytes(beginning, endian);
@@ -60,7 +60,8 @@ StoredVolume open_mrc(const fs::path& path) {
                  "Resample it onto a rectangular grid");
   }
   if (seen != 7)
-    fail_reading(path, "its axes name one direction twice", "Get a complete copy of the file");
+    fail_reading(path, "two of its axes have the same direction",
+                 "Get a complete copy of the file");
   std::array<Vec3, 3> steps{};
   Vec3 origin = {real(196), real(200), real(204)};
   const bool has_origin = origin != Vec3{0, 0, 0};

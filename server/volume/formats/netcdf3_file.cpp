@@ -143,7 +143,7 @@ class NetcdfParser {
 
  private:
   [[noreturn]] void damaged() const {
-    fail_reading(file_.path(), "its NetCDF header is damaged or cut off",
+    fail_reading(file_.path(), "its NetCDF header is damaged or truncated",
                  "Get a complete copy of the file");
   }
 
@@ -267,7 +267,7 @@ const NetcdfVariable& chosen_variable(const fs::path& path, const NetcdfHeader& 
                    : (wanted.empty() ? "it has " + std::to_string(count) + " variables: "
                                      : "it has no variable '" + wanted + "'; there are ") +
                          names,
-               "Name one, as in '" + path.filename().string() + ":/name'");
+               "Give one, as in '" + path.filename().string() + ":/name'");
 }
 
 // The slices of a variable, whose records may be interleaved with others.
@@ -280,8 +280,8 @@ class NetcdfSlices : public StoredSlices {
         begin + step * static_cast<std::uint64_t>(header.dims[2] - 1) + header.slice_bytes();
     if (end <= file_.size()) return;
     fail_reading(file,
-                 "it ends too early: its header promises " + std::to_string(end) + " bytes and " +
-                     std::to_string(file_.size()) + " are there",
+                 "it ends too early: its header declares " + std::to_string(end) +
+                     " bytes, but it has " + std::to_string(file_.size()) + " bytes",
                  "Get a complete copy of the file");
   }
 
@@ -346,7 +346,7 @@ std::uint64_t chosen_entry(const fs::path& path, const std::string& name, std::u
                            const char* option) {
   if (!wanted && length != 1 && !takes_first) {
     fail_reading(path, "its dimension " + name + " has " + std::to_string(length) + " entries",
-                 std::string("Choose one with ") + option + ", from 0 on");
+                 std::string("Choose one with ") + option + ", from 0");
   }
   const std::int64_t entry = wanted.value_or(0);
   if (entry >= 0 && static_cast<std::uint64_t>(entry) < length) {
@@ -366,7 +366,7 @@ bool is_netcdf3(std::string_view beginning) {
 StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   const InputFile file(path);
   if (!is_netcdf3(file.beginning(4))) {
-    fail_reading(path, "it is no NetCDF file", "Get a complete copy of the file");
+    fail_reading(path, "it is not a NetCDF file", "Get a complete copy of the file");
   }
   const NetcdfHeader netcdf = NetcdfParser(file).parse();
   const NetcdfVariable& variable = chosen_variable(path, netcdf, choice);
@@ -375,7 +375,7 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   if (rank < 2 || rank > 5) {
     fail_reading(path,
                  "its variable '" + variable.name + "' has " + std::to_string(rank) + " dimensions",
-                 "Choose one with 2 to 5");
+                 "Choose a variable with 2 to 5");
   }
   StoredVolume volume{.header = {.type = *netcdf_type(variable.type)}, .slices = nullptr};
   ImageHeader& header = volume.header;

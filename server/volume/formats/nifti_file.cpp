@@ -281,7 +281,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const fs::path path = nifti_header_of(given).value_or(given);
   const std::string beginning = unpacked_beginning(InputFile(path), kVersion2Bytes);
   if (!is_nifti(beginning))
-    fail_reading(path, "it is no NIfTI file", "Get a complete copy of the file");
+    fail_reading(path, "it is not a NIfTI file", "Get a complete copy of the file");
   const NiftiHeader nifti = header_in(beginning);
   const Endian endian = is_version_2(beginning) ? *endian_of(beginning, kVersion2Bytes)
                                                 : *endian_of(beginning, kVersion1Bytes);

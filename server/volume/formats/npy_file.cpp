@@ -65,14 +65,14 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   constexpr std::size_t kMostHeaderBytes = std::size_t{1} << 16;
   const std::string beginning = unpacked_beginning(InputFile(path), kMostHeaderBytes);
   if (!is_npy(beginning) || beginning.size() < 12) {
-    fail_reading(path, "it is no NumPy array", "Get a complete copy of the file");
+    fail_reading(path, "it is not a NumPy array", "Get a complete copy of the file");
   }
   const HeaderBytes bytes(beginning.substr(0, 12), Endian::kLittle);
   const bool is_short = beginning[6] == 1;
   const std::uint64_t text_at = is_short ? 10 : 12;
   const std::uint64_t length = is_short ? bytes.at<std::uint16_t>(8) : bytes.at<std::uint32_t>(8);
   if (text_at + length > beginning.size()) {
-    fail_reading(path, "it ends in its header", "Get a complete copy of the file");
+    fail_reading(path, "it ends within its header", "Get a complete copy of the file");
   }
   const std::string_view text = std::string_view(beginning).substr(text_at, length);
   const std::string_view descr = behind_key(text, "descr");
@@ -83,7 +83,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
       found = &type;
   }
   if (found == nullptr) {
-    fail_reading(path, "its numbers are of the type " + std::string(descr.substr(0, 40)),
+    fail_reading(path, "its numbers have the type " + std::string(descr.substr(0, 40)),
                  "Save integers of 8 to 64 bits or floats of 16 to 64");
   }
   if (shape.size() < 2 || shape.size() > 4) {
@@ -91,7 +91,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   }
   const bool is_fortran = behind_key(text, "fortran_order").starts_with("True");
   if (is_fortran && shape.size() == 4) {
-    fail_reading(path, "its four dimensions are in the order of Fortran",
+    fail_reading(path, "its four dimensions are in Fortran order",
                  "Save numpy.ascontiguousarray(array)");
   }
   ImageHeader header{.type = found->type};
@@ -113,7 +113,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
     members.times.count = shape[0];
     if (shape[0] != 1 && !choice.time && !choice.first) {
       fail_reading(path, "its first dimension has " + std::to_string(shape[0]) + " entries",
-                   "Choose one with --time, from 0 on, or prepare them with --all-times");
+                   "Choose one with --time, from 0, or prepare them with --all-times");
     }
     time = choice.time.value_or(0);
     if (time < 0 || time >= shape[0]) {

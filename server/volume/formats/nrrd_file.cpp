@@ -34,12 +34,12 @@ NrrdHeader read_nrrd_header(const fs::path& file) {
   NrrdHeader header = parse_nrrd_header(InputFile(file).beginning(kMostNrrdHeaderBytes));
   if (!header.text.starts_with("NRRD")) {
     fail_reading(file, "it does not begin with NRRD",
-                 "Check that it is a whole file of this format");
+                 "Check that it is a complete file of this format");
   }
   if (!header.has_end && header.bytes == kMostNrrdHeaderBytes) {
     fail_reading(file,
                  "its header has more than " + std::to_string(kMostNrrdHeaderBytes) + " bytes",
-                 "Check that it is a whole file of this format");
+                 "Check that it is a complete file of this format");
   }
   return header;
 }
@@ -109,7 +109,7 @@ NrrdAxes axes_of(const fs::path& file, const NrrdHeader& header,
         axes.space.push_back(axis);
       } else if (sizes[axis] != 1) {
         fail_reading(file,
-                     "it has " + std::to_string(sizes.size()) + " dimensions and " +
+                     "it has " + std::to_string(sizes.size()) + " dimensions, with " +
                          std::to_string(sizes[axis]) + " volumes along dimension " +
                          std::to_string(axis + 1),
                      "Give a single volume of three dimensions, for example one time step");
@@ -117,7 +117,7 @@ NrrdAxes axes_of(const fs::path& file, const NrrdHeader& header,
     } else if (axes.component || (axis != 0 && axis + 1 != sizes.size())) {
       fail_reading(file,
                    "its axis " + std::to_string(axis + 1) + " of kind " + kinds[axis] +
-                       " is neither the first nor the last one",
+                       " is neither the first nor the last axis",
                    "Permute its axes, so that the components of a sample come first");
     } else {
       axes.component = axis;
@@ -167,7 +167,7 @@ std::optional<Vec3> patient_signs(const fs::path& file, std::string_view written
   const auto sign = [&](std::size_t axis, char same, char opposite) {
     if (letters.size() == 3 && letters[axis] == same) return 1.0;
     if (letters.size() == 3 && letters[axis] == opposite) return -1.0;
-    fail_reading(file, "its space '" + std::string(written.substr(0, 60)) + "' is not known",
+    fail_reading(file, "its space '" + std::string(written.substr(0, 60)) + "' is unknown",
                  "Use left-posterior-superior, right-anterior-superior or left-anterior-superior");
   };
   return Vec3{sign(0, 'l', 'r'), sign(1, 'p', 'a'), sign(2, 's', 'i')};
@@ -256,7 +256,7 @@ std::uint64_t behind_lines(const fs::path& file, std::uint64_t begin, std::int64
   for (std::int64_t i = 0; i < lines; ++i) {
     at = text.find('\n', at) + 1;
     if (at == 0) {
-      fail_reading(file, "it ends in the lines to skip, or they are too long", kCheckHeader);
+      fail_reading(file, "it ends within the lines to skip, or they are too long", kCheckHeader);
     }
   }
   return begin + at;
@@ -267,7 +267,7 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
   const std::string value = header.field("data file");
   if (value.empty()) {
     if (!header.has_end)
-      fail_reading(file, "it ends in its header", "Get a complete copy of the file");
+      fail_reading(file, "it ends within its header", "Get a complete copy of the file");
     return {file};
   }
   std::vector<std::string> names = {value};
@@ -291,9 +291,9 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
     const bool is_cut = count > 0 && in_file >= axes - 1 && sizes.back() % count == 0;
     if (in_file < 1 || in_file > axes || (count != wanted && !is_cut)) {
       fail_reading(file,
-                   "it names " + std::to_string(count) + " data files for " +
+                   "it lists " + std::to_string(count) + " data files for " +
                        std::to_string(wanted) + " parts of its samples",
-                   "Correct the names, or the number of axes that each file has");
+                   "Correct the list of files, or the number of axes in each file");
     }
   }
   std::vector<fs::path> files;
@@ -326,7 +326,8 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
   };
   if (encoding == "text" || encoding == "txt" || encoding == "ascii") {
     if (files.size() != 1) {
-      fail_reading(file, "its samples are text in several files", "Save it with encoding raw");
+      fail_reading(file, "its samples are text in several files, which is not supported",
+                   "Save it with encoding raw");
     }
     return text_slices(
         {.file = files[0],
@@ -336,7 +337,7 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
   }
   const std::string endian = lower_case(header.field("endian"));
   if (bytes_of(one.type) > 1 && endian != "little" && endian != "big") {
-    fail_reading(file, "its header does not name the byte order (endian) of its samples",
+    fail_reading(file, "its header does not state the byte order (endian) of its samples",
                  kCheckHeader);
   }
   SampleParts samples{.part_bytes = all_bytes / files.size(),
@@ -396,9 +397,9 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
       fail_reading(path,
                    "it is a segmentation: " + std::to_string(volume.members.labels.size()) +
                        " segments in " + std::to_string(volume.header.components) +
-                       " layers, as some overlap",
-                   "Prepare each segment with --label all -o FOLDER/, or the numbers of one layer "
-                   "with --component, from 0 on");
+                       " layers, because some overlap",
+                   "Prepare each segment with --label all -o FOLDER/, or one layer with "
+                   "--component, from 0");
     }
   }
   const std::vector<fs::path> files = data_files(path, header, sizes, choice.follow);

@@ -37,7 +37,7 @@ constexpr std::array kFormats = {
                       "all integers and floats, RGB; --time, --component"},
     FormatDescription{"MGH", ".mgh, .mgz", "volumes of FreeSurfer; --time"},
     FormatDescription{"DICOM", "a folder, .dcm",
-                      "slices or frames, packed as GDCM has it; --series, --time, --resample"},
+                      "slices or frames, all compressions of GDCM; --series, --time, --resample"},
     FormatDescription{"OME-Zarr 0.4 and 0.5", "a folder, .zip, http(s)://, s3://",
                       "blosc, lz4, zstd, gzip, zlib, bz2; shards; --level, --channel, --time"},
     FormatDescription{"Zarr 2 and 3, N5", "a folder, http(s)://, s3://",
@@ -51,16 +51,17 @@ constexpr std::array kFormats = {
     FormatDescription{"PNG, JPEG", ".png, .jpg, a folder, a pattern",
                       "a file for each slice; --component"},
     FormatDescription{"HDF5 and NetCDF-4", ".h5:/path, .nc:/path",
-                      "what libhdf5 unpacks, and LZF; --time, --channel"},
+                      "the filters of libhdf5, and LZF; --time, --channel"},
     FormatDescription{"Imaris", ".ims", "--level, --time, --channel"},
     FormatDescription{"NetCDF-3", ".nc, .nc:/name", "classic, 64-bit; --time, --channel"},
     FormatDescription{"NumPy", ".npy", "2 to 4 dimensions; --time"},
-    FormatDescription{"MRC and CCP4", ".mrc, .map, .ccp4", "modes 0, 1, 2, 6, 12; also gzipped; the contour level of an EMDB header beside it"},
-    FormatDescription{"cube", ".cube, .cub", "densities and orbitals; also gzipped; --component"},
     FormatDescription{
-        "raw", ".raw, .raw.gz, .dat",
-        "with --dims; or described by a .dat or .txt beside it, three counts in front, or its "
-        "name (_64x64x64_uint8.raw)"},
+        "MRC and CCP4", ".mrc, .map, .ccp4",
+        "modes 0, 1, 2, 6, 12; also gzipped; the contour level of an EMDB header beside it"},
+    FormatDescription{"cube", ".cube, .cub", "densities and orbitals; also gzipped; --component"},
+    FormatDescription{"raw", ".raw, .raw.gz, .dat",
+                      "with --dims; or described by a .dat or .txt beside it, three leading "
+                      "counts, or its name (_64x64x64_uint8.raw)"},
 };
 
 std::string lower_case_name_of(const fs::path& file) {

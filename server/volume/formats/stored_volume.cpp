@@ -38,7 +38,7 @@ std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {
 std::int64_t chosen_time(const fs::path& file, std::int64_t count, const VolumeChoice& choice) {
   if (count > 1 && !choice.time && !choice.first) {
     fail_reading(file, "it has " + std::to_string(count) + " volumes, one for each time",
-                 "Choose one with --time, from 0 on, or prepare them with --all-times");
+                 "Choose one with --time, from 0, or prepare them with --all-times");
   }
   const std::int64_t time = choice.time.value_or(0);
   if (time >= 0 && time < count) return time;
@@ -62,20 +62,20 @@ void check_header(const fs::path& file, const ImageHeader& header) {
   if (!std::isfinite(header.slope) || header.slope == 0 || !std::isfinite(header.intercept)) {
     fail_reading(file,
                  "its slope " + rounded_text(header.slope) + " and intercept " +
-                     rounded_text(header.intercept) + " give no values",
-                 "Correct the header: the slope is not 0 and both are finite");
+                     rounded_text(header.intercept) + " are invalid",
+                 "Correct the header: the slope must not be 0, and both must be finite");
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (std::isfinite(header.spacing[axis]) && header.spacing[axis] > 0) continue;
     fail_reading(file,
                  "its spacing along axis " + std::to_string(axis + 1) + " is " +
                      rounded_text(header.spacing[axis]),
-                 "Correct the header: spacings are positive numbers");
+                 "Correct the header: spacings must be positive numbers");
   }
   const double volume = header.index_to_world.determinant();
   const Vec3& origin = header.index_to_world.translation;
   if (!std::isfinite(volume) || volume == 0 || !std::isfinite(origin[0] + origin[1] + origin[2])) {
-    fail_reading(file, "its directions do not span space",
+    fail_reading(file, "its axis directions are linearly dependent",
                  "Correct the header: the three directions must be independent");
   }
 }
@@ -146,7 +146,7 @@ fs::path named_data_file(const fs::path& header, const std::string& name, bool f
       fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));
   if (!follow && (error || inside.empty() || *inside.begin() == "..")) {
     fail_reading(
-        header, "it names the data file '" + name + "', which leads out of the header's folder",
+        header, "it refers to the data file '" + name + "', which is outside the header's folder",
         "Put the data beside the header, or allow it with --follow if you trust the header");
   }
   const fs::file_status status = fs::status(file, error);
@@ -155,7 +155,7 @@ fs::path named_data_file(const fs::path& header, const std::string& name, bool f
                  "Put the data file beside the header");
   }
   if (!fs::is_regular_file(status)) {
-    fail_reading(header, "its data file '" + name + "' is no regular file",
+    fail_reading(header, "its data file '" + name + "' is not a regular file",
                  "Give a header whose samples are in a file");
   }
   return file;

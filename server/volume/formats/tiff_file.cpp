@@ -33,9 +33,8 @@ class TiffSlices : public StoredSlices {
           own.type != header_.type || own.components != header_.components) {
         fail_reading(file_,
                      "its page " + std::to_string(page + 1) +
-                         " has another size or type than "
-                         "the first one",
-                     "All pages must have the same; save others in a file of their own");
+                         " has another size or type than the first page",
+                     "All pages must have the same size and type; save others in a separate file");
       }
       tiff_.read(page, into + i * header_.slice_bytes());
     }
@@ -116,7 +115,7 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
   volume.channels = description.channels;
   if (description.channels > 1 && !choice.channel && !choice.first) {
     fail_reading(path, "it has " + std::to_string(description.channels) + " channels",
-                 "Choose one with --channel, from 0 on, or prepare them with --field all");
+                 "Choose one with --channel, from 0, or prepare them with --field all");
   }
   const std::int64_t channel = choice.channel.value_or(0);
   if (channel < 0 || channel >= description.channels) {
@@ -132,9 +131,10 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
     // ImageJ writes stacks beyond 4 GiB as one page, followed by the samples of the others.
     if (tiff.count() != 1 || !description.resolution_is_spacing || !tiff.plain_offset() ||
         description.channels > 1) {
-      fail_reading(path,
-                   "its description names more than its " + std::to_string(tiff.count()) + " pages",
-                   "Get a complete copy of the file");
+      fail_reading(
+          path,
+          "its description refers to more than its " + std::to_string(tiff.count()) + " pages",
+          "Get a complete copy of the file");
     }
     const std::uint64_t before = pages.front() * header.slice_bytes();
     volume.slices = plain_slices(path, *tiff.plain_offset() + before,

@@ -34,7 +34,7 @@ struct Placement {
 // does denied access to metadata mean that they are missing.
 bool refuses_what_is_missing(ObjectStore& store) {
   try {
-    return text_of(store, "multitetra/asks/for/nothing").has_value();
+    return text_of(store, "multitetra/nonexistent").has_value();
   } catch (const InaccessibleObject&) {
     return true;
   }
@@ -54,7 +54,7 @@ Json json_at(ObjectStore& store, const std::string& key) {
   if (!text) return {};
   Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded()) {
-    fail_reading(store.place(key), "it is no JSON", "Get a whole copy of the array");
+    fail_reading(store.place(key), "it is not JSON", "Get a complete copy of the array");
   }
   return json;
 }
@@ -102,7 +102,7 @@ void apply(const Json& transformations, Placement& placement, const std::filesys
         !std::all_of(numbers.begin(), numbers.end(), [](const Json& x) { return x.is_number(); })) {
       fail_reading(
           place,
-          "its coordinateTransformations have something that is no scale or translation of " +
+          "its coordinateTransformations have an entry that is not a scale or translation of " +
               std::to_string(dimensions) + " numbers",
           "Correct its metadata");
     }
@@ -136,7 +136,7 @@ std::optional<ImageLevel> image_level(const Json& attributes, const VolumeChoice
   if (!levels.is_array() || level < 0 || level >= static_cast<std::int64_t>(levels.size())) {
     fail_reading(place,
                  "it has " + std::to_string(levels.is_array() ? levels.size() : 0) +
-                     " levels and no level " + std::to_string(level),
+                     " levels, but no level " + std::to_string(level),
                  "Choose one with --level; 0 is the finest");
   }
   const Json& chosen = levels[static_cast<std::size_t>(level)];
@@ -309,8 +309,8 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
           place,
           "its dimension " + std::to_string(d + 1) + (name.empty() ? "" : " (" + name + ")") +
               " has " + std::to_string(array.shape[d]) + " entries",
-          is_time      ? "Choose one with --time, from 0 on, or prepare them with --all-times"
-          : is_channel ? "Choose one with --channel, from 0 on, or prepare them with --field all"
+          is_time      ? "Choose one with --time, from 0, or prepare them with --all-times"
+          : is_channel ? "Choose one with --channel, from 0, or prepare them with --field all"
                        : "Give an array of three dimensions");
     }
     volume.at[d] = chosen ? *chosen : 0;
@@ -361,8 +361,8 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
   if (!array) {
     image = image_level(attributes, choice, store->place(path));
     if (!image) {
-      fail_reading(store->place(path), "there is no array and no image of OME-Zarr here",
-                   "Name an array inside with --array");
+      fail_reading(store->place(path), "it has no array and no OME-Zarr image",
+                   "Select an array inside with --array");
     }
     path += image->path;
     if (!path.empty() && !path.ends_with('/')) path += '/';
@@ -381,7 +381,8 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
   if (image && placement.names.size() != array->shape.size()) {
     fail_reading(place,
                  "the image has " + std::to_string(placement.names.size()) +
-                     " axes and the array " + std::to_string(array->shape.size()) + " dimensions",
+                     " axes, but the array has " + std::to_string(array->shape.size()) +
+                     " dimensions",
                  "Correct its metadata");
   }
   VolumeContents members{.labels = labels_of(attributes)};
@@ -418,8 +419,8 @@ StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
   if (!has_metadata(*store)) {
     fail_reading(place,
                  "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",
-                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the "
-                 "credentials that it needs");
+                 "Give the address of an OME-Zarr image or of a Zarr or N5 array, and the required "
+                 "credentials");
   }
   const std::filesystem::path array = store->place(choice.array);
   try {

@@ -180,12 +180,12 @@ double suggested_isovalue(GeneratorKind kind) { return facts(kind).isovalue; }
 
 Volume generate(GeneratorKind kind, const GeneratorOptions& options) {
   if (options.size < 2 || options.size > kMaxSize) {
-    throw std::invalid_argument("A generated volume has 2 to " + std::to_string(kMaxSize) +
+    throw std::invalid_argument("A generated volume must have 2 to " + std::to_string(kMaxSize) +
                                 " samples a side, not " + std::to_string(options.size) + ".");
   }
   if (!std::isfinite(options.noise) || options.noise < 0) {
     throw std::invalid_argument(
-        "The noise of a generated volume is a finite number of at least 0, not " +
+        "The noise of a generated volume must be a finite number of at least 0, not " +
         std::to_string(options.noise) + ".");
   }
   Volume volume;

@@ -80,7 +80,7 @@ class LabelCensus {
       last_ = &at->second;
       if (is_new && labels_.size() > kMaxLabels) {
         fail_reading(name_, "it has more than " + std::to_string(kMaxLabels) + " different values",
-                     "Labels are for segmentations; prepare it without them");
+                     "Labels are for segmentations; prepare it without label options");
       }
     }
     last_->samples += samples;
@@ -101,8 +101,8 @@ class LabelCensus {
                               std::to_string(place[2]);
     fail_reading(name_,
                  "its sample at " + where + " is " + std::to_string(value) +
-                     ", which is no whole number of at most 2^24",
-                 "Labels are for segmentations; prepare it without them");
+                     ", which is not an integer of at most 2^24",
+                 "Labels are for segmentations; prepare it without label options");
   }
 
   const std::filesystem::path& name_;

@@ -98,13 +98,13 @@ Result<std::vector<Label>> parse_label_names(std::string_view text) {
     if (line.empty() || line.starts_with('#')) continue;
     std::optional<Label> label = label_of(line);
     if (!label) {
-      return wrong(number,
-                   "is no label such as '3 liver 221 130 101 255' or '3 221 130 101 1 1 1 "
-                   "\"liver\"' (number, name of at most 255 bytes, red, green and blue from 0 to "
-                   "255)");
+      return wrong(
+          number,
+          "is not a label such as '3 liver 221 130 101 255' or '3 221 130 101 1 1 1 \"liver\"' "
+          "(number, name of at most 255 bytes, red, green and blue from 0 to 255)");
     }
     if (!seen.insert(label->value).second) {
-      return wrong(number, "names label " +
+      return wrong(number, "lists label " +
                                std::to_string(static_cast<std::int64_t>(label->value)) +
                                " a second time");
     }

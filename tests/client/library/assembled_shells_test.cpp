@@ -206,7 +206,7 @@ TEST(AssembledShells, RejectsOverlappingShells) {
 TEST(AssembledShells, RejectedByClientsThatKeepTheMesh) {
   OpenStream to_keep = to_display();
   to_keep.use = MeshUse::kKeep;
-  expect_refused_shells([](ShellStream&) {}, "shall be kept", to_keep);
+  expect_refused_shells([](ShellStream&) {}, "client keeps its mesh", to_keep);
 }
 
 TEST(AssembledShells, HaveTheBoundOfTheirValues) {

@@ -286,19 +286,19 @@ TEST(Assembler, AStepCannotEndWithoutATile) {
 TEST(Assembler, ATileCannotComeTwice) {
   Messages stream = two_steps();
   stream.insert(stream.begin() + 2, stream[1]);
-  expect_fault(stream, "tile 0 (cube 4:0/0/0) comes, but is there already");
+  expect_fault(stream, "tile 0 (cube 4:0/0/0) was sent again");
 }
 
 TEST(Assembler, RefusesATileThatWasAnnouncedAsHeld) {
   Messages stream = two_steps();
   stream.insert(stream.begin() + 5, Tile{kId, 1, 0, coarse_tiles()[0].payload});
-  expect_fault(stream, "tile 0 (cube 4:0/0/0) comes, but is there already");
+  expect_fault(stream, "tile 0 (cube 4:0/0/0) was sent again");
 }
 
 TEST(Assembler, ATileNeedsAPlaceInTheManifest) {
   Messages stream = two_steps();
   at<Tile>(stream, 1).index = 2;
-  expect_fault(stream, "tile 2 comes, but there are only 2");
+  expect_fault(stream, "tile 2 was sent, but the number of tiles is 2");
 }
 
 TEST(Assembler, RefusesMessagesOfUnknownRequests) {
@@ -337,10 +337,10 @@ TEST(Assembler, CountsAndDigestsMustMatchThePromise) {
   const std::vector<std::pair<std::string, std::function<void(TileSummary&)>>> lies = {
       {"tile 0", [](TileSummary& t) { ++t.triangles; }},
       {"tile 0", [](TileSummary& t) { ++t.vertices; }},
-      {"bytes; promised were", [](TileSummary& t) { ++t.bytes; }},
+      {"bytes; the manifest lists", [](TileSummary& t) { ++t.bytes; }},
       {"tile 0", [](TileSummary& t) { ++t.digest.low; }},
       {"tile 0", [](TileSummary& t) { t.cube.exponent = 3; }},
-      {"has no triangle", [](TileSummary& t) { t.triangles = 0; }},
+      {"has no triangles", [](TileSummary& t) { t.triangles = 0; }},
       {"cannot belong to", [](TileSummary& t) { t.vertices = 13; }},
       {"outside the grid", [](TileSummary& t) { t.cube.exponent = 6; }},
       {"outside the grid", [](TileSummary& t) { t.cube.x = 2; }},
@@ -356,7 +356,7 @@ TEST(Assembler, AManifestNamesEveryTileOnce) {
   Messages stream = two_steps();
   auto& begin = at<StepBegin>(stream, 0);
   begin.tiles[1].cube = begin.tiles[0].cube;
-  expect_fault(stream, "is there twice");
+  expect_fault(stream, "is listed twice");
   stream = two_steps();
   auto& same = at<StepBegin>(stream, 0);
   same.tiles[1].digest = same.tiles[0].digest;
@@ -420,7 +420,7 @@ TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
     const Outcome outcome = limited(limits);
     EXPECT_EQ(outcome.steps.size(), 1U);
     ASSERT_TRUE(outcome.failed_check);
-    EXPECT_NE(outcome.failed_check->text.find("Step 1: with the steps before"), std::string::npos)
+    EXPECT_NE(outcome.failed_check->text.find("Step 1: with the previous steps"), std::string::npos)
         << outcome.failed_check->text;
   }
 }
@@ -474,7 +474,7 @@ TEST(Assembler, DetectsACrackBetweenTiles) {
 }
 
 TEST(Assembler, DetectsAMissingTileThatTheManifestOmits) {
-  expect_fault(stream_of({{.tiles = {coarse_tiles()[0]}}}), "the mesh is torn: 4 open edges");
+  expect_fault(stream_of({{.tiles = {coarse_tiles()[0]}}}), "the mesh has defects: 4 open edges");
 }
 
 TEST(Assembler, DetectsFlippedTriangles) {

@@ -164,9 +164,9 @@ TEST_F(NrrdThresholds, ShrinksLargeImagesByMinimum) {
 
 TEST_F(NrrdThresholds, NamesUnreadableFilesWithTheReason) {
   EXPECT_NE(
-      read_nrrd_thresholds(folder_.path() / "none", 1).error().text.find("there is no such file"),
+      read_nrrd_thresholds(folder_.path() / "none", 1).error().text.find("the file does not exist"),
       std::string::npos);
-  EXPECT_NE(refusal("no image").find("grid.nrrd\": it is no NRRD file; give a NRRD file."),
+  EXPECT_NE(refusal("no image").find("grid.nrrd\": it is not an NRRD file; give an NRRD file."),
             std::string::npos)
       << refusal("no image");
   EXPECT_NE(
@@ -179,7 +179,7 @@ TEST_F(NrrdThresholds, NamesUnreadableFilesWithTheReason) {
             std::string::npos);
   EXPECT_NE(refusal(head("float", "ascii") + "\n1 2 3").find("it has 3 of 4 samples"),
             std::string::npos);
-  EXPECT_NE(refusal(head("float", "ascii") + "\n1 2 x 3").find("\"x\" is no number"),
+  EXPECT_NE(refusal(head("float", "ascii") + "\n1 2 x 3").find("\"x\" is not a number"),
             std::string::npos);
   EXPECT_NE(refusal(head("float", "gzip", "endian: little\n") + "\nnot zipped").find("damaged"),
             std::string::npos);

@@ -218,7 +218,7 @@ class Package(unittest.TestCase):
         self.assertTrue((self.path / "ball.ply").read_bytes().startswith(b"ply"))
         with self.assertRaisesRegex(ValueError, r"\*\.stl"):
             ball.save(self.path / "ball.step")
-        with self.assertRaisesRegex(ValueError, "vertex 6, and there are 6"):
+        with self.assertRaisesRegex(ValueError, "vertex 6, but the number of vertices is 6"):
             multitetra.Mesh(ball.vertices, ball.faces + np.uint32(4)).save(self.path / "wrong.stl")
         with self.assertRaises(OSError):
             ball.save(self.path / "nowhere" / "ball.stl")
@@ -333,7 +333,7 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[0]) as server:
             for empty in (lambda: server.isosurface("gyroid", 1e9), lambda: list(server.steps("gyroid", 1e9))[-1].mesh,
                           lambda: server.isosurfaces("gyroid", [1e9])[0]):  # fmt: skip
-                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" go from') as output:
+                with self.assertWarnsRegex(multitetra.EmptySurfaceWarning, 'empty: .* values of "gyroid" range from') as output:
                     self.assertEqual(len(empty().faces), 0)
                 self.assertEqual(output.filename, __file__)
             with warnings.catch_warnings():

@@ -22,13 +22,13 @@ describe("Accuracy", () => {
   test("APreviewHasItsSpacingInsteadOfAnError", () => {
     const preview = facts({ spacing: 4, errorVoxels: 4, isCertified: false, preservesTopology: false });
     expect(accuracyOf(preview, 3)).toEqual({ value: "1 in 4", unit: "samples per axis" });
-    expect(errorWords(preview)).toMatch(/one sample in 4 along each axis.*promises no error/);
+    expect(errorWords(preview)).toMatch(/one sample in 4 along each axis.*no error bound/);
   });
 
   test("ShowsNoBoundForThePapersMeasureOrLostParts", () => {
     expect(accuracyOf(facts({ isCertified: false }), 3)).toEqual({ value: "0.5", unit: "voxels" });
-    expect(errorWords(facts({ isCertified: false }))).toMatch(/real distance may exceed it/);
-    expect(errorWords(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as you asked/);
+    expect(errorWords(facts({ isCertified: false }))).toMatch(/actual distance may exceed it/);
+    expect(errorWords(facts({ isCertified: false, preservesTopology: false, tolerance: 2 }))).toMatch(/features up to 2 voxels may be missing, as requested/);
   });
 });
 

@@ -49,7 +49,7 @@ async function survivesADeadServer(page) {
     const attempts = await page.evaluate(() => window.attempts);
     await page.keyboard.press("Enter");
     await page.waitForFunction((before) => window.attempts > before, attempts);
-    await notice(page, /Trying again in/);
+    await notice(page, /Retrying in/);
     assert.equal(await atKeyboard(page), "button", "the keyboard stays at the button");
     assert(await page.locator(button).evaluate((one) => one === document.activeElement));
   }
@@ -69,7 +69,7 @@ async function asksForAToken(page) {
   assert.equal(await atKeyboard(page), "input");
   await page.keyboard.type("mt_wrong");
   await page.keyboard.press("Enter");
-  await notice(page, /token is unknown/);
+  await notice(page, /does not accept the token/);
   await page.waitForFunction(() => {
     const { selectionStart, selectionEnd, value } = document.activeElement;
     return value === "mt_wrong" && selectionStart === 0 && selectionEnd === value.length;
@@ -92,7 +92,7 @@ async function hidesItsToken(page) {
   // Also if the page is open already and has an invalid token.
   const other = await page.context().browser().newPage();
   await open(other, "#dataset=gyroid&token=mt_wrong", guarded);
-  await notice(other, /token is unknown/);
+  await notice(other, /does not accept the token/);
   await other.evaluate((said) => (location.hash = `dataset=gyroid&token=${said}`), token);
   await complete(other);
   await other.waitForFunction(() => !location.href.includes("token"));

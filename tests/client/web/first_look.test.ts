@@ -28,7 +28,7 @@ describe("WorldDifference", () => {
   test("ShowsTheReason", () => {
     expect(worldDifference(at("a", 0), at("b", 4))).toBeNull();
     expect(worldDifference(at("a", 0), at("b", 8))).toBeNull(); // They touch.
-    expect(worldDifference(at("a", 0), at("b", 9))).toMatch(/elsewhere than "a"/);
+    expect(worldDifference(at("a", 0), at("b", 9))).toMatch(/at another position than "a"/);
     expect(worldDifference(at("a", 0, { lengthUnit: "mm" }), at("b", 0, { lengthUnit: "um" }))).toMatch(/unit of length is um, that of "a" is mm/);
     expect(worldDifference(at("a", 0, { space: WorldSpace.LPS }), at("b", 0, { space: WorldSpace.RAS }))).toMatch(/axes are RAS, those of "a" are LPS/);
     expect(worldDifference(at("a", 0, { space: WorldSpace.LPS, lengthUnit: "mm" }), at("b", 0))).toBeNull();

@@ -239,7 +239,7 @@ async function failsAFilm(page) {
   await complete(page);
   await page.click('summary:has-text("Export")');
   await page.click('button:has-text("Times: PNGs")');
-  await notice(page, /Recording failed: the surface at 1\.5 s did not come/);
+  await notice(page, /Recording failed: the surface at 1\.5 s was not received/);
   await page.waitForFunction(() => document.querySelector(".times .time").textContent === "1 s", null, { timeout: patience });
 }
 

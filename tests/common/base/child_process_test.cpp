@@ -50,7 +50,7 @@ TEST(ChildProcess, IsolatesCrashesHangsAndMemoryExhaustion) {
                     while (true) std::this_thread::sleep_for(milliseconds(50));
                   }),
                   "too long");
-  expect_contains(failure_of([]() -> std::string { _exit(3); }), "gave up");
+  expect_contains(failure_of([]() -> std::string { _exit(3); }), "its reader failed");
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
   expect_contains(failure_of([] {
                     std::vector<char> much(std::size_t{1} << 30, 'x');

@@ -209,7 +209,7 @@ TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
   EXPECT_TRUE(request_of(in_space("native"), info()));
   const auto unknown = request_of(in_space("ras"), info());
   ASSERT_FALSE(unknown);
-  EXPECT_NE(unknown.error().text.find("does not define it"), std::string::npos);
+  EXPECT_NE(unknown.error().text.find("does not define the directions"), std::string::npos);
 }
 
 TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {

@@ -107,11 +107,11 @@ TEST(FrameReader, KeepsNoMoreThanWhatWasNotYetReturned) {
 }
 
 TEST(FrameReader, NamesOtherProtocols) {
-  for (const auto& [bytes, words] :
-       std::vector<std::pair<std::string, std::string>>{{"HTTP/1.1 400 Bad Request", "ws://"},
-                                                        {"GET / HTTP/1.1", "an HTTP request came"},
-                                                        {"\x16\x03\x01\x02", "does not use TLS"},
-                                                        {"\x15\x03\x03\x02", "uses TLS"}}) {
+  for (const auto& [bytes, words] : std::vector<std::pair<std::string, std::string>>{
+           {"HTTP/1.1 400 Bad Request", "ws://"},
+           {"GET / HTTP/1.1", "received an HTTP request"},
+           {"\x16\x03\x01\x02", "does not use TLS"},
+           {"\x15\x03\x03\x02", "uses TLS"}}) {
     FrameReader reader(1000);
     reader.feed(bytes);
     const auto content = reader.next();

@@ -42,7 +42,7 @@ TEST(RequestNotices, ThereAreNoneForASurfaceOfTheData) {
 
 TEST(RequestNotices, WarnsAboutRegionsOutsideTheData) {
   const std::string where =
-      "Region 1 is outside of \"ct\" and without effect: its samples are from (100, 0, -20) to "
+      "Region 1 is outside \"ct\" and without effect: its samples range from (100, 0, -20) to "
       "(120, 20, 0) in world coordinates.\n";
   EXPECT_EQ(notices_of(with(BoxShape{.low = {0, 0, 0}, .high = {10, 10, 10}})), where);
   EXPECT_EQ(notices_of(with(BallShape{.centre = {126, 24, 4}, .radius = 4})), where)
@@ -50,14 +50,14 @@ TEST(RequestNotices, WarnsAboutRegionsOutsideTheData) {
   EXPECT_EQ(notices_of(with(HalfSpaceShape{.normal = {-1, 0, 0}, .offset = 0})), where);
   EXPECT_EQ(
       notices_of(with(BallShape{.centre = {110, 10, -10}, .radius = 5}, CoordinateSystem::kIndex)),
-      "Region 1 is outside of \"ct\" and without effect: its samples are from (0, 0, 0) to "
-      "(10, 10, 10) in sample indices.\n");
+      "Region 1 is outside \"ct\" and without effect: its samples range from (0, 0, 0) to (10, 10, "
+      "10) in sample indices.\n");
 }
 
 TEST(RequestNotices, CountManyRegionsInOneSentence) {
   IsosurfaceRequest request = with(BallShape{.centre = {110, 10, -10}});
   for (int i = 0; i < 5; ++i) request.thresholds.regions.push_back({.shape = BallShape{}});
-  EXPECT_EQ(notices_of(request).substr(0, 48), "5 regions, the first of them number 2, are outsi");
+  EXPECT_EQ(notices_of(request).substr(0, 48), "5 regions, the first of them region 2, are outsi");
 }
 
 TEST(RequestNotices, SeeABoxBesideAxesThatAreOblique) {
@@ -80,11 +80,11 @@ TEST(RequestNotices, WarnsAboutAGridOutsideTheData) {
 }
 
 TEST(RequestNotices, WarnsAboutAnIsovalueOutsideTheRange) {
-  const std::string values = "; values of \"ct\" go from 0 to 255.\n";
+  const std::string values = "; values of \"ct\" range from 0 to 255.\n";
   EXPECT_EQ(notices_of({.isovalue = 255}),
-            "The surface is empty: there is none at isovalue 255" + values);
+            "The surface is empty: there is no surface at isovalue 255" + values);
   EXPECT_EQ(notices_of({.isovalue = -0.5}),
-            "The surface is empty: there is none at isovalue -0.5" + values);
+            "The surface is empty: there is no surface at isovalue -0.5" + values);
   EXPECT_EQ(notices_of({.isovalue = 0}), "") << "A sample is positive when it is greater.";
   DatasetInfo closed = far_away();
   closed.outside = -1000;

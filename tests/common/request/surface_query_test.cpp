@@ -80,7 +80,7 @@ TEST(SurfaceQuery, RefusesErrorBesideQuality) {
   const auto refused = requests_for(query, info);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().text,
-            "error and quality exclude each other: a quality is the name of an error.");
+            "error and quality exclude each other: a quality is a named error.");
 }
 
 TEST(SurfaceQuery, SharesABudgetOnlyWhereItIsLargeEnough) {

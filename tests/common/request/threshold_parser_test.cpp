@@ -28,18 +28,18 @@ TEST(ParseRegion, QuotesAndExplainsWhatIsWrong) {
     EXPECT_NE(region.error().text.find(problem), std::string::npos) << region.error().text;
     EXPECT_NE(region.error().text.find("box:X0,Y0,Z0,X1,Y1,Z1=TAU"), std::string::npos);
   };
-  expect_refused("", "names no shape");
-  expect_refused("1,2,3,4=1", "names no shape");
-  expect_refused("cone:1,2,3,4=1", "\"cone:1,2,3,4=1\" names no shape");
+  expect_refused("", "does not begin with a shape");
+  expect_refused("1,2,3,4=1", "does not begin with a shape");
+  expect_refused("cone:1,2,3,4=1", "\"cone:1,2,3,4=1\" does not begin with a shape");
   expect_refused("ball:1,2,3,4", "has no threshold");
-  expect_refused("ball:1,2,3,4=", "threshold that is no number");
-  expect_refused("ball:1,2,3,4=1mm", "threshold that is no number");
-  expect_refused("ball:1,2,x,4=1", "\"x\" where a number should be");
-  expect_refused("ball:1,2,,4=1", "\"\" where a number should be");
+  expect_refused("ball:1,2,3,4=", "threshold that is not a number");
+  expect_refused("ball:1,2,3,4=1mm", "threshold that is not a number");
+  expect_refused("ball:1,2,x,4=1", "\"x\" instead of a number");
+  expect_refused("ball:1,2,,4=1", "\"\" instead of a number");
   expect_refused("ball:1,2,3=1", "3 numbers before its threshold, not 4");
   expect_refused("box:1,2,3,4=1", "4 numbers before its threshold, not 6");
-  expect_refused("box:4,0,0,2,8,9=1", "its low corner above its high one along x");
-  expect_refused("box:0,0,9,2,8,1=1", "its low corner above its high one along z");
+  expect_refused("box:4,0,0,2,8,9=1", "its low corner above its high corner along x");
+  expect_refused("box:0,0,9,2,8,1=1", "its low corner above its high corner along z");
   expect_refused("halfspace:1,2,3,4,5=1", "5 numbers before its threshold, not 4");
 }
 
@@ -74,12 +74,12 @@ TEST(ParseView, QuotesAndExplainsWhatIsWrong) {
     EXPECT_NE(view.error().text.find(problem), std::string::npos) << view.error().text;
     EXPECT_NE(view.error().text.find("eye=X,Y,Z"), std::string::npos);
   };
-  expect_refused("", "where a number should be");
-  expect_refused("1,2,3", "\"1\" where a number should be");
+  expect_refused("", "instead of a number");
+  expect_refused("1,2,3", "\"1\" instead of a number");
   expect_refused("eye=1,2,3,fov=45,height=600", "lacks \"pixels\"");
   expect_refused("eye=1,2,fov=45,height=600,pixels=1", "2 numbers for \"eye\", not 3");
   expect_refused("eye=1,2,3,fov=45,46,height=600,pixels=1", "2 numbers for \"fov\", not 1");
-  expect_refused("eye=1,2,3,fov=wide,height=600,pixels=1", "\"wide\" where a number should be");
+  expect_refused("eye=1,2,3,fov=wide,height=600,pixels=1", "\"wide\" instead of a number");
   expect_refused("eye=1,2,3,fov=45,fov=45,height=600,pixels=1", "\"fov\" twice");
   expect_refused("eye=1,2,3,fov=45,height=600,pixels=1,zoom=2", "unknown part \"zoom\"");
   expect_refused("eye=1,2,3,fov=45,height=600,pixels=1,aspect=2", "\"aspect\" without \"look\"");

@@ -740,8 +740,8 @@ TEST(Messages, RejectsImpossiblePreviews) {
   }
   expect_bad({{.finest_spacing = 1, .shell = ShellStep{.levels_per_octave = 1}}},
              "OpenStream.resumed_previews.shell.levels_per_octave");
-  expect_bad({{.finest_spacing = 4}, {.finest_spacing = 4}}, "less than the one before");
-  expect_bad({{.finest_spacing = 4}, {.finest_spacing = 8}}, "less than the one before");
+  expect_bad({{.finest_spacing = 4}, {.finest_spacing = 4}}, "less than the previous one");
+  expect_bad({{.finest_spacing = 4}, {.finest_spacing = 8}}, "less than the previous one");
   expect_bad(std::vector<Preview>(21), "21 previews", ErrorCode::kLimitExceeded);
 }
 

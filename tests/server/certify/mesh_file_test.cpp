@@ -166,7 +166,7 @@ TEST_F(MeshFile, RejectsTruncatedPly) {
                 .find("shorter than the 4000000000 elements"),
             std::string::npos);
   EXPECT_NE(complaint("a.ply", head + "element vertex 1\nproperty float x\nend_header\n0\n")
-                .find("no x, y and z"),
+                .find("do not have x, y and z"),
             std::string::npos);
   EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz +
                                    "element face 1\nproperty list uchar int vertex_indices\n"
@@ -176,7 +176,7 @@ TEST_F(MeshFile, RejectsTruncatedPly) {
   EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz + "end_header\n0 nan 0\n")
                 .find("is not a number"),
             std::string::npos);
-  EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz).find("header has no end"),
+  EXPECT_NE(complaint("a.ply", head + "element vertex 1\n" + xyz).find("header has no end_header"),
             std::string::npos);
 }
 
@@ -204,7 +204,8 @@ TEST_F(MeshFile, ObjIndicesMayBeNegative) {
   EXPECT_EQ(mesh.vertices.size(), 5U);
   EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}, {4, 0, 1}}));
   EXPECT_NE(complaint("a.obj", "v 0 0 0\nf 0 1 1\n").find("has the vertex -1"), std::string::npos);
-  EXPECT_NE(complaint("a.obj", "v 0 0 0\nf 1 1 x\n").find("'x' is no integer"), std::string::npos);
+  EXPECT_NE(complaint("a.obj", "v 0 0 0\nf 1 1 x\n").find("'x' is not a valid integer"),
+            std::string::npos);
 }
 
 // ---- glTF
@@ -256,10 +257,9 @@ TEST_F(MeshFile, GltfReadsAllNodes) {
 }
 
 TEST_F(MeshFile, RejectsInvalidGltf) {
-  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"children":[0]}])")).find("contain each other"),
+  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"children":[0]}])")).find("form a cycle"),
             std::string::npos);
-  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":1}])")).find("'meshes' that is not there"),
-            std::string::npos);
+  EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":1}])")).find("'meshes'"), std::string::npos);
   EXPECT_NE(complaint("a.glb", nested_glb(R"([{"mesh":-1}])")).find("Cannot read"),
             std::string::npos);
   EXPECT_NE(
@@ -371,7 +371,7 @@ TEST_F(MeshFile, RejectsInvalidVtp) {
 // ---- damage
 
 TEST_F(MeshFile, RefusesOtherFilesByName) {
-  EXPECT_NE(complaint("a.ply", "GIF89a").find("no format known here"), std::string::npos);
+  EXPECT_NE(complaint("a.ply", "GIF89a").find("its format is not one of"), std::string::npos);
   EXPECT_NE(complaint("a.xyz", "0 0 0\n").find("a.xyz"), std::string::npos);
   EXPECT_THROW((void)read_mesh(folder_.path() / "missing.stl"), VolumeFileError);
   EXPECT_THROW((void)read_mesh(folder_.path()), VolumeFileError);

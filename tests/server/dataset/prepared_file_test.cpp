@@ -195,18 +195,18 @@ TEST(PreparedFile, RefusesOtherFiles) {
   write_prepared(path, small_prepared());
   const std::string whole = bytes_of_file(path);
   expect_contains(error_of_opening(folder.path() / "none.mtd"), "cannot be opened");
-  expect_contains(error_of_opening(folder.path()), "no regular file");
+  expect_contains(error_of_opening(folder.path()), "not a regular file");
   expect_contains(error_of_opening(folder.file("empty.mtd", "")), "header");
   expect_contains(error_of_opening(folder.file("other.mtd", std::string(10000, 'x'))), "header");
   expect_contains(error_of_opening(folder.file("cut.mtd", whole.substr(0, whole.size() - 1))),
                   "promises");
   ASSERT_EQ(::mkfifo((folder.path() / "pipe.mtd").c_str(), 0600), 0);
-  expect_contains(error_of_opening(folder.path() / "pipe.mtd"), "no regular file");
+  expect_contains(error_of_opening(folder.path() / "pipe.mtd"), "not a regular file");
 }
 
 TEST(PreparedFile, FilesOfRelease0AreRefusedWithTheRemedy) {
   const std::string text = error_of_opening(MULTITETRA_TEST_DATA "/small_of_release_0.mtd");
-  expect_contains(text, "made by release 0.x");
+  expect_contains(text, "written by release 0.x");
   expect_contains(text, "prepare the dataset again");
 }
 

@@ -168,7 +168,7 @@ TEST(PreparedFormat, SectionsOfLaterVersionsArePassedOverUnlessRequired) {
   expect_contains(error_in_bytes(changed), "\"later\": its checksum");
 
   parts[2].required = true;
-  expect_contains(error_in_structure(file_of(parts)), "\"later\": this program does not know it");
+  expect_contains(error_in_structure(file_of(parts)), "\"later\": it is unknown to this program");
   EXPECT_EQ(structure_of(file_of(parts)).error().code, ErrorCode::kUnsupportedVersion);
 }
 
@@ -212,7 +212,7 @@ TEST(PreparedFormat, FilesOfRelease0AreRefusedWithTheRemedy) {
   std::string file = encoded(small_prepared());
   file.replace(0, 8, "\x89MTD\r\n\x1a\n");
   EXPECT_EQ(structure_of(file).error().code, ErrorCode::kUnsupportedVersion);
-  expect_contains(error_in_structure(file), "made by release 0.x");
+  expect_contains(error_in_structure(file), "written by release 0.x");
   expect_contains(error_in_structure(file), "prepare the dataset again");
 }
 
@@ -310,7 +310,7 @@ TEST(PreparedFormat, BricksThatUnpackToSomethingElseAreReported) {
                                                 {3, "123456789012"},
                                                 {15, "123456789012"}}) {
     expect_only_brick_refused(with_only_brick(static_cast<BrickCodec>(codec), packed),
-                              "it cannot be unpacked");
+                              "it cannot be decompressed");
   }
   // A frame that declares a size larger than any brick.
   std::vector<std::byte> ramp(many);
@@ -319,7 +319,7 @@ TEST(PreparedFormat, BricksThatUnpackToSomethingElseAreReported) {
   ASSERT_EQ(frame.codec, BrickCodec::kBlosc);
   expect_only_brick_refused(
       with_only_brick(frame.codec, text_of(std::span<const std::byte>(frame.bytes))),
-      "it cannot be unpacked");
+      "it cannot be decompressed");
 }
 
 TEST(PreparedFormat, PackedSectionsThatUnpackToSomethingElseAreReported) {

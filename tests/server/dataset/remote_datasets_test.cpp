@@ -126,7 +126,7 @@ TEST_F(RemoteDatasets, ReplacedFilesGiveTheOldSurfaceOrAnError) {
         folder_.path() / "noise.mtd",
         std::filesystem::file_time_type::clock::now() + std::chrono::seconds(9));
     const std::string text = failure(dataset);
-    EXPECT_NE(text.find("was replaced"), std::string::npos) << server << ": " << text;
+    EXPECT_NE(text.find("has been replaced"), std::string::npos) << server << ": " << text;
     EXPECT_NE(digests(open_dataset(address(server), opened)), expected_);
   }
 }

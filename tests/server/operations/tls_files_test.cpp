@@ -128,10 +128,10 @@ TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
   missing = files(good_.certificate, good_.key);
   missing.key = folder_.path();
   EXPECT_TRUE(has(refusal(missing), "cannot be read")) << refusal(missing);
-  EXPECT_TRUE(has(refusal(files("", good_.key)), "is no certificate in PEM form"));
-  EXPECT_TRUE(has(refusal(files(good_.key, good_.key)), "is no certificate in PEM form"));
-  EXPECT_TRUE(has(refusal(files(good_.certificate, "")), "is no private key in PEM form"));
-  EXPECT_TRUE(has(refusal(files(good_.certificate, other.key)), "is not that of the certificate"));
+  EXPECT_TRUE(has(refusal(files("", good_.key)), "is not a PEM certificate"));
+  EXPECT_TRUE(has(refusal(files(good_.key, good_.key)), "is not a PEM certificate"));
+  EXPECT_TRUE(has(refusal(files(good_.certificate, "")), "is not a PEM private key"));
+  EXPECT_TRUE(has(refusal(files(good_.certificate, other.key)), "does not match the certificate"));
   EXPECT_TRUE(has(refusal(files(old.certificate, old.key)), "has expired"));
   const CertificateAndKey early = self_signed("DNS:localhost", 7200, /*from_seconds=*/3600);
   EXPECT_TRUE(has(refusal(files(early.certificate, early.key)), "is not valid yet"));
@@ -144,10 +144,10 @@ TEST_F(TlsFilesTest, WhatIsNoRegularFileIsRefusedAtOnce) {
   for (const std::filesystem::path& file : {pipe, std::filesystem::path("/dev/zero")}) {
     TlsFiles odd = files(good_.certificate, good_.key);
     odd.certificate = file;
-    EXPECT_NE(refusal(odd).find("it is no regular file"), std::string::npos) << refusal(odd);
+    EXPECT_NE(refusal(odd).find("it is not a regular file"), std::string::npos) << refusal(odd);
     odd = files(good_.certificate, good_.key);
     odd.key = file;
-    EXPECT_NE(refusal(odd).find("it is no regular file"), std::string::npos) << refusal(odd);
+    EXPECT_NE(refusal(odd).find("it is not a regular file"), std::string::npos) << refusal(odd);
     EXPECT_THROW((void)load_access_list(file), ExitError);
   }
   EXPECT_NE(refusal(files(std::string((std::size_t{16} << 20) + 1, 'x'), good_.key))

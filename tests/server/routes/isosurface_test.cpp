@@ -77,7 +77,7 @@ TEST_F(IsosurfaceTest, WarnsAboutUnlikelyRequests) {
   EXPECT_EQ(client_.get(path + "&isovalue=0.5").count("Multitetra-Notice"), 0U);
   const auto empty = client_.get(path + "&isovalue=1e9");
   EXPECT_EQ(empty.result_int(), 200U);
-  EXPECT_NE(std::string(empty["Multitetra-Notice"]).find("none at isovalue 1e+09"),
+  EXPECT_NE(std::string(empty["Multitetra-Notice"]).find("no surface at isovalue 1e+09"),
             std::string::npos);
   const auto elsewhere = client_.get(path + "&isovalue=0.5&region=ball:900,0,0,1=0");
   EXPECT_TRUE(std::string(elsewhere["Multitetra-Notice"]).starts_with("Region 1 is outside"));
@@ -253,7 +253,7 @@ TEST_F(IsosurfaceTest, RejectsRequestsWithoutDiskSpace) {
   HttpClient client(small.http());
   const auto refused = client.get(kPath);
   EXPECT_EQ(refused.result_int(), 422U);
-  EXPECT_NE(refused.body().find("this server holds at most 25 in one"), std::string::npos)
+  EXPECT_NE(refused.body().find("this server stores at most 25 in one file"), std::string::npos)
       << refused.body();
 }
 

@@ -115,7 +115,7 @@ TEST_F(SceneTest, ASurfaceHasTheColorsOfAField) {
 }
 
 TEST_F(SceneTest, NamesTheFaultOfAQuery) {
-  expect_refused("isovalue=1,2&format=ply", "need format=glb");
+  expect_refused("isovalue=1,2&format=ply", "require format=glb");
   expect_refused("isovalue=1,,2", "A,B,C");
   expect_refused("isovalue=1&color_by=nothing", "No dataset", 404);
   expect_refused("isovalue=1&color_range=1,2", "need color_by");
@@ -123,7 +123,7 @@ TEST_F(SceneTest, NamesTheFaultOfAQuery) {
   expect_refused("isovalue=1&color_by=height&color_scale=log", "both above 0");
   expect_refused("isovalue=1&color_by=height&color_scale=square", "linear or log");
   expect_refused("isovalue=1&color_by=height&no_value_color=red", "RRGGBB");
-  expect_refused("isovalue=1&color_by=height&color_range=2,1", "the first is less");
+  expect_refused("isovalue=1&color_by=height&color_range=2,1", "in increasing order");
   expect_refused("isovalue=1&color_by=height&colors=jet", "viridis");
 }
 

@@ -109,7 +109,7 @@ TEST_F(SliceTest, NamesTheFaultOfAQuery) {
   expect_refused("slice?axis=z&normal=0,0,1", "not by several of these");
   expect_refused("slice?centre=1,2,3", "needs a normal");
   expect_refused("slice?normal=0,0,0", "no direction");
-  expect_refused("slice?normal=0,0,1&up=0,0,2", "other than its normal");
+  expect_refused("slice?normal=0,0,1&up=0,0,2", "parallel to its normal");
   expect_refused("slice?normal=1,2", "three numbers");
   expect_refused("slice?normal=0,0,1&extent=-3", "greater than 0");
   expect_refused("slice?normal=0,0,1&extent=5,nan", "greater than 0");

@@ -38,7 +38,8 @@ TEST(Redirects, NeverLeadFromHttpsToHttp) {
   for (const bool follow : {false, true}) {
     const auto refused = refused_redirect("https://a.example/x", "http://a.example/x", follow);
     ASSERT_TRUE(refused);
-    EXPECT_NE(refused->problem.find("which is no https"), std::string::npos) << refused->problem;
+    EXPECT_NE(refused->problem.find("which does not use https"), std::string::npos)
+        << refused->problem;
     EXPECT_TRUE(refused_redirect("http://a.example/x", "ftp://a.example/x", follow));
     EXPECT_TRUE(refused_redirect("http://a.example/x", "file:///etc/passwd", follow));
     EXPECT_FALSE(refused_redirect("http://a.example/x", "https://a.example/y", follow));

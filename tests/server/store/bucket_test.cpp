@@ -90,7 +90,7 @@ TEST_F(BucketTest, RefusesListingsThatNeverEnd) {
     const char* problem;
   } listings[] = {{"s3://volumes/endless/", {.pages = 12}, "more than 12 pages"},
                   {"s3://volumes/endless/", {.name_bytes = 200}, "more than 200 bytes of names"},
-                  {"s3://volumes/repeats/", {}, "a continuation token that repeats"},
+                  {"s3://volumes/repeats/", {}, "a repeated continuation token"},
                   {"s3://volumes/long-token/", {}, "a continuation token of 5000 bytes"}};
   for (const auto& [place, limits, problem] : listings) {
     const std::string found = failure([&] { (void)list_bucket(place, ".mtd", kQuick, limits); });
@@ -143,14 +143,14 @@ TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
   using Kind = UploadCondition::Kind;
   EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/old.mtd", {}, kQuick);
-            }).find("another file was written there"),
+            }).find("another file was written to this address"),
             std::string::npos);
   const UploadCondition same{.kind = Kind::kThisVersion, .etag = found->etag};
   upload_file(file, "s3://volumes/old.mtd", same, kQuick);
   EXPECT_EQ(bytes_of_file(folder_.path() / "old.mtd"), "new");
   EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/old.mtd", same, kQuick);
-            }).find("another file was written there"),
+            }).find("another file was written to this address"),
             std::string::npos);
   upload_file(file, "s3://volumes/old.mtd", {.kind = Kind::kAnything}, kQuick);
   EXPECT_EQ(files_in_bucket(), 2U) << "Nothing is left of those that failed.";

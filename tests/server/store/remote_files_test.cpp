@@ -158,7 +158,7 @@ TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
                         fs::file_time_type::clock::now() + std::chrono::seconds(5));
     EXPECT_NE(all->version_of(address(server)), version);
     EXPECT_TRUE(part(*file, 0, 100) == content(1).substr(0, 100)) << "What is there already.";
-    EXPECT_NE(failure([&] { return part(*file, 20 * kBlock, 100); }).find("was replaced"),
+    EXPECT_NE(failure([&] { return part(*file, 20 * kBlock, 100); }).find("has been replaced"),
               std::string::npos);
     EXPECT_TRUE(part(*all->open(address(server)), 20 * kBlock, 100) ==
                 content(2).substr(20 * kBlock, 100));

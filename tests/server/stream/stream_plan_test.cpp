@@ -208,11 +208,10 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
       {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
-  EXPECT_EQ(
-      refused.error().text,
-      "The budget of 5 triangles is too small: with its topology kept the surface has at least "
-      "15625 triangles. Allow more, or let features of up to 1 voxels vanish with "
-      "topology_tolerance.");
+  EXPECT_EQ(refused.error().text,
+            "The budget of 5 triangles is too small: with its topology kept the surface has at "
+            "least 15625 triangles. Allow more, or allow features of up to 1 voxels to vanish with "
+            "topology_tolerance.");
   EXPECT_LE(made, 3);
 }
 

@@ -287,7 +287,7 @@ TEST(Server, AnotherProtocolIsRefusedWithAReason) {
   ASSERT_TRUE(socket.send_bytes("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"));
   const Error refusal = receive<ErrorReply>(socket).error;
   EXPECT_EQ(refusal.code, ErrorCode::kMalformedFrame);
-  EXPECT_NE(refusal.text.find("an HTTP request came"), std::string::npos) << refusal.text;
+  EXPECT_NE(refusal.text.find("received an HTTP request"), std::string::npos) << refusal.text;
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 

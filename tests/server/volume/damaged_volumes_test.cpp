@@ -143,7 +143,7 @@ TEST_F(VolumeFileRobustness, ReportsTheLargestRoundingError) {
                      packed<std::int64_t>(numbers)));
   (void)read_volume(file, {.notice = [&](const std::string& text) { notices.push_back(text); }});
   ASSERT_EQ(notices.size(), 1u);
-  expect_contains(notices[0], "i64 become f32, at most 1 from their values");
+  expect_contains(notices[0], "i64 become f32, with errors of at most 1");
 }
 
 TEST_F(VolumeFileRobustness, ComponentsAreChosenByNumberMagnitudeOrLuminance) {
@@ -269,7 +269,7 @@ TEST_F(VolumeFileRobustness, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
                                folder_.file("in/pipe.mhd", meta_image_header("MET_SHORT", "pipe")),
                                folder_.path() / "in/pipe"}) {
     SCOPED_TRACE(file);
-    expect_contains(error_of(file), "no regular file");
+    expect_contains(error_of(file), "not a regular file");
   }
 }
 

@@ -94,7 +94,7 @@ TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
 
 // HDF5 crashes on chunks of the wrong size, so the reader refuses them first.
 TEST(SandboxedVolume, AChunkThatCrashesHdf5IsRefused) {
-  expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not hold the");
+  expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not have the");
 }
 
 }  // namespace

@@ -268,7 +268,7 @@ TEST_F(VolumeFiles, WrittenNrrdComesBackBitForBit) {
 // ---- unreadable files
 
 TEST_F(VolumeFiles, MissingFilesAndUnknownSuffixesHaveARemedy) {
-  expect_contains(error_of_reading(folder_.path() / "none.nrrd"), "no such file");
+  expect_contains(error_of_reading(folder_.path() / "none.nrrd"), "the file does not exist");
   const std::string unknown = error_of_reading(folder_.file("v.dat", "bytes"));
   for (const char* suffix : {".nrrd", ".nhdr", ".mha", ".mhd", ".nii.gz", ".vtk", ".tif"}) {
     expect_contains(unknown, suffix);
@@ -282,7 +282,7 @@ TEST_F(VolumeFiles, RawBytesOfAnotherNumberNameBothNumbers) {
   const std::string error =
       error_of_reading(file, {.raw = RawLayout{.dims = kDims, .header_bytes = 5}});
   expect_contains(error, "30 bytes");
-  expect_contains(error, "5 of header and 24 of samples");
+  expect_contains(error, "5 for the header and 24 for the samples");
   error_of_reading(file, {.raw = RawLayout{.dims = {0, 3, 2}}});
   error_of_reading(file, {.raw = RawLayout{.dims = {-1, 3, 2}}});
   error_of_reading(file, {.raw = RawLayout{.dims = {16386, 1, 1}}});
@@ -385,9 +385,8 @@ TEST_F(VolumeFiles, RefusesUnusedOptions) {
                   "--array does not apply: the file has no named arrays");
   expect_contains(refusal({.level = 1}), "--level does not apply");
   expect_contains(refusal({.time = 3}), "--time does not apply: the file has no times");
-  expect_contains(
-      refusal({.channel = 3}),
-      "the file has no channels, but one volume of 4 x 3 x 2 samples. Leave --channel out");
+  expect_contains(refusal({.channel = 3}),
+                  "the file has no channels, only one volume of 4 x 3 x 2 samples. Omit --channel");
   expect_contains(refusal({.series = "2"}), "--series does not apply");
   expect_contains(refusal({.component = ComponentChoice::from("1").value()}), "no components");
   EXPECT_EQ(read_volume(file, {.choice = {.time = 0}}).dims, kDims);

@@ -116,7 +116,7 @@ def dicom():
     other.PixelSpacing, other.ImagePositionPatient, other.ImageOrientationPatient = [1, 1], [0, 0, 0], [1, 0, 0, 0, 0, -1]
     other.PixelData = bytes(40)
     save(other, "localizer", "scout.dcm")
-    read("dicom-localizer", folder / "localizer", volume, notice="that are localizers are left out: 'scout.dcm'", **place)
+    read("dicom-localizer", folder / "localizer", volume, notice="that are localizers are skipped: 'scout.dcm'", **place)
     del other.ImageType
     slices("second-shape", even)
     save(other, "second-shape", "scout.dcm")
@@ -139,16 +139,16 @@ def dicom():
     slices("with-text", even)
     write("with-text/VERSION", b"1.0")
     read("dicom-with-text", folder / "with-text", volume, **place)
-    refuse("dicom-cut-off", cut("cut", -20), "cut off")
+    refuse("dicom-cut-off", cut("cut", -20), "truncated")
     refuse("dicom-cut-in-header", cut("cut-header", 400), "damaged")
-    refuse("dicom-cut-before-header", cut("cut-all", 60, which=5), "no DICOM file or is cut off")
+    refuse("dicom-cut-before-header", cut("cut-all", 60, which=5), "not a DICOM file, or is truncated")
 
     def short(i, data):
         if i == 2:
             data.PixelData = data.PixelData[:100]
 
-    refuse("dicom-short-pixels", slices("short", even, short), "its rows, columns, frames and bits need 126")
-    refuse("dicom-rle-cut-off", cut("cut-rle", -30, pack=pydicom.uid.RLELossless), "cut off")
+    refuse("dicom-short-pixels", slices("short", even, short), "its rows, columns, frames and bits require 126")
+    refuse("dicom-rle-cut-off", cut("cut-rle", -30, pack=pydicom.uid.RLELossless), "truncated")
 
     def short_rle(i, data):
         if i == 2:
@@ -160,7 +160,7 @@ def dicom():
             data["PixelData"].is_undefined_length = True
             del packed
 
-    refuse("dicom-rle-short", slices("short-rle", even, short_rle), "a packed frame ends too early")
+    refuse("dicom-rle-short", slices("short-rle", even, short_rle), "a compressed frame ends too early")
 
     def short_jpeg(i, data):
         if i == 2:
@@ -169,7 +169,7 @@ def dicom():
             data.PixelData = encapsulate([b"\xff\xd8\xff\xc3" + bytes(100)])
             data["PixelData"].is_undefined_length = True
 
-    refuse("dicom-jpeg-short", slices("short-jpeg", even, short_jpeg), "a packed frame ends too early")
+    refuse("dicom-jpeg-short", slices("short-jpeg", even, short_jpeg), "a compressed frame ends too early")
     refuse("dicom-deflated-cut-off", cut("cut-deflated", -30, syntax=pydicom.uid.DeflatedExplicitVRLittleEndian), "too early")
 
 
@@ -188,7 +188,7 @@ def mgh():
     turn = numpy.array((-1, -1, 1))
     for name, stored in (("v.mgh", data), ("v.mgz", gzip.compress(data))):
         read(name, write(name, stored), volume, origin * turn, steps * turn, "mm")
-    refuse("mgz-trailing", write("t.mgz", gzip.compress(data) + b"more"), "other bytes after its packed samples")
+    refuse("mgz-trailing", write("t.mgz", gzip.compress(data) + b"more"), "other bytes after its compressed samples")
 
 
 def npy():
@@ -267,7 +267,7 @@ def netcdf3():
             read(f"netcdf3-{name}", write(name, file(version, with_records)), values, **place)
     refuse("netcdf3-cut-off", write("cut.nc", file(1, False)[:-100]), "ends too early")
     refuse("netcdf3-name", f"{folder}/1.nc:/other", "there are field")
-    refuse("netcdf-neither", write("neither.nc", b"something else" * 100), "no HDF5 file and no NetCDF file")
+    refuse("netcdf-neither", write("neither.nc", b"something else" * 100), "not an HDF5 or NetCDF file")
     try:  # Files that SciPy writes, if installed.
         from scipy.io import netcdf_file
     except ImportError:
@@ -318,7 +318,7 @@ def small_ones():
 
     lines = "NRRD0004\ntype: int16\ndimension: 3\nsizes: 9 7 6\nencoding: {}\nendian: little\n\n"
     packed = gzip.compress(volume.tobytes())
-    refuse("nrrd-trailing", write("t.nrrd", lines.format("gzip").encode() + packed + b"garbage"), "other bytes after its packed samples")
+    refuse("nrrd-trailing", write("t.nrrd", lines.format("gzip").encode() + packed + b"garbage"), "other bytes after its compressed samples")
     refuse("nrrd-checksum", write("c.nrrd", lines.format("gzip").encode() + packed[:-8] + b"\0\0\0\0" + packed[-4:]), "damaged")
     refuse("nrrd-no-checksum", write("n.nrrd", lines.format("gzip").encode() + packed[:-8]), "too early")
     read("nrrd-zeros", write("z.nrrd", lines.format("gzip").encode() + packed + bytes(600)), volume)
@@ -383,12 +383,12 @@ def zarrs():
     secret = write("elsewhere/0.0.0", volume.tobytes())
     linked = zarr_2("linked.zarr")
     os.symlink(secret, linked / "0.0.0")
-    refuse("zarr-link", linked, "leads out of the folder")
+    refuse("zarr-link", linked, "is outside the folder")
     read("zarr-link-followed", linked, volume, options="follow")
     zarr_2("other.zarr", blocks=[("0.0.0", volume.tobytes())])
     write("image.zarr/.zattrs", json.dumps({"multiscales": [{"axes": [{"name": n} for n in "zyx"], "datasets": [
         {"path": "../other.zarr", "coordinateTransformations": [{"type": "scale", "scale": [1, 1, 1]}]}]}]}).encode())
-    refuse("zarr-path-out", folder / "image.zarr", "leads out of the folder")
+    refuse("zarr-path-out", folder / "image.zarr", "is outside the folder")
     read("zarr-path-out-followed", folder / "image.zarr", volume, options="follow")
     for method, suffix in ((zipfile.ZIP_STORED, "stored"), (zipfile.ZIP_DEFLATED, "deflated")):
         with zipfile.ZipFile(folder / f"{suffix}.zip", "w", method) as archive:
@@ -445,12 +445,12 @@ def hdf5():
         with h5py.File(path, "w") as file:
             dataset = file.create_dataset("v", data=volume, chunks=(2, 4, 9), **filters)
             dataset.id.write_direct_chunk((4, 4, 0), data, skipped)
-        refuse(f"hdf5-short-{name}", path, "bytes that its shape needs")
+        refuse(f"hdf5-short-{name}", path, "bytes that its shape requires")
     with h5py.File(folder / "block.h5", "w", userblock_size=512) as file:
         file["v"] = volume.astype("f2")
     read("hdf5-user-block", folder / "block.h5", volume)
     whole = (folder / "lzf.h5").read_bytes()
-    refuse("hdf5-cut-off", write("cut.h5", whole[:len(whole) // 2]), "libhdf5 does not open it: truncated")
+    refuse("hdf5-cut-off", write("cut.h5", whole[:len(whole) // 2]), "libhdf5 cannot open it: truncated")
 
     # External storage.
     write("raw/inside.raw", volume.tobytes())
@@ -459,8 +459,8 @@ def hdf5():
     os.mkfifo(folder / "raw/pipe.raw")
     for name, data, sentence in (("inside", "inside.raw", None), ("outside", "../outside.raw", "--follow"),
                                  ("absolute", str(folder / "outside.raw"), "--follow"),
-                                 ("short", "short.raw", "fewer bytes than that needs"),
-                                 ("gone", "gone.raw", "is missing"), ("pipe", "pipe.raw", "no regular file")):
+                                 ("short", "short.raw", "fewer bytes than required"),
+                                 ("gone", "gone.raw", "is missing"), ("pipe", "pipe.raw", "not a regular file")):
         with h5py.File(folder / f"raw/{name}.h5", "w") as file:
             creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
             creation.set_external(data.encode(), 0, volume.nbytes)

@@ -60,7 +60,7 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
     const damaged = (what: string) => new TileDamage(`Tile at ${nameOf(promised.cube)}: ${what}.`);
     const digest = hashOf(payload);
     if (digest !== promised.key) {
-      throw damaged(`its bytes have the digest ${digest}; the manifest promises ${promised.key}`);
+      throw damaged(`its bytes have the digest ${digest}; the manifest lists ${promised.key}`);
     }
     const at = shell.shell_payload(payload.length);
     if (at === 0) throw damaged(`there is no memory for its ${payload.length} bytes`);
@@ -88,7 +88,7 @@ export async function shellDecoder(wasm: BufferSource): Promise<ShellDecoder> {
 function headerFault(shell: Exports, promised: TilePromise, mode: ShellMode, resolution: number): string | null {
   const [vertices, triangles] = [shell.shell_vertex_count(), shell.shell_triangle_count()];
   if (vertices !== promised.vertices || triangles !== promised.triangles) {
-    return `it claims ${triangles} triangles and ${vertices} vertices; the manifest promises ${promised.triangles} and ${promised.vertices}`;
+    return `it declares ${triangles} triangles and ${vertices} vertices; the manifest lists ${promised.triangles} and ${promised.vertices}`;
   }
   const levels = shell.shell_values() === quantized ? shell.shell_levels_per_octave() : 0;
   if (shell.shell_values() !== mode.values || levels !== mode.levelsPerOctave) {

@@ -28,24 +28,24 @@ export function decodeTile(
   if (typeof claims === "string") throw damaged(claims);
   if (claims.triangles !== promised.triangles || claims.vertices < promised.vertices) {
     throw damaged(
-      `it claims ${claims.triangles} triangles and ${claims.vertices} vertices; the manifest ` +
-        `promises ${promised.triangles} and ${promised.vertices}`,
+      `it declares ${claims.triangles} triangles and ${claims.vertices} vertices; the manifest ` +
+        `lists ${promised.triangles} and ${promised.vertices}`,
     );
   }
   const split = dracoDecoded(draco, payload, hasNormals, damaged);
   if (split.triangles.length !== 3 * promised.triangles) {
-    throw damaged(`${split.triangles.length / 3} triangles came instead of ${promised.triangles}`);
+    throw damaged(`${split.triangles.length / 3} triangles were decoded instead of ${promised.triangles}`);
   }
   if (!isInside(split.positions, promised.cube, resolution)) {
     throw damaged("a vertex lies outside the tile's cube");
   }
   const mesh = welded(split);
   if (mesh.positions.length !== 3 * promised.vertices) {
-    throw damaged(`${mesh.positions.length / 3} vertices came instead of ${promised.vertices}`);
+    throw damaged(`${mesh.positions.length / 3} vertices were decoded instead of ${promised.vertices}`);
   }
   const found = hex(hasher(mesh.positions, mesh.triangles));
   if (found !== promised.key) {
-    throw damaged(`the triangles have the digest ${found}; the manifest promises ${promised.key}`);
+    throw damaged(`the triangles have the digest ${found}; the manifest lists ${promised.key}`);
   }
   return mesh;
 }
@@ -65,7 +65,7 @@ function dracoDecoded(
     const position = decoder.GetAttributeId(mesh, draco.POSITION);
     const normal = decoder.GetAttributeId(mesh, draco.NORMAL);
     if (position < 0 || normal >= 0 !== hasNormals) {
-      throw damaged(hasNormals ? "it has no normals" : "it has other attributes than positions");
+      throw damaged(hasNormals ? "it has no normals" : "it has attributes other than positions");
     }
     const points = mesh.num_points();
     const read = (attribute: number, type: number) =>
@@ -99,9 +99,9 @@ function fromHeap(
   fill: (pointer: number) => boolean,
 ): ArrayBuffer {
   const pointer = draco._malloc(bytes);
-  if (pointer === 0) throw damaged(`there is no memory for its ${bytes} bytes`);
+  if (pointer === 0) throw damaged(`there is not enough memory for its ${bytes} bytes`);
   try {
-    if (!fill(pointer)) throw damaged("Draco does not give what it decoded");
+    if (!fill(pointer)) throw damaged("Draco did not return the decoded values");
     return (draco.HEAPF32.buffer as ArrayBuffer).slice(pointer, pointer + bytes);
   } finally {
     draco._free(pointer);

@@ -22,7 +22,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
     info ? ` (${lengthText(voxels * voxelLength(info), info)})` : "";
   const error = controls.slider("error", {
     label: "Allowed error",
-    tip: "How far the surface may be from the one at full resolution. Larger errors need fewer triangles.",
+    tip: "Largest distance from the full-resolution surface. Larger errors need fewer triangles.",
     ...errorScale,
     text: (value) => (value === 0 ? "none: full resolution" : counted(value, "voxel") + world(value)),
   });
@@ -35,23 +35,23 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   const chips = h("div", { class: "chips", role: "group", "aria-label": "Qualities" }, ...named.map(({ button }) => button));
   const bound = controls.choice("bound", {
     label: "Kind of error",
-    tip: "How the error of leaving out a point is measured.",
+    tip: "How the error of removing a point is measured.",
     words: [
-      ["certified", "Guaranteed", "A bound: the real distance is never larger than the allowed error."],
-      ["paper", "Estimated", "The measure of the 1997 method; the real distance may exceed it."],
+      ["certified", "Guaranteed", "A bound: the actual distance never exceeds the allowed error."],
+      ["paper", "Estimated", "The estimate of the 1997 method; the actual distance may exceed it."],
     ],
   });
   const rule = controls.choice("topologyRule", {
-    label: "Keeping the topology",
-    tip: "Which points must stay so that parts, tunnels and hollows stay.",
+    label: "Preserving the topology",
+    tip: "Which points are kept to preserve parts, tunnels and cavities.",
     words: [
-      ["exact", "Exact", "Only points where the topology really changes: fewer triangles."],
-      ["paper", "Cautious", "Every change of sign counts, as in the 1997 method."],
+      ["exact", "Exact", "Only points where the topology changes: fewer triangles."],
+      ["paper", "Cautious", "All points where a sign changes, as in the 1997 method."],
     ],
   });
   const tolerance = controls.slider("topologyTolerance", {
     label: "Features that may vanish",
-    tip: "Parts, tunnels and hollows up to this size may be left out. 0 keeps every one of them.",
+    tip: "Parts, tunnels and cavities up to this size may be removed. 0 keeps all of them.",
     min: 0, max: 4, step: 1,
     toPosition: (value) => (value < 1 ? 0 : Math.min(4, Math.log2(value) + 1)),
     fromPosition: (at) => (at === 0 ? 0 : 2 ** (at - 1)),
@@ -59,7 +59,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   });
   const budget = controls.slider("maxTriangles", {
     label: "At most",
-    tip: "A budget: the server takes the smallest error that fits.",
+    tip: "A budget: the server uses the smallest error that fits.",
     min: 0, max: budgetPositions, step: 1,
     toPosition: (value) => value === 0 ? budgetPositions : Math.round(((Math.log10(value) - 4) / 3) * (budgetPositions - 1)),
     fromPosition: (at) => at >= budgetPositions ? 0 : Number((10 ** (4 + (3 * at) / (budgetPositions - 1))).toPrecision(2)),
@@ -67,16 +67,16 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
   });
   const simplify = controls.toggle("simplify", {
     label: "Simplify",
-    tip: "Leaves out the triangles that the allowed error does not need: a few are left, the bound " +
-      "holds. The server works longer for it.",
+    tip: "Removes triangles that the allowed error does not require: far fewer remain, the bound " +
+      "holds. The server needs more time.",
   });
   const follow = controls.toggle("followView", {
     label: "View-dependent detail",
-    tip: "Finer than the allowed error where that is more than so many pixels; requests again when the camera stops.",
+    tip: "Finer than the allowed error where it exceeds this many pixels; requested again when the camera stops.",
   });
   const followTip = follow.getAttribute("data-tip")!;
   const pixels = controls.slider("pixels", {
-    label: "Error on the screen", tip: "How many pixels an error may cover where you look. The allowed error holds everywhere.",
+    label: "Error on the screen", tip: "How many pixels an error may cover in the view. The allowed error applies everywhere.",
     min: 0.5, max: 8, step: 0.5,
     text: (value) => counted(value, "pixel"),
   });
@@ -93,7 +93,7 @@ export function accuracyPart(change: Change, expected: HTMLElement): AccuracyPar
     },
     showPaused: (isPaused) => {
       follow.classList.toggle("is-off", isPaused);
-      follow.setAttribute("data-tip", isPaused ? "Paused, as the first surface was slow to come. Switch it off and on to use it." : followTip);
+      follow.setAttribute("data-tip", isPaused ? "Paused because the first surface was slow. Switch it off and on to use it." : followTip);
     },
   };
 }

@@ -80,11 +80,11 @@ export function accuracyInUnits(shown: StepFacts): { value: string; label: strin
 
 export function errorWords(shown: StepFacts): string {
   if (shown.spacing > 1) {
-    return `A preview that looks at one sample in ${shown.spacing} along each axis: parts may be missing, and what is there may ` +
-      "lie several times so far from the full-resolution surface. It promises no error.";
+    return `A preview from one sample in ${shown.spacing} along each axis: parts may be missing, and the surface may ` +
+      "deviate by several times that spacing from the full-resolution surface. It has no error bound.";
   }
   if (shown.pixels === null) return errorAnywhere(shown);
-  const seen = `Where you look, ${counted(shown.pixels, "pixel")} of the screen may be off. `;
+  const seen = `In the view, the error may cover ${counted(shown.pixels, "pixel")} of the screen. `;
   return seen + errorAnywhere(shown);
 }
 
@@ -92,13 +92,13 @@ function errorAnywhere(shown: StepFacts): string {
   const world = lengthText(shown.errorWorld, shown);
   if (shown.isCertified) {
     return `No point of this surface is farther than this (${world}) from the full-resolution ` +
-      "surface, nor the other way round; rounding to the lattice comes on top.";
+      "surface, nor vice versa; rounding to the lattice is added.";
   }
   if (!shown.preservesTopology) {
-    return `The error allowed (${world}), while features up to ${inDigits(shown.tolerance, 3)} voxels ` +
-      "may be missing, as you asked.";
+    return `The allowed error (${world}); features up to ${inDigits(shown.tolerance, 3)} voxels ` +
+      "may be missing, as requested.";
   }
-  return `The error of the original method (${world}); the real distance may exceed it.`;
+  return `The error estimate of the original method (${world}); the actual distance may exceed it.`;
 }
 
 const mostDetailed = 24; // Surfaces described in full.
@@ -131,35 +131,35 @@ function checksOf({ shown, components }: DrawnSurface): HTMLElement[] {
   const rows = [
     row("Cracks", topology.openEdges === 0 ? "none" : grouped(topology.openEdges),
       "Every edge belongs to two triangles that agree on the outside, except where the data ends."),
-    row("Ends at the data's border", topology.borderEdges === 0 ? "nowhere: closed"
+    row("Ends at the border of the data", topology.borderEdges === 0 ? "nowhere: closed"
       : `${grouped(topology.borderEdges)} edges`, "The surface ends where the data ends."),
     row("Folds, degenerate triangles", grouped(topology.nonmanifoldEdges + topology.degenerateTriangles),
-      "Edges of more than two triangles, and triangles without area."),
+      "Edges with more than two triangles, and triangles with zero area."),
     row("Connected components", grouped(topology.components), "Parts of the surface that are not connected to each other."),
     row("Euler characteristic", String(topology.eulerCharacteristic),
-      "Vertices - edges + triangles: 2 for a ball, 0 for a ring; each hole takes 2 away."),
+      "Vertices - edges + triangles: 2 for a sphere, 0 for a torus; each hole subtracts 2."),
     ...(shown.sameTopologyAs === null ? [] : [row("Topology", `same as in step ${shown.sameTopologyAs + 1}`,
-      "Components and Euler characteristic were compared with those of an earlier step that promised the same topology.")]),
-    row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "As counted here."),
-    row("Triangles made", shell ? "here, from samples" : "by the server",
-      shell ? "Sample shells came: this browser marched them. The digest is that of their bytes."
-        : "Draco meshes came. The digest is that of their triangles, as decoded here."),
-    row("Digest", shown.digest, "The sum of one hash a triangle or payload, computed here, equal to the server's."),
+      "Components and Euler characteristic were compared with those of an earlier step with the same topology.")]),
+    row("Vertices, edges", `${grouped(topology.vertices)}, ${grouped(topology.edges)}`, "Counted in this browser."),
+    row("Triangles generated", shell ? "in this browser, from samples" : "by the server",
+      shell ? "Received as sample shells, on which this browser ran marching tetrahedra. The digest is that of their bytes."
+        : "Received as Draco meshes. The digest is that of their triangles, as decoded in this browser."),
+    row("Digest", shown.digest, "The sum of one hash for each triangle or payload, computed in this browser; equal to the server's."),
   ];
   return [
-    ...(hidesAny(components) ? [h("p", {}, `${componentWords(components)}. What follows is of the whole surface.`)] : []),
+    ...(hidesAny(components) ? [h("p", {}, `${componentWords(components)}. The following applies to the whole surface.`)] : []),
     h("h2", {}, "Checked in this browser"), h("dl", {}, ...rows),
   ];
 }
 
 function promisesOf(shown: StepFacts): HTMLElement[] {
-  const topology = shown.preservesTopology ? "that of full resolution"
-    : shown.spacing > 1 ? "a preview: parts may be missing" : "as you asked, small parts may be missing";
+  const topology = shown.preservesTopology ? "that of the full-resolution surface"
+    : shown.spacing > 1 ? "a preview: parts may be missing" : "small parts may be missing, as requested";
   const rows = [
     row("Error", shown.isCertified ? "a bound, certified" : "no bound",
-      "The server computes the bound from the samples; this page has none of them beside the surface."),
-    row("Topology", topology, "Whether components, tunnels and hollows are exactly those of the full-resolution surface."),
-    row("Samples", "those of the dataset", "That the surface belongs to this dataset and isovalue."),
+      "The server computes the bound from all samples, which this page does not have."),
+    row("Topology", topology, "Whether components, tunnels and cavities are exactly those of the full-resolution surface."),
+    row("Samples", "those of the dataset", "The surface belongs to this dataset and isovalue."),
   ];
-  return [h("h2", { class: "is-promise" }, "Promised by the server"), h("dl", {}, ...rows)];
+  return [h("h2", { class: "is-promise" }, "Guaranteed by the server"), h("dl", {}, ...rows)];
 }

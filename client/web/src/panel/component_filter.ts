@@ -20,15 +20,15 @@ export function componentFilter(of: string, { hide, showHidden, keepLargest }: C
   input.element.setAttribute("min", "0");
   input.element.setAttribute("placeholder", "0");
   const label = h("label", {
-    "data-tip": "Parts that do not hang together with the rest, by the diagonal of the box around them. They are hidden " +
-      "here, and in what you measure and take with you; what is checked stays the whole surface.",
+    "data-tip": "Connected components with a shorter bounding-box diagonal are hidden " +
+      "in the picture, in measurements and in downloads; checks apply to the whole surface.",
   }, "Hide components smaller than ", input.element, " samples");
   const element = h("div", { class: "component-filter" }, label);
   const again = h("button", { type: "button", "aria-label": `Show the hidden parts of ${of}`, hidden: true });
   again.addEventListener("click", showHidden);
   const largest = h("button", {
     type: "button", "aria-label": `Keep the largest part of ${of}`, hidden: !keepLargest,
-    "data-tip": "Hides every connected component but the largest one, also when the surface changes.",
+    "data-tip": "Hides all connected components except the largest, also when the surface changes.",
   }, "Keep the largest part");
   largest.addEventListener("click", () => keepLargest?.(largest.getAttribute("aria-pressed") !== "true"));
   const chips = h("span", { class: "chips" }, largest, again);

@@ -34,7 +34,7 @@ export class DatasetList {
     if (list.length === 0) {
       this.element.append(
         h("p", { class: "hint" }, "This server has no dataset yet. ",
-          h("code", {}, "multitetra-server prepare"), " makes one from a volume file."),
+          h("code", {}, "multitetra-server prepare"), " creates one from a volume file."),
       );
     }
     for (const card of cards) this.seen.observe(card);

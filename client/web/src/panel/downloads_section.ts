@@ -24,12 +24,12 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     return element;
   };
   const ofTimes = [
-    button("Times: video", "Every time of the series, as fast as it plays (WebM).", () => events.times("video")),
+    button("Times: video", "All times of the series, at the playback speed (WebM).", () => events.times("video")),
     button("Times: PNGs", "The same as pictures in a ZIP file.", () => events.times("pictures")),
   ];
   const picture: Parameters<DownloadsEvents["screenshot"]>[0] = { enlargement: 1, isTransparent: false };
   const size = choice({
-    label: "Picture size", tip: "Of pictures: as large as on the screen, or larger for print.",
+    label: "Picture size", tip: "Size of saved pictures: as on the screen, or larger for print.",
     words: [["1", "1 ×"], ["2", "2 ×"], ["4", "4 ×"]],
     chosen: (value) => {
       picture.enlargement = Number(value);
@@ -44,21 +44,21 @@ export function downloadsPart(events: DownloadsEvents): DownloadsPart {
     width.show(picture.width);
   }, () => (picture.width = undefined));
   width.element.setAttribute("placeholder", "auto");
-  const widthRow = h("label", { class: "control toggle", "data-tip": "Of pictures: so many pixels across, as far as the graphics card can." },
+  const widthRow = h("label", { class: "control toggle", "data-tip": "Width of saved pictures in pixels, within the limits of the graphics card." },
     h("span", {}, "Width in pixels"), width.element);
   const transparent = toggle({
-    label: "Transparent background", tip: "Of pictures: nothing behind the surface.",
+    label: "Transparent background", tip: "Saves pictures without a background.",
     turned: (isOn) => (picture.isTransparent = isOn),
   });
   const actions = h("div", { class: "actions" },
-    button("Copy link", "The address of exactly this view, with all settings.", events.copyLink),
-    button("Embed", "HTML that shows this view in another page; what it may ask of it is in the documentation.",
+    button("Copy link", "The address of this view, with all settings.", events.copyLink),
+    button("Embed", "HTML that shows this view in another page; see the documentation of embedding for its messages.",
       events.copyEmbedding),
-    button("Picture", "What you see, as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
-    button("GLB", "The triangles that are shown, for Blender, web and office programs.", () => events.download("glb")),
-    button("PLY", "The triangles that are shown, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
-    button("STL", "The triangles that are shown, for 3D printing.", () => events.download("stl")),
-    button("Turn: video", "The surface turned once around, as a film (WebM).", () => events.turntable("video")),
+    button("Picture", "The current view as PNG, with scale bar, axes, legend and measurement.", () => events.screenshot(picture)),
+    button("GLB", "The displayed triangles, for Blender, web and office programs.", () => events.download("glb")),
+    button("PLY", "The displayed triangles, for ParaView, MeshLab, CloudCompare.", () => events.download("ply")),
+    button("STL", "The displayed triangles, for 3D printing.", () => events.download("stl")),
+    button("Turn: video", "One full turn of the surface as a video (WebM).", () => events.turntable("video")),
     button("Turn: PNGs", "The same as 120 pictures in a ZIP file.", () => events.turntable("pictures")),
     ...ofTimes);
   const showTimes = (hasTimes: boolean) => ofTimes.forEach((one) => (one.hidden = !hasTimes));
@@ -79,7 +79,7 @@ export function savedWords({ triangles, isOfSamples, isOneOfSeveral, expected }:
   if (!isOfSamples) return `${saved}.`;
   const isLarger = expected !== null && expected.triangles < triangles;
   const simplified = isLarger ? `; "multitetra-client fetch" writes ${inTriangleRange(expected.triangles, expected.budget)} for the same error` : "";
-  return `${saved}, as shown: made here from samples and not simplified${simplified}.`;
+  return `${saved}, as shown: generated in this browser from samples and not simplified${simplified}.`;
 }
 
 export interface DownloadsPart {

@@ -9,6 +9,6 @@ import { componentWords } from "./component_filter";
 export function nothingWords({ info: of, facts }: ShownSurface, { shown, components, isStreaming }: Progress): string | null {
   if (!shown || isStreaming) return null;
   if (!isEmpty(shown)) return components?.shown === 0 ? `${componentWords(components)}.` : null;
-  return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" go from ` +
+  return `There is no surface at isovalue ${inDigits(facts.isovalue, 6)}: the values of "${of.name}" range from ` +
     `${inDigits(of.min, 6)} to ${inDigits(of.max, 6)}.`;
 }

@@ -24,7 +24,7 @@ export function fieldPart(change: Change): FieldPart {
   const choice = h("select", { class: "select", "aria-label": "Color the surfaces by" });
   choice.addEventListener("change", () => change({ colorBy: choice.value, fieldLevel: null, fieldWindow: null }));
   const colors = controls.choice("colors", {
-    label: "Colors", tip: "From small values to large ones; drag the legend in the picture to turn the range.",
+    label: "Colors", tip: "From small to large values; drag the legend in the picture to change the range.",
     words: colorMaps.map((map) => [map, map] as const),
   });
   const log = controls.toggle("fieldLog", {
@@ -33,9 +33,9 @@ export function fieldPart(change: Change): FieldPart {
   const none = h("input", { type: "color", "aria-label": "Color where there is no value" });
   none.addEventListener("input", () => change({ noValueColor: none.value }));
   const noneRow = h("label", { class: "control toggle", "data-tip": "The color of places where the field has no value." },
-    h("span", {}, "Where there is none"), none);
+    h("span", {}, "Without a value"), none);
   const note = h("p", { class: "hint", "data-tip":
-    "Colors are exact at vertices, to a 65534th of the range; between them they are interpolated." });
+    "Colors are exact at vertices, within 1/65534 of the range; between vertices they are interpolated." });
   let list: readonly DatasetInfo[] = [];
   let info: DatasetInfo | null = null;
   let wanted = "";
@@ -48,7 +48,7 @@ export function fieldPart(change: Change): FieldPart {
     const key = JSON.stringify([fields, rest]);
     if (key !== offered) {
       offered = key;
-      choice.replaceChildren(h("option", { value: "" }, "Nothing: one color each"),
+      choice.replaceChildren(h("option", { value: "" }, "None: one color for each surface"),
         ...group("Fields of the same series", fields), ...group(fields.length > 0 ? "Other datasets" : "Datasets", rest));
     }
     choice.value = chosen;
@@ -69,7 +69,7 @@ export function fieldPart(change: Change): FieldPart {
       offer();
     },
     showProgress: ({ scalars }) => {
-      note.textContent = scalars ? `Between vertices, colors are at most about ${inDigits(scalars.deviation, 2)} beside the field.` : "";
+      note.textContent = scalars ? `Between vertices, colors differ from the field by at most about ${inDigits(scalars.deviation, 2)}.` : "";
     },
   };
 }

@@ -5,15 +5,15 @@ const hands = [
   ["Rotate", "drag", "one finger"],
   ["Zoom", "scroll", "pinch"],
   ["Pan", "right button, or Shift and drag", "two fingers"],
-  ["A place's coordinates", "click on the surface", "tap"],
-  ["A note, hiding a part", "in what a click shows", "tap"],
-  ["A length, an angle", "click on a second and a third place", "tap"],
+  ["Coordinates of a point", "click on the surface", "tap"],
+  ["Add a note, hide a part", "in the box that a click opens", "tap"],
+  ["Measure a length, an angle", "click a second and a third point", "tap"],
 ] as const;
 
 const keys = [
   ["Arrows", "rotate"],
   ["+ −", "zoom in, zoom out"],
-  ["F", "the whole surface in the picture"],
+  ["F", "fit the whole surface in the picture"],
   ["R", "reset view"],
   ["U", "flip: upside down"],
   ["[ ]", "roll"],
@@ -22,11 +22,11 @@ const keys = [
   ["A", "axes, box and scale"],
   ["P", "perspective or parallel projection"],
   ["O", "ambient occlusion"],
-  ["X", "cut along x, y, z, obliquely, not at all"],
+  ["X", "cut along x, y, z, obliquely, off"],
   ["V", "three linked slices beside the surface"],
   ["Z", "fullscreen"],
-  ["Space", "plays the times of a series, or stops"],
-  [", .", "the time before, the next one"],
+  ["Space", "play or stop the times of a series"],
+  [", .", "previous, next time"],
   ["Ctrl Z, Ctrl Y", "undo, redo"],
   ["Esc", "close the certificate, clear the measurement"],
   ["← → on the histogram", "move the isovalue"],
@@ -48,7 +48,7 @@ export class Help {
       h("table", {}, ...keys.map(([key, act]) =>
         h("tr", {}, h("td", {}, h("kbd", {}, key)), h("td", {}, act)))),
       h("p", { class: "hint" },
-        "Everything else is explained where it is: hover over it with the mouse, or reach it with the " +
+        "All other controls have tooltips: hover over a control with the mouse, or reach it with the " +
         "Tab key."));
     close.addEventListener("click", () => this.element.close());
     // A click outside closes it.

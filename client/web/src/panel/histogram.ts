@@ -28,7 +28,7 @@ export class HistogramView {
   private readonly plot = h("div", {
     class: "histogram-plot",
     "data-tip":
-      "How often each value occurs in the data. Drag a line: its surface runs through all " +
+      "How often each value occurs in the data. Drag a line to change the isovalue: its surface passes through all " +
       "places that have this value.",
   });
   private readonly handles: HTMLElement[] = []; // One per line.

@@ -23,7 +23,7 @@ export interface IsovaluePart extends PanelSection {
 export function isovaluePart(change: Change): IsovaluePart {
   const hasDragged = forever.get("hasDragged") !== null; // The hint is not repeated.
   const hint = h("p", { class: "hint", hidden: hasDragged },
-    "Drag the line: the surface runs where the data has this value.");
+    "Drag the line: the surface is where the data has this value.");
   let info: DatasetInfo | null = null;
   let list: readonly DatasetInfo[] = [];
   let settings: Settings;
@@ -37,7 +37,7 @@ export function isovaluePart(change: Change): IsovaluePart {
   });
   const input = numberInput("Isovalue", (isovalue) => change({ isovalue }));
   const log = toggle({
-    label: "log", tip: "Logarithmic heights: rare values become visible.",
+    label: "log", tip: "Logarithmic heights, which show rare values.",
     turned: (logScale) => change({ logScale }),
   });
   const filter = componentFilter("the surface", {

@@ -36,7 +36,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     return button;
   };
   const search = h("input", { type: "search", class: "label-search", placeholder: "Search labels", "aria-label": "Search labels" });
-  const table = h("button", { type: "button", "data-tip": "Volume and area of every label that is shown, as CSV." }, "Table (CSV)");
+  const table = h("button", { type: "button", "data-tip": "Volume and area of every displayed label, as CSV." }, "Table (CSV)");
   table.addEventListener("click", saveLabels);
   const order = h("select", { class: "label-order", "aria-label": "Order of the labels" },
     ...labelOrders.map(([word, text]) => h("option", { value: word }, text)));
@@ -96,7 +96,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     count.textContent = `${shown.length} of ${found.length} shown`;
     search.hidden = found.length < fewLabels;
     limit.hidden = found.length <= mostLabelsAtFirst;
-    limit.textContent = `The first ${mostLabelsAtFirst} are shown at first: each is a surface of its own. "All" shows the rest.`;
+    limit.textContent = `The first ${mostLabelsAtFirst} labels are shown initially, each as a separate surface. "All" shows the rest.`;
     showFound();
     const opacities = shown.map(({ one }) => one.opacity);
     const isMixed = new Set(opacities).size > 1;
@@ -151,13 +151,13 @@ function labelRow(
 ): LabelRow {
   const color = h("input", { type: "color" });
   color.addEventListener("input", () => change({ color: color.value }));
-  const name = h("button", { type: "button", class: "label-name", "data-tip": "Zooms to the label. Double-click or F2: another name." });
+  const name = h("button", { type: "button", class: "label-name", "data-tip": "Zooms to the label. Double-click or F2: rename." });
   name.addEventListener("click", zoom);
   name.addEventListener("dblclick", () => editName(name, rename));
   name.addEventListener("keydown", ({ key }) => key === "F2" && editName(name, rename));
   const opacity = opacityOf("", (value) => change({ opacity: value }));
   const eye = h("button", { type: "button", class: "eye" });
-  const only = h("button", { type: "button", class: "only", "data-tip": "Shows this label alone." }, "only");
+  const only = h("button", { type: "button", class: "only", "data-tip": "Shows only this label." }, "only");
   let isVisible = true;
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const element = h("li", { class: "label-row" }, eye, color, name, only, opacity);

@@ -76,9 +76,9 @@ export class Notices {
     } else if (progress?.heldBack) {
       const { triangles, budget, bytes } = progress.heldBack;
       this.words.textContent =
-        `All of it has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the best with ` +
+        `The complete surface has ${inTriangleRange(triangles, budget)} (about ${inBytes(bytes)}); this is the finest surface with ` +
         "fewer. ";
-      this.hold("size", () => [this.words, button("Show all of it", this.acts.insist)]);
+      this.hold("size", () => [this.words, button("Show the complete surface", this.acts.insist)]);
     } else {
       this.hold("nothing", () => []);
     }
@@ -91,7 +91,7 @@ export class Notices {
   }
 
   private drawPostponed({ text, until }: NonNullable<Progress["postponed"]>): void {
-    this.countDown("Asking again", until);
+    this.countDown("Retrying", until);
     this.words.textContent = `${text} `;
     this.hold("later", () => [h("b", {}, "The server is busy. "), this.words, this.seconds]);
   }
@@ -103,10 +103,10 @@ export class Notices {
   }
 
   private drawLost(progress: Progress): void {
-    this.countDown("Trying again", progress.retryAt);
+    this.countDown("Retrying", progress.retryAt);
     this.words.textContent = progress.shown
-      ? "What you see stays; the rest follows. "
-      : "Is the server running? ";
+      ? "The picture stays; the missing parts follow. "
+      : "Check that the server is running. ";
     this.hold("lost", () => [
       h("b", {}, "No connection to the server. "),
       this.words,

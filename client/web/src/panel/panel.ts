@@ -43,7 +43,7 @@ export class Panel {
   // Elements that apply only to labels.
   private readonly ofLabels: HTMLElement[];
   private readonly expected = h("p", { class: "expected", "data-tip":
-    "How large the surface with these settings is, as the server estimates it before making it." });
+    "The server's estimate of the size of the surface with these settings." });
   private info: DatasetInfo | null = null;
 
   constructor(
@@ -52,7 +52,7 @@ export class Panel {
     events: PanelEvents,
     datasets: HTMLElement,
   ) {
-    const resetAll = h("button", { type: "button", class: "action reset-all", "data-tip": "All settings but the dataset and the theme." }, "Reset all settings");
+    const resetAll = h("button", { type: "button", class: "action reset-all", "data-tip": "All settings except the dataset and the theme." }, "Reset all settings");
     resetAll.addEventListener("click", () => {
       const { dataset, theme } = settings.get();
       change({ ...defaults, dataset, theme });

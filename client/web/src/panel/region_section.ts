@@ -14,7 +14,7 @@ export function regionPart(change: Change): PanelSection {
     kind === "none" || !info ? null : regionInTheMiddle(kind, info, region?.error ?? 0);
   const shape = choice({
     label: "Region",
-    tip: "A place where another error holds. Drag its handles in the picture.",
+    tip: "A region with its own allowed error. Drag its handles in the picture.",
     words: [["none", "None"], ["box", "Box"], ["ball", "Ball"]],
     chosen: (kind) => change({ region: regionOf(kind) }),
   });

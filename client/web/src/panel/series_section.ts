@@ -11,8 +11,8 @@ export interface SeriesPart extends PanelSection {
 export function seriesPart(change: Change): SeriesPart {
   let list: readonly DatasetInfo[] = [];
   let info: DatasetInfo | null = null;
-  const choice = h("select", { class: "select", "aria-label": "Field that the surfaces are of", hidden: true });
-  choice.setAttribute("data-tip", "The surfaces run where this field has the isovalue.");
+  const choice = h("select", { class: "select", "aria-label": "Field of the surfaces", hidden: true });
+  choice.setAttribute("data-tip", "The surfaces are where this field has the isovalue.");
   choice.addEventListener("change", () => {
     const series = info && seriesOf(list, info);
     const other = series && ofField(series, info!, choice.value);

@@ -9,21 +9,21 @@ import { SettingControls } from "./setting_controls";
 export function slicePart(change: Change): PanelSection {
   const controls = new SettingControls(change);
   const slice = controls.choice("slice", {
-    label: "Plane", tip: "The samples on a plane across the data, with the lines where it cuts the surfaces.",
+    label: "Plane", tip: "The samples on a plane through the data, with the contours of the surfaces.",
     words: [["off", "Off"], ["x", "x"], ["y", "y"], ["z", "z"]],
   });
   const at = controls.slider("sliceAt", {
-    label: "Position", tip: "Where the plane lies along its axis.",
+    label: "Position", tip: "Position of the plane along its axis.",
     min: 0, max: 1, step: 0.002,
     text: (value) => `${(100 * value).toFixed(1)} %`,
   });
   const colors = controls.choice("sliceColors", {
-    label: "Colors of samples", tip: "From small values to large ones; drag the legend in the picture to change level and window.",
+    label: "Colors of samples", tip: "From small to large values; drag the legend in the picture to change level and window.",
     words: colorMaps.map((map) => [map, map] as const),
   });
   const windows = h("div", { class: "chips", role: "group", "aria-label": "Windows" });
   const air = controls.toggle("transparentAir", {
-    label: "Transparent air", tip: "Samples of air, or of a dark background, are not drawn on the plane.",
+    label: "Transparent air", tip: "Hides samples of air, or of a dark background.",
   });
   const log = controls.toggle("samplesLog", {
     label: "Logarithmic", tip: "Equal factors of the values have equal steps of color.",

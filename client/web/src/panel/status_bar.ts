@@ -40,14 +40,14 @@ export class StatusBar {
   readonly element: HTMLElement;
   private readonly meter = h("div", { class: "meter" });
   private readonly state = new Fact("state",
-    "The surface comes in steps, each complete and without cracks; a step replaces the one before " +
-      "when it is all there.");
-  private readonly triangles = new Fact("triangles", "Of all that is shown.");
+    "The surface arrives in steps, each complete and without cracks; a step replaces the previous one " +
+      "when all of its tiles have arrived.");
+  private readonly triangles = new Fact("triangles", "Of all surfaces shown.");
   private readonly error = new Fact("error", "");
   private readonly bytes = new Fact("bytes", "");
   private readonly firstTile = new Fact("first-tile", "From the request to the first tile.");
   private readonly complete = new Fact("complete",
-    "From the request until its final surface was checked and on the screen.");
+    "From the request until its final surface was checked and displayed.");
   private readonly certificateButton: HTMLButtonElement;
   private readonly certificates = h("div");
   private readonly certificate = h("div", { class: "certificate", id: "certificate", hidden: true, tabindex: "0" });
@@ -63,11 +63,11 @@ export class StatusBar {
       hidden: true,
       "aria-expanded": "false",
       "aria-controls": "certificate",
-      "data-tip": "What this page has checked of the surface that is shown. Click for the details.",
+      "data-tip": "Checks of the surface by this page. Click for details.",
     });
     this.certificateButton.addEventListener("click", () => this.open(this.certificate.hidden));
     const came = [this.bytes, this.firstTile, this.complete].map(({ element }) => element);
-    this.certificate.append(this.certificates, h("h2", { class: "is-promise" }, "How it came"), h("div", { class: "came" }, ...came));
+    this.certificate.append(this.certificates, h("h2", { class: "is-promise" }, "How it was received"), h("div", { class: "came" }, ...came));
     const facts = [this.state, this.error, this.triangles];
     this.element = h("footer", { class: "bar" }, this.meter, this.certificate,
       h("div", { class: "facts", role: "group", "aria-label": "The surface in numbers", tabindex: "0" }, ...facts.map(({ element }) => element)),
@@ -109,8 +109,8 @@ export class StatusBar {
     this.bytes.show(
       coarsest && inBytes(bytes),
       `in ${grouped(tiles)} ${tiles === 1 ? "tile" : "tiles"}`,
-      `Compressed size of what is shown. ${grouped(heldTiles)} of its tiles were here already. ` +
-        `${inBytes(progress.bytesReceived)} came for the last request${drawn.length > 1 ? " of the first surface" : ""}.`,
+      `Compressed size of what is shown. ${grouped(heldTiles)} of its tiles were cached. ` +
+        `${inBytes(progress.bytesReceived)} were received for the last request${drawn.length > 1 ? " of the first surface" : ""}.`,
     );
     const { firstTile, complete } = progress;
     const isAlone = drawn.length === 1;
@@ -124,16 +124,16 @@ export class StatusBar {
     const { shown, isStreaming, step, tilesReceived, tilesToCome } = progress;
     const left = this.timeLeft(status);
     if (waitsForOthers(status)) {
-      this.say(`${done} of ${seen}`, "surfaces are there");
+      this.say(`${done} of ${seen}`, "surfaces complete");
       return;
     }
     const atRest = shown ? (!shown.isFinal ? "Preview" : isEmpty(shown) ? "No surface" : "Complete") : "Waiting";
     if (!isStreaming) return this.say(progress.phase === "ready" ? atRest : "Not connected", shown ? withinWords(drawn) || `step ${shown.step + 1}` : "");
     const isFirst = progress.firstSurface === null;
     const share = `${Math.round((100 * tilesReceived) / Math.max(1, tilesToCome))} %`;
-    const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "asking the server";
+    const tiles = tilesToCome > 0 ? left ? `${share}, ${left}` : `${share} of step ${step + 1}` : "waiting for the server";
     // Until then the previous surface is shown, and the seal is about that one.
-    this.say(!isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is coming`);
+    this.say(!isFirst ? "Refining…" : drawn.length > 0 ? "Updating…" : "First preview…", tiles, `${isFirst ? "The first preview" : `Step ${step + 1}`} is loading`);
   }
 
   private timeLeft({ progress: { isStreaming, step, tilesReceived, tilesToCome } }: SurfacesStatus): string {

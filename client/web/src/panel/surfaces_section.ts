@@ -106,7 +106,7 @@ function surfaceRow(
   const isovalue = numberInput(`Isovalue of ${name}`, (value) => change({ isovalue: value }));
   const error = numberInput(`Allowed error of ${name}, in voxels`,
     (value) => change({ error: Math.max(0, value) }), () => change({ error: null }));
-  error.element.setAttribute("data-tip", "The allowed error in voxels; empty: that of the first surface.");
+  error.element.setAttribute("data-tip", "The allowed error in voxels; empty: the error of the first surface.");
   error.element.setAttribute("placeholder", "error");
   const opacity = h("input", { type: "range", min: "0", max: "1", step: "0.01", "aria-label": `Opacity of ${name}` });
   opacity.setAttribute("data-tip", "The opacity of the surface.");
@@ -116,7 +116,7 @@ function surfaceRow(
   eye.addEventListener("click", () => change({ visible: !isVisible }));
   const cross = h("button", { type: "button", class: "cross", "aria-label": `Remove ${name}` }, "×");
   cross.addEventListener("click", remove);
-  const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it answers to light." },
+  const material = h("select", { "aria-label": `Material of ${name}`, class: "material", "data-tip": "How it reflects light." },
     ...materials.map((word) => h("option", { value: word }, word[0].toUpperCase() + word.slice(1))));
   material.addEventListener("change", () => change({ material: materials.find((word) => word === material.value) }));
   const filter = componentFilter(name, {

@@ -24,13 +24,13 @@ export function viewTools(acts: ViewActions): { element: HTMLElement; show: (set
     return element;
   };
   const slices = button("Slices", "Slices beside the surface", "Three linked slices that meet in a crosshair (V).", acts.toggleSlices);
-  const full = button("Full", "Fullscreen", "The picture alone (Z).", acts.fullScreen);
+  const full = button("Full", "Fullscreen", "Show only the picture (Z).", acts.fullScreen);
   full.append(h("span", { class: "wide" }, "screen")); // Hidden in narrow views.
   const element = h("nav", { class: "tools", "aria-label": "View" },
-    button("Fit", "Fit the surface", "The whole surface in the picture (F).", acts.fit),
-    button("Reset", "Reset view", "The view from the start (R).", acts.reset),
+    button("Fit", "Fit the surface", "Fit the whole surface in the picture (F).", acts.fit),
+    button("Reset", "Reset view", "The initial view (R).", acts.reset),
     ...directions.map(([word, x, y, z]) =>
-      button(word, `${word} view`, `The ${word.toLowerCase()} of what is upright in the picture.`, () => acts.lookUpright([x, y, z]))),
+      button(word, `${word} view`, `View from the ${word.toLowerCase()}, with the current up direction.`, () => acts.lookUpright([x, y, z]))),
     slices,
     full,
     button("?", "How to use it", "Mouse, fingers and keys (?).", acts.help));

@@ -48,7 +48,7 @@ export async function pictures(stage: Stage, animation: Animation, draw: Draw, r
 }
 
 export async function film(stage: Stage, animation: Animation, draw: Draw, report: ProgressCallback): Promise<Blob> {
-  if (typeof MediaRecorder === "undefined") throw new Error("this browser records none.");
+  if (typeof MediaRecorder === "undefined") throw new Error("this browser cannot record videos.");
   const screen = draw();
   const context = screen.getContext("2d")!;
   const stream = screen.captureStream(30);

@@ -251,7 +251,7 @@ function fieldWords({ value, gradient }: ProbedPlace, info: DatasetInfo): (Node 
 function partWords(
   found: MassProperties | null, info: { lengthUnit: string }, bound: number | null, isFullResolution: boolean,
 ): (Node | string)[] {
-  if (!found) return ["The surface has changed meanwhile; pick again."];
+  if (!found) return ["The surface has changed in the meantime; pick again."];
   const { area, volume, triangles, isCapped } = found;
   const off = bound === null ? null : bound * area;
   const ending = isCapped ? ", closed at the border of the data" : "";

@@ -69,7 +69,7 @@ export class Orientation {
     const text = `up: ${now}`;
     if (this.turner.textContent === text) return;
     this.turner.textContent = text;
-    this.turner.setAttribute("data-tip", `The file does not say what is up. Click to turn ${next} up.`);
+    this.turner.setAttribute("data-tip", `The file does not define which way is up. Click to turn ${next} up.`);
     this.turner.setAttribute("aria-label", `${now} is up; turn ${next} up`);
   }
 

@@ -26,7 +26,7 @@ interface Edge {
 
 export class SceneDecorations {
   readonly scaleBar = h("div", { class: "scale-bar", "data-tip":
-    "A length at the distance of the middle of the picture, in the unit of the dataset's spacing." });
+    "A length at the depth of the centre of the picture, in the unit of the dataset's spacing." });
   readonly numbers = h("div", { class: "axis-numbers", "aria-hidden": "true" });
   private readonly box = new THREE.Group();
   private readonly labels: HTMLElement[] = [];

@@ -134,7 +134,7 @@ export class Assembler {
   private ofThisStream(id: bigint, act: () => AssemblerEffect[]): AssemblerEffect[] {
     if (id === this.order.requestId) return act();
     // Messages of an earlier stream may still arrive.
-    return id < this.order.requestId ? [] : this.fail("A message belongs to a request never made.");
+    return id < this.order.requestId ? [] : this.fail("A message belongs to a request that was never made.");
   }
 
   private fail(text: string): AssemblerEffect[] {
@@ -147,7 +147,7 @@ export class Assembler {
   private begin(begin: StepBegin): AssemblerEffect[] {
     const fault = (what: string) => this.fail(`Step ${begin.step}: ${what}.`);
     const last = this.pending.at(-1);
-    if (last && !last.end) return fault("it begins before the step before has ended");
+    if (last && !last.end) return fault('it begins before the previous step has ended');
     if (begin.step !== this.steps) return fault(`step ${this.steps} was due`);
     if (this.finalHasBegun) return fault("it follows the final step");
     if (begin.step >= maxSteps) return fault(`this viewer allows ${maxSteps} steps`);
@@ -181,10 +181,11 @@ export class Assembler {
     if (!tile) return this.fail(`Step ${step}: tile ${index} is not in its manifest.`);
     const name = `Step ${step}: tile ${index} (${nameOf(tile.cube)})`;
     if (!this.toCome.get(step)!.delete(tile.key)) {
-      return this.fail(`${name} comes, but is there already.`);
+      return this.fail(`${name} was sent again.`);
     }
     if (payload.length !== tile.bytes) {
-      return this.fail(`${name} has ${payload.length} bytes; promised were ${tile.bytes}.`);
+      return this.fail(
+          `${name} has ${payload.length} bytes; the manifest lists ${tile.bytes}.`);
     }
     pending.received.add(index);
     pending.bytes += payload.length;
@@ -195,10 +196,10 @@ export class Assembler {
     const fault = (what: string) => this.fail(`Step ${end.step}: ${what}.`);
     const pending = this.pending.at(-1);
     if (!pending || pending.end || pending.begin.step !== end.step) {
-      return fault("it ends, but has not begun");
+      return fault('it ends without having begun');
     }
     const missing = this.toCome.get(end.step)!.size;
-    if (missing > 0) return fault(`it ends without ${missing} of its tiles`);
+    if (missing > 0) return fault(`it ends with ${missing} of its tiles missing`);
     if (end.tilesSent !== pending.received.size || end.payloadBytes !== BigInt(pending.bytes)) {
       return fault(
         `the server counts ${end.tilesSent} tiles and ${end.payloadBytes} bytes; ` +
@@ -210,9 +211,9 @@ export class Assembler {
   }
 
   private endOfStream(outcome: StreamOutcome, steps: number): AssemblerEffect[] {
-    if (this.streamEnd) return this.fail("The stream's end comes twice.");
+    if (this.streamEnd) return this.fail("The end of the stream was sent twice.");
     if (steps !== this.steps && outcome === StreamOutcome.COMPLETE) {
-      return this.fail(`The server counts ${steps} steps; ${this.steps} came.`);
+      return this.fail(`The server counts ${steps} steps; ${this.steps} were received.`);
     }
     if (outcome === StreamOutcome.COMPLETE && !this.finalHasBegun && !(this.order.isPreviewsOnly && this.steps > 0)) {
       return this.fail("The server ended the stream as complete, but the final step is missing.");
@@ -239,7 +240,7 @@ export class Assembler {
     if (digest.high !== first.end.digestHigh || digest.low !== first.end.digestLow) {
       const said = hex({ high: first.end.digestHigh, low: first.end.digestLow });
       return this.fail(
-        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server says ${said}.`,
+        `Step ${first.begin.step}: its digest is ${hex(digest)}; the server sent ${said}.`,
       );
     }
     const { begin, end, tiles, held } = first;
@@ -250,9 +251,8 @@ export class Assembler {
   private topologyFault(begin: StepBegin, found: MeshTopology): string | null {
     if (!isSound(found)) {
       return (
-        `the mesh is torn: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
-        `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`
-      );
+          `the mesh has defects: ${found.openEdges} open edges, ${found.nonmanifoldEdges} ` +
+          `non-manifold edges, ${found.degenerateTriangles} degenerate triangles`);
     }
     if (!preservesTopology(begin)) return null;
     const first = (this.invariants ??= {

@@ -309,10 +309,10 @@ export class Conversation {
     const tile = this.lastStep?.tiles[index];
     const range = this.lastStep?.scalars;
     if (this.lastStep?.step !== step || !tile || !range) {
-      return this.track(this.assembler.damaged(`Step ${step}: values come of tile ${index}, which it does not have.`));
+      return this.track(this.assembler.damaged(`Step ${step}: values were sent for tile ${index}, which is not in its manifest.`));
     }
     if (![8, 16].includes(range.bits) || codes.length !== (tile.vertices * range.bits) / 8) {
-      const text = `Step ${step}: ${codes.length} bytes of values come for the ${tile.vertices} vertices of tile ${index}.`;
+      const text = `Step ${step}: ${codes.length} bytes of values were sent for the ${tile.vertices} vertices of tile ${index}.`;
       return this.track(this.assembler.damaged(text));
     }
     const values = { key: promiseOf(tile).key, codes, range, deviation: largestDeviation };

@@ -95,7 +95,7 @@ export function worldDifference(a: DatasetInfo, b: DatasetInfo): string | null {
   if (differ(a.lengthUnit, b.lengthUnit)) return `its unit of length is ${b.lengthUnit}, that of "${a.name}" is ${a.lengthUnit}`;
   const [one, other] = [worldBox(a), worldBox(b)];
   const isApart = one.low.some((low, axis) => low > other.high[axis] || one.high[axis] < other.low[axis]);
-  return isApart ? `it lies elsewhere than "${a.name}": their boxes have no place in common` : null;
+  return isApart ? `it is at another position than "${a.name}": their bounding boxes do not overlap` : null;
 }
 
 // As data_border in common/request/dataset_info.cpp, which has the reasons.

@@ -42,8 +42,8 @@ export class DatasetQueries {
     this.link = new Link(address, {
       opened: () => this.greet(),
       received: (message) => this.receive(message),
-      closed: () => this.lose("The connection to the server is lost."),
-      impossible: () => this.lose("No connection can be made."),
+      closed: () => this.lose("The connection to the server was lost."),
+      impossible: () => this.lose("Cannot connect to the server."),
     });
   }
 
@@ -53,7 +53,7 @@ export class DatasetQueries {
       const value = create(SliceSchema, { requestId, dataset, ...grid });
       this.link.send({ case: "slice", value });
     });
-    if (answer.case !== "sliceReply") throw new Error("The server answered another query.");
+    if (answer.case !== "sliceReply") throw new Error("The server sent a reply to another query.");
     const { width, height, sampleSpacing, values } = answer.value;
     if (width !== grid.width || height !== grid.height || values.length !== 4 * width * height) {
       throw new Error(`The server's slice has ${width} by ${height} pixels and ${values.length} bytes.`);
@@ -68,7 +68,7 @@ export class DatasetQueries {
       this.link.send({ case: "probe", value });
     });
     if (answer.case !== "probeReply" || answer.value.places.length !== 1) {
-      throw new Error("The server answered another query.");
+      throw new Error("The server sent a reply to another query.");
     }
     return answer.value.places[0];
   }

@@ -51,14 +51,14 @@ function codecFault(begin: StepBegin, info: DatasetInfo): string | null {
   const mode = shellModeOf(begin);
   const isShell = begin.codec === PayloadCodec.SAMPLE_SHELL;
   if (!isShell && begin.codec !== PayloadCodec.DRACO_LATTICE) return "its codec was not negotiated";
-  if (isShell !== (mode !== null)) return "its codec and what it says of sample shells contradict each other";
+  if (isShell !== (mode !== null)) return "its codec does not match its description of sample shells";
   if (!mode) return null;
   const isQuantized = begin.shell!.values === ShellValues.QUANTIZED;
   const levels = isQuantized ? [1, 2, 4, 8] : [0];
   if (!(mode.values in [0, 1, 2]) || !levels.includes(mode.levelsPerOctave)) return "its sample shells have unknown values";
   const bound = displacementBound(mode, info);
   if (mode.spacing === 1 && begin.errorBoundWorld < bound * (1 - 1e-9)) {
-    return `it promises an error of ${begin.errorBoundWorld}, and its sample shells allow ${bound}`;
+    return `it states an error bound of ${begin.errorBoundWorld}, but its sample shells allow ${bound}`;
   }
   return null;
 }
@@ -81,8 +81,8 @@ export function manifestFault(begin: StepBegin, info: DatasetInfo): string | nul
       return `${tile.vertices} vertices cannot belong to ${tile.triangles} triangles at ${name}`;
     }
     if (tile.bytes < 1) return `${name} has no bytes`;
-    if (cubes.size === cubes.add(name).size) return `${name} is there twice`;
-    if (keys.size === keys.add(tile.key).size) return `${name} has another tile's content`;
+    if (cubes.size === cubes.add(name).size) return `${name} is listed twice`;
+    if (keys.size === keys.add(tile.key).size) return `${name} has the same content as another tile`;
     triangles += tile.triangles;
   }
   if (triangles > maxTriangles) {
@@ -97,7 +97,7 @@ export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): stri
   if (!given?.threshold || !asked.threshold) return "it has no parameters";
   const least = { given: given.threshold.atLeast, asked: asked.threshold.atLeast };
   if (least.given < least.asked || given.topologyTolerance < asked.topologyTolerance) {
-    return "it claims to be finer than the request";
+    return "it is finer than the request";
   }
   if ((given.threshold.error ?? 0.25) < (asked.threshold.error ?? 0.25)) {
     return "its error is below the request's";
@@ -118,7 +118,7 @@ export function parameterFault(begin: StepBegin, asked: IsosurfaceRequest): stri
   if (!equals(IsosurfaceRequestSchema, compared, asked)) {
     return "its parameters differ from the request in more than accuracy";
   }
-  if (begin.isFinal && begin.finestSpacing !== 1) return "the final step leaves out points";
+  if (begin.isFinal && begin.finestSpacing !== 1) return "the final step omits points";
   if (begin.isFinal && asked.maxTriangles > 0n) {
     const triangles = begin.tiles.reduce((n, tile) => n + tile.triangles, 0);
     if (BigInt(triangles) > asked.maxTriangles) return "it has more triangles than its budget";

@@ -86,7 +86,7 @@ std::vector<std::byte> CurveTiles::places() const {
 
 void CurveTiles::set_places(std::span<const std::byte> places) {
   if (places.size() != places_.size() * sizeof(Place)) {
-    throw std::runtime_error("The places of curves are not as many as there are tiles.");
+    throw std::runtime_error("The number of curve positions differs from the number of tiles.");
   }
   if (!places.empty()) std::memcpy(places_.data(), places.data(), places.size());
 }
@@ -123,7 +123,7 @@ void CurveTiles::get(std::int32_t k, CurveLayer& into) const {
       const std::byte* const end = from + bytes.size();
       while (from != end) {
         if (!holds_curve(from, end))
-          throw std::runtime_error("Curves that were put aside are damaged.");
+          throw std::runtime_error("Curves in a temporary file are damaged.");
         std::uint16_t x = 0;
         std::uint16_t y = 0;
         std::memcpy(&x, from, 2);

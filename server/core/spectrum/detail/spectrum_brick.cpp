@@ -107,11 +107,11 @@ std::vector<std::byte> SpectrumBrickBuilder::take() {
 Result<SpectrumPlane> decode_plane(std::span<const std::byte> brick, int bin) {
   SpectrumPlane plane;
   if (brick.empty()) return plane;
-  if (brick.size() < kHeadBytes) return damaged("ends inside its head");
+  if (brick.size() < kHeadBytes) return damaged("ends within its header");
   const int first = number_at<std::uint16_t>(brick, 0);
   const int bins = number_at<std::uint16_t>(brick, 2);
   const std::size_t planes = kHeadBytes + 4 * static_cast<std::size_t>(bins);
-  if (brick.size() < planes) return damaged("ends inside its head");
+  if (brick.size() < planes) return damaged("ends within its header");
   const int index = bin - first;
   if (index < 0 || index >= bins) return plane;
   const auto end_of = [&](int i) {
@@ -122,14 +122,14 @@ Result<SpectrumPlane> decode_plane(std::span<const std::byte> brick, int bin) {
   const std::size_t end = end_of(index);
   if (begin == end) return plane;
   if (begin > end || end > brick.size() - planes || end - begin < kMaskBytes) {
-    return damaged("has a plane that is not inside it");
+    return damaged("has a plane that extends beyond it");
   }
   const auto bytes = brick.subspan(planes + begin, end - begin);
   std::array<std::uint64_t, kMaskWords> mask;
   std::memcpy(mask.data(), bytes.data(), kMaskBytes);
   std::size_t count = 0;
   for (const std::uint64_t word : mask) count += static_cast<std::size_t>(std::popcount(word));
-  if (bytes.size() != kMaskBytes + 3 * count) return damaged("has a plane of a wrong size");
+  if (bytes.size() != kMaskBytes + 3 * count) return damaged("has a plane of the wrong size");
   const auto* code = reinterpret_cast<const std::uint8_t*>(bytes.data() + kMaskBytes);
   for (std::size_t word = 0; word < kMaskWords; ++word) {
     for (std::uint64_t left = mask[word]; left != 0; left &= left - 1, ++code) {

@@ -103,17 +103,18 @@ Result<nlohmann::json> json_with_checksum(std::string_view text, const char* for
   PartJson json = PartJson::parse(text, is_shallow, /*allow_exceptions=*/false);
   const auto bad = [format](const char* what) {
     return fail(ErrorCode::kDamagedData, "It " + std::string(what) + " (" + format +
-                                             ", version 1). Make it again, with this program.");
+                                             ", version 1). Create it again with this program.");
   };
   if (!json.is_object() || !json.contains("format") || json.at("format") != format ||
       !json.contains("version") || json.at("version") != 1) {
-    return bad("is not what it must be");
+    return bad("has the wrong format or version");
   }
   if (!json.contains("checksum")) return bad("has no checksum");
   const PartJson sum = json.at("checksum");
   json.erase("checksum");
   const std::string compact = json.dump();
-  if (sum != checksum(std::as_bytes(std::span(compact)))) return bad("does not have its checksum");
+  if (sum != checksum(std::as_bytes(std::span(compact))))
+    return bad("has a checksum that does not match");
   return json;
 }
 
@@ -176,12 +177,12 @@ ArrayFacts CurvesWriter::finish() {
 }
 
 std::uint64_t CurvesReader::put(std::span<const std::byte>) {
-  throw std::logic_error("Nothing is put among the curves of a part.");
+  throw std::logic_error("Curves of a part cannot be inserted.");
 }
 
 void CurvesReader::get(std::uint64_t offset, std::span<std::byte> into) const {
   if (offset > source_.size() || into.size() > source_.size() - offset) {
-    throw std::runtime_error("The curves of a part are shorter than its record says.");
+    throw std::runtime_error("The curves of a part are shorter than its record states.");
   }
   source_.read(offset, into);
 }
@@ -196,7 +197,7 @@ void check_array(const fs::path& file, const ArrayFacts& facts) {
     sum.add(portion);
   }
   if (source.size() == facts.bytes && sum.value() == facts.checksum) return;
-  throw DatasetFileError(file, "it is not as it was written. Prepare this part again.");
+  throw DatasetFileError(file, "its checksum does not match. Prepare this part again.");
 }
 
 std::string record_text(const PartRecord& record) {

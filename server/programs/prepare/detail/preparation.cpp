@@ -41,10 +41,10 @@ void warn_of_thin_parts(const PrepareJob& job, const LabelSummary& label,
                         const VolumeFileOptions& options) {
   constexpr std::uint64_t kWorthANotice = 10;  // A part of 1 / 10 or more.
   if (!options.notice || label.thin_samples * kWorthANotice < label.samples) return;
-  options.notice(
-      "'" + job.input + "': of the " + std::to_string(label.samples) + " voxels of label " +
-      label_text({.value = label.value}) + " " + std::to_string(label.thin_samples) +
-      " lie in parts one voxel thick, from which an error above 0.25 voxels takes volume.");
+  options.notice("'" + job.input + "': of the " + std::to_string(label.samples) +
+                 " voxels of label " + label_text({.value = label.value}) + " " +
+                 std::to_string(label.thin_samples) +
+                 " are in parts one voxel thick; an error above 0.25 voxels reduces their volume.");
 }
 
 struct OpenedJob {
@@ -115,8 +115,8 @@ void require_same_source(const PrepareJob& job, const Provenance& note) {
   const bool is_same_series =
       job.member && there->info.member && job.member->series == there->info.member->series;
   if (has_same_source || is_same_series) return;
-  throw ExitError(kUsage, "--output: " + job.output.string() + " is a dataset of '" +
-                              there->source.file + "'; --force replaces it by one of '" +
+  throw ExitError(kUsage, "--output: " + job.output.string() + " is a dataset prepared from '" +
+                              there->source.file + "'; --force replaces it with one from '" +
                               note.file + "'.");
 }
 
@@ -203,14 +203,14 @@ void Preparation::require_same_places(const PrepareJob& job, const Places& found
   };
   const auto refuse = [&](const std::string& difference) {
     fail_reading(job.input, difference + "; members of a series must have the same grid",
-                 "Resample it, or prepare it for itself");
+                 "Resample it, or prepare it separately");
   };
   if (found.dims != first.dims) {
     refuse("it has " + size(found) + " samples and '" + first_input + "' has " + size(first));
   }
   if (found.index_to_world != first.index_to_world || found.meaning.space != first.meaning.space ||
       found.meaning.length_unit != first.meaning.length_unit) {
-    refuse("its samples lie at other places in the world than those of '" + first_input + "'");
+    refuse("its samples have other world positions than those of '" + first_input + "'");
   }
 }
 

@@ -37,7 +37,7 @@ void place_by_coordinates(const std::filesystem::path& path,
         units.emplace();
         notices.push_back("'" + path.string() + "': the coordinates along " +
                           std::string(1, "xyz"[axis]) +
-                          " are not evenly spaced; samples are taken to be 1 apart there.");
+                          " are not evenly spaced; a spacing of 1 is used.");
         continue;
       }
       spacing[axis] = *even;

@@ -35,7 +35,7 @@ Result<std::span<const std::byte>> checked_crc(std::span<const std::byte> bytes)
   const auto body = bytes.first(bytes.size() - sizeof(stored));
   std::memcpy(&stored, bytes.data() + body.size(), sizeof(stored));
   if (stored != crc32c(body))
-    return fail(ErrorCode::kDamagedData, "its checksum (CRC-32C) is wrong");
+    return fail(ErrorCode::kDamagedData, "its checksum (CRC-32C) does not match");
   return body;
 }
 
@@ -60,7 +60,7 @@ Result<std::vector<std::byte>> decoded(const std::vector<ChunkCodec>& codecs,
     stored = bytes;
   }
   if (stored.size() != size) {
-    return fail(ErrorCode::kDamagedData, "it holds " + std::to_string(stored.size()) +
+    return fail(ErrorCode::kDamagedData, "it has " + std::to_string(stored.size()) +
                                              " bytes instead of " + std::to_string(size));
   }
   if (bytes.size() == size && stored.data() == bytes.data()) return bytes;
@@ -98,16 +98,17 @@ Result<std::vector<std::byte>> decode_block(const ArrayLayout& layout,
   const std::size_t dimensions = layout.shape.size();
   const std::size_t head_bytes = 4 + 4 * dimensions;
   const auto damaged = [](const char* what) { return fail(ErrorCode::kDamagedData, what); };
-  if (stored.size() < head_bytes) return damaged("it ends in its header");
-  if (big_endian(stored.first(2)) != 0) return damaged("it is no plain block");
-  if (big_endian(stored.subspan(2, 2)) != dimensions) return damaged("it has other dimensions");
+  if (stored.size() < head_bytes) return damaged("it ends within its header");
+  if (big_endian(stored.first(2)) != 0) return damaged("it is not a block of the default mode");
+  if (big_endian(stored.subspan(2, 2)) != dimensions)
+    return damaged("its number of dimensions differs from the array's");
   std::vector<std::size_t> shape(dimensions);
   std::size_t size = layout.stored_width();
   for (std::size_t i = 0; i < dimensions; ++i) {
     const std::size_t d = dimensions - 1 - i;
     shape[d] = big_endian(stored.subspan(4 + 4 * i, 4));
     if (shape[d] == 0 || shape[d] > static_cast<std::size_t>(layout.chunk[d])) {
-      return damaged("its shape is larger than that of a block");
+      return damaged("its shape is larger than the block size");
     }
     size *= shape[d];
   }

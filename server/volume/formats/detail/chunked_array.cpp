@@ -36,7 +36,7 @@ std::string shown(const Json& value) {
 
 const Json& member(const Json& object, const char* key) {
   if (!object.is_object() || !object.contains(key)) {
-    refuse(std::string("its metadata have no field \"") + key + "\"");
+    refuse(std::string("its metadata do not have a field \"") + key + "\"");
   }
   return object.at(key);
 }
@@ -45,12 +45,12 @@ std::vector<std::int64_t> lengths_of(const Json& object, const char* key, std::i
   const Json& list = member(object, key);
   std::vector<std::int64_t> lengths;
   if (!list.is_array() || list.empty() || list.size() > kMostDimensions) {
-    refuse(std::string("its \"") + key + "\" is no list of 1 to 8 lengths: " + shown(list));
+    refuse(std::string("its \"") + key + "\" is not a list of 1 to 8 lengths: " + shown(list));
   }
   for (const Json& length : list) {
     if (!length.is_number_integer() || length.is_number_float() || length < least ||
         length > kMostLength) {
-      refuse(std::string("its \"") + key + "\" has a length that is none: " + shown(length));
+      refuse(std::string("its \"") + key + "\" has an invalid length: " + shown(length));
     }
     lengths.push_back(length.get<std::int64_t>());
   }
@@ -92,7 +92,7 @@ void put_json_number(std::vector<std::byte>& into, const Json& value) {
     }
     if (value.is_number_float() && value.get<double>() == 0) return put_number(into, Number{0});
   }
-  refuse("its fill value " + shown(value) + " is none of its type");
+  refuse("its fill value " + shown(value) + " is not a value of its type");
 }
 
 std::vector<std::byte> fill_of(StoredType type, const Json& value) {
@@ -113,7 +113,7 @@ StoredType long_type(const Json& value) {
   const auto type = stored_type_from_word(word);
   if (type && word.find_first_of("1368") != std::string::npos) return *type;
   refuse("its samples are of type " + shown(value) +
-         "; known are integers of 8 to 64 bits and floats of 16 to 64");
+         "; supported are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
 // Parses "<i2": byte order, kind of number, number of bytes.
@@ -132,15 +132,15 @@ void set_type_2(ArrayLayout& layout, const Json& value) {
     }
   }
   refuse("its samples are of type " + shown(value) +
-         "; known are integers of 8 to 64 bits and floats of 16 to 64");
+         "; supported are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
 Packing packing_of(const Json& value) {
   const auto packing =
       value.is_string() ? packing_from(value.get<std::string>()) : std::optional<Packing>();
   if (packing) return *packing;
-  refuse("its chunks are packed by " + shown(value) +
-         "; known are blosc, lz4, zstd, gzip, zlib, bz2 and none");
+  refuse("its chunks are compressed with " + shown(value) +
+         "; supported are blosc, lz4, zstd, gzip, zlib, bz2 and none");
 }
 
 void add_packing(ArrayLayout& layout, Packing packing) {
@@ -149,8 +149,8 @@ void add_packing(ArrayLayout& layout, Packing packing) {
 
 void check_sizes(const ArrayLayout& layout) {
   if (layout.chunk.size() != layout.shape.size()) {
-    refuse("its chunks have " + std::to_string(layout.chunk.size()) + " dimensions and the array " +
-           std::to_string(layout.shape.size()));
+    refuse("its chunks have " + std::to_string(layout.chunk.size()) +
+           " dimensions, but the array has " + std::to_string(layout.shape.size()));
   }
   (void)product_of(layout.chunk, kMostChunkBytes / bytes_of(layout.type), "chunks");
 }
@@ -177,7 +177,7 @@ const Json& configuration_of(const Json& codec) {
 
 Codecs codecs_of(const Json& list, std::size_t dimensions) {
   Codecs codecs{.order = straight(dimensions)};
-  if (!list.is_array() || list.size() > 16) refuse("its \"codecs\" are no list: " + shown(list));
+  if (!list.is_array() || list.size() > 16) refuse("its \"codecs\" are not a list: " + shown(list));
   for (const Json& codec : list) {
     const Json& name = member(codec, "name");
     const Json& configuration = configuration_of(codec);
@@ -189,11 +189,12 @@ Codecs codecs_of(const Json& list, std::size_t dimensions) {
       const std::vector<std::int64_t> order = lengths_of(configuration, "order", 0);
       std::vector<std::size_t> after(codecs.order.size());
       std::vector<bool> seen(codecs.order.size());
-      if (order.size() != after.size()) refuse("its transpose has another number of dimensions");
+      if (order.size() != after.size())
+        refuse("the number of dimensions of its transpose differs from the array's");
       for (std::size_t i = 0; i < order.size(); ++i) {
         const auto from = static_cast<std::size_t>(order[i]);
         if (from >= after.size() || seen[from])
-          refuse("its transpose is no permutation: " + shown(configuration));
+          refuse("its transpose is not a permutation: " + shown(configuration));
         seen[from] = true;
         after[i] = codecs.order[from];
       }
@@ -212,27 +213,29 @@ Codecs codecs_of(const Json& list, std::size_t dimensions) {
 
 void set_shards(ArrayLayout& layout, const Json& configuration, const Codecs& outer) {
   if (!outer.after_reading.empty() || outer.order != straight(layout.shape.size())) {
-    refuse("its shards are packed as a whole, which is not supported");
+    refuse("its shards are compressed as a whole, which is not supported");
   }
   const std::vector<std::int64_t> shard = layout.chunk;
   layout.chunk = lengths_of(configuration, "chunk_shape", 1);
   if (layout.chunk.size() != shard.size())
-    refuse("its inner chunks have another number of dimensions");
+    refuse("the number of dimensions of its inner chunks differs from the array's");
   ShardLayout shards;
   for (std::size_t i = 0; i < shard.size(); ++i) {
-    if (shard[i] % layout.chunk[i] != 0) refuse("its shards are no whole number of chunks");
+    if (shard[i] % layout.chunk[i] != 0)
+      refuse("the size of its shards is not a multiple of that of its chunks");
     shards.chunk_counts.push_back(shard[i] / layout.chunk[i]);
   }
   (void)product_of(shards.chunk_counts, kMostChunksOfAShard, "shards");
   const Codecs inner = codecs_of(member(configuration, "codecs"), shard.size());
   const Codecs index = codecs_of(member(configuration, "index_codecs"), shard.size() + 1);
-  if (inner.shards != nullptr || index.shards != nullptr) refuse("it has shards inside shards");
+  if (inner.shards != nullptr || index.shards != nullptr)
+    refuse("it has shards within shards, which is not supported");
   for (const ChunkCodec& codec : index.after_reading) {
     if (codec.kind != ChunkCodec::Kind::kCheckCrc32c)
-      refuse("the indices of its shards are packed");
+      refuse("the indices of its shards are compressed, which is not supported");
   }
   if (index.endian.value_or(Endian::kLittle) != Endian::kLittle) {
-    refuse("the indices of its shards are big-endian");
+    refuse("the indices of its shards are big-endian, which is not supported");
   }
   shards.index_codecs = index.after_reading;
   shards.index_at_end = configuration.value("index_location", std::string("end")) != "start";
@@ -244,30 +247,32 @@ void set_shards(ArrayLayout& layout, const Json& configuration, const Codecs& ou
 
 void set_keys_3(ArrayLayout& layout, const Json& encoding) {
   const Json& name = member(encoding, "name");
-  if (name != "default" && name != "v2") refuse("its chunk keys are encoded as " + shown(name));
+  if (name != "default" && name != "v2")
+    refuse("the encoding of its chunk keys is not supported: " + shown(name));
   const Json& configuration = configuration_of(encoding);
   const std::string separator = configuration.value("separator", name == "v2" ? "." : "/");
   if (separator != "." && separator != "/")
-    refuse("the separator of its chunk keys is '" + separator + "'");
+    refuse("the separator of its chunk keys is not / or .: '" + separator + "'");
   layout.key_separator = separator[0];
   layout.key_prefix = name == "v2" ? std::string() : "c" + separator;
 }
 
 ArrayLayout zarr_3(const Json& json) {
   if (member(json, "zarr_format") != 3 || member(json, "node_type") != "array") {
-    refuse("it is no array of Zarr 3");
+    refuse("it is not a Zarr 3 array");
   }
   ArrayLayout layout;
   layout.shape = lengths_of(json, "shape", 0);
   layout.type = long_type(member(json, "data_type"));
   layout.are_halves = json.at("data_type") == kHalf3;
   const Json& grid = member(json, "chunk_grid");
-  if (member(grid, "name") != "regular") refuse("its chunk grid is " + shown(grid.at("name")));
+  if (member(grid, "name") != "regular")
+    refuse("its chunk grid is not supported: " + shown(grid.at("name")));
   layout.chunk = lengths_of(configuration_of(grid), "chunk_shape", 1);
   layout.fill = fill_of(layout.type, member(json, "fill_value"));
   set_keys_3(layout, member(json, "chunk_key_encoding"));
   if (layout.chunk.size() != layout.shape.size())
-    refuse("its chunks have another number of dimensions");
+    refuse("the number of dimensions of its chunks differs from the array's");
   const Codecs codecs = codecs_of(member(json, "codecs"), layout.shape.size());
   if (codecs.shards != nullptr) {
     set_shards(layout, *codecs.shards, codecs);
@@ -289,7 +294,7 @@ ArrayLayout zarr_3(const Json& json) {
 // ---- Zarr 2 and N5
 
 ArrayLayout zarr_2(const Json& json) {
-  if (member(json, "zarr_format") != 2) refuse("it is no array of Zarr 2");
+  if (member(json, "zarr_format") != 2) refuse("it is not a Zarr 2 array");
   ArrayLayout layout;
   layout.shape = lengths_of(json, "shape", 0);
   layout.chunk = lengths_of(json, "chunks", 1);
@@ -298,14 +303,13 @@ ArrayLayout zarr_2(const Json& json) {
   layout.order = straight(layout.shape.size());
   if (member(json, "order") == "F") std::reverse(layout.order.begin(), layout.order.end());
   if (json.contains("filters") && !json.at("filters").is_null() && !json.at("filters").empty()) {
-    refuse("its chunks go through the filters " + shown(json.at("filters")) +
-           ", none of which is known");
+    refuse("its chunks use the filters " + shown(json.at("filters")) + ", which are not supported");
   }
   const Json& compressor = member(json, "compressor");
   if (!compressor.is_null()) add_packing(layout, packing_of(member(compressor, "id")));
   const std::string separator = json.value("dimension_separator", std::string("."));
   if (separator != "." && separator != "/")
-    refuse("its dimension_separator is '" + separator + "'");
+    refuse("its dimension_separator is not / or .: '" + separator + "'");
   layout.key_separator = separator[0];
   check_sizes(layout);
   return layout;
@@ -328,7 +332,8 @@ ArrayLayout n5(const Json& json) {
   if (json.contains("compression")) {
     const Json& compression = json.at("compression");
     const Packing packing = packing_of(member(compression, "type"));
-    if (packing == Packing::kSizedLz4) refuse("its blocks are packed by the lz4 of Java");
+    if (packing == Packing::kSizedLz4)
+      refuse("its blocks are compressed with the lz4 of Java, which is not supported");
     const bool zlib = packing == Packing::kGzip && compression.value("useZlib", false);
     add_packing(layout, zlib ? Packing::kZlib : packing);
   } else {
@@ -342,7 +347,8 @@ template <typename Parse>
 Result<ArrayLayout> parsed(std::string_view text, const Parse& parse) {
   try {
     const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
-    if (!json.is_object()) return fail(ErrorCode::kDamagedData, "its metadata are no JSON object");
+    if (!json.is_object())
+      return fail(ErrorCode::kDamagedData, "its metadata are not a JSON object");
     return parse(json);
   } catch (const Refused& refused) {
     return tl::unexpected(refused.error);

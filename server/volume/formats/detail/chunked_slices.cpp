@@ -84,8 +84,8 @@ class Chunks {
                                                const std::string& what) const {
     auto chunk = decode_chunk(layout_, stored);
     if (chunk) return *std::move(chunk);
-    fail_reading(store_->place(key), what + " cannot be used: " + chunk.error().text,
-                 "Get a whole copy of the array");
+    fail_reading(store_->place(key), what + " cannot be decoded: " + chunk.error().text,
+                 "Get a complete copy of the array");
   }
 
   std::optional<std::vector<std::byte>> whole_object(const std::vector<std::int64_t>& chunk) {
@@ -113,13 +113,13 @@ class Chunks {
     const std::string what = "the chunk " + std::to_string(inside) + " of this shard";
     if (entry.length > most_stored_bytes()) {
       fail_reading(store_->place(key),
-                   what + " claims to have " + std::to_string(entry.length) + " bytes",
-                   "Get a whole copy of the array");
+                   what + " has a declared size of " + std::to_string(entry.length) + " bytes",
+                   "Get a complete copy of the array");
     }
     const auto stored = store_->get_range(key, entry.offset, entry.length);
     if (!stored || stored->size() != entry.length) {
-      fail_reading(store_->place(key), what + " lies behind its end",
-                   "Get a whole copy of the array");
+      fail_reading(store_->place(key), what + " is beyond its end",
+                   "Get a complete copy of the array");
     }
     return decoded(key, *stored, what);
   }
@@ -150,8 +150,8 @@ class Chunks {
     auto entries = decode_shard_index(layout_, *stored);
     if (entries) return *std::move(entries);
     fail_reading(store_->place(key),
-                 "the index of this shard cannot be used: " + entries.error().text,
-                 "Get a whole copy of the array");
+                 "the index of this shard cannot be decoded: " + entries.error().text,
+                 "Get a complete copy of the array");
   }
 
   std::shared_ptr<ObjectStore> store_;
@@ -201,7 +201,7 @@ class ChunkedSlices : public StoredSlices {
     if (chunks_missing_ == 0) return {};
     return {"'" + chunks_.place().string() + "': " + std::to_string(chunks_missing_) + " of " +
             std::to_string(chunks_seen_) +
-            " chunks are missing; their samples are the array's fill value."};
+            " chunks are missing; their samples have the array's fill value."};
   }
 
  private:

@@ -56,7 +56,7 @@ StoredVolume open_image(const std::filesystem::path& path, const std::string& fo
   auto reading = std::make_unique<Reading>(file.beginning(file.size()));
   if (!reading->read_header()) {
     fail_reading(path,
-                 "it is no whole " + format + " image (" + library + ": " +
+                 "it is not a complete " + format + " image (" + library + ": " +
                      std::string(reading->problem()) + ")",
                  "Get a complete copy of the file");
   }

@@ -21,7 +21,7 @@ InputFile::InputFile(std::filesystem::path file)
   if (fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
     close(descriptor_);
     descriptor_ = -1;
-    fail_reading(file_, "it is no regular file", "Check the name");
+    fail_reading(file_, "it is not a regular file", "Check the name");
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
 }
@@ -50,10 +50,10 @@ std::size_t InputFile::read_some(std::uint64_t offset, std::span<std::byte> into
 
 void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   if (read_some(offset, into) == into.size()) return;
-  if (offset + into.size() <= size_) fail("it has become shorter since it was opened");
+  if (offset + into.size() <= size_) fail("it was truncated after it was opened");
   fail_reading(file_,
                "it ends too early: " + std::to_string(offset + into.size()) +
-                   " bytes are promised and " + std::to_string(size_) + " are there",
+                   " bytes are expected, but it has " + std::to_string(size_) + " bytes",
                "Get a complete copy of the file");
 }
 

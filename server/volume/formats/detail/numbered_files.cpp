@@ -79,9 +79,9 @@ std::vector<std::string> numbered_names(const std::filesystem::path& header,
                                         const std::string& value) {
   const std::optional<NumberedFiles> files = numbered_files(value);
   if (!files || files->number(0) < 0 || files->number(files->count - 1) < 0) {
-    fail_reading(header, "its data files are named by '" + value + "'",
-                 "A pattern has one number such as %d or %03d and is followed by the first number, "
-                 "the last and the step");
+    fail_reading(header, "the pattern of its data files is invalid: '" + value + "'",
+                 "Write a pattern with one number such as %d or %03d, followed by the first "
+                 "number, the last and the step");
   }
   std::vector<std::string> names;
   for (std::int64_t i = 0; i < files->count; ++i) names.push_back(files->name(i));

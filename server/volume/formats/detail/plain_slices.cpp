@@ -30,14 +30,14 @@ class OpenPart {
           UnpackedStream::packing_at(file_, part_.offset) != Packing::kNone) {
         return;
       }
-      fail_reading(part_.file, "its samples are no gzip, zlib or bzip2 stream",
+      fail_reading(part_.file, "its samples are not a gzip, zlib or bzip2 stream",
                    "Get a complete copy of the file");
     }
     const std::uint64_t found = file_.size() < part_.offset ? 0 : file_.size() - part_.offset;
     if (found >= needed) return;
     fail_reading(part_.file,
-                 "it ends too early or is damaged; its header promises " + std::to_string(needed) +
-                     " bytes of samples and " + std::to_string(found) + " are there",
+                 "it ends too early or is damaged; its header declares " + std::to_string(needed) +
+                     " bytes of samples, but it has " + std::to_string(found) + " bytes",
                  "Get a complete copy of the file");
   }
 
@@ -67,7 +67,7 @@ class OpenPart {
     at_ += count;
     if (count == bytes.size()) return;
     fail_reading(part_.file,
-                 "its packed samples end after " + std::to_string(at_) + " of " +
+                 "its compressed samples end after " + std::to_string(at_) + " of " +
                      std::to_string(part_.skipped + part_bytes_) + " bytes",
                  "Get a complete copy of the file");
   }

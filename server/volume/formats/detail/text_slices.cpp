@@ -122,7 +122,7 @@ class TextSlices : public StoredSlices {
     }
     if (!is_number) {
       fail_reading(file_.path(),
-                   "'" + std::string(word.substr(0, 40)) + "' is no number of type " +
+                   "'" + std::string(word.substr(0, 40)) + "' is not a number of type " +
                        std::string(name(type_)),
                    "Correct the file");
     }

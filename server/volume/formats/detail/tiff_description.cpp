@@ -47,7 +47,7 @@ Result<void> order_pages(TiffDescription& description, std::string_view order) {
   const std::int64_t times = description.times.count;
   if (slices < 1 || channels < 1 || times < 1 || slices * channels > kMostTiffPages ||
       slices * channels * times > kMostTiffPages) {
-    return no_description("its counts of slices, channels and times are no counts");
+    return no_description("its counts of slices, channels and times are invalid");
   }
   const auto step = [&](char axis) {
     std::int64_t pages = 1;
@@ -122,7 +122,8 @@ class OmeParser {
   static void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int,
                                 const XML_Char*, const XML_Char*, const XML_Char*,
                                 const XML_Char*) {
-    static_cast<OmeParser*>(self)->stop("its description declares XML entities");
+    static_cast<OmeParser*>(self)->stop(
+        "its description declares XML entities, which are not allowed");
   }
 
   void stop(const char* failure) {
@@ -139,7 +140,8 @@ class OmeParser {
     if (name == "TiffData") blocks_.push_back(std::move(values));
     if (name == "UUID" && values.contains("FileName")) {
       if (file_name_.empty()) file_name_ = values["FileName"];
-      if (file_name_ != values["FileName"]) stop("its pages lie in several files");
+      if (file_name_ != values["FileName"])
+        stop("its pages are in several files, which is not supported");
     }
   }
 
@@ -163,7 +165,7 @@ class OmeParser {
       const std::int64_t count = block.contains("PlaneCount") ? count_of(block, "PlaneCount") : 1;
       if (z < 0 || z >= description.slices || c < 0 || c >= description.channels || t < 0 ||
           t >= description.times.count || page < 0 || page > kMostTiffPages) {
-        return no_description("its description has pages of slices that it has not");
+        return no_description("its description has pages of slices that do not exist");
       }
       const auto first =
           static_cast<std::size_t>((t * description.channels + c) * description.slices + z);

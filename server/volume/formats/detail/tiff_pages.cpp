@@ -135,16 +135,16 @@ TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
   (void)InputFile(file_);  // Reports errors of the file itself.
   reader_ = std::make_unique<Reader>(file_);
   TIFF* const tiff = reader_->tiff;
-  if (tiff == nullptr) fail_in_tiff(file_, "it is no whole TIFF file");
+  if (tiff == nullptr) fail_in_tiff(file_, "it is not a complete TIFF file");
   while (true) {
     const auto kind = tiff_field<std::uint32_t>(tiff, TIFFTAG_SUBFILETYPE, 0);
     if ((kind & FILETYPE_REDUCEDIMAGE) == 0) pages_.push_back(TIFFCurrentDirOffset(tiff));
     if (TIFFLastDirectory(tiff) != 0) break;
     if (TIFFReadDirectory(tiff) == 0) {
-      fail_in_tiff(file_, "its chain of pages leads out of the file or in a circle");
+      fail_in_tiff(file_, "its chain of pages leads outside the file or is circular");
     }
   }
-  if (pages_.empty()) fail_in_tiff(file_, "it has no pages but reduced ones");
+  if (pages_.empty()) fail_in_tiff(file_, "it has only reduced pages");
   select(0);
   char* text = nullptr;
   if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr) {
@@ -211,8 +211,8 @@ void TiffPages::read(std::size_t page, std::byte* into) const {
   const std::size_t stored_row = format.row_bytes(block_width);
   if (block_width == 0 || block_height == 0 || block_bytes <= 0 ||
       static_cast<std::size_t>(block_bytes) < stored_row * block_height) {
-    fail_in_tiff(
-        file_, "the tiles or strips of its page " + std::to_string(page + 1) + " have an odd size");
+    fail_in_tiff(file_, "the tiles or strips of its page " + std::to_string(page + 1) +
+                            " have an invalid size");
   }
   std::vector<std::byte> block(static_cast<std::size_t>(block_bytes));
   const std::size_t width = bytes_of(image.type);

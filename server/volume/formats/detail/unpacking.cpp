@@ -137,11 +137,11 @@ Result<std::size_t> unpack_stream(Packing packing, std::span<const std::byte> pa
     std::span<std::byte> spare(beyond);
     const bool full = into.empty();
     const auto progress = unpacker.run(packed, full ? spare : into);
-    if (spare.empty()) return damaged("it holds more bytes than it should");
+    if (spare.empty()) return damaged("it has more bytes than expected");
     if (progress == StreamUnpacker::Progress::kDamaged) return damaged("it is damaged");
     if (progress == StreamUnpacker::Progress::kEnded) {
       if (packed.empty()) return room - into.size();
-      if (!may_have_members(packing)) return damaged("it has bytes behind its end");
+      if (!may_have_members(packing)) return damaged("it has bytes after its end");
       unpacker.begin_next_member();
     } else if (packed.size() == packed_before && into.size() == into_before) {
       return damaged("it ends too early");
@@ -158,12 +158,12 @@ Result<std::size_t> unpack_zstd(std::span<const std::byte> packed, std::span<std
 Result<std::size_t> unpack_blosc(std::span<const std::byte> packed, std::span<std::byte> into) {
   std::size_t size = 0;
   if (blosc_cbuffer_validate(packed.data(), packed.size(), &size) != 0) {
-    return damaged("it is no whole Blosc buffer");
+    return damaged("it is not a complete Blosc buffer");
   }
-  if (size > into.size()) return damaged("it holds more bytes than it should");
+  if (size > into.size()) return damaged("it has more bytes than expected");
   if (size == 0) return size;
   const int done = blosc_decompress_ctx(packed.data(), into.data(), into.size(), 1);
-  if (done < 0) return damaged("it is damaged, or packed by a Blosc codec that is not known");
+  if (done < 0) return damaged("it is damaged, or compressed with an unknown Blosc codec");
   return static_cast<std::size_t>(done);
 }
 
@@ -179,11 +179,11 @@ Result<std::size_t> unpack_lz4(std::span<const std::byte> packed, std::span<std:
 
 Result<std::size_t> unpack_sized_lz4(std::span<const std::byte> packed, std::span<std::byte> into) {
   std::uint32_t size = 0;
-  if (packed.size() < sizeof(size)) return damaged("it ends in its size");
+  if (packed.size() < sizeof(size)) return damaged("it ends within its size");
   std::memcpy(&size, packed.data(), sizeof(size));  // Requires a little-endian host.
-  if (size > into.size()) return damaged("it holds more bytes than it should");
+  if (size > into.size()) return damaged("it has more bytes than expected");
   const Result<std::size_t> done = unpack_lz4(packed.subspan(sizeof(size)), into.first(size));
-  if (done && *done != size) return damaged("it holds fewer bytes than it declares");
+  if (done && *done != size) return damaged("it has fewer bytes than it declares");
   return done;
 }
 
@@ -191,7 +191,7 @@ Result<std::size_t> unpack_into(Packing packing, std::span<const std::byte> pack
                                 std::span<std::byte> into) {
   switch (packing) {
     case Packing::kNone:
-      if (packed.size() > into.size()) return damaged("it holds more bytes than it should");
+      if (packed.size() > into.size()) return damaged("it has more bytes than expected");
       std::copy(packed.begin(), packed.end(), into.begin());
       return packed.size();
     case Packing::kGzip:
@@ -210,7 +210,7 @@ Result<std::size_t> unpack_into(Packing packing, std::span<const std::byte> pack
     case Packing::kHex:
       break;
   }
-  return damaged("its packing is not known");
+  return damaged("its compression is unknown");
 }
 
 }  // namespace
@@ -230,7 +230,7 @@ Result<void> unpack(Packing packing, std::span<const std::byte> packed, std::spa
   const Result<std::size_t> size = unpack_into(packing, packed, into);
   if (!size) return tl::unexpected(size.error());
   if (*size == into.size()) return {};
-  return damaged("it holds " + std::to_string(*size) + " bytes instead of " +
+  return damaged("it has " + std::to_string(*size) + " bytes instead of " +
                  std::to_string(into.size()));
 }
 
@@ -269,7 +269,7 @@ struct UnpackedStream::State {
       const bool is_zero = std::all_of(left.begin(), left.end(),
                                        [](std::byte byte) { return byte == std::byte{0}; });
       if (is_zero) continue;
-      fail_reading(file.path(), "it has other bytes after its packed samples",
+      fail_reading(file.path(), "it has other bytes after its compressed samples",
                    "Get a complete copy of the file");
     } while (refill());
     left = {};
@@ -287,14 +287,14 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
   while (!into.empty() && !state.ended) {
     if (state.left.empty() && !state.refill()) {
       if (state.packing == Packing::kHex) break;
-      fail_reading(state.file.path(), "its packed samples end too early",
+      fail_reading(state.file.path(), "its compressed samples end too early",
                    "Get a complete copy of the file");
     }
     switch (state.unpacker.run(state.left, into)) {
       case StreamUnpacker::Progress::kGoesOn:
         break;
       case StreamUnpacker::Progress::kDamaged:
-        fail_reading(state.file.path(), "its packed samples are damaged",
+        fail_reading(state.file.path(), "its compressed samples are damaged",
                      "Get a complete copy of the file");
       case StreamUnpacker::Progress::kEnded:
         if (state.left.empty()) state.refill();

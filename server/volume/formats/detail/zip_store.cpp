@@ -40,7 +40,7 @@ class ZipStore : public ObjectStore {
     const ZipEntry* const entry = find(key);
     if (entry == nullptr) return std::nullopt;
     if (entry->plain > most) {
-      fail(key, "it has " + std::to_string(entry->plain) + " bytes and may have " +
+      fail(key, "it has " + std::to_string(entry->plain) + " bytes; the limit is " +
                     std::to_string(most));
     }
     return whole(key, *entry);
@@ -55,7 +55,8 @@ class ZipStore : public ObjectStore {
     length = offset > entry->plain ? 0 : std::min(length, entry->plain - offset);
     if (entry->is_deflated) {
       constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 28;
-      if (entry->plain > kMostUnpacked) fail(key, "it is a large shard that is deflated");
+      if (entry->plain > kMostUnpacked)
+        fail(key, "it is a large deflated shard, which is not supported");
       const std::vector<std::byte> all = whole(key, *entry);
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(offset);
       return std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(length));
@@ -70,7 +71,7 @@ class ZipStore : public ObjectStore {
 
  private:
   [[noreturn]] void fail(const std::string& key, const std::string& problem) const {
-    fail_reading(place(key), problem, "Get a whole copy of the archive");
+    fail_reading(place(key), problem, "Get a complete copy of the archive");
   }
 
   HeaderBytes bytes_at(std::uint64_t offset, std::size_t count) const {
@@ -88,14 +89,14 @@ class ZipStore : public ObjectStore {
     file_.read(file_.size() - count, std::as_writable_bytes(std::span(tail)));
     const std::size_t found = tail.rfind(std::string_view("PK\5\6", 4));
     if (found == std::string::npos || tail.size() - found < kEndBytes) {
-      fail("", "it is no whole zip archive");
+      fail("", "it is not a complete zip archive");
     }
     const std::uint64_t end = file_.size() - count + found;
     const HeaderBytes record = bytes_at(end, kEndBytes);
     std::uint64_t size = record.at<std::uint32_t>(12);
     std::uint64_t offset = record.at<std::uint32_t>(16);
     if (offset == kInZip64 || record.at<std::uint16_t>(10) == 0xFFFF) {
-      if (end < 20) fail("", "it is no whole zip archive");
+      if (end < 20) fail("", "it is not a complete zip archive");
       const std::uint64_t large = bytes_at(end - 20, 20).at<std::uint64_t>(8);
       const HeaderBytes long_record = bytes_at(large, 56);
       size = long_record.at<std::uint64_t>(40);
@@ -130,7 +131,7 @@ class ZipStore : public ObjectStore {
     read_large_sizes(rest.substr(kHeadBytes + name_bytes, extra_bytes), entry);
     const auto method = head.at<std::uint16_t>(10);
     if ((head.at<std::uint16_t>(8) & 1) != 0 || (method != 0 && method != 8)) {
-      fail(name, "it is encrypted, or packed by another method than deflate");
+      fail(name, "it is encrypted, or compressed with a method other than deflate");
     }
     if (!name.ends_with('/')) entries_[name] = entry;
     rest.remove_prefix(all);
@@ -189,19 +190,19 @@ class ZipStore : public ObjectStore {
     const std::uint64_t data = data_of(key, entry);
     // Deflate compresses at most about a thousandfold.
     if (entry.plain / 1100 > entry.packed || (!entry.is_deflated && entry.plain != entry.packed)) {
-      fail(key, "its sizes in the archive are damaged");
+      fail(key, "its sizes in the archive are invalid");
     }
     std::vector<std::byte> plain(entry.plain);
     if (entry.is_deflated) {
       std::vector<std::byte> packed(entry.packed);
       file_.read(data, packed);
-      if (!unpack(Packing::kDeflate, packed, plain)) fail(key, "its packed bytes are damaged");
+      if (!unpack(Packing::kDeflate, packed, plain)) fail(key, "its compressed bytes are damaged");
     } else {
       file_.read(data, plain);
     }
     const auto crc =
         ::crc32_z(0, reinterpret_cast<const unsigned char*>(plain.data()), plain.size());
-    if (crc != entry.crc) fail(key, "its checksum (CRC-32) is wrong");
+    if (crc != entry.crc) fail(key, "its checksum (CRC-32) does not match");
     return plain;
   }
 

@@ -46,8 +46,7 @@ std::string list_of(const Series& series) {
 std::vector<DicomImage> chosen_series(const fs::path& place, Series& series,
                                       const std::string& wanted) {
   if (series.empty()) {
-    fail_reading(place, "there are no DICOM images",
-                 "Give the folder that has the slices of a series");
+    fail_reading(place, "it has no DICOM images", "Give the folder with the slices of a series");
   }
   if (wanted.empty() && series.size() == 1) return std::move(series.begin()->second);
   int number = 0;
@@ -56,7 +55,7 @@ std::vector<DicomImage> chosen_series(const fs::path& place, Series& series,
   }
   fail_reading(place,
                wanted.empty()
-                   ? "it holds " + std::to_string(series.size()) + " series: " + list_of(series)
+                   ? "it has " + std::to_string(series.size()) + " series: " + list_of(series)
                    : "it has no series " + wanted + "; there are " + list_of(series),
                "Choose one with --series, by its UID or its number in this list");
 }
@@ -93,7 +92,7 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
     const std::vector<DicomImage> out(first_out, images.end());
     images.erase(first_out, images.end());
     notices.push_back("'" + place.string() + "': " + std::to_string(out.size()) + " images " +
-                      what + " are left out: " + list_of(files_of(out)) + ".");
+                      what + " are skipped: " + list_of(files_of(out)) + ".");
   };
   const auto is_slice = [](const DicomImage& image) { return !image.is_localizer; };
   if (std::any_of(images.begin(), images.end(), is_slice))
@@ -111,9 +110,9 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
   if (kinds.size() > 1 && 2 * usual->second <= images.size()) {
     fail_reading(place,
                  "its images have " + std::to_string(kinds.size()) +
-                     " sizes, types or orientations, none of which most of them have; '" +
+                     " sizes, types or orientations, none of them shared by most images; '" +
                      kinds[0].first.file.filename().string() + "' and '" +
-                     kinds[1].first.file.filename().string() + "' are not alike",
+                     kinds[1].first.file.filename().string() + "' differ",
                  "Give a folder with the slices of one volume only");
   }
   const DicomImage model = usual->first;
@@ -135,13 +134,13 @@ void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
     notices.push_back("'" + place.string() + "': " + std::to_string(other_images.size()) +
                       " images of this series are of another patient or study than '" +
                       first.file.filename().string() + "': " + list_of(files_of(other_images)) +
-                      ". They are in the volume.");
+                      ". They are included in the volume.");
   }
   if (!longer.empty()) {
-    notices.push_back("'" + place.string() +
-                      "': files have more pixel data than their headers promise; the rest is not "
-                      "looked at: " +
-                      list_of(files_of(longer)) + ".");
+    notices.push_back(
+        "'" + place.string() +
+        "': files have more pixel data than their headers declare; the rest is ignored: " +
+        list_of(files_of(longer)) + ".");
   }
 }
 
@@ -151,10 +150,9 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
                                 SourceTimes& times) {
   if (!std::all_of(images.begin(), images.end(),
                    [](const DicomImage& image) { return image.has_position; })) {
-    notices.push_back(
-        "'" + place.string() +
-        "': its slices have no positions; they are taken in the order of their numbers, one "
-        "slice spacing apart.");
+    notices.push_back("'" + place.string() +
+                      "': its slices have no positions; they are placed in the order of their "
+                      "numbers, one slice spacing apart.");
     std::sort(images.begin(), images.end(), [](const DicomImage& a, const DicomImage& b) {
       return std::tie(a.number, a.file, a.frame) < std::tie(b.number, b.file, b.frame);
     });
@@ -187,7 +185,7 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
       fail_reading(
           place,
           "it has " + std::to_string(copies) + " images at each position, as for several times",
-          "Choose one with --time, from 0 on, or prepare them with --all-times");
+          "Choose one with --time, from 0, or prepare them with --all-times");
     }
     const std::int64_t chosen = choice.time.value_or(0);
     if (chosen < 0 || chosen >= times.count) {
@@ -202,8 +200,8 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
         names += (names.empty() ? "" : ", ") + at[i].file.filename().string();
       }
     }
-    notices.push_back("'" + place.string() +
-                      "': slices that lie where another one does are left out: " + names + ".");
+    notices.push_back("'" + place.string() + "': skipped slices at duplicate positions: " + names +
+                      ".");
   }
   std::vector<DicomImage> stack;
   for (auto& at : positions) stack.push_back(std::move(at[time]));
@@ -250,13 +248,13 @@ class DicomSlices : public StoredSlices {
     if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
       fail_reading(image.file,
                    "its image has " + std::to_string(pixels.GetBufferLength()) +
-                       " bytes and its header promises " + std::to_string(needed),
+                       " bytes, but its header declares " + std::to_string(needed),
                    "Get a complete copy of the file");
     }
     pixels_.resize(needed);
     loaded_.clear();
     if (!pixels.GetBuffer(reinterpret_cast<char*>(pixels_.data()))) {
-      fail_reading(image.file, "its pixels cannot be unpacked",
+      fail_reading(image.file, "its pixels cannot be decompressed",
                    "Decompress it first, for example with gdcmconv --raw");
     }
     loaded_ = image.file;
@@ -301,7 +299,7 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
     if (file_name.starts_with('.') || file_name == "DICOMDIR" || !entry->is_regular_file(ignored))
       continue;
     if (files.size() >= kMostFiles) {
-      fail_reading(folder, "it holds more than " + std::to_string(kMostFiles) + " DICOM files",
+      fail_reading(folder, "it has more than " + std::to_string(kMostFiles) + " DICOM files",
                    "Give the folder of one series");
     }
     if (is_dicom(InputFile(entry->path()).beginning(132))) {
@@ -317,7 +315,7 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
                              without_digits(other.filename().string()) ==
                                  without_digits(files.front().filename().string()));
     if (!is_sibling) continue;
-    fail_reading(other, "it is no DICOM file or is cut off in front of its header",
+    fail_reading(other, "it is not a DICOM file, or is truncated before its header",
                  "Get a complete copy of the file, or remove it from the series");
   }
   std::sort(files.begin(), files.end());
@@ -341,7 +339,8 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   keep_volume(place, images, volume.notices);
   if (images.front().frames > 1 && !images.front().has_own_place &&
       images.front().file != images.back().file) {
-    fail_reading(place, "its series has several files whose frames have no positions of their own",
+    fail_reading(place,
+                 "its series has several files whose frames do not have individual positions",
                  "Give one of these files");
   }
   const std::vector<DicomImage> stack =

@@ -121,7 +121,7 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice&
                found.names.empty()
                    ? "it has no dataset of numbers with two or more dimensions"
                    : "it has " + std::to_string(found.names.size()) + " datasets: " + list,
-               "Name one, as in '" + path.filename().string() +
+               "Give one, as in '" + path.filename().string() +
                    ":/path', or prepare several of "
                    "one shape with --field");
 }
@@ -197,9 +197,8 @@ std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<
       fail_reading(
           path,
           "its dimension " + std::to_string(d + 1) + " has " + std::to_string(dims[d]) + " entries",
-          d > 1
-              ? "Give a dataset of at most five dimensions"
-              : "Choose one with --time or --channel, from 0 on, or prepare all with --all-times");
+          d > 1 ? "Give a dataset of at most five dimensions"
+                : "Choose one with --time or --channel, from 0, or prepare all with --all-times");
     }
     const std::int64_t entry = chosen ? *chosen : 0;
     at[d] = static_cast<hsize_t>(std::max<std::int64_t>(entry, 0));
@@ -242,8 +241,9 @@ class Hdf5Slices : public StoredSlices {
     if (H5Dread(dataset_.get(), memory_type(type_), memory.get(), space.get(), H5P_DEFAULT, into) >=
         0)
       return;
-    fail_reading(path_, "its slices from " + std::to_string(first) + " on cannot be read",
-                 "Get a complete copy of the file; chunks must be packed by deflate, szip or LZF");
+    fail_reading(
+        path_, "its slices from " + std::to_string(first) + " on cannot be read",
+        "Get a complete copy of the file; chunks must be compressed with deflate, szip or LZF");
   }
 
  private:
@@ -270,8 +270,7 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   Hdf5Id file = open_hdf5_file(path);
   const std::optional<ImarisVolume> imaris = imaris_volume(path, file.get(), choice);
   if (!imaris && choice.level) {
-    fail_reading(path, "--level does not apply: the file has no levels of resolution",
-                 "Leave --level out");
+    fail_reading(path, "--level does not apply: the file has no resolution levels", "Omit --level");
   }
   const std::string name = imaris ? imaris->dataset : chosen_dataset(path, file.get(), choice);
   std::optional<Hdf5Id> found = open_hdf5_dataset(path, file.get(), name, choice.follow);
@@ -281,8 +280,9 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   const std::optional<StoredType> type = type_of_dataset(dataset.get());
   std::vector<hsize_t> dims = hdf5_dims(dataset.get());
   if (!type || dims.size() < 2 || dims.size() > 8) {
-    fail_reading(path, "its dataset '" + name + "' is no array of numbers with 2 to 5 dimensions",
-                 "Choose another one");
+    fail_reading(path,
+                 "its dataset '" + name + "' is not an array of numbers with 2 to 5 dimensions",
+                 "Choose another dataset");
   }
   StoredVolume volume{.header = {.type = *type}, .slices = nullptr};
   ImageHeader& header = volume.header;

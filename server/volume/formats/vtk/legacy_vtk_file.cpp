@@ -45,7 +45,7 @@ class VtkLines {
       std::vector<std::string> words = words_of(line());
       if (!words.empty()) return words;
     }
-    fail_in_header(file_, "it ends in its header");
+    fail_in_header(file_, "it ends within its header");
   }
   // Returns the next line unchanged.
   std::string line() {
@@ -71,7 +71,7 @@ Vec3 three_numbers(const fs::path& file, const std::vector<std::string>& words) 
   Vec3 numbers{};
   for (std::size_t i = 0; i < 3; ++i) {
     const auto number = words.size() > i + 1 ? finite_number(words[i + 1]) : std::nullopt;
-    if (!number) fail_in_header(file, "its line " + words[0] + " has no three numbers");
+    if (!number) fail_in_header(file, "its line " + words[0] + " does not have three numbers");
     numbers[i] = *number;
   }
   return numbers;
@@ -89,7 +89,7 @@ StoredVolume open_legacy_vtk(const fs::path& path) {
   const std::vector<std::string> kind = lines.next();
   if (kind.size() < 2 || lower_case(kind[0]) != "dataset" ||
       lower_case(kind[1]) != "structured_points") {
-    fail_in_header(path, "it has no line DATASET STRUCTURED_POINTS");
+    fail_in_header(path, "it has no DATASET STRUCTURED_POINTS line");
   }
   Vec3 sizes{};
   Vec3 spacing = {1, 1, 1};

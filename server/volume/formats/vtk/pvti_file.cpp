@@ -135,8 +135,8 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
       of_cells = piece.of_cells;
     } else if (header.type != volume.header.type || of_cells != piece.of_cells ||
                header.components != volume.header.components) {
-      fail_reading(piece_file, "its samples are of another type than those of other pieces",
-                   "Save all pieces alike");
+      fail_reading(piece_file, "the type of its samples differs from that of other pieces",
+                   "Save all pieces with the same type");
     }
     PlacedPiece& placed = pieces.emplace_back(PlacedPiece{.file = piece_file});
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -144,7 +144,7 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
       placed.dims[axis] = (pieces.size() == 1 ? volume.header : header).dims[axis];
       const std::int64_t all = parsed->extent[2 * axis + 1] - parsed->extent[2 * axis] + !of_cells;
       if (placed.at[axis] < 0 || placed.at[axis] + placed.dims[axis] > all) {
-        fail_reading(piece_file, "it lies outside of the whole extent", "Save it again");
+        fail_reading(piece_file, "it is outside the whole extent", "Save it again");
       }
     }
   }

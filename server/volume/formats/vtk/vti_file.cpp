@@ -96,9 +96,9 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
       .of_cells = array.of_cells,
       .is_part = vti.piece != vti.extent};
   if (vti.arrays.size() > 1 && choice.array.empty()) {
-    piece.volume.notices.push_back("'" + path.string() + "': of its " +
-                                   std::to_string(vti.arrays.size()) + " arrays '" + array.name +
-                                   "' is taken; --array chooses, --field makes a dataset of each.");
+    piece.volume.notices.push_back(
+        "'" + path.string() + "': of its " + std::to_string(vti.arrays.size()) + " arrays, '" +
+        array.name + "' is used; select another with --array, or prepare each with --field.");
   }
   // Last, since this moves `arrays`, which owns the header.
   piece.volume.slices =
@@ -110,7 +110,7 @@ StoredVolume open_vti(const fs::path& path, const VolumeChoice& choice) {
   VtiPiece piece = open_vti_piece(path, choice);
   if (!piece.is_part) return std::move(piece.volume);
   fail_reading(path, "it is a piece of a larger image",
-               "Give the .pvti file that names its pieces");
+               "Give the .pvti file that lists its pieces");
 }
 
 }  // namespace multitetra

@@ -64,7 +64,7 @@ class EncodedBytes {
     if (c == '+') return 62;
     if (c == '/') return 63;
     if (c == '=' && place >= 2) return 0;
-    fail_reading(file_->path(), "its base64 has a byte that has no place there",
+    fail_reading(file_->path(), "its base64 data contain an invalid byte",
                  "Save it again with appended raw data");
   }
 
@@ -108,8 +108,8 @@ class PlainSampleBytes : public SampleBytes {
     const std::uint64_t found = lengths.read(0, 1)[0];
     if (found == needed) return;
     fail_reading(file.path(),
-                 "its header promises " + std::to_string(needed) +
-                     " bytes of samples and the array has " + std::to_string(found),
+                 "its header declares " + std::to_string(needed) +
+                     " bytes of samples, but the array has " + std::to_string(found),
                  "Get a complete copy of the file");
   }
 
@@ -144,19 +144,19 @@ class PackedSampleBytes : public SampleBytes {
         last_bytes_ > block_bytes_ || (count - 1) * block_bytes_ + last_bytes_ != needed ||
         block_bytes_ % sample_width != 0) {
       fail_reading(file.path(),
-                   "its " + std::to_string(count) + " packed blocks of " +
-                       std::to_string(block_bytes_) + " bytes are not the " +
-                       std::to_string(needed) + " bytes of samples that its header promises",
+                   "its " + std::to_string(count) + " compressed blocks of " +
+                       std::to_string(block_bytes_) + " bytes do not make up the " +
+                       std::to_string(needed) + " bytes of samples that its header declares",
                    "Get a complete copy of the file");
     }
     if (count * lengths.width() > file.size()) {
-      fail_reading(file.path(), "it ends in the sizes of its packed blocks",
+      fail_reading(file.path(), "it ends within the sizes of its compressed blocks",
                    "Get a complete copy of the file");
     }
     begins_.push_back(0);
     for (const std::uint64_t size : lengths.read(3, count)) {
       if (size > file.size()) {
-        fail_reading(file.path(), "a packed block is larger than the file",
+        fail_reading(file.path(), "a compressed block is larger than the file",
                      "Get a complete copy of the file");
       }
       begins_.push_back(begins_.back() + size);
@@ -184,10 +184,10 @@ class PackedSampleBytes : public SampleBytes {
     blocks_.read(begins_[block], packed_);
     loaded_ = ~std::uint64_t{0};
     if (const auto done = unpack(packing_, packed_, plain_); !done) {
-      fail_reading(
-          file_.path(),
-          "its packed block " + std::to_string(block) + " cannot be used: " + done.error().text,
-          "Get a complete copy of the file");
+      fail_reading(file_.path(),
+                   "its compressed block " + std::to_string(block) +
+                       " cannot be decompressed: " + done.error().text,
+                   "Get a complete copy of the file");
     }
     to_host_order(plain_, width_, endian_);
     loaded_ = block;
@@ -274,7 +274,7 @@ std::unique_ptr<SampleBytes> VtkArrays::open(const VtiArray& array, std::uint64_
   }
   const bool is_zlib = header_.compressor == "vtkZLibDataCompressor";
   if (!is_zlib && header_.compressor != "vtkLZ4DataCompressor") {
-    fail_reading(file_.path(), "it is packed by '" + header_.compressor.substr(0, 60) + "'",
+    fail_reading(file_.path(), "it is compressed with '" + header_.compressor.substr(0, 60) + "'",
                  "Save it with ZLib or LZ4, or without a compressor");
   }
   return std::make_unique<PackedSampleBytes>(

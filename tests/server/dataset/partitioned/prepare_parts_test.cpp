@@ -96,7 +96,8 @@ TEST(PrepareParts, MayBeLostAndRepeated) {
     merge_parts(folder.path() / "all.mtd");
     FAIL();
   } catch (const DatasetFileError& error) {
-    EXPECT_NE(std::string(error.what()).find("not there: 2."), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("missing parts: 2 (of "), std::string::npos)
+        << error.what();
   }
   EXPECT_EQ(missing_parts(folder.path() / "all.mtd"), std::vector<std::size_t>{1});
   make_part(setting, folder.path() / "all.mtd", 1);

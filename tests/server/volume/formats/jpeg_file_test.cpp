@@ -110,7 +110,7 @@ TEST_F(JpegFile, RefusesImagesThatEndEarly) {
        {whole.size() - 2, whole.size() - 10, std::size_t{100}, std::size_t{2}}) {
     EXPECT_NE(refusal(whole.substr(0, kept)).find("damaged.jpg"), std::string::npos) << kept;
   }
-  EXPECT_NE(refusal("").find("it is no whole JPEG image"), std::string::npos);
+  EXPECT_NE(refusal("").find("it is not a complete JPEG image"), std::string::npos);
 }
 
 }  // namespace

@@ -190,8 +190,8 @@ TEST(LabelMap, RefusesVolumesWithoutLabels) {
   Volume fraction = labels_of<float>({5, 4, 3}, [](int, int, int) { return 2; });
   std::get<std::vector<float>>(fraction.samples)[5 + 3] = 0.5F;
   EXPECT_EQ(refusal(fraction),
-            "Cannot read 'seg.nrrd': its sample at 3, 1, 0 is 0.500000, which is no whole number "
-            "of at most 2^24. Labels are for segmentations; prepare it without them.");
+            "Cannot read 'seg.nrrd': its sample at 3, 1, 0 is 0.500000, which is not an integer of "
+            "at most 2^24. Labels are for segmentations; prepare it without label options.");
   std::get<std::vector<float>>(fraction.samples)[5 + 3] = 3e7F;
   testing::expect_contains(refusal(fraction), "2^24");
   int next = 0;

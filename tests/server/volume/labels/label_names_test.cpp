@@ -56,11 +56,11 @@ TEST(LabelNames, ErrorsNameTheLineAndTheFix) {
                            "\"3\" liver 1 2 3", "3"}) {
     const auto labels = parse_label_names("# first\n1 one 1 1 1\n" + std::string(line) + "\n");
     ASSERT_FALSE(labels) << line;
-    expect_contains(labels.error().text, "line 3 is no label such as '3 liver 221 130 101 255'");
+    expect_contains(labels.error().text, "line 3 is not a label such as '3 liver 221 130 101 255'");
   }
   const auto twice = parse_label_names("1 one 1 1 1\n1 two 1 1 1\n");
   ASSERT_FALSE(twice);
-  EXPECT_EQ(twice.error().text, "line 2 names label 1 a second time");
+  EXPECT_EQ(twice.error().text, "line 2 lists label 1 a second time");
   EXPECT_FALSE(parse_label_names("1 " + std::string(256, 'x') + " 1 1 1"));
   EXPECT_TRUE(parse_label_names(""));
 }
@@ -103,7 +103,7 @@ TEST(LabelNames, RefusesOtherFiles) {
     }
   };
   EXPECT_EQ(refusal("good.txt", kSnap), "");
-  expect_contains(refusal("bad.txt", "x"), "bad.txt': line 1 is no label");
+  expect_contains(refusal("bad.txt", "x"), "bad.txt': line 1 is not a label");
   expect_contains(refusal("none.txt", ""), "cannot be opened");
   expect_contains(refusal("large.txt", std::string((4 << 20) + 1, '\n')), "more than 4 MiB");
 }

@@ -47,11 +47,12 @@ double usual_gap(const std::vector<DicomImage>& stack) {
            (image.frames > 1 ? " frame " + std::to_string(image.frame + 1) : "");
   };
   fail_reading(place,
-               "its slices are not evenly spaced: between " + name_of(stack[worst - 1]) + " and " +
-                   name_of(stack[worst]) + " are " + rounded_text(gap) + " mm, and " +
-                   rounded_text(usual) + " mm between most slices" +
+               "its slices are not evenly spaced: the distance between " +
+                   name_of(stack[worst - 1]) + " and " + name_of(stack[worst]) + " is " +
+                   rounded_text(gap) + " mm, that between most slices " + rounded_text(usual) +
+                   " mm" +
                    (missing >= 1 ? "; " + rounded_text(missing) + " seem to be missing" : ""),
-               "Get all slices, or interpolate them to even distances with --resample");
+               "Get all slices, or interpolate them to an even spacing with --resample");
 }
 
 // Returns the number of samples along an axis of the grid; throws if it exceeds the limit.
@@ -60,7 +61,7 @@ std::int64_t grid_count(const fs::path& place, double count, const char* what) {
   fail_reading(place,
                "its slices are so far apart that an even grid through them would have " +
                    rounded_text(count) + " " + what,
-               "Leave out the slices that are far from the others");
+               "Remove the slices that are far from the others");
 }
 
 // Returns an even grid along the axes of the first slice, to which all slices are interpolated.
@@ -226,9 +227,9 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
                          std::abs(dot(step, first.column)) > kTilt * step_length;
   if (is_even && !is_tilted) {
     if (largest > kReportedDeviation * step_length) {
-      notices.push_back("'" + place.string() + "': its slices lie up to " + rounded_text(largest) +
+      notices.push_back("'" + place.string() + "': its slices are up to " + rounded_text(largest) +
                         " mm off an even grid with steps of " + rounded_text(step_length) +
-                        " mm; they are taken to be on it.");
+                        " mm; the even grid is used.");
     }
     return grid;
   }
@@ -236,7 +237,7 @@ DicomGrid dicom_grid(const fs::path& place, const std::vector<DicomImage>& stack
     if (!is_even) fail_uneven(place, stack);
     fail_reading(place,
                  "its slices are shifted against each other, as by a tilted gantry: the step from "
-                 "slice to slice is not at right angles to them",
+                 "slice to slice is not perpendicular to them",
                  "Interpolate them onto a rectangular grid with --resample");
   }
   grid = even_grid(place, stack, is_tilted);

@@ -129,7 +129,7 @@ std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& 
   }
   if (each != nullptr && each->GetNumberOfItems() != static_cast<std::size_t>(whole.frames)) {
     fail_reading(whole.file,
-                 "it has " + std::to_string(whole.frames) + " frames and describes " +
+                 "it has " + std::to_string(whole.frames) + " frames, but describes " +
                      std::to_string(each->GetNumberOfItems()),
                  "Get a complete copy of the file");
   }
@@ -264,12 +264,12 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
   if (dims.size() > 2) image.frames = dims[2];
   if (image.frames < 1 || image.frames > kMostDicomFrames) {
     fail_reading(path, "it has " + std::to_string(image.frames) + " frames",
-                 "Give one with 1 to " + std::to_string(kMostDicomFrames));
+                 "Give a file with 1 to " + std::to_string(kMostDicomFrames));
   }
   const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(file);
   const std::optional<StoredType> type = dicom_type(format);
   if (!type) {
-    fail_reading(path, "its pixels are of the type " + std::string(format.GetScalarTypeAsString()),
+    fail_reading(path, "its pixels have the type " + std::string(format.GetScalarTypeAsString()),
                  "Give integers of 8 to 32 bits or floats");
   }
   image.type = *type;
@@ -277,7 +277,7 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
   image.stored_bits = format.GetBitsStored();
   const auto photometric = gdcm::ImageHelper::GetPhotometricInterpretationValue(file);
   if (photometric == gdcm::PhotometricInterpretation::PALETTE_COLOR) {
-    fail_reading(path, "its pixels are numbers of a palette", "Convert it to grey values or RGB");
+    fail_reading(path, "its pixels are palette indices", "Convert it to gray values or RGB");
   }
   const std::vector<double> rescale = gdcm::ImageHelper::GetRescaleInterceptSlopeValue(file);
   if (rescale.size() == 2) {

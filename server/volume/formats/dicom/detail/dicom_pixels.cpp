@@ -18,7 +18,7 @@ constexpr std::string_view kRleSyntax = "1.2.840.10008.1.2.5";
 constexpr std::string_view kBigEndianSyntax = "1.2.840.10008.1.2.2";
 
 [[noreturn]] void fail_cut_off(const InputFile& file, const std::string& how) {
-  fail_reading(file.path(), "its pixel data are cut off: " + how,
+  fail_reading(file.path(), "its pixel data are truncated: " + how,
                "Get a complete copy of the file");
 }
 
@@ -37,17 +37,17 @@ std::vector<Fragment> fragments_at(const InputFile& file, std::uint64_t at) {
     const std::size_t got = file.read_some(at, std::as_writable_bytes(std::span(head)));
     // Some writers omit the end marker, so the file ends with a fragment.
     if (got == 0 && fragments.size() > 1) break;
-    if (got < head.size()) fail_cut_off(file, "the file ends in its fragments");
+    if (got < head.size()) fail_cut_off(file, "the file ends within its fragments");
     const HeaderBytes bytes(head, Endian::kLittle);
     const auto tag = bytes.at<std::uint32_t>(0);
     const auto length = bytes.at<std::uint32_t>(4);
     if (tag == kEnd) break;
     if (tag != kItem) {
-      fail_reading(file.path(), "its packed pixel data are damaged",
+      fail_reading(file.path(), "its compressed pixel data are damaged",
                    "Get a complete copy of the file");
     }
     at += head.size();
-    if (at + length > file.size()) fail_cut_off(file, "the file ends in a packed frame");
+    if (at + length > file.size()) fail_cut_off(file, "the file ends within a compressed frame");
     fragments.push_back({.offset = at, .length = length});
     at += length;
   }
@@ -103,7 +103,7 @@ bool rle_frame_is_whole(const InputFile& file, const Fragment& fragment,
 void check_fragments(const InputFile& file, const DicomPixels& pixels) {
   const std::vector<Fragment> fragments = fragments_at(file, pixels.offset);
   if (fragments.size() < pixels.frames) {
-    fail_cut_off(file, "it has " + std::to_string(fragments.size()) + " packed frames of " +
+    fail_cut_off(file, "it has " + std::to_string(fragments.size()) + " compressed frames of " +
                            std::to_string(pixels.frames));
   }
   const bool is_rle = pixels.syntax == kRleSyntax;
@@ -115,7 +115,7 @@ void check_fragments(const InputFile& file, const DicomPixels& pixels) {
     const bool is_whole = is_jpeg              ? ends_as_jpeg(file, fragments[i])
                           : is_rle && one_each ? rle_frame_is_whole(file, fragments[i], pixels)
                                                : true;
-    if (!is_whole) fail_cut_off(file, "a packed frame ends too early");
+    if (!is_whole) fail_cut_off(file, "a compressed frame ends too early");
   }
 }
 
@@ -147,7 +147,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   const std::uint64_t there = std::min<std::uint64_t>(length, found);
   if (there < needed || found < length) {
     fail_cut_off(file, std::to_string(there) +
-                           " bytes are there, and its rows, columns, frames and bits need " +
+                           " bytes are present, but its rows, columns, frames and bits require " +
                            std::to_string(std::max<std::uint64_t>(needed, length)));
   }
   return length > needed + needed % 2;
@@ -156,7 +156,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
 void check_deflated_dicom(const InputFile& file) {
   // The first element of the meta group, at byte 140, has the length of the group.
   const std::string beginning = file.beginning(144);
-  if (beginning.size() < 144) fail_cut_off(file, "the file ends in its header");
+  if (beginning.size() < 144) fail_cut_off(file, "the file ends within its header");
   const std::uint64_t begin =
       144 + std::uint64_t{HeaderBytes(beginning, Endian::kLittle).at<std::uint32_t>(140)};
   UnpackedStream(file, begin, Packing::kDeflate).require_good_end();

@@ -81,7 +81,7 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
         found - static_cast<std::uintmax_t>(offset) < here) {
       fail_reading(data,
                    "it is external storage of '" + file.filename().string() +
-                       "' and has fewer bytes than that needs",
+                       "' and has fewer bytes than required",
                    "Get a complete copy of the file");
     }
     needed -= here;
@@ -123,7 +123,7 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
   std::size_t count = 0;
   H5Pget_virtual_count(creation, &count);
   if (depth == kDeepest || count > kMostSources) {
-    fail_reading(file, "its virtual dataset has too many sources, or sources of sources",
+    fail_reading(file, "its virtual dataset has too many sources, or nested sources",
                  "Copy it into one dataset");
   }
   std::string seen_file;
@@ -235,12 +235,12 @@ Hdf5Id open_hdf5_file(const fs::path& file) {
   std::string problem;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, &keep_problem, &problem);
   if (!is_hdf5(input.beginning(4096))) {
-    fail_reading(file, "it is no HDF5 file and no NetCDF file", "Check what wrote it");
+    fail_reading(file, "it is not an HDF5 or NetCDF file", "Check the program that wrote it");
   }
   std::string innermost;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, &keep_problem, &innermost);
   if (innermost.empty()) innermost = problem;
-  fail_reading(file, "libhdf5 does not open it: " + innermost.substr(0, 300),
+  fail_reading(file, "libhdf5 cannot open it: " + innermost.substr(0, 300),
                "Get a complete copy of the file, or write it for older readers (libver 'v110')");
 }
 

@@ -46,7 +46,7 @@ std::int64_t chosen_of(const fs::path& path, const char* what, std::int64_t coun
                        std::optional<std::int64_t> wanted, bool takes_first) {
   if (!wanted && count > 1 && !takes_first) {
     fail_reading(path, "it has " + std::to_string(count) + " " + what + "s",
-                 std::string("Choose one with --") + what + ", from 0 on");
+                 std::string("Choose one with --") + what + ", from 0");
   }
   const std::int64_t chosen = wanted.value_or(0);
   if (chosen >= 0 && chosen < count) return chosen;

@@ -79,7 +79,7 @@ class VtiParser {
   static void XMLCALL on_entity(void* self, const XML_Char*, int, const XML_Char*, int,
                                 const XML_Char*, const XML_Char*, const XML_Char*,
                                 const XML_Char*) {
-    static_cast<VtiParser*>(self)->print_error("it declares XML entities");
+    static_cast<VtiParser*>(self)->print_error("it declares XML entities, which are not allowed");
   }
 
   void print_error(const std::string& text) {
@@ -100,7 +100,7 @@ class VtiParser {
     if (++depth_ > kMaxDepth || (markup_bytes_ += markup) > kMaxMarkupBytes) {
       return print_error("its XML has too many tags");
     }
-    if (depth_ == 1 && name != "VTKFile") return print_error("it is no VTK file");
+    if (depth_ == 1 && name != "VTKFile") return print_error("it is not a VTK file");
     if (name == "VTKFile") start_file(get("type"), get("byte_order"), get("header_type"));
     if (name == "VTKFile") header_.compressor = get("compressor");
     if (name == "ImageData")
@@ -120,7 +120,8 @@ class VtiParser {
     if (name == "AppendedData") {
       const std::string encoding = get("encoding");
       if (encoding != "raw" && encoding != "base64") {
-        return print_error("its appended data has the encoding '" + encoding.substr(0, 40) + "'");
+        return print_error("its appended data has an unknown encoding: '" + encoding.substr(0, 40) +
+                           "'");
       }
       header_.appended_raw = encoding == "raw";
       in_appended_ = true;
@@ -132,23 +133,23 @@ class VtiParser {
   void start_file(const std::string& type, const std::string& order, const std::string& lengths) {
     const std::string wanted = kind_ == VtkDataKind::kImageData ? "ImageData" : "PolyData";
     if (type != wanted) {
-      return print_error("it holds " + (type.empty() ? "nothing" : type.substr(0, 40)) +
-                         " and not " + wanted);
+      return print_error("it has " + (type.empty() ? "nothing" : type.substr(0, 40)) +
+                         " instead of " + wanted);
     }
     header_.endian = order == "BigEndian" ? Endian::kBig : Endian::kLittle;
     header_.length_bytes = lengths == "UInt64" ? 8 : 4;
     if (!order.empty() && order != "BigEndian" && order != "LittleEndian") {
-      print_error("its byte_order is '" + order.substr(0, 40) + "'");
+      print_error("its byte_order is invalid: '" + order.substr(0, 40) + "'");
     }
     if (!lengths.empty() && lengths != "UInt64" && lengths != "UInt32") {
-      print_error("its header_type is '" + lengths.substr(0, 40) + "'");
+      print_error("its header_type is invalid: '" + lengths.substr(0, 40) + "'");
     }
   }
 
   void start_image(const std::string& extent, const std::string& origin, const std::string& spacing,
                    const std::string& direction) {
     if (!read_numbers(extent, header_.extent))
-      return print_error("its WholeExtent is no six integers");
+      return print_error("its WholeExtent is not six integers");
     for (std::size_t axis = 0; axis < 3; ++axis) {
       constexpr std::int64_t kFar = std::int64_t{1} << 40;
       const std::int64_t low = header_.extent[2 * axis];
@@ -158,13 +159,13 @@ class VtiParser {
       }
     }
     if (!origin.empty() && !read_numbers(origin, header_.origin))
-      print_error("its Origin is no three numbers");
+      print_error("its Origin is not three numbers");
     if (!spacing.empty() && !read_numbers(spacing, header_.spacing)) {
-      print_error("its Spacing is no three numbers");
+      print_error("its Spacing is not three numbers");
     }
     std::array<double, 9> rows{};
     if (direction.empty()) return;
-    if (!read_numbers(direction, rows)) return print_error("its Direction is no nine numbers");
+    if (!read_numbers(direction, rows)) return print_error("its Direction is not nine numbers");
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         header_.directions[axis][row] = rows[3 * row + axis];
@@ -184,7 +185,7 @@ class VtiParser {
     }
     if (!is_inside) {
       print_error("its piece has the extent '" + extent.substr(0, 100) +
-                  "', which is not inside the whole one");
+                  "', which is outside the whole extent");
     }
     header_.piece = piece;
   }
@@ -240,7 +241,7 @@ class VtiParser {
       }
       array.begin = offset[0];
     } else if (format != "binary" && format != "ascii") {
-      return print_error("its array '" + array.name.substr(0, 100) + "' has the format '" +
+      return print_error("its array '" + array.name.substr(0, 100) + "' has the unknown format '" +
                          format.substr(0, 40) + "'");
     } else {
       array.begin = position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
@@ -279,7 +280,7 @@ class VtiParser {
       before += bytes.size();
       bytes = next();
     }
-    return fail(ErrorCode::kDamagedData, "its appended data has no underscore to begin with");
+    return fail(ErrorCode::kDamagedData, "its appended data does not begin with an underscore");
   }
 
   Result<VtiHeader> finished() {
@@ -341,7 +342,8 @@ Result<PvtiHeader> parse_pvti(std::string_view text) {
     found.is_whole = found.is_whole && low <= high && low >= -kFar && high <= kFar;
   }
   if (!found.is_parallel || !found.is_whole) {
-    return fail(ErrorCode::kInvalidArgument, "it is no PImageData with six integers of an extent");
+    return fail(ErrorCode::kInvalidArgument,
+                "it is not a PImageData with an extent of six integers");
   }
   return found.header;
 }
