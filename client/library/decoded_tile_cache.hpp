@@ -25,7 +25,7 @@ struct TileMemoryLimits {
 class DecodedTileCache {
  public:
   explicit DecodedTileCache(TileMemoryLimits limits = {})
-      : most_tiles_(limits.tiles), tiles_(limits.triangles) {}
+      : max_tiles_(limits.tiles), tiles_(limits.triangles) {}
 
   // Stores the tile as the most recently used and evicts others as needed. Tiles larger than the
   // limit are not stored. A tile with normals replaces the same one without: it serves both
@@ -47,7 +47,7 @@ class DecodedTileCache {
  private:
   using Tiles = LruMap<ContentDigest, std::shared_ptr<const LatticeMesh>>;
 
-  std::uint64_t most_tiles_;
+  std::uint64_t max_tiles_;
   Tiles tiles_;  // Weighted by their triangles.
 };
 

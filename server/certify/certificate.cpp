@@ -18,7 +18,7 @@ constexpr double kTolerance = 0.01;
 
 // Without an allowed error: the distance in voxels within which a component of the full surface
 // counts as present in the mesh.
-constexpr double kErrorUnasked = 1;
+constexpr double kDefaultErrorVoxels = 1;
 
 // The places where the mesh may be open: near the border of the data and near void samples.
 class OpenPlaces {
@@ -93,7 +93,8 @@ std::uint64_t vertices_beyond_data(const TriangleMesh& mesh, const Volume& volum
 
 ErrorVerdict verdict(const Certificate& certificate, double allowed) {
   if (certificate.maximum() > allowed) return ErrorVerdict::kExceeded;
-  return certificate.maximum_at_most() <= allowed ? ErrorVerdict::kKept : ErrorVerdict::kNotRefuted;
+  return certificate.maximum_at_most() <= allowed ? ErrorVerdict::kProven
+                                                  : ErrorVerdict::kUndecided;
 }
 
 }  // namespace
@@ -117,7 +118,7 @@ bool Certificate::keeps_topology() const {
          mesh.euler_characteristic == reference.euler_characteristic;
 }
 
-bool Certificate::is_kept() const {
+bool Certificate::passes() const {
   return error != ErrorVerdict::kExceeded && (!is_topology_asked || keeps_topology());
 }
 
@@ -151,7 +152,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   if (options.lattice) {
     certificate.lattice_allowance = lattice_step_world(certificate.grid, *options.lattice);
   }
-  const double allowed = options.error.value_or(kErrorUnasked * voxel) +
+  const double allowed = options.error.value_or(kDefaultErrorVoxels * voxel) +
                          certificate.lattice_allowance + certificate.rounding_allowance;
   const MeshComponents components =
       components_of(own.mesh, inverse(grid_to_world(certificate.grid)));
@@ -182,7 +183,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   certificate.distance = two_sided_distance(own.mesh, reference.mesh, search);
   if (search.limit) certificate.error = verdict(certificate, *search.limit);
   const bool is_mesh_near = certificate.distance.mesh_to_reference.maximum <= allowed;
-  if (!certificate.is_kept() && is_mesh_near) {
+  if (!certificate.passes() && is_mesh_near) {
     certificate.missing = missing_components(reference, own.mesh, components, allowed);
   }
   if (options.count_self_intersections) {

@@ -57,7 +57,7 @@ void DatasetWriter::read_samples(std::size_t first, std::span<std::byte> into) c
 
 void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) {
   assert(index < spectrum_places_.size() && spectrum_places_[index].size == 0);
-  assert(bytes.size() <= most_spectrum_brick_bytes());
+  assert(bytes.size() <= max_spectrum_brick_bytes());
   if (bytes.empty()) return;
   spectrum_places_[index] = {.offset = on_disk([&] { return spectrum_.put(bytes); }),
                              .size = bytes.size()};
@@ -151,7 +151,7 @@ std::vector<BrickEntry> DatasetWriter::write_bricks(const char* name, const Layo
     const std::uint64_t begin = sections_.back().size;
     bytes.clear();
     for (const PackedBrick& brick : bricks) {
-      assert(brick.bytes.size() <= kMostPackedBytes);
+      assert(brick.bytes.size() <= kMaxPackedBytes);
       bytes.resize(static_cast<std::size_t>(brick_begin(begin + bytes.size()) - begin));
       bytes.insert(bytes.end(), brick.bytes.begin(), brick.bytes.end());
       index.push_back({.size_and_codec = size_with_codec(brick.bytes.size(), brick.codec),

@@ -19,13 +19,13 @@ namespace {
 // By a quick estimate, the first surface exceeds the budget by at most the first factor. It may
 // fall below it by the second: then its last collapses are undone.
 constexpr double kFirstPart = 1.5;
-constexpr double kLeastFirstPart = 0.5;
+constexpr double kMinFirstPart = 0.5;
 // Models with fewer triangles are built at once: that is faster than estimating.
 constexpr double kSmall = 150'000;
-constexpr double kLittleLess = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
+constexpr double kSafetyFactor = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
 // The share of a byte budget at which the search stops.
-constexpr double kEnoughBytes = 0.93;
-constexpr int kMostCorrections = 8;
+constexpr double kMinUsedPart = 0.93;
+constexpr int kMaxCorrections = 8;
 
 double triangles_of(const TiledSurface& surface) {
   double sum = 0;
@@ -47,7 +47,7 @@ class BudgetedSimplification {
       level_ = schedule_.lowest_fitting(sizes.of, 0, schedule_.last(), kFirstPart);
     }
     most_ = first_most();
-    while (begin(), part() < kLeastFirstPart && level_ > 0) {
+    while (begin(), part() < kMinFirstPart && level_ > 0) {
       level_ = finer_level({level_, part()});
     }
     first_level_ = level_;
@@ -56,12 +56,12 @@ class BudgetedSimplification {
   [[nodiscard]] double most() const { return most_; }
   void set_most(double triangles) { most_ = triangles; }
   // Returns whether a surface with fewer triangles than this is possible.
-  [[nodiscard]] bool can_have_less_than(double triangles) const {
+  [[nodiscard]] bool can_shrink_below(double triangles) const {
     return left() < triangles || level_ < schedule_.last();
   }
 
   // Simplifies further until at most `most` triangles are left, if possible.
-  void go_on() {
+  void simplify_further() {
     std::optional<TriedLevel> before;
     while (left() > most_ && level_ < schedule_.last()) {
       const TriedLevel now = {level_, left() / most_};
@@ -152,15 +152,15 @@ BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
                                       const std::stop_token& stop) {
   BudgetedSimplification simplification(extractor, request, stop);
   for (int corrections = 0;; ++corrections) {
-    simplification.go_on();
+    simplification.simplify_further();
     const TiledSurface& surface = simplification.surface();
     if (request.max_bytes == 0) break;
     const double triangles = triangles_of(surface);
     const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);
-    const bool is_enough = part >= kEnoughBytes || triangles < simplification.most() - 2;
+    const bool is_enough = part >= kMinUsedPart || triangles < simplification.most() - 2;
     if (part <= 1 && (is_enough || corrections > 0)) break;
-    if (corrections == kMostCorrections || !simplification.can_have_less_than(triangles)) break;
-    double most = std::floor(kLittleLess * triangles / part);
+    if (corrections == kMaxCorrections || !simplification.can_shrink_below(triangles)) break;
+    double most = std::floor(kSafetyFactor * triangles / part);
     if (request.max_triangles > 0) {
       most = std::min(most, static_cast<double>(request.max_triangles));
     }

@@ -27,10 +27,9 @@ class RateAllowance {
     left_ = left_at(rate, now);
     since_ = std::max(since_, now);
     const double needed = std::min(cost, 1.0);
-    const bool check_rate_limit = left_ >= needed;
-    left_ = std::max(left_ - (check_rate_limit ? cost : cost - needed),
-                     -kLongestDebt * rate.per_second);
-    return check_rate_limit ? 0 : (needed - left_) / rate.per_second;
+    const bool is_allowed = left_ >= needed;
+    left_ = std::max(left_ - (is_allowed ? cost : cost - needed), -kLongestDebt * rate.per_second);
+    return is_allowed ? 0 : (needed - left_) / rate.per_second;
   }
   // Returns whether the allowance is as full as without any requests.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {
@@ -49,11 +48,11 @@ class RateAllowance {
 };
 
 // One allowance per name, such as a client's address. Memory is bounded: names with full allowances
-// are removed, and new names beyond `most_names` share one.
+// are removed, and new names beyond `max_names` share one.
 class RatePerName {
  public:
-  explicit RatePerName(RequestRate rate, std::size_t most_names = 65'536)
-      : rate_(rate), most_names_(most_names), newcomers_(rate, 0) {}
+  explicit RatePerName(RequestRate rate, std::size_t max_names = 65'536)
+      : rate_(rate), max_names_(max_names), newcomers_(rate, 0) {}
 
   // Same as RateAllowance::take().
   [[nodiscard]] double take(const std::string& name, double now, double cost = 1) {
@@ -62,7 +61,7 @@ class RatePerName {
       return known->second.take(rate_, now, cost);
     }
     if (allowances_.size() >= next_sweep_) sweep(now);
-    if (allowances_.size() >= most_names_) return newcomers_.take(rate_, now, cost);
+    if (allowances_.size() >= max_names_) return newcomers_.take(rate_, now, cost);
     return allowances_.emplace(name, RateAllowance(rate_, now))
         .first->second.take(rate_, now, cost);
   }
@@ -73,17 +72,17 @@ class RatePerName {
   // Removes full allowances. Repeated when the table has doubled, so a request costs amortized
   // O(1); at most once a second while the table is full.
   void sweep(double now) {
-    if (allowances_.size() >= most_names_ && now < last_sweep_ + 1) return;
+    if (allowances_.size() >= max_names_ && now < last_sweep_ + 1) return;
     last_sweep_ = now;
     std::erase_if(allowances_, [&](const auto& entry) { return entry.second.is_full(rate_, now); });
-    next_sweep_ = std::min(std::max<std::size_t>(64, 2 * allowances_.size()), most_names_);
+    next_sweep_ = std::min(std::max<std::size_t>(64, 2 * allowances_.size()), max_names_);
   }
 
   RequestRate rate_;
-  std::size_t most_names_;
+  std::size_t max_names_;
   RateAllowance newcomers_;
   std::unordered_map<std::string, RateAllowance> allowances_;
-  std::size_t next_sweep_ = std::min<std::size_t>(64, most_names_);
+  std::size_t next_sweep_ = std::min<std::size_t>(64, max_names_);
   double last_sweep_ = -1;
 };
 

@@ -12,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 
 class OpenFile {
  public:
@@ -34,7 +34,7 @@ class OpenFile {
 
 std::string read_secret_file(const std::string& what, const std::filesystem::path& file) {
   const auto fail = [&](const std::string& why) -> ExitError {
-    return {kNoSecrets, "The " + what + " " + file.string() + " " + why};
+    return {kBadCredentials, "The " + what + " " + file.string() + " " + why};
   };
   const auto reason = [] { return std::generic_category().message(errno); };
   const OpenFile opened(file);
@@ -54,7 +54,7 @@ std::string read_secret_file(const std::string& what, const std::filesystem::pat
     if (count < 0) throw fail("cannot be read: " + reason() + ".");
     if (count == 0) return content;
     content.append(piece, static_cast<std::size_t>(count));
-    if (content.size() > kMostBytes)
+    if (content.size() > kMaxBytes)
       throw fail("has more than 16 MiB; check that it is the right file.");
   }
 }

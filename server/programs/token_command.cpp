@@ -35,10 +35,10 @@ std::optional<AccessRights::Time> expiry_of(const std::string& text) {
   using namespace std::chrono;
   if (text.empty()) return std::nullopt;
   if (const auto time = time_from(text)) return *time;
-  constexpr int kMost = 36'500;
+  constexpr int kMaxCount = 36'500;
   std::string_view unit = text;
   const int count = take_number<int>(unit).value_or(0);
-  if (count < 1 || count > kMost || (unit != "d" && unit != "h")) {
+  if (count < 1 || count > kMaxCount || (unit != "d" && unit != "h")) {
     throw ExitError(kUsage, "--expires: \"" + text +
                                 "\" is not a time; write days (30d), hours (12h), or a UTC time "
                                 "(2027-01-31T12:00:00Z).");
@@ -60,7 +60,7 @@ bool has_name(const AccessList& list, const std::string& name) {
 
 // Adds a line. A name has one token, so an existing one must be replaced explicitly.
 void add_line(const TokenArguments& arguments, const std::string& name, const std::string& line) {
-  TokenFile file(arguments.file, TokenFile::IfAbsent::kMakeIt);
+  TokenFile file(arguments.file, TokenFile::IfAbsent::kCreate);
   std::string text = file.text();
   if (has_name(parsed(arguments.file, text), name)) {
     if (!arguments.replace) {

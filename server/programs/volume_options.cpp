@@ -63,7 +63,7 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--series", series, "DICOM: UID or number of the series");
   command.add_option("--component", component,
                      "Component of a sample: its index from 0, magnitude, or luminance (RGB)");
-  command.add_flag("--follow", follow,
+  command.add_flag("--follow", allow_external_files,
                    "Read data files outside the folder of the header that refers to them");
   command.add_flag(
       "--resample", resample,
@@ -193,7 +193,7 @@ VolumeFileOptions VolumeOptions::parsed() const {
                     .channel = channel,
                     .series = series,
                     .component = {},
-                    .follow = follow,
+                    .allow_external_files = allow_external_files,
                     .resample = resample};
   if (!component.empty()) options.choice.component = component_from(component);
   options.placement = placement();

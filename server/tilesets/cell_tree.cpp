@@ -19,10 +19,10 @@ namespace {
 // Increase it when a cell's content changes for the same dataset.
 constexpr const char* kTreeForm = "1 ";
 
-constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
-constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
-constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
-constexpr double kLeastDoubled = 0.125;   // The base of error doubling if leaves have less.
+constexpr int kLeafExponent = 6;            // Smaller cells would be mostly border.
+constexpr int kLargestWholeExponent = 8;    // Larger cells would cost more than a first preview.
+constexpr int kStepsOfPreview = 6;          // At most 2^6 steps of its spacing a side.
+constexpr double kMinDoubledError = 0.125;  // The base of error doubling if leaves have less.
 constexpr int kTreeNormalBits = 8;
 
 }  // namespace
@@ -94,15 +94,15 @@ std::int32_t CellTree::finest_spacing(int exponent) const {
 }
 
 int CellTree::lattice_resolution(int exponent) const {
-  constexpr int kOfPreviews = 3;  // Coarse tetrahedra need no fine lattice.
-  return std::min(is_preview(exponent) ? kOfPreviews : kDefaultLatticeResolution,
+  constexpr int kPreviewLatticeResolution = 3;  // Coarse tetrahedra need no fine lattice.
+  return std::min(is_preview(exponent) ? kPreviewLatticeResolution : kDefaultLatticeResolution,
                   kMaxLatticeBits - info_.grid_exponent);
 }
 
 double CellTree::threshold(int exponent) const {
   if (exponent == leaf_exponent()) return settings_.error;
   const double doubled =
-      std::ldexp(std::max(settings_.error, kLeastDoubled), exponent - leaf_exponent());
+      std::ldexp(std::max(settings_.error, kMinDoubledError), exponent - leaf_exponent());
   return is_preview(exponent) ? std::max(doubled, finest_spacing(exponent) / 2.0) : doubled;
 }
 

@@ -7,8 +7,8 @@ namespace {
 // Returns 2^(eighths / 8) in units of 2^-30, for eighths >= 0, limited to two octaves above the
 // largest number of lattice steps.
 uint64_t power(int32_t eighths) {
-  constexpr int32_t kMost = 8 * (kMaxShellLatticeBits + 2);
-  const int32_t bounded = eighths < kMost ? eighths : kMost;
+  constexpr int32_t kMaxEighths = 8 * (kMaxShellLatticeBits + 2);
+  const int32_t bounded = eighths < kMaxEighths ? eighths : kMaxEighths;
   return uint64_t{kEighthPowers[bounded % 8]} << (bounded / 8);
 }
 
@@ -50,9 +50,9 @@ void LevelScale::begin(const ShellHeader& header) {
   }
   for (int32_t i = 0; i <= kMaxDifference; ++i) cuts_[i] = cut_at(steps_, i * eighths_a_level, 0);
   if (header.values != ShellValues::kLatticeExact) return;
-  for (int32_t i = 0; i <= kMaxDoubtful; ++i) {
-    doubts_[i] = {.least = static_cast<int16_t>(cut_at(steps_, i + 1, -1)),
-                  .greatest = static_cast<int16_t>(cut_at(steps_, i - 1, 1))};
+  for (int32_t i = 0; i <= kMaxMarginDifference; ++i) {
+    rounding_margins_[i] = {.least = static_cast<int16_t>(cut_at(steps_, i + 1, -1)),
+                            .greatest = static_cast<int16_t>(cut_at(steps_, i - 1, 1))};
   }
 }
 

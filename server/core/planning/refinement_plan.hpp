@@ -94,9 +94,9 @@ inline constexpr double kPreviewShare = 0.2;
 inline constexpr double kSoonSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
 // More triangles are not worth decoding and drawing for a moment.
-inline constexpr double kMostCertifiedTriangles = 2.5e6;
+inline constexpr double kMaxCertifiedTriangles = 2.5e6;
 // Maximum triangles of a certified step of shells, which are fast to encode and decode.
-inline constexpr double kMostShellTriangles = 12e6;
+inline constexpr double kMaxShellTriangles = 12e6;
 // Levels per octave of previews. One needs the fewest bytes: its displacement of 0.29 of the
 // spacing is small compared to what the spacing itself omits.
 inline constexpr int kPreviewLevels = 1;
@@ -105,11 +105,11 @@ inline constexpr int kPreviewLevels = 1;
 struct PlanLimits {
   bool previews = true;
   // Maximum triangles of the certified preview; 0 disables it.
-  double certified_triangles = kMostCertifiedTriangles;
+  double certified_triangles = kMaxCertifiedTriangles;
   bool shells = false;      // The client decodes shells.
   bool is_display = false;  // The client keeps no mesh.
   // Maximum triangles of a final step of shells.
-  double shell_triangles = kMostShellTriangles;
+  double shell_triangles = kMaxShellTriangles;
 };
 
 // Returns the preview of a request that a Preview identifies.
@@ -123,16 +123,17 @@ struct PlanLimits {
                                     const SizeEstimates& sizes, const CostEstimates& costs);
 
 // Bytes of a tile independent of its content, and the average triangles of a tile.
-inline constexpr double kBytesATile = 250;
-inline constexpr double kTrianglesATile = 10'000;
+inline constexpr double kBytesPerTile = 250;
+inline constexpr double kTrianglesPerTile = 10'000;
 
 // Returns the bits per vertex in sample shells of spacing 1, as measured on public volumes. `type`
 // is that of the dataset's samples: the more bits exact samples have, the more of these are noise.
-[[nodiscard]] double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution);
+[[nodiscard]] double bits_per_vertex(const ShellStep& shell, SampleType type,
+                                     int lattice_resolution);
 
 // Returns the encoded bytes of a mesh with this number of triangles, as measured on public volumes:
 // about 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with
-// normals of 8 bits 0.6 more, and 0.15 for every further bit. In sample shells bits_a_vertex().
+// normals of 8 bits 0.6 more, and 0.15 for every further bit. In sample shells bits_per_vertex().
 [[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step,
                                      SampleType type = SampleType::kU16);
 

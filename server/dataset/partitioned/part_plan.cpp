@@ -68,7 +68,7 @@ std::uint64_t PartBox::samples() const {
 }
 
 std::vector<PartBox> part_boxes(const GridCounts& dims, std::size_t parts) {
-  assert(parts >= 1 && parts <= kMostParts);
+  assert(parts >= 1 && parts <= kMaxParts);
   const BrickLayout units(dims, kUnit);
   std::vector<UnitBox> boxes;
   halve({{}, {units.counts()[0], units.counts()[1], units.counts()[2]}}, parts, boxes);
@@ -125,17 +125,17 @@ PartBox with_halo(const DatasetInfo& info, const PartBox& part) {
 
 PartCosts costs_of(const DatasetInfo& info, const PartBox& part) {
   if (part.is_empty()) return {};
-  constexpr double kSecondsASample = 1.5e-7;  // Measured on noise in a release build.
+  constexpr double kSecondsPerSample = 1.5e-7;  // Measured on noise in a release build.
   constexpr std::uint64_t kSlabBytes = std::uint64_t{64} << 20;
   const auto width = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   const std::uint64_t slice =
       static_cast<std::uint64_t>(info.dims[0]) * static_cast<std::uint64_t>(info.dims[1]) * width;
   const std::uint64_t samples = with_halo(info, part).samples();
-  return {.samples = samples,
-          .memory_bytes =
-              kMostColumnBytes + 3 * std::max(kSlabBytes, slice) + (std::uint64_t{64} << 20),
-          .disk_bytes = samples * width + part.samples(),
-          .core_seconds = kSecondsASample * static_cast<double>(samples)};
+  return {
+      .samples = samples,
+      .memory_bytes = kMaxColumnBytes + 3 * std::max(kSlabBytes, slice) + (std::uint64_t{64} << 20),
+      .disk_bytes = samples * width + part.samples(),
+      .core_seconds = kSecondsPerSample * static_cast<double>(samples)};
 }
 
 std::string plan_text(const PartPlan& plan) {
@@ -158,8 +158,8 @@ Result<PartPlan> parse_plan(std::string_view text) {
   };
   if (!has("parts", PlanJson::value_t::number_unsigned) ||
       json->at("parts").get<std::uint64_t>() < 1 ||
-      json->at("parts").get<std::uint64_t>() > kMostParts) {
-    return bad("must have a number of parts from 1 to " + std::to_string(kMostParts) + ".");
+      json->at("parts").get<std::uint64_t>() > kMaxParts) {
+    return bad("must have a number of parts from 1 to " + std::to_string(kMaxParts) + ".");
   }
   if (!has("metadata", PlanJson::value_t::string) || !has("bins", PlanJson::value_t::array)) {
     return bad("has no metadata or no bins.");
@@ -188,7 +188,7 @@ std::filesystem::path plan_file(const std::filesystem::path& dataset) {
   return parts_folder(dataset) / "plan.json";
 }
 
-KnownPlan plan_of(const std::filesystem::path& dataset) {
+StoredPlan plan_of(const std::filesystem::path& dataset) {
   const std::filesystem::path file = plan_file(dataset);
   const auto text = small_text(file);
   if (!text) {

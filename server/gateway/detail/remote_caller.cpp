@@ -14,7 +14,7 @@ namespace multitetra {
 namespace {
 
 // Keeps only the servers that also have the coloring dataset. Returns false if there are none.
-bool keep_holders_of_scalars(StartStream& action) {
+bool retain_replicas_with_scalars(StartStream& action) {
   if (!action.scalars) return true;
   const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
@@ -39,9 +39,9 @@ asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
 }
 
 UpstreamClient RemoteCaller::upstream_client() const {
-  constexpr std::size_t kMostOfAName = 256;  // Token names may be long.
+  constexpr std::size_t kMaxShareNameBytes = 256;  // Token names may be long.
   return {.token = token_,
-          .share = client()->share().substr(0, kMostOfAName),
+          .share = client()->share().substr(0, kMaxShareNameBytes),
           .address = client()->facts().peer};
 }
 
@@ -58,7 +58,7 @@ void RemoteCaller::when_closed() {
 // ---- streams
 
 ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
-  const bool is_held = keep_holders_of_scalars(action);
+  const bool is_held = retain_replicas_with_scalars(action);
   stream_ = std::make_shared<RemoteStream>(
       std::move(action), RemoteStream::Events{.changed = std::move(changed),
                                               .taken =
@@ -78,8 +78,8 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
                      "to color it by."});
   }
   change_.notify_all();
-  if (!std::exchange(is_bringing_, true)) {
-    spawn(executor_, [self = shared_from_this()] { return self->bring_streams(); });
+  if (!std::exchange(is_forwarding_, true)) {
+    spawn(executor_, [self = shared_from_this()] { return self->forward_streams(); });
   }
   return started;
 }
@@ -92,11 +92,11 @@ void RemoteCaller::cancel(RemoteStream& stream) {
   change_.notify_all();
 }
 
-asio::awaitable<void> RemoteCaller::bring_streams() {
+asio::awaitable<void> RemoteCaller::forward_streams() {
   const auto self = shared_from_this();
   while (!is_closed_) {
     if (const StreamPtr stream = stream_; stream && !stream->is_stopped) {
-      co_await bring(stream);
+      co_await forward_stream(stream);
     } else {
       co_await change_.wait();
     }
@@ -107,7 +107,7 @@ asio::awaitable<void> RemoteCaller::bring_streams() {
 asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   const std::vector<std::size_t> replicas = stream->dataset->replicas;
   const bool is_there =
-      reached_ && !reached_->link->is_lost() && upstreams_->may_be_asked(reached_->upstream) &&
+      reached_ && !reached_->link->is_lost() && upstreams_->may_be_tried(reached_->upstream) &&
       std::find(replicas.begin(), replicas.end(), reached_->upstream) != replicas.end();
   if (is_there) co_return true;
   if (reached_) reached_->link->close();
@@ -128,7 +128,7 @@ asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   co_return false;
 }
 
-asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
+asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
   while (!stream->is_stopped && co_await reach_holder(stream)) {
     // An idle link may have been closed meanwhile, which says nothing about its server.
     const bool may_be_stale = std::exchange(reached_->was_used, true);
@@ -180,7 +180,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
     return;
   }
   switch (stream->forwarded.next(message)) {
-    case ForwardedStream::Verdict::kPassOver:
+    case ForwardedStream::Verdict::kSkip:
       return;
     case ForwardedStream::Verdict::kDiffers:
       stream->fail({ErrorCode::kUnavailable,
@@ -197,7 +197,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
 
 // The check runs on another thread; forwarding does not wait for it.
 void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
-  constexpr std::size_t kMostUnchecked = 64;  // Tiles beyond that are not cached.
+  constexpr std::size_t kMaxUncheckedTiles = 64;  // Tiles beyond that are not cached.
   const StepBegin& step = stream.forwarded.step();
   if (step.request.normal_bits != 0 || tile.index >= step.tiles.size()) return;
   const TileSummary& summary = step.tiles[tile.index];
@@ -205,7 +205,7 @@ void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
                        .cube = summary.cube,
                        .appearance = step.shell ? kShellAppearance : 0,
                        .dataset = stream.dataset->info().name};
-  if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMostUnchecked) return;
+  if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMaxUncheckedTiles) return;
   StepBegin of_step = {
       .request = step.request, .finest_spacing = step.finest_spacing, .shell = step.shell};
   auto check = [upstreams = upstreams_, executor = executor_, upstream = reached_->upstream, key,

@@ -114,7 +114,7 @@ int prepare_one_volume(const PrepareArguments& arguments) {
   return prepare_single(arguments, job);
 }
 
-void require_one_way(const PrepareArguments& arguments) {
+void require_one_mode(const PrepareArguments& arguments) {
   const SeriesArguments& series = arguments.series;
   const VolumeOptions& volume = arguments.volume;
   const auto refuse = [](bool both, const char* a, const char* b) {
@@ -130,7 +130,7 @@ void require_one_way(const PrepareArguments& arguments) {
 }
 
 int prepare_series(const PrepareArguments& arguments) {
-  require_one_way(arguments);
+  require_one_mode(arguments);
   const std::filesystem::path output = arguments.output;
   const bool is_file = output.extension() == ".mtd";  // A single label or field needs no folder.
   std::optional<OutputFolder> folder;
@@ -170,7 +170,7 @@ int prepare(PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   split_components(arguments);
   arguments.series.check();
-  if (arguments.series.are_given() && arguments.parts.are_given()) require_one_way(arguments);
+  if (arguments.series.are_given() && arguments.parts.are_given()) require_one_mode(arguments);
   if (arguments.parts.are_given()) return prepare_in_parts(arguments);
   if (arguments.inputs.empty()) throw ExitError(kUsage, "Give a volume to prepare.");
   (void)arguments.volume.parsed();
@@ -220,7 +220,7 @@ void add_prepare_command(Command& program, Run& run) {
       ->add_option("--plan", a->parts.plan,
                    "Plan the preparation in this many parts on several machines: reads the volume "
                    "once and prints a command for each part")
-      ->within(1, static_cast<int>(kMostParts));
+      ->within(1, static_cast<int>(kMaxParts));
   command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
   command->add_flag("--merge", a->parts.merge, "Create the dataset from all parts of the plan");
   command->begin_group("Output");

@@ -102,7 +102,7 @@ std::vector<std::string> label_images_in(const fs::path& folder) {
   return images;
 }
 
-std::optional<std::string> label_map_beside(const fs::path& volume) {
+std::optional<std::string> sidecar_label_map(const fs::path& volume) {
   std::error_code error;
   const fs::path folder = volume.has_parent_path() ? volume.parent_path() : ".";
   const std::string own = lower_case(default_dataset_name(volume));
@@ -132,7 +132,7 @@ std::optional<std::string> label_map_beside(const fs::path& volume) {
 // ---- keys
 
 // Larger files contain their samples; a smaller one may be a header for other files.
-constexpr std::uintmax_t kMostHeaderBytes = 1 << 20;
+constexpr std::uintmax_t kMaxHeaderBytes = 1 << 20;
 
 }  // namespace
 
@@ -200,7 +200,7 @@ std::vector<std::string> label_maps_of(const fs::path& volume) {
   std::error_code error;
   if (fs::is_directory(volume, error)) return label_images_in(volume);
   if (!fs::is_regular_file(volume, error)) return {};
-  const auto beside = label_map_beside(volume);
+  const auto beside = sidecar_label_map(volume);
   return beside ? std::vector{*beside} : std::vector<std::string>();
 }
 
@@ -215,7 +215,7 @@ std::string cache_key(const PrepareArguments& arguments) {
     std::error_code no_file;
     const std::uintmax_t bytes =
         fs::is_regular_file(input, no_file) ? fs::file_size(input, no_file) : 0;
-    const bool stands_alone = fs::is_directory(input, no_file) || bytes > kMostHeaderBytes;
+    const bool stands_alone = fs::is_directory(input, no_file) || bytes > kMaxHeaderBytes;
     const fs::path place = is_address(input) ? fs::path(input) : fs::absolute(input);
     text += '\0' + note.file + '\0' + note.digest + '\0' + (stands_alone ? "" : place.string());
   }

@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-constexpr double kPartOfAShare = 0.25;  // Fraction of the unreserved disk space.
+constexpr double kMaxShareFraction = 0.25;  // Fraction of the unreserved disk space.
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }
@@ -14,7 +14,7 @@ std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimite
 }  // namespace
 
 MeshFileCache::MeshFileCache(std::uint64_t capacity)
-    : capacity_(capacity), disk_(disk_of(capacity), kPartOfAShare), kept_(capacity) {}
+    : capacity_(capacity), disk_(disk_of(capacity), kMaxShareFraction), kept_(capacity) {}
 
 std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
   const std::lock_guard lock(mutex_);
@@ -26,17 +26,17 @@ std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
 Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& share,
                                                              std::uint64_t bytes) {
   constexpr double kRetryAfter = 10;
-  if (bytes > disk_.most_of_a_share()) {
+  if (bytes > disk_.max_per_share()) {
     return fail(ErrorCode::kLimitExceeded,
                 "The file has " + std::to_string(bytes) + " bytes; this server stores at most " +
-                    std::to_string(disk_.most_of_a_share()) +
+                    std::to_string(disk_.max_per_share()) +
                     " in one file; allow a larger error, or request it as a stream.");
   }
   const std::lock_guard lock(mutex_);
   for (;;) {
     auto reservation = disk_.take(share, bytes);
     if (reservation) return *std::move(reservation);
-    if (!kept_.drop_oldest()) break;
+    if (!kept_.evict_oldest()) break;
   }
   return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
                               .text = "The server has no disk space for another file while others "
@@ -50,10 +50,10 @@ void MeshFileCache::keep(const std::string& key, const StoredMesh& mesh) {
 }
 
 // Each entry is an open file, and file descriptors are scarce: the minimum weight limits the cache
-// to kMostFiles files.
+// to kMaxFiles files.
 std::size_t MeshFileCache::weight_of(const StoredMesh& mesh) const {
-  constexpr std::uint64_t kMostFiles = 128;
-  return std::max({mesh.bytes, capacity_ / kMostFiles, std::uint64_t{1}});
+  constexpr std::uint64_t kMaxFiles = 128;
+  return std::max({mesh.bytes, capacity_ / kMaxFiles, std::uint64_t{1}});
 }
 
 }  // namespace multitetra

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostMetaHeaderBytes = std::size_t{1} << 16;
+constexpr std::size_t kMaxMetaHeaderBytes = std::size_t{1} << 16;
 
 struct MetaHeader {
   std::map<std::string, std::string, std::less<>> values;  // "Name = value"
@@ -43,7 +43,7 @@ struct MetaHeader {
 
 MetaHeader read_meta_header(const fs::path& file) {
   MetaHeader header;
-  const std::string text = InputFile(file).beginning(kMostMetaHeaderBytes);
+  const std::string text = InputFile(file).beginning(kMaxMetaHeaderBytes);
   std::size_t at = 0;
   while (at < text.size()) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
@@ -66,7 +66,7 @@ MetaHeader read_meta_header(const fs::path& file) {
   if (!header.value({"ElementDataFile"}).empty()) return header;
   fail_reading(file,
                "there is no ElementDataFile line in its first " +
-                   std::to_string(kMostMetaHeaderBytes) + " bytes",
+                   std::to_string(kMaxMetaHeaderBytes) + " bytes",
                "Check that it is a complete file of this format");
 }
 
@@ -118,7 +118,8 @@ void place_meta_image(const fs::path& file, const MetaHeader& header, std::size_
   }
 }
 
-std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& header, bool follow) {
+std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& header,
+                                      bool allow_external_files) {
   const std::string value = header.value({"ElementDataFile"});
   if (lower_case(value) == "local") return {file};
   std::vector<std::string> names = {value};
@@ -128,15 +129,16 @@ std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& he
     names = numbered_names(file, value);
   }
   std::vector<fs::path> paths;
-  for (const std::string& name : names) paths.push_back(named_data_file(file, name, follow));
+  for (const std::string& name : names)
+    paths.push_back(named_data_file(file, name, allow_external_files));
   return paths;
 }
 
 // Returns the slices of volume `time`, of `times` consecutive ones.
 std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader& header,
-                                          bool follow, std::int64_t times, std::int64_t time,
-                                          const ImageHeader& image) {
-  const std::vector<fs::path> files = meta_data_files(file, header, follow);
+                                          bool allow_external_files, std::int64_t times,
+                                          std::int64_t time, const ImageHeader& image) {
+  const std::vector<fs::path> files = meta_data_files(file, header, allow_external_files);
   const std::uint64_t volume_bytes =
       image.slice_bytes() * static_cast<std::uint64_t>(image.dims[2]);
   const std::uint64_t all_bytes = volume_bytes * static_cast<std::uint64_t>(times);
@@ -213,12 +215,12 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   volume.header.dims = {dims[0], dims[1], dims[2]};
   place_meta_image(path, header, count, spacing, origin, volume.header);
   check_header(path, volume.header);
-  if (dims[3] > std::int64_t{kMostSourceMembers}) {
+  if (dims[3] > std::int64_t{kMaxSourceMembers}) {
     fail_reading(path, "it has " + std::to_string(dims[3]) + " volumes", "Give fewer at a time");
   }
   volume.members.times =
       axes == 4 ? even_times(dims[3], origin[3], spacing[3], /*unit=*/"") : SourceTimes();
-  volume.slices = meta_slices(path, header, choice.follow, dims[3],
+  volume.slices = meta_slices(path, header, choice.allow_external_files, dims[3],
                               chosen_time(path, dims[3], choice), volume.header);
   return volume;
 }

@@ -21,7 +21,7 @@ using MembersJson = nlohmann::json;
 SourceTimes even_times(std::int64_t count, double first, double step, std::string_view unit) {
   SourceTimes times{.count = count};
   const double last = first + step * static_cast<double>(count - 1);
-  const bool is_known = count >= 2 && count <= std::int64_t{kMostSourceMembers};
+  const bool is_known = count >= 2 && count <= std::int64_t{kMaxSourceMembers};
   if (!is_known || !std::isfinite(first) || !std::isfinite(last) || !(step > 0)) return times;
   for (std::int64_t i = 0; i < count; ++i) {
     times.at.push_back(first + step * static_cast<double>(i));
@@ -62,7 +62,7 @@ bool have_layers(const std::vector<SourceLabel>& labels) {
                      [](const SourceLabel& label) { return label.layer != 0; });
 }
 
-std::string members_text(const VolumeContents& members) {
+std::string contents_text(const VolumeContents& members) {
   MembersJson fields = MembersJson::array();
   for (const SourceField& field : members.fields) {
     fields.push_back({field.name, field.array,
@@ -86,7 +86,7 @@ std::string members_text(const VolumeContents& members) {
       .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
 }
 
-VolumeContents members_from(std::string_view text) {
+VolumeContents contents_from(std::string_view text) {
   const MembersJson json = MembersJson::parse(text);
   VolumeContents members;
   members.times = {.count = json.at("times").get<std::int64_t>(),

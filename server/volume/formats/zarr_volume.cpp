@@ -213,7 +213,7 @@ std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count)
   const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
   const Json channels = omero.is_object() ? omero.value("channels", Json()) : Json();
   std::vector<SourceField> fields;
-  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMostSourceMembers); ++i) {
+  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMaxSourceMembers); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Json channel = channels.is_array() && at < channels.size() ? channels[at] : Json();
     const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
@@ -239,7 +239,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
     if (!entries.is_array()) return;
     for (const Json& entry : entries) {
       const auto value = label_value_of(entry);
-      if (!value || labels.size() >= kMostSourceMembers) continue;
+      if (!value || labels.size() >= kMaxSourceMembers) continue;
       Label& label = labels[*value];
       label.value = *value;
       add(entry, label);
@@ -410,12 +410,12 @@ bool has_metadata(ObjectStore& store) {
 
 }  // namespace
 
-bool is_zarr(const std::string& place, bool follow) {
-  return has_metadata(*volume_objects(place, follow));
+bool is_zarr(const std::string& place, bool allow_external_files) {
+  return has_metadata(*volume_objects(place, allow_external_files));
 }
 
 StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = volume_objects(place, choice.follow);
+  std::shared_ptr<ObjectStore> store = volume_objects(place, choice.allow_external_files);
   if (!has_metadata(*store)) {
     fail_reading(place,
                  "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",

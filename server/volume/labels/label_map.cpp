@@ -21,7 +21,7 @@ namespace multitetra {
 namespace {
 
 // f32 represents all integers up to this one.
-constexpr float kFarthestWhole = 16'777'216;
+constexpr float kMaxExactInteger = 16'777'216;
 
 // Marks void samples; labels cannot have this value.
 constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
@@ -96,7 +96,7 @@ class LabelCensus {
   }
 
   void require_label(float value, const std::array<std::int32_t, 3>& place) const {
-    if (std::trunc(value) == value && std::abs(value) <= kFarthestWhole) return;
+    if (std::trunc(value) == value && std::abs(value) <= kMaxExactInteger) return;
     const std::string where = std::to_string(place[0]) + ", " + std::to_string(place[1]) + ", " +
                               std::to_string(place[2]);
     fail_reading(name_,
@@ -266,8 +266,8 @@ class LabelMap::Field : public VolumeSource {
       if (magnitude != 0 && is_beside) {
         steps = is_inside ? kHalf + magnitude : kHalf - magnitude;
       } else {
-        steps = is_inside ? std::max(steps, kHalf + LabelBorders::kLeast)
-                          : std::min(steps, kHalf - LabelBorders::kLeast);
+        steps = is_inside ? std::max(steps, kHalf + LabelBorders::kMin)
+                          : std::min(steps, kHalf - LabelBorders::kMin);
       }
       into[i] = static_cast<float>(steps) / static_cast<float>(kFieldSteps);
     };

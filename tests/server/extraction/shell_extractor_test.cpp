@@ -170,7 +170,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
       marched.back().marched = marched_box(*shells[i].payload);
       cubes.push_back(shells[i].summary.cube);
     }
-    EXPECT_TRUE(are_apart(cubes));
+    EXPECT_TRUE(are_disjoint(cubes));
     // The first border allows no open edge, so that every one counts as a defect.
     DataBorder nowhere = data_border(dataset->info, level.lattice_resolution, 0, spacing);
     nowhere.low = {-1, -1, -1};
@@ -199,10 +199,10 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
 
 TEST(ContainsNestedCubes, FindsCubesInOthers) {
   const OctreeCube cube = {.exponent = 4, .x = 1, .y = 2, .z = 3};
-  EXPECT_TRUE(are_apart(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
-  EXPECT_FALSE(are_apart(std::vector{cube, cube}));
-  EXPECT_FALSE(are_apart(std::vector{cube, cube.child(5)}));
-  EXPECT_FALSE(are_apart(std::vector{cube.child(5).child(2), cube}));
+  EXPECT_TRUE(are_disjoint(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
+  EXPECT_FALSE(are_disjoint(std::vector{cube, cube}));
+  EXPECT_FALSE(are_disjoint(std::vector{cube, cube.child(5)}));
+  EXPECT_FALSE(are_disjoint(std::vector{cube.child(5).child(2), cube}));
 }
 
 DatasetPtr prepared_noise() {
@@ -212,12 +212,12 @@ DatasetPtr prepared_noise() {
 TEST(ExtractShellTiles, SplitsTilesWithTooManyTriangles) {
   const DatasetPtr dataset = prepared_noise();
   const ShellLevel level = {.isovalue = 100.5};
-  constexpr std::uint32_t kMost = 12 * 8 * 8 * 8;
+  constexpr std::uint32_t kMaxTriangles = 12 * 8 * 8 * 8;
   const auto whole = extract_shells(*dataset, level);
-  const auto cut = extract_shells(*dataset, level, {}, kShellCells, kMost);
+  const auto cut = extract_shells(*dataset, level, {}, kShellCells, kMaxTriangles);
   const auto triangles = [](const EncodedTile& tile) { return tile.summary.triangles; };
-  EXPECT_GT(std::ranges::max(whole, {}, triangles).summary.triangles, kMost);
-  EXPECT_LE(std::ranges::max(cut, {}, triangles).summary.triangles, kMost);
+  EXPECT_GT(std::ranges::max(whole, {}, triangles).summary.triangles, kMaxTriangles);
+  EXPECT_LE(std::ranges::max(cut, {}, triangles).summary.triangles, kMaxTriangles);
   EXPECT_EQ(sorted_triangles(welded(decoded(cut), 5)), sorted_triangles(welded(decoded(whole), 5)));
 }
 

@@ -62,13 +62,13 @@ TEST(ForwardedStream, SkipsSeenStepsAndDetectsDifferences) {
   EXPECT_EQ(stream.next(end), Verdict::kForward);
   EXPECT_EQ(stream.steps_ended(), 1U);
   stream.restart();
-  EXPECT_EQ(stream.next(begin), Verdict::kPassOver);
-  EXPECT_EQ(stream.next(tile), Verdict::kPassOver);
-  EXPECT_EQ(stream.next(later_end), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(begin), Verdict::kSkip);
+  EXPECT_EQ(stream.next(tile), Verdict::kSkip);
+  EXPECT_EQ(stream.next(later_end), Verdict::kSkip);
   EXPECT_EQ(stream.next(begin), Verdict::kForward);
   EXPECT_EQ(stream.steps_ended(), 1U);
   stream.restart();
-  EXPECT_EQ(stream.next(begin), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(begin), Verdict::kSkip);
   EXPECT_EQ(stream.next(other), Verdict::kDiffers);
 }
 
@@ -341,8 +341,7 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
 TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
-      {.upstream = {
-           .upstreams = {upstream.endpoint()}, .least_backoff = 10ms, .most_backoff = 50ms}});
+      {.upstream = {.upstreams = {upstream.endpoint()}, .min_backoff = 10ms, .max_backoff = 50ms}});
   WebSocketClient client(gateway.http());
   greet(client);
   upstream.stop();

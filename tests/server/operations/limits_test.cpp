@@ -58,7 +58,7 @@ TEST(RequestRate, AClockThatStandsStillOrGoesBackGivesNothing) {
 }
 
 TEST(RequestRate, RemovesIdleNamesAndBoundsTheirNumber) {
-  RatePerName rate({.per_second = 10, .burst = 2}, /*most_names=*/1000);
+  RatePerName rate({.per_second = 10, .burst = 2}, /*max_names=*/1000);
   for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("a" + std::to_string(i), 0), 0);
   for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("b" + std::to_string(i), 5), 0);
   EXPECT_LE(rate.size(), 600U);
@@ -67,7 +67,7 @@ TEST(RequestRate, RemovesIdleNamesAndBoundsTheirNumber) {
 }
 
 TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
-  RatePerName rate({.per_second = 1, .burst = 1}, /*most_names=*/2);
+  RatePerName rate({.per_second = 1, .burst = 1}, /*max_names=*/2);
   EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_EQ(rate.take("b", 0), 0);
   EXPECT_EQ(rate.take("c", 0), 0);
@@ -79,36 +79,36 @@ TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
 
 TEST(ConnectionLimiter, CountsConnectionsInAllAndByName) {
   ConnectionLimiter connections({.total = 3, .per_name = 2});
-  auto a1 = connections.enter("a");
-  auto a2 = connections.enter("a");
+  auto a1 = connections.acquire("a");
+  auto a2 = connections.acquire("a");
   ASSERT_TRUE(a1 && a2);
-  const auto a3 = connections.enter("a");
+  const auto a3 = connections.acquire("a");
   ASSERT_FALSE(a3);
   EXPECT_EQ(a3.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(a3.error().text.find("2 connections from your address"), std::string::npos);
-  auto b = connections.enter("b");
+  auto b = connections.acquire("b");
   ASSERT_TRUE(b);
-  const auto c = connections.enter("c");
+  const auto c = connections.acquire("c");
   ASSERT_FALSE(c);
   EXPECT_NE(c.error().text.find("has its 3 connections"), std::string::npos);
   *a1 = {};
-  EXPECT_EQ(connections.inside(), 2U);
-  EXPECT_TRUE(connections.enter("a"));
-  EXPECT_EQ(connections.inside(), 2U) << "A discarded ticket is given back.";
+  EXPECT_EQ(connections.count(), 2U);
+  EXPECT_TRUE(connections.acquire("a"));
+  EXPECT_EQ(connections.count(), 2U) << "A discarded ticket is given back.";
 }
 
 TEST(ConnectionLimiter, TrustedPeersCountInTheTotalOnly) {
   ConnectionLimiter connections({.total = 3, .per_name = 1});
   std::vector<ConnectionLimiter::Ticket> tickets;
-  for (int i = 0; i < 3; ++i) tickets.push_back(*connections.enter());
-  EXPECT_FALSE(connections.enter());
+  for (int i = 0; i < 3; ++i) tickets.push_back(*connections.acquire());
+  EXPECT_FALSE(connections.acquire());
 }
 
 TEST(ConnectionLimiter, ZeroIsNoLimit) {
   ConnectionLimiter connections({});
   std::vector<ConnectionLimiter::Ticket> tickets;
-  for (int i = 0; i < 1000; ++i) tickets.push_back(*connections.enter("a"));
-  EXPECT_EQ(connections.inside(), 1000U);
+  for (int i = 0; i < 1000; ++i) tickets.push_back(*connections.acquire("a"));
+  EXPECT_EQ(connections.count(), 1000U);
 }
 
 TEST(ByteReservations, GivesBackWhatSharesHeld) {
@@ -126,8 +126,8 @@ TEST(ByteReservations, GivesBackWhatSharesHeld) {
 }
 
 TEST(ByteReservations, AShareLeavesRoomForOthers) {
-  ByteReservations budget(1000, /*part_of_a_share=*/0.25);
-  EXPECT_EQ(budget.most_of_a_share(), 250U);
+  ByteReservations budget(1000, /*max_share_fraction=*/0.25);
+  EXPECT_EQ(budget.max_per_share(), 250U);
   EXPECT_FALSE(budget.take("a", 251));
   auto a = budget.take("a", 250);
   ASSERT_TRUE(a);
@@ -177,12 +177,12 @@ TEST(ByteReservations, ManyNetworksOfOneIpv6NetworkCountForAFewShares) {
 // ---- addresses
 
 TEST(ClientAddress, LimitsHoldForAnIpv4AddressOrAnIpv6Network) {
-  EXPECT_EQ(limited_name("192.0.2.7"), "192.0.2.7");
-  EXPECT_EQ(limited_name("::ffff:192.0.2.7"), "192.0.2.7");
-  EXPECT_EQ(limited_name("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
-  EXPECT_EQ(limited_name("2001:db8:1:2::"), limited_name("2001:db8:1:2:ffff::1"));
-  EXPECT_NE(limited_name("2001:db8:1:2::"), limited_name("2001:db8:1:3::"));
-  EXPECT_EQ(limited_name("unknown client"), "unknown client");
+  EXPECT_EQ(limit_key("192.0.2.7"), "192.0.2.7");
+  EXPECT_EQ(limit_key("::ffff:192.0.2.7"), "192.0.2.7");
+  EXPECT_EQ(limit_key("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
+  EXPECT_EQ(limit_key("2001:db8:1:2::"), limit_key("2001:db8:1:2:ffff::1"));
+  EXPECT_NE(limit_key("2001:db8:1:2::"), limit_key("2001:db8:1:3::"));
+  EXPECT_EQ(limit_key("unknown client"), "unknown client");
 }
 
 TEST(ShareLevels, AnIpv6NetworkBelongsToLargerOnes) {

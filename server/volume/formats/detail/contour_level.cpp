@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostContourBytes = std::uint64_t{16} << 20;
+constexpr std::uint64_t kMaxContourBytes = std::uint64_t{16} << 20;
 
 // <contour primary="true"><level>0.05</level>; before version 3 <contourLevel>0.05</contourLevel>.
 struct ContourHandler {
@@ -71,11 +71,10 @@ std::string entry_number(const std::string& name) {
 
 std::optional<double> contour_level_in(const fs::path& file) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMostContourBytes ||
-      error) {
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMaxContourBytes || error) {
     return std::nullopt;
   }
-  const std::string text = InputFile(file).beginning(kMostContourBytes);
+  const std::string text = InputFile(file).beginning(kMaxContourBytes);
   return file.extension() == ".json" ? contour_level_in_json(text) : contour_level_in_xml(text);
 }
 
@@ -109,7 +108,7 @@ std::optional<double> contour_level_in_json(std::string_view text) {
   return level;
 }
 
-std::optional<double> contour_level_beside(const fs::path& map) {
+std::optional<double> sidecar_contour_level(const fs::path& map) {
   const std::string name = map.filename().string();
   const fs::path folder = map.has_parent_path() ? map.parent_path() : fs::path(".");
   std::vector<std::string> stems = {name.substr(0, name.find('.'))};

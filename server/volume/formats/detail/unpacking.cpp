@@ -26,7 +26,7 @@ tl::unexpected<Error> damaged(const std::string& what) {
 // A common interface of the streams that are unpacked forward.
 class StreamUnpacker {
  public:
-  enum class Progress { kGoesOn, kEnded, kDamaged };
+  enum class Progress { kContinues, kEnded, kDamaged };
 
   StreamUnpacker(Packing packing) : packing_(packing) { begin(); }
   ~StreamUnpacker() { end(); }
@@ -41,9 +41,9 @@ class StreamUnpacker {
   // Consumes the front of `packed` and fills the front of `into`; both shrink.
   Progress run(std::span<const std::byte>& packed, std::span<std::byte>& into) {
     if (packing_ == Packing::kHex) return run_hex(packed, into);
-    constexpr std::size_t kMost = std::size_t{1} << 30;  // The libraries use 32-bit counts.
-    const auto in = static_cast<unsigned>(std::min(packed.size(), kMost));
-    const auto out = static_cast<unsigned>(std::min(into.size(), kMost));
+    constexpr std::size_t kMax = std::size_t{1} << 30;  // The libraries use 32-bit counts.
+    const auto in = static_cast<unsigned>(std::min(packed.size(), kMax));
+    const auto out = static_cast<unsigned>(std::min(into.size(), kMax));
     unsigned in_left = 0;
     unsigned out_left = 0;
     Progress progress = Progress::kDamaged;
@@ -53,7 +53,7 @@ class StreamUnpacker {
       bzip2_.next_out = reinterpret_cast<char*>(into.data());
       bzip2_.avail_out = out;
       const int state = BZ2_bzDecompress(&bzip2_);
-      if (state == BZ_OK) progress = Progress::kGoesOn;
+      if (state == BZ_OK) progress = Progress::kContinues;
       if (state == BZ_STREAM_END) progress = Progress::kEnded;
       in_left = bzip2_.avail_in;
       out_left = bzip2_.avail_out;
@@ -64,7 +64,7 @@ class StreamUnpacker {
       zlib_.next_out = reinterpret_cast<unsigned char*>(into.data());
       zlib_.avail_out = out;
       const int state = inflate(&zlib_, Z_NO_FLUSH);
-      if (state == Z_OK || state == Z_BUF_ERROR) progress = Progress::kGoesOn;
+      if (state == Z_OK || state == Z_BUF_ERROR) progress = Progress::kContinues;
       if (state == Z_STREAM_END) progress = Progress::kEnded;
       in_left = zlib_.avail_in;
       out_left = zlib_.avail_out;
@@ -94,7 +94,7 @@ class StreamUnpacker {
         high_digit_ = digit;
       }
     }
-    return Progress::kGoesOn;
+    return Progress::kContinues;
   }
 
   void begin() {
@@ -168,8 +168,8 @@ Result<std::size_t> unpack_blosc(std::span<const std::byte> packed, std::span<st
 }
 
 Result<std::size_t> unpack_lz4(std::span<const std::byte> packed, std::span<std::byte> into) {
-  constexpr std::size_t kMost = std::numeric_limits<int>::max();
-  if (packed.size() > kMost || into.size() > kMost) return damaged("it is too large for LZ4");
+  constexpr std::size_t kMax = std::numeric_limits<int>::max();
+  if (packed.size() > kMax || into.size() > kMax) return damaged("it is too large for LZ4");
   const int done = LZ4_decompress_safe(
       reinterpret_cast<const char*>(packed.data()), reinterpret_cast<char*>(into.data()),
       static_cast<int>(packed.size()), static_cast<int>(into.size()));
@@ -291,7 +291,7 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
                    "Get a complete copy of the file");
     }
     switch (state.unpacker.run(state.left, into)) {
-      case StreamUnpacker::Progress::kGoesOn:
+      case StreamUnpacker::Progress::kContinues:
         break;
       case StreamUnpacker::Progress::kDamaged:
         fail_reading(state.file.path(), "its compressed samples are damaged",

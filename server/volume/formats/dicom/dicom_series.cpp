@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostFiles = 100'000;
+constexpr std::size_t kMaxSeriesFiles = 100'000;
 
 using Series = std::map<std::string, std::vector<DicomImage>>;
 
@@ -84,8 +84,8 @@ bool are_alike(const DicomImage& a, const DicomImage& b) {
 }
 
 // Drops localizers, and images whose size, type or orientation differs from the majority.
-void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
-                 std::vector<std::string>& notices) {
+void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
+                   std::vector<std::string>& notices) {
   const auto leave_out = [&](const std::string& what, const auto& stays) {
     const auto first_out = std::stable_partition(images.begin(), images.end(), stays);
     if (first_out == images.end()) return;
@@ -298,8 +298,8 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
     std::error_code ignored;
     if (file_name.starts_with('.') || file_name == "DICOMDIR" || !entry->is_regular_file(ignored))
       continue;
-    if (files.size() >= kMostFiles) {
-      fail_reading(folder, "it has more than " + std::to_string(kMostFiles) + " DICOM files",
+    if (files.size() >= kMaxSeriesFiles) {
+      fail_reading(folder, "it has more than " + std::to_string(kMaxSeriesFiles) + " DICOM files",
                    "Give the folder of one series");
     }
     if (is_dicom(InputFile(entry->path()).beginning(132))) {
@@ -336,7 +336,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   StoredVolume volume;
   std::vector<DicomImage> images = chosen_series(place, all, choice.series);
   note_origins(place, images, volume.notices);
-  keep_volume(place, images, volume.notices);
+  drop_outliers(place, images, volume.notices);
   if (images.front().frames > 1 && !images.front().has_own_place &&
       images.front().file != images.back().file) {
     fail_reading(place,

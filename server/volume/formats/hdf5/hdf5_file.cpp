@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostDatasets = 10'000;
+constexpr std::size_t kMaxDatasets = 10'000;
 
 std::optional<StoredType> type_of_dataset(hid_t dataset) {
   const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
@@ -55,7 +55,7 @@ struct FoundDatasets {
 herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void* found) {
   if (info->type != H5O_TYPE_DATASET) return 0;
   auto& names = static_cast<FoundDatasets*>(found)->names;
-  if (names.size() >= kMostDatasets) return 1;
+  if (names.size() >= kMaxDatasets) return 1;
   const Hdf5Id dataset(H5Dopen2(group, name, H5P_DEFAULT), &H5Dclose);
   if (!dataset) return 0;
   std::size_t sides = 0;
@@ -180,9 +180,9 @@ SourceTimes times_along(hid_t dataset, hsize_t count) {
 }
 
 // Returns the position of the volume along the dimensions before z, y, x.
-std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<hsize_t>& dims,
-                                        const VolumeChoice& choice, hid_t dataset,
-                                        SourceTimes& times, std::int64_t& channels) {
+std::vector<hsize_t> leading_indices(const fs::path& path, const std::vector<hsize_t>& dims,
+                                     const VolumeChoice& choice, hid_t dataset, SourceTimes& times,
+                                     std::int64_t& channels) {
   std::vector<hsize_t> at(dims.size(), 0);
   if (dims.size() <= 3) return at;
   const std::size_t others = dims.size() - 3;
@@ -273,7 +273,8 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
     fail_reading(path, "--level does not apply: the file has no resolution levels", "Omit --level");
   }
   const std::string name = imaris ? imaris->dataset : chosen_dataset(path, file.get(), choice);
-  std::optional<Hdf5Id> found = open_hdf5_dataset(path, file.get(), name, choice.follow);
+  std::optional<Hdf5Id> found =
+      open_hdf5_dataset(path, file.get(), name, choice.allow_external_files);
   if (!found)
     fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
   Hdf5Id dataset = *std::move(found);
@@ -314,8 +315,7 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   check_header(path, header);
   std::vector<hsize_t> at(dims.size(), 0);
   if (!imaris) {
-    at = place_along_others(path, dims, choice, dataset.get(), volume.members.times,
-                            volume.channels);
+    at = leading_indices(path, dims, choice, dataset.get(), volume.members.times, volume.channels);
     if (choice.first) add_fields_of_shape(file.get(), dims, volume.members);
   }
   volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),

@@ -237,7 +237,7 @@ TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
   };
   EXPECT_FALSE(is_there(kSimplified, {.certified_triangles = 0}));
   EXPECT_FALSE(is_there(kSimplified, {.certified_triangles = 1e6}));
-  EXPECT_FALSE(is_there(kSimplified, {}, {.triangles = 1.1 * kMostCertifiedTriangles}));
+  EXPECT_FALSE(is_there(kSimplified, {}, {.triangles = 1.1 * kMaxCertifiedTriangles}));
   IsosurfaceRequest with_budget = kSimplified;
   with_budget.max_triangles = 1'000'000;
   EXPECT_FALSE(is_there(with_budget, {}));
@@ -445,8 +445,9 @@ TEST(CertifiedShells, CheapestWithinAllThresholds) {
 TEST(EstimatedBytes, ShellBytesFollowTheirValues) {
   const auto bits = [](const ShellStep& shell, SampleType type = SampleType::kU16) {
     const StepRequest step = {.request = {}, .shell = shell};
-    EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_a_vertex(shell, type, 5) + 250, 1);
-    return bits_a_vertex(shell, type, 5);
+    EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_per_vertex(shell, type, 5) + 250,
+                1);
+    return bits_per_vertex(shell, type, 5);
   };
   // Measured on public volumes: the Visible Female and the embryo.
   EXPECT_NEAR(bits(quantized_shells(1)), 1.3, 0.2);
@@ -483,9 +484,9 @@ TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
 TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
   MeasuredCosts learned;
   for (int i = 0; i < 30; ++i) {
-    learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsAStep + 0.02);
-    learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsAStep + 0.5);
-    learned.note(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsAStep + 1);
+    learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsPerStep + 0.02);
+    learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsPerStep + 0.5);
+    learned.note(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsPerStep + 1);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMostImages = 10'000;
+constexpr std::int64_t kMaxImages = 10'000;
 
 // Imaris stores numbers in attributes as text.
 std::optional<double> imaris_number(hid_t object, const std::string& name) {
@@ -38,7 +38,7 @@ bool has_object(hid_t file, const std::string& path) {
 
 std::int64_t count_of(hid_t file, const std::string& before) {
   std::int64_t count = 0;
-  while (count < kMostImages && has_object(file, before + std::to_string(count))) ++count;
+  while (count < kMaxImages && has_object(file, before + std::to_string(count))) ++count;
   return count;
 }
 
@@ -113,9 +113,10 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
     const std::string number = std::to_string(axis);
     const auto low = imaris_number(info.get(), "ExtMin" + number);
     const auto high = imaris_number(info.get(), "ExtMax" + number);
-    const bool is_told = low && high && *high > *low;
-    volume.spacing[axis] = is_told ? (*high - *low) / static_cast<double>(volume.dims[axis]) : 1;
-    volume.origin[axis] = is_told ? *low + volume.spacing[axis] / 2 : 0;
+    const bool has_geometry = low && high && *high > *low;
+    volume.spacing[axis] =
+        has_geometry ? (*high - *low) / static_cast<double>(volume.dims[axis]) : 1;
+    volume.origin[axis] = has_geometry ? *low + volume.spacing[axis] / 2 : 0;
   }
   volume.unit = unit_from(hdf5_text(info.get(), "Unit"));
   return volume;
