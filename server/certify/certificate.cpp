@@ -13,14 +13,14 @@
 namespace multitetra {
 namespace {
 
-// Between the lower and the upper bound of a maximum, and how near to the border is on it: voxels.
+// In voxels: the gap between the bounds of a maximum, and the distance that counts as the border.
 constexpr double kTolerance = 0.01;
 
-// Without an allowed error: how far a component of the full surface may be from the mesh and still
-// be a part of it. Voxels.
+// Without an allowed error: the distance in voxels within which a component of the full surface
+// counts as present in the mesh.
 constexpr double kErrorUnasked = 1;
 
-// Where the mesh may end: near the data's border, and near void samples.
+// The places where the mesh may be open: near the border of the data and near void samples.
 class OpenPlaces {
  public:
   OpenPlaces(const Field& field, const DatasetInfo& grid)
@@ -44,7 +44,7 @@ class OpenPlaces {
   }
 
  private:
-  // Within the tetrahedra around: two steps.
+  // Returns whether a sample of the tetrahedra around p, within two grid steps, is void.
   [[nodiscard]] bool is_near_void(const Vec3& p) const {
     GridPoint low;
     for (const double coordinate : p) {
@@ -67,7 +67,7 @@ class OpenPlaces {
   DataBorder border_;
 };
 
-// How far rounding to 32-bit floats moves a vertex.
+// Returns the largest displacement of a vertex by rounding to 32-bit floats.
 double float_rounding(const TriangleMesh& mesh) {
   double largest = 0;
   for (const Vec3& vertex : mesh.vertices) {

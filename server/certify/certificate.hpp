@@ -21,21 +21,21 @@ namespace multitetra {
 
 struct CertifyOptions {
   double isovalue = 0;
-  // World units. Without it the distances are measured and nothing is certified.
+  // World units. If absent, distances are measured but not certified.
   std::optional<double> error = std::nullopt;
-  // The mesh's vertices may be rounded to a lattice of 2^-lattice grid steps, as ours are: the
-  // error is exceeded only beyond that. None: they are where they should be.
+  // Allows for vertices rounded to a lattice of 2^-lattice grid steps, as ours are: the error is
+  // exceeded only beyond the rounding. If absent, vertices are taken as exact.
   std::optional<int> lattice = std::nullopt;
-  bool any_topology = false;  // The topology need not be that of the full surface.
-  // Components of the full surface with a shorter bounding-box diagonal, in samples, are not in the
-  // mesh on purpose. Those that the error may have moved across this limit may be there or not.
+  bool any_topology = false;  // Accepts any topology.
+  // Components of the full surface with a shorter bounding-box diagonal, in samples, are expected
+  // to be missing. Those that the error may have moved across this limit may be present or missing.
   double min_component = 0;
   bool count_self_intersections = false;
-  std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
+  std::optional<double> outside = std::nullopt;  // The value beyond the data; absent means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
-  // The number of samples of each surface, for mean and percentile.
+  // Number of samples per surface for mean and percentile.
   std::uint64_t samples = 200'000;
-  // Called at the beginning of each stage: "full surface", "topology", "distances",
+  // Called at the start of each stage: "full surface", "topology", "distances",
   // "self-intersections".
   std::function<void(const char* stage)> on_stage = nullptr;
 };
@@ -43,57 +43,55 @@ struct CertifyOptions {
 enum class ErrorVerdict {
   kNotAsked,
   kKept,        // Proven: no point of either surface is farther.
-  kNotRefuted,  // No point that was looked at is farther, but a bound for all of them is.
+  kNotRefuted,  // No measured point is farther, but the upper bound exceeds the error.
   kExceeded,
 };
 
-// Components of the full surface that are not in the mesh, although all vertices of the others keep
-// the error.
+// Components of the full surface that the mesh lacks; all other vertices are within the error.
 struct MissingComponents {
   std::uint64_t count = 0;
   double largest_diagonal = 0;  // In samples.
-  // The least diagonal for `min_component` that expects them to be missing, and no other.
+  // The least `min_component` with which exactly these components are expected to be missing.
   std::optional<double> min_component;
 };
 
 struct Certificate {
-  DatasetInfo grid;  // The volume's.
+  DatasetInfo grid;  // Describes the volume.
   MeshTopology mesh;
-  // The topology of the full-resolution surface.
+  // Topology of the full-resolution surface.
   MeshTopology reference;
-  // Where fans of triangles only touch; at void samples the full surface may have some.
+  // Vertices where fans of triangles only touch; the full surface may have some at void samples.
   std::int64_t nonmanifold_vertices = 0;
   std::int64_t nonmanifold_vertices_of_reference = 0;
-  // Triangles of the mesh with two corners at one place; they are left out.
+  // Triangles of the mesh with two coincident corners; they are ignored.
   std::uint64_t degenerate_triangles = 0;
-  // Vertices of the mesh where the volume has no samples around them.
+  // Vertices of the mesh in places without samples around them.
   std::uint64_t vertices_beyond_data = 0;
-  TwoSidedDistance distance;  // World units.
-  // Tolerance for the lattice and for 32-bit coordinates, world units.
+  TwoSidedDistance distance;  // In world units.
+  // Tolerances for the lattice and for 32-bit coordinates, in world units.
   double lattice_allowance = 0;
   double rounding_allowance = 0;
   ErrorVerdict error = ErrorVerdict::kNotAsked;
   bool is_topology_asked = true;
-  std::optional<MissingComponents>
-      missing;  // Set where the mesh is not kept for this reason alone.
+  std::optional<MissingComponents> missing;  // Set if this is the only reason for failure.
   std::optional<SelfIntersections> self_intersections;
 
   [[nodiscard]] double maximum() const;          // The larger one of both directions.
-  [[nodiscard]] double maximum_at_most() const;  // Likewise.
-  // No edge has fewer or more than two triangles, or two that face different sides.
+  [[nodiscard]] double maximum_at_most() const;  // Likewise, of the upper bounds.
+  // Every edge has exactly two triangles, with consistent orientation.
   [[nodiscard]] bool is_watertight() const;
-  // As many components, holes and handles as the full surface, and open only where the data end or
-  // void samples are.
+  // The mesh has as many components, holes and handles as the full surface, and is open only where
+  // the data end or at void samples.
   [[nodiscard]] bool keeps_topology() const;
   [[nodiscard]] bool is_kept() const;
 };
 
-// The largest displacement of a vertex by rounding, in world units: one step along the longest
-// diagonal of a grid cell.
+// Returns the largest displacement of a vertex by rounding, in world units: one step along the
+// longest diagonal of a grid cell.
 [[nodiscard]] double lattice_step_world(const DatasetInfo& grid, int lattice);
 
-// `mesh` is in the volume's world coordinates. On all threads that oneTBB may use. Throws
-// std::invalid_argument when the volume does not fit the largest grid.
+// Compares `mesh`, in the volume's world coordinates, with the volume, on all threads of oneTBB.
+// Throws std::invalid_argument if the volume exceeds the largest grid.
 [[nodiscard]] Certificate certify(const TriangleMesh& mesh, const Volume& volume,
                                   const CertifyOptions& options);
 

@@ -158,7 +158,7 @@ std::string missing_text(const Certificate& certificate) {
   return text + "\n";
 }
 
-// What may be the cause when vertices lie where the surface of the volume cannot be.
+// Suggests a cause if vertices lie where the volume cannot have a surface.
 std::string hint(const Certificate& certificate, const CertifyOptions& options) {
   if (certificate.missing) return missing_text(certificate);
   if (certificate.is_kept() || options.outside || certificate.vertices_beyond_data == 0) return {};

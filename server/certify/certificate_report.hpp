@@ -1,4 +1,4 @@
-// A certificate for people and for programs.
+// Formats a certificate as text and as JSON.
 #pragma once
 
 #include <optional>
@@ -10,23 +10,23 @@
 
 namespace multitetra {
 
-// The inputs of the certificate.
+// Names of the compared files.
 struct CertifiedFiles {
   std::string mesh;
   std::string volume;
 };
 
-// First whether the promises are kept, then the numbers, a table each for distances and topology.
+// Returns the verdict, followed by the numbers: a table for distances and one for topology.
 [[nodiscard]] std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
                                   const CertifyOptions& options);
 
-// kept, mesh_file, volume, isovalue, error: {kept (null: not requested), proven, world, voxel,
-// lattice_allowance_world, rounding_allowance_world}, topology_kept, watertight, distances:
+// Returns kept, mesh_file, volume, isovalue, error: {kept (null: not requested), proven, world,
+// voxel, lattice_allowance_world, rounding_allowance_world}, topology_kept, watertight, distances:
 // {mesh_to_full and full_to_mesh: {world and voxel: {maximum, maximum_at_most, percentile_99,
 // mean}, farthest_point, samples}}, mesh and full_surface: the keys of json_report.hpp's topology
 // and nonmanifold_vertices; self_intersections (null: not counted): {triangles, pairs,
-// flat_triangles, place}. An infinite number, where a surface is empty, is null. Distances in
-// voxels are relative to the smallest spacing; places are in world coordinates.
+// flat_triangles, place}. Infinite numbers (a surface is empty) become null. Distances in voxels
+// are relative to the smallest spacing; places are in world coordinates.
 [[nodiscard]] nlohmann::ordered_json json_of(const Certificate& certificate,
                                              const CertifiedFiles& files,
                                              const CertifyOptions& options);

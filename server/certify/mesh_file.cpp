@@ -40,7 +40,7 @@ Number number_from(std::string_view word, const char* kind) {
   return *number;
 }
 
-// What follows the title of our files, up to the end of its line: ", lattice 5, min_component 12".
+// Returns the text after the title of our files in the same line: ", lattice 5, min_component 12".
 std::string_view facts_in(std::string_view file) {
   constexpr std::size_t kWithin = 256;
   const std::string_view header = file.substr(0, kWithin);
@@ -116,7 +116,7 @@ TriangleMesh read_mesh(const fs::path& file) {
   try {
     TriangleMesh mesh = read(file);
     for (const Vec3& vertex : mesh.vertices) {
-      // Beyond it the squares of lengths overflow or mean nothing.
+      // Larger coordinates make squared lengths overflow or meaningless.
       constexpr double kFarthest = 1e100;
       for (const double coordinate : vertex) {
         if (!(std::abs(coordinate) < kFarthest)) throw MeshFault("a coordinate is not a number");

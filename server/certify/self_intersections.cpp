@@ -30,7 +30,7 @@ SelfIntersections self_intersections(const TriangleMesh& mesh) {
   const BoxTree tree(boxes);
   std::vector<std::atomic<bool>> hit(count);
   std::atomic<std::uint64_t> pairs = 0;
-  // In the order of the tree, so that neighbours in time are neighbours in space.
+  // In the order of the tree, for memory locality.
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t place) {
     const std::uint32_t number = tree.order()[place];
     if (flat[number] != 0) return;

@@ -1,4 +1,4 @@
-// The self-intersections of a mesh. Exact: no result depends on rounding.
+// Self-intersections of a mesh. Exact: no result depends on rounding.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,13 @@ namespace multitetra {
 struct SelfIntersections {
   std::uint64_t triangles = 0;  // Triangles that intersect another one.
   std::uint64_t pairs = 0;
-  std::uint64_t flat_triangles = 0;  // Without area: they are left out.
-  Vec3 place = {0, 0, 0};            // The middle of the first triangle that intersects another.
+  std::uint64_t flat_triangles = 0;  // Without area; they are ignored.
+  Vec3 place = {0, 0, 0};            // The middle of the first intersecting triangle.
 };
 
-// Triangles intersect that have a point in common which is neither a vertex nor on an edge of both:
-// neighbours do where they overlap, others also where they only touch. The same for any number of
-// threads. Requires a welded mesh.
+// Two triangles intersect if they share a point that lies neither on a common vertex nor on a
+// common edge: neighbors if they overlap, others also if they only touch. Returns the same result
+// for any number of threads. Requires a welded mesh.
 [[nodiscard]] SelfIntersections self_intersections(const TriangleMesh& mesh);
 
 }  // namespace multitetra

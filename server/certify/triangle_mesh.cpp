@@ -22,9 +22,9 @@ WeldedMesh welded(const TriangleMesh& mesh) {
   std::vector<std::uint32_t> order(places.size());
   std::iota(order.begin(), order.end(), 0U);
   tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return places[a] != places[b] ? places[a] < places[b] : a < b;  // 0 and -0 are equal.
+    return places[a] != places[b] ? places[a] < places[b] : a < b;  // Treats 0 and -0 as equal.
   });
-  std::vector<std::uint32_t> first(places.size());  // The first vertex at the same place.
+  std::vector<std::uint32_t> first(places.size());  // First vertex at the same position.
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool is_same = i > 0 && places[order[i]] == places[order[i - 1]];
     first[order[i]] = is_same ? first[order[i - 1]] : order[i];

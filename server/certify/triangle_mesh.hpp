@@ -1,4 +1,4 @@
-// A triangle mesh in world coordinates, whatever made it.
+// A triangle mesh in world coordinates, from any program.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,22 @@ namespace multitetra {
 struct TriangleMesh {
   std::vector<Vec3> vertices;  // Finite.
   std::vector<TriangleIndices> triangles;
-  // The vertices are at multiples of 2^-lattice grid steps, according to the file. None: it names
-  // no lattice.
+  // According to the file, vertices are at multiples of 2^-lattice grid steps. Absent if unknown.
   std::optional<int> lattice = std::nullopt;
-  // Components with a shorter bounding-box diagonal were removed, in samples, according to the
-  // file.
+  // According to the file, components with a smaller bounding-box diagonal (samples) were removed.
   double min_component = 0;
 };
 
 struct WeldedMesh {
-  // Every vertex is used by a triangle and has its position alone, and every triangle has three
-  // different vertices.
+  // Each vertex is used and has a unique position; each triangle has three different vertices.
   TriangleMesh mesh;
-  std::uint64_t degenerate_triangles = 0;  // Left out: two corners were at the same place.
+  std::uint64_t degenerate_triangles = 0;  // Removed: two corners coincided.
 };
 
-// The corners of each triangle.
+// Returns the corners of each triangle.
 [[nodiscard]] std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh);
 
-// Joins vertices at exactly the same place; formats such as STL have every corner on its own.
+// Joins vertices at exactly the same position; formats such as STL repeat each corner.
 [[nodiscard]] WeldedMesh welded(const TriangleMesh& mesh);
 
 }  // namespace multitetra

@@ -17,7 +17,7 @@ constexpr int kMostRounds = 16;
 
 using Found = NearestTriangle::Found;
 
-// No point of the triangle is farther from the other surface than this.
+// Returns a bound of the distance from any point of the triangle to the other surface.
 double bound_of(const SurfaceTriangle& triangle, const std::array<Found, 3>& nearest) {
   double bound = kInfinity;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -71,7 +71,7 @@ class MaximumSearch {
     return search_.limit && result_.maximum <= *search_.limit && bound > *search_.limit;
   }
 
-  // The triangles whose insides may be farther than all vertices.
+  // Returns the triangles whose interior may be farther than all vertices.
   std::vector<Piece> undecided_triangles(const TriangleMesh& mesh) {
     std::vector<Found> nearest(mesh.vertices.size());
     tbb::parallel_for(std::size_t{0}, nearest.size(),
@@ -113,7 +113,7 @@ class MaximumSearch {
     keep_largest(pieces, [](const Piece& piece) { return piece.bound; });
   }
 
-  // Gives up those with the least bounds where there are too many.
+  // Drops those with the smallest bounds if there are too many.
   template <typename T, typename Bound>
   void keep_largest(std::vector<T>& all, const Bound& bound) {
     if (all.size() <= search_.most_pieces) return;
@@ -150,9 +150,9 @@ class MaximumSearch {
   const NearestTriangle& other_;
   const DistanceSearch& search_;
   SurfaceDistance result_;
-  // The largest bound of the triangles that need not be searched.
+  // The largest bound of pieces that need no further search.
   double decided_ = 0;
-  // The largest bound of the triangles beyond the limit of the search.
+  // The largest bound of dropped pieces.
   double given_up_ = 0;
 };
 

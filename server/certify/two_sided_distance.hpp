@@ -1,11 +1,11 @@
-// Distances between two surfaces: the mean and the 99th percentile from points spread over it,
-// the maximum between a distance that was found and one that no point exceeds.
+// Distances between two surfaces: mean and 99th percentile over sampled points, and an interval
+// that contains the maximum.
 //
-// The maximum is searched for, not sampled. Distance to a triangle is a convex function, so the
-// corners of a triangle bound what lies between them: no point of it is farther from the other
-// surface than the farthest of its corners is from one and the same triangle there. Triangles whose
-// bound is above what was found are cut in four, until the two agree within a tolerance or there
-// would be too many of them; then the gap stays, and is reported.
+// The maximum is searched for, not sampled. The distance to a triangle is convex, so the corners of
+// a triangle bound it: no point of it is farther from the other surface than the farthest of its
+// corners is from any one triangle there. Triangles whose bound exceeds the largest measured
+// distance are split into four until both agree within a tolerance, or there are too many pieces;
+// then the remaining gap is reported.
 #pragma once
 
 #include <cstdint>
@@ -17,24 +17,23 @@ namespace multitetra {
 
 struct DistanceSearch {
   std::uint64_t samples = 200'000;  // For mean and 99th percentile.
-  // The tolerance of the maximum, in the unit of the coordinates.
+  // Tolerance of the maximum, in the unit of the coordinates.
   double tolerance = 0;
-  // The search continues below the tolerance until it is decided whether a point is farther than
-  // this.
+  // The search continues below the tolerance until it is known whether the maximum exceeds this.
   std::optional<double> limit = std::nullopt;
-  std::size_t most_pieces = 400'000;  // Pieces that are cut further in each round.
+  std::size_t most_pieces = 400'000;  // Maximum number of pieces that are split in a round.
 };
 
-// Lengths in the unit of the coordinates. All infinite where only the other surface is empty, all
-// zero where this one is.
+// Lengths in the unit of the coordinates. All infinite if only the other surface is empty; all zero
+// if this one is.
 struct SurfaceDistance {
-  // The largest distance of all measured points. The true maximum is not less.
+  // The largest measured distance: a lower bound of the true maximum.
   double maximum = 0;
-  double maximum_at_most = 0;  // And not more than this.
+  double maximum_at_most = 0;  // Upper bound of the true maximum.
   double percentile_99 = 0;
   double mean = 0;
-  Vec3 farthest = {0, 0, 0};  // A point of this surface at the distance `maximum`.
-  std::uint64_t samples = 0;  // Points that mean and percentile are of.
+  Vec3 farthest = {0, 0, 0};  // The point of this surface at the distance `maximum`.
+  std::uint64_t samples = 0;  // Number of points for mean and percentile.
 };
 
 struct TwoSidedDistance {
@@ -42,7 +41,8 @@ struct TwoSidedDistance {
   SurfaceDistance reference_to_mesh;
 };
 
-// The same for any number of threads. Requires welded meshes or such as reference_surface makes.
+// Returns the same result for any number of threads. Requires welded meshes, or ones from
+// reference_surface().
 [[nodiscard]] TwoSidedDistance two_sided_distance(const TriangleMesh& mesh,
                                                   const TriangleMesh& reference,
                                                   const DistanceSearch& search);

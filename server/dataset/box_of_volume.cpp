@@ -14,7 +14,7 @@ namespace {
 
 GridCounts counts_of(GridPoint extent) { return {extent.x, extent.y, extent.z}; }
 
-// The columns from `begin` to `end` of some slices.
+// Copies the columns from `begin` to `end` of `slices` slices.
 void crop(const Samples& slab, const VolumeHeader& header, std::int32_t slices, GridPoint begin,
           GridPoint end, Samples& into) {
   std::visit(
@@ -36,7 +36,7 @@ void crop(const Samples& slab, const VolumeHeader& header, std::int32_t slices, 
 
 }  // namespace
 
-// Bricks of samples one after the other in a file without a name.
+// Stores bricks of samples one after another in an unnamed temporary file.
 class BoxOfVolume::Sink : public PreparedSink {
  public:
   Sink(std::filesystem::path folder, const GridCounts& dims, SampleType type)

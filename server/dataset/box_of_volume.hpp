@@ -1,4 +1,4 @@
-// A box of a volume, read once from its source and kept in a file without a name.
+// A box of samples, read once from a volume's source and stored in an unnamed temporary file.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,18 @@ namespace multitetra {
 class BoxOfVolume : public SampleBoxes {
  public:
   struct Options {
-    std::filesystem::path folder;                    // Whose disk keeps it.
-    std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
+    std::filesystem::path folder;                    // Holds the temporary file.
+    std::size_t slab_bytes = std::size_t{64} << 20;  // Bytes read at a time; a slice may exceed it.
     std::function<void(std::uint64_t done, std::uint64_t all)> progress = nullptr;  // Samples.
   };
 
-  // The samples from `begin` to `end`, which is exclusive. Requires a box that is not empty, of
-  // samples of the volume, whose lower corner has multiples of 16. Throws VolumeFileError when the
-  // source fails, DatasetFileError when the disk does.
+  // Reads the samples from `begin` to `end` (exclusive). Requires a non-empty box within the volume
+  // whose lower corner has coordinates that are multiples of 16. Throws VolumeFileError if the
+  // source fails, DatasetFileError if the disk fails.
   BoxOfVolume(VolumeSource& source, GridPoint begin, GridPoint end, const Options& options);
   ~BoxOfVolume() override;
 
-  // Boxes inside of it, in the volume's own coordinates.
+  // Reads a box within this one, in the coordinates of the volume.
   void read(GridPoint first, GridPoint extent, Samples& into) const override;
 
  private:

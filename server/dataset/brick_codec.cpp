@@ -12,7 +12,7 @@ namespace {
 constexpr int kEffort = 5;
 constexpr int kLittleEffort = 2;
 constexpr int kOneThread = 1;
-constexpr std::size_t kBlockBytes = 0;  // By blosc, from the effort and the size alone.
+constexpr std::size_t kBlockBytes = 0;  // Chosen by blosc from the effort and the size alone.
 
 bool is_constant(std::span<const std::byte> brick, std::size_t item_bytes) {
   return brick.size() > item_bytes &&
@@ -20,7 +20,7 @@ bool is_constant(std::span<const std::byte> brick, std::size_t item_bytes) {
                     brick.begin());
 }
 
-// At most `most` bytes; empty where that is not enough.
+// Returns a blosc frame of at most `most` bytes, or nothing if that does not suffice.
 std::vector<std::byte> frame_of(std::span<const std::byte> brick, std::size_t item_bytes,
                                 const char* compressor, int effort, std::size_t most) {
   std::vector<std::byte> packed(most);
@@ -33,10 +33,10 @@ std::vector<std::byte> frame_of(std::span<const std::byte> brick, std::size_t it
   return packed;
 }
 
-// Tries a slower compressor where the fast one leaves fewer bytes than `slower_below`.
+// Tries a slower compressor if the fast one gives fewer bytes than `slower_below`.
 PackedBrick pack_frame(std::span<const std::byte> brick, std::size_t item_bytes,
                        std::size_t slower_below) {
-  // No larger than this, else it does not pay.
+  // Compression pays if it saves at least a sixteenth.
   std::vector<std::byte> packed =
       frame_of(brick, item_bytes, "lz4", kEffort, brick.size() - brick.size() / 16);
   if (packed.empty()) return {BrickCodec::kRaw, {brick.begin(), brick.end()}};
@@ -53,7 +53,7 @@ PackedBrick pack_frame(std::span<const std::byte> brick, std::size_t item_bytes,
 
 PackedBrick pack_brick(std::span<const std::byte> brick, std::size_t item_bytes) {
   if (!is_constant(brick, item_bytes)) {
-    // Smooth fields of floats, such as those of labels, take much less with a slower compressor.
+    // The slower compressor makes smooth floats, such as those of labels, much smaller.
     const bool are_floats = item_bytes == sizeof(float);
     return pack_frame(brick, item_bytes, are_floats ? brick.size() / 2 : 0);
   }
@@ -61,7 +61,7 @@ PackedBrick pack_brick(std::span<const std::byte> brick, std::size_t item_bytes)
           {brick.begin(), brick.begin() + static_cast<std::ptrdiff_t>(item_bytes)}};
 }
 
-// Error curves take much less with a slower compressor, too.
+// The slower compressor makes error curves much smaller, too.
 PackedBrick pack_sized(std::span<const std::byte> bytes) {
   return pack_frame(bytes, 1, bytes.size());
 }

@@ -1,6 +1,6 @@
-// Bricks of bytes, packed without loss: blosc's bit shuffle with LZ4, which unpacks at gigabytes a
-// second, or with zstd for smooth floats where that saves a quarter; raw where neither pays. The
-// same bytes for the same brick, on any thread.
+// Lossless compression of bricks: blosc's bit shuffle with LZ4, which unpacks gigabytes per second,
+// or with zstd for smooth floats where that saves a quarter; raw where neither pays. Deterministic:
+// equal bricks give equal bytes, on any thread.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace multitetra {
 
-// As stored: do not renumber.
+// Stored values: do not renumber.
 enum class BrickCodec : std::uint8_t {
-  kRaw = 0,       // The bytes as they are.
-  kConstant = 1,  // One item, which is repeated.
-  kBlosc = 2,     // A frame of blosc, which contains its unpacked length.
+  kRaw = 0,       // The bytes themselves.
+  kConstant = 1,  // One item, repeated.
+  kBlosc = 2,     // A blosc frame, which contains its unpacked size.
 };
 
 struct PackedBrick {
@@ -23,18 +23,17 @@ struct PackedBrick {
   std::vector<std::byte> bytes;
 };
 
-// Items of 1, 2 or 4 bytes; requires whole ones.
+// Packs whole items of 1, 2 or 4 bytes.
 [[nodiscard]] PackedBrick pack_brick(std::span<const std::byte> brick, std::size_t item_bytes);
-// The same for bytes whose number the reader does not know: never kConstant.
+// Packs bytes so that unpacked_size() finds their number: never kConstant.
 [[nodiscard]] PackedBrick pack_sized(std::span<const std::byte> bytes);
 
-// The number of unpacked bytes; nullopt when that cannot be seen: of a constant brick, or where
-// they are no frame.
+// Returns the number of unpacked bytes, or nullopt for a constant brick or an invalid frame.
 [[nodiscard]] std::optional<std::size_t> unpacked_size(BrickCodec codec,
                                                        std::span<const std::byte> packed);
 
-// Whether `packed` is a brick of exactly into.size() bytes, which are there then. Reads and writes
-// nothing beyond the two spans whatever the bytes are.
+// Unpacks a brick. Returns whether it has exactly into.size() bytes. Never accesses memory outside
+// the two spans, whatever the bytes are.
 [[nodiscard]] bool unpack_brick(BrickCodec codec, std::span<const std::byte> packed,
                                 std::span<std::byte> into);
 

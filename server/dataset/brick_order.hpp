@@ -1,5 +1,5 @@
-// In which order bricks lie in a file: what is near in the volume is near in the file, so that what
-// a place needs is few ranges.
+// The order of bricks in a file. Neighbors in the volume are close in the file, so reading a region
+// takes few ranges.
 #pragma once
 
 #include <bit>
@@ -11,9 +11,8 @@
 
 namespace multitetra {
 
-// Calls visit(brick) in Morton order: those of the lower half along z first, in each half those of
-// the lower half along y, and so on. So the bricks of a cube of a power of two bricks, at a
-// multiple of its side, follow each other.
+// Calls visit(brick) in Morton order: the lower half along z first, within each half the lower half
+// along y, and so on. Aligned cubes whose side is a power of two are therefore contiguous.
 template <typename Visit>
 void in_morton_order(const BrickLayout& layout, const Visit& visit) {
   std::int32_t side = 1;
@@ -39,7 +38,7 @@ void in_morton_order(const BrickLayout& layout, const Visit& visit) {
   octants(octants, {0, 0, 0}, side);
 }
 
-// The bricks of a spectrum: from the coarsest level to the finest, each in Morton order.
+// Visits the bricks of a spectrum from the coarsest level to the finest, each in Morton order.
 template <typename Visit>
 void in_file_order(const SpectrumLayout& layout, const Visit& visit) {
   for (auto level = layout.levels().rbegin(); level != layout.levels().rend(); ++level) {
@@ -47,7 +46,7 @@ void in_file_order(const SpectrumLayout& layout, const Visit& visit) {
   }
 }
 
-// The bricks of samples.
+// Visits the bricks of samples in Morton order.
 template <typename Visit>
 void in_file_order(const BrickLayout& layout, const Visit& visit) {
   in_morton_order(layout, visit);

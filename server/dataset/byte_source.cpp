@@ -16,13 +16,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// With the system's reason for the last failed call.
+// Appends the system's reason for the last failed call.
 [[noreturn]] void fail_with_reason(const fs::path& file, const std::string& what) {
   const int reason = errno;
   throw DatasetFileError(file, what + ": " + std::generic_category().message(reason) + ".");
 }
 
-// The size of an open regular file.
+// Returns the size of an open regular file.
 std::uint64_t size_of(const fs::path& file, int descriptor) {
   struct stat status = {};
   if (::fstat(descriptor, &status) != 0) fail_with_reason(file, "it cannot be examined");
@@ -50,7 +50,7 @@ void MemorySource::read(std::uint64_t offset, std::span<std::byte> into) const {
 }
 
 FileSource::FileSource(const fs::path& file)
-    // Without O_NONBLOCK a named pipe would be waited for.
+    // Without O_NONBLOCK, opening a named pipe would block.
     : file_(file), descriptor_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
   if (descriptor_ < 0) fail_with_reason(file, "it cannot be opened");
   try {

@@ -1,5 +1,5 @@
-// Where the bytes of a prepared dataset come from: a file on this machine, a file behind an
-// address, or memory in tests. All readers of datasets go through this interface.
+// The bytes of a prepared dataset: a local file, a remote file, or memory in tests. All readers of
+// datasets use this interface.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +15,8 @@
 
 namespace multitetra {
 
-// A prepared file that cannot be written or read, or that is damaged. The text names the file, the
-// section, what is wrong, and what to do.
+// A prepared file cannot be read or written, or is damaged. The text names the file, the section,
+// the problem and the remedy.
 class DatasetFileError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -24,26 +24,27 @@ class DatasetFileError : public std::runtime_error {
       : std::runtime_error("'" + file.string() + "': " + problem) {}
 };
 
-// Bytes that can be read in any order. Safe to use from several threads at once.
+// Random access to bytes. Safe to use from several threads at once.
 class ByteSource {
  public:
   virtual ~ByteSource() = default;
   [[nodiscard]] virtual std::uint64_t size() const = 0;
-  // Requires offset + into.size() <= size(). Throws what the source throws when it fails.
+  // Requires offset + into.size() <= size(). Throws the source's own exceptions on failure.
   virtual void read(std::uint64_t offset, std::span<std::byte> into) const = 0;
-  // The same bytes where they lie, as long as the source lives; a copy where they lie nowhere.
+  // Returns the bytes without copying if the source holds them in memory (valid while the source
+  // lives), else a copy.
   [[nodiscard]] virtual RetainedBytes bytes(std::uint64_t offset, std::size_t size) const;
-  // Throws when the source is not what it was when it was opened.
+  // Throws if the source has changed since it was opened.
   virtual void check() const {}
 
-  // For remote sources: begins to fetch these ranges. Returns at once and never throws.
+  // Starts fetching these ranges from a remote source. Returns at once and never throws.
   virtual void prefetch(std::span<const FileRange> ranges) const { (void)ranges; }
-  // The bytes to fetch from a remote store before these ranges can be read.
+  // Returns the number of bytes that reading these ranges would fetch from a remote store.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const {
     (void)ranges;
     return 0;
   }
-  // For bytes that turned out to be damaged: the next read of them starts over.
+  // Drops cached bytes that turned out to be damaged; the next read fetches them again.
   virtual void forget(const FileRange& range) const { (void)range; }
   [[nodiscard]] virtual bool is_far() const { return false; }
 };
@@ -60,7 +61,7 @@ class MemorySource : public ByteSource {
   std::span<const std::byte> bytes_;
 };
 
-// A file behind an address. Functions throw StoreError.
+// A remote file. Functions throw StoreError.
 class RemoteSource : public ByteSource {
  public:
   explicit RemoteSource(std::shared_ptr<const RemoteFile> file) : file_(std::move(file)) {}
@@ -79,8 +80,8 @@ class RemoteSource : public ByteSource {
   std::shared_ptr<const RemoteFile> file_;
 };
 
-// An open file. Its size is that at the opening: when the file becomes shorter, read() throws. All
-// functions throw DatasetFileError.
+// An open local file. Its size is fixed when it is opened; read() throws if the file has become
+// shorter. All functions throw DatasetFileError.
 class FileSource : public ByteSource {
  public:
   explicit FileSource(const std::filesystem::path& file);
@@ -92,7 +93,7 @@ class FileSource : public ByteSource {
   void read(std::uint64_t offset, std::span<std::byte> into) const override;
 
  private:
-  friend class MappedFile;  // mapped_file.hpp
+  friend class MappedFile;
 
   std::filesystem::path file_;
   int descriptor_ = -1;

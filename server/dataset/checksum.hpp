@@ -1,4 +1,4 @@
-// XXH3-64 with seed 0. Detects accidental damage; it is no protection against deliberate changes.
+// XXH3-64 with seed 0. Detects accidental damage; no protection against deliberate changes.
 #pragma once
 
 #include <cstddef>
@@ -12,12 +12,12 @@ namespace multitetra {
 
 [[nodiscard]] std::uint64_t checksum(std::span<const std::byte> bytes);
 
-// The checksum of bytes that come in pieces.
+// Computes the checksum of bytes that arrive in pieces.
 class RunningChecksum {
  public:
   RunningChecksum();
   void add(std::span<const std::byte> bytes);
-  [[nodiscard]] std::uint64_t value() const;  // The checksum of all bytes so far.
+  [[nodiscard]] std::uint64_t value() const;  // Covers all bytes so far.
 
  private:
   struct Free {

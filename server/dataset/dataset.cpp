@@ -14,7 +14,7 @@ namespace multitetra {
 namespace {
 
 constexpr const char* kSuffix = ".mtd";
-// The deepest nesting of folders.
+// Maximum depth of the search in subfolders.
 constexpr int kMostDepth = 16;
 
 IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes) {
@@ -64,7 +64,7 @@ bool is_folder_of_datasets(const std::string& place) {
 std::vector<std::string> datasets_in(const std::string& folder) {
   if (is_address(folder)) return list_bucket(folder, kSuffix);
   std::vector<std::string> found;
-  (void)std::filesystem::directory_iterator(folder);  // Throws where it cannot be read.
+  (void)std::filesystem::directory_iterator(folder);  // Throws if the folder cannot be read.
   std::filesystem::recursive_directory_iterator at(
       folder, std::filesystem::directory_options::skip_permission_denied);
   for (const std::filesystem::recursive_directory_iterator end; at != end; ++at) {

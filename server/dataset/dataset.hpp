@@ -1,5 +1,5 @@
-// A prepared dataset: a volume with its facts and its errors for every isovalue. Immutable, shared
-// by pointer-to-const among all sessions.
+// A prepared dataset: a volume with its metadata and its errors for every isovalue. Immutable; all
+// sessions share it by pointer to const.
 //
 //   const DatasetPtr head = open_dataset("head.mtd");
 #pragma once
@@ -18,30 +18,29 @@
 
 namespace multitetra {
 
-// The largest grid has 2^14 steps a side. On grids beyond 2^12 not every lattice resolution fits
-// kMaxLatticeBits; requests for those that do not are refused.
+// The largest grid has 2^14 steps per side. Beyond 2^12 the finest lattice resolutions exceed
+// kMaxLatticeBits; requests for them are refused.
 inline constexpr std::int32_t kMaxGridExponent = 14;
 static_assert(kMaxGridExponent + kDefaultLatticeResolution <= kMaxLatticeBits);
 static_assert((std::int64_t{1} << kMaxGridExponent) + 1 == kMaxSide);
 
 using DatasetPtr = std::shared_ptr<const PreparedVolume>;
 
-// A file, or an address of one (http://, https://, s3://bucket/key); see prepared_file.hpp. Those
-// that are opened with the same `files` share its caches and connections; without any, a small
-// cache is made for this dataset alone. Damage that is found later throws DatasetFileError out of
-// what reads the brick, failures of a store StoreError. Throws these.
+// Opens a file or an address (http://, https://, s3://bucket/key); see prepared_file.hpp. Datasets
+// opened with the same `files` share its caches and connections; without it, the dataset gets a
+// small cache of its own. Throws DatasetFileError or StoreError; reading a brick later throws them
+// too, for damage or a failing store.
 [[nodiscard]] DatasetPtr open_dataset(const std::string& place,
                                       std::shared_ptr<RemoteFiles> files = nullptr);
 
-// Whether a folder is meant, on this machine or in a bucket, whose files *.mtd are datasets.
+// Returns whether `place` is a folder of *.mtd files, on this machine or in a bucket.
 [[nodiscard]] bool is_folder_of_datasets(const std::string& place);
 
-// The files *.mtd in such a folder, by name; on this machine also those in its subfolders, but for
-// hidden ones and links. Throws std::filesystem::filesystem_error, StoreError.
+// Returns the *.mtd files of such a folder, sorted by name. Includes local subfolders, except
+// hidden ones and links. Throws std::filesystem::filesystem_error or StoreError.
 [[nodiscard]] std::vector<std::string> datasets_in(const std::string& folder);
 
-// All samples in one piece, for the exact pass over a volume. Needs memory for them, and reads
-// every brick.
+// Reads all samples into memory, for the exact pass over a volume.
 [[nodiscard]] Volume whole_volume(const PreparedVolume& dataset);
 
 }  // namespace multitetra

@@ -17,8 +17,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Reads the fields of one JSON object. The first error is kept and everything after it reads as
-// zero, so that callers ask once at the end.
+// Reads the fields of one JSON object. Records the first error; all later fields read as zero, so
+// callers check once at the end.
 class Fields {
  public:
   Fields(const Json& object, std::string& failure) : object_(object), failure_(failure) {}
@@ -37,7 +37,7 @@ class Fields {
     add_error(key, "is no text");
     return {};
   }
-  // The text of an optional field; empty if it is absent.
+  // Optional fields.
   std::string later_text(const char* key) { return has(key) ? text(key) : std::string(); }
   std::optional<double> later_number(const char* key) {
     return has(key) ? std::optional(number(key)) : std::nullopt;
@@ -120,7 +120,7 @@ Json to_json(const Affine& map) {
   return {map.columns[0], map.columns[1], map.columns[2], map.translation};
 }
 
-// Fields that say nothing are left out.
+// Omits empty fields.
 Json to_json(const SeriesMember& member) {
   Json json = {{"series", member.series}};
   if (!member.field.empty()) json["field"] = member.field;

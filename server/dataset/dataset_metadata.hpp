@@ -1,4 +1,4 @@
-// The section "metadata" of a prepared dataset: what is known of it, as JSON text.
+// The "metadata" section of a prepared dataset, as JSON text.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace multitetra {
 
-// The volume inside a label's surface at error 0, beside its samples, in volumes of a sample. Of
-// samples where the data end, the half beyond counts as held.
+// The size of a label: its number of samples, and the volume inside its surface at error 0, in
+// sample volumes. For samples at the end of the data, the half beyond it counts as inside.
 struct LabelVolume {
   std::uint64_t samples = 0;
   double surface_samples = 0;
-  std::optional<LabelExtent::Place> place = std::nullopt;  // None: prepared by an earlier release.
+  std::optional<LabelExtent::Place> place = std::nullopt;  // Absent in files of earlier releases.
 
   [[nodiscard]] LabelExtent extent() const { return {.samples = samples, .place = place}; }
   friend bool operator==(const LabelVolume&, const LabelVolume&) = default;
@@ -25,21 +25,21 @@ struct LabelVolume {
 
 struct DatasetMetadata {
   DatasetInfo info;
-  // None: not a label's, or not known. Else info.label_extent is its extent().
+  // Only for labels of known volume; info.label_extent is then its extent().
   std::optional<LabelVolume> label_volume = std::nullopt;
   Provenance source;
-  // The version of the program that wrote the file.
+  // Version of the program that wrote the file.
   std::string program_version;
 
   friend bool operator==(const DatasetMetadata&, const DatasetMetadata&) = default;
 };
 
-// The same text for the same metadata; numbers come back bit for bit. Bytes of the source note that
-// are not UTF-8 become U+FFFD.
+// Returns equal text for equal metadata; numbers round-trip bit for bit. Bytes of the source note
+// that are not UTF-8 become U+FFFD.
 [[nodiscard]] std::string metadata_text(const DatasetMetadata& metadata);
 
-// kDamagedData, with the field and what is wrong, unless every field is there, of its type, and the
-// whole passes `check_info`. Fields it does not know are left out.
+// Ignores unknown fields. Returns kDamagedData, naming the field and the problem, unless every
+// field is present and of its type and `check_info` accepts the whole.
 [[nodiscard]] Result<DatasetMetadata> parse_metadata(std::string_view text);
 
 }  // namespace multitetra

@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kBatchBricks = 512;  // Packed at a time, which bounds memory.
+constexpr std::size_t kBatchBricks = 512;  // Packed at a time; bounds memory.
 
 [[maybe_unused]] std::uint64_t sample_bytes_in(const DatasetShape& shape) {
   std::uint64_t bytes = static_cast<std::uint64_t>(bytes_per_sample(shape.type));
@@ -23,7 +23,7 @@ constexpr std::size_t kBatchBricks = 512;  // Packed at a time, which bounds mem
   return bytes;
 }
 
-// An error of the disk as one of the dataset.
+// Rethrows disk errors as DatasetFileError.
 template <typename Action>
 auto on_disk(const Action& action) {
   try {
@@ -85,7 +85,7 @@ void DatasetWriter::finish(const DatasetMetadata& metadata, const SmallSections&
   const std::string text = metadata_text(metadata);
   write_section(section_names::kMetadata, std::as_bytes(std::span(text)));
   write_section(section_names::kBins, small.bins);
-  // Its place is known, and its content when the bricks are there.
+  // Reserves the space; finish() writes the index once the bricks are packed.
   std::vector<BrickEntry> index(spectrum.size());
   write_section(section_names::kSpectrumIndex, std::as_bytes(std::span(index)));
   const std::size_t index_section = sections_.size() - 1;
@@ -116,7 +116,7 @@ void DatasetWriter::write(std::span<const std::byte> bytes) {
   sections_.back().size += bytes.size();
 }
 
-// The zeros before it are never written, and read as zero.
+// Skips the padding before the section, which then reads as zeros.
 void DatasetWriter::begin_section(const char* name) {
   end_ = section_begin(end_);
   sections_.push_back({.name = name, .offset = end_});

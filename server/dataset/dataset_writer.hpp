@@ -6,12 +6,12 @@
 //   for (...) writer.add_spectrum_brick(index, bytes);   // Also between the samples.
 //   writer.finish(metadata, {.coarse = ..., .ranges = ..., .bins = ...});
 //
-// Samples and spectrum wait as they are in files without names beside the dataset, so that the disk
-// must hold them, too; finish() packs them on all threads and writes the file in its order.
+// Samples and spectrum are buffered uncompressed in unnamed temporary files beside the dataset, so
+// the disk must hold them as well; finish() compresses them on all threads and writes the file.
 //
-// Guaranteed: the file appears whole or not at all (AtomicFile), also when the writer is killed or
-// the machine stops. Without finish() nothing appears. The same bytes for the same content, for any
-// number of threads and in whatever order and pieces it came.
+// Guaranteed: the file appears complete or not at all (AtomicFile), even if the process is killed
+// or the machine stops; without finish() nothing appears. Equal content gives equal bytes, for any
+// number of threads and any order and size of the pieces.
 #pragma once
 
 #include <algorithm>
@@ -30,14 +30,14 @@
 
 namespace multitetra {
 
-// Properties that the writer needs before the first brick.
+// What the writer needs before the first brick.
 struct DatasetShape {
   GridCounts dims{};
   SampleType type = SampleType::kU8;
-  std::size_t spectrum_bricks = 0;  // SpectrumLayout(info).size(), empty ones included.
+  std::size_t spectrum_bricks = 0;  // SpectrumLayout(info).size(), including empty ones.
 };
 
-// A section that need not be in memory as a whole.
+// A section that is read in pieces, so it need not fit into memory.
 struct SectionBytes {
   using Read = std::function<void(std::uint64_t offset, std::span<std::byte> into)>;
 
@@ -56,36 +56,36 @@ struct SectionBytes {
   Read read;
 };
 
-// Sections for first previews, beside the bricks. Each may be empty.
+// Sections for first previews. Each may be empty.
 struct SmallSections {
   SectionBytes coarse;
   SectionBytes ranges;
   std::span<const std::byte> bins;
 };
 
-// Gives brick `index` of the samples, packed as pack_brick() does. Called from several threads.
+// Returns brick `index` of the samples, packed as by pack_brick(). Called from several threads.
 using PackedSamples = std::function<PackedBrick(std::size_t index)>;
 
-// All functions throw DatasetFileError when the disk fails. To be used by one thread at a time,
-// but for read_samples.
+// All functions throw DatasetFileError if the disk fails. Not thread-safe, except for
+// read_samples().
 class DatasetWriter {
  public:
   DatasetWriter(const std::filesystem::path& path, const DatasetShape& shape);
 
-  // The next bricks in the order of BrickLayout(dims), as many as these bytes hold: normally a
-  // layer. Requires that they end where a brick ends, and that no sample is infinite.
+  // Appends whole bricks in the order of BrickLayout(dims), normally a layer. Requires finite
+  // samples or NaN.
   void add_samples(std::span<const std::byte> bytes);
 
-  // The bytes of brick `first` and of those after it. Requires that they were added. From several
-  // threads at once, also while spectrum bricks are added.
+  // Reads brick `first` and those after it, which must have been added. May be called from several
+  // threads, also while spectrum bricks are added.
   void read_samples(std::size_t first, std::span<std::byte> into) const;
 
-  // In any order. Requires index < spectrum_bricks, each at most once, and at most
-  // most_spectrum_brick_bytes(). A brick that is never added is empty.
+  // Adds a brick, in any order. Requires index < spectrum_bricks, each index at most once, and at
+  // most most_spectrum_brick_bytes(). Bricks that are never added are empty.
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
-  // Brings the file to the disk and gives it its name. Requires that all samples were added, that
-  // the metadata passes `check_info` and agrees with the shape, and nothing after it.
+  // Writes the file to disk under its name. Must be the last call. Requires that all samples were
+  // added and that the metadata passes `check_info` and matches the shape.
   void finish(const DatasetMetadata& metadata, const SmallSections& small);
   // The same with samples from elsewhere; requires that none were added.
   void finish(const DatasetMetadata& metadata, const SmallSections& small,
@@ -93,7 +93,7 @@ class DatasetWriter {
 
  private:
   struct SpectrumPlace {
-    std::uint64_t offset = 0;  // In the scratch.
+    std::uint64_t offset = 0;  // In the scratch file.
     std::uint64_t size = 0;
   };
   void write(std::span<const std::byte> bytes);
@@ -101,7 +101,7 @@ class DatasetWriter {
   void end_section() { sections_.back().checksum = sum_.value(); }
   void write_section(const char* name, std::span<const std::byte> bytes);
   void write_packed_section(const char* name, const SectionBytes& bytes);
-  // Returns the index.
+  // Returns the index of the bricks.
   template <typename Layout>
   std::vector<BrickEntry> write_bricks(const char* name, const Layout& layout,
                                        const PackedSamples& packed);
@@ -116,10 +116,10 @@ class DatasetWriter {
   ScratchFile spectrum_;
   std::vector<SpectrumPlace> spectrum_places_;
 
-  // Filled by finish().
+  // Set by finish().
   SectionTable sections_;
-  std::uint64_t end_ = 0;  // The end of what was written.
-  // The checksum of the current section.
+  std::uint64_t end_ = 0;  // End of the bytes written so far.
+  // Checksum of the current section.
   RunningChecksum sum_;
 };
 

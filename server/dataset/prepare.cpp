@@ -27,7 +27,7 @@ void on_all_threads(std::size_t count, const std::function<void(std::size_t)>& b
   in_parallel(count, body);
 }
 
-// Calls `visit(slab, slices)` for all slices in order; a slab lies in one layer of bricks.
+// Calls `visit(slab, slices)` for all slices in order; each slab lies in one layer of bricks.
 template <typename Visit>
 void for_each_slab(VolumeSource& source, const PrepareOptions& options, const char* pass,
                    const Visit& visit) {
@@ -48,7 +48,7 @@ void for_each_slab(VolumeSource& source, const PrepareOptions& options, const ch
   }
 }
 
-// The dataset's place in the grid, checked, before anything is known of its values.
+// Returns the dataset's geometry, checked, without its values.
 DatasetInfo geometry_of(const VolumeHeader& header, const PrepareOptions& options) {
   const std::uint64_t samples =
       header.samples_per_slice() * static_cast<std::uint64_t>(header.dims[2]);
@@ -57,7 +57,7 @@ DatasetInfo geometry_of(const VolumeHeader& header, const PrepareOptions& option
   return describe(header, any, options.name, options.outside, options.margin);
 }
 
-// What is small, beside what goes to the sink.
+// The sections that do not go to the sink.
 struct SmallParts {
   DatasetInfo info;
   std::unique_ptr<Scratch> coarse_scratch;
@@ -74,7 +74,7 @@ struct SmallParts {
         ranges(geometry, *ranges_scratch) {}
 };
 
-// These edges, cut off where the values of `info` end.
+// Returns bins with these edges, limited to the range of values in `info`.
 IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inner) {
   const auto outside = static_cast<float>(info.outside.value_or(info.min));
   const float low = std::min(static_cast<float>(info.min), outside);
@@ -88,7 +88,7 @@ IsovalueBins bins_with_edges(const DatasetInfo& info, std::span<const float> inn
   return IsovalueBins(std::move(edges));
 }
 
-// From a builder that has seen every sample once.
+// Completes a survey. `builder` has counted every sample once.
 VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
                       SampleStatisticsBuilder& builder) {
   if (builder.needs_second_pass()) {
@@ -107,7 +107,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
   return {.info = std::move(info), .bins = std::move(bins)};
 }
 
-// The samples: into the sink, their facts and what is small of them into `parts`.
+// Writes the samples to the sink, and collects their statistics and the small sections in `parts`.
 void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSink& sink,
                 SmallParts& parts) {
   SampleStatisticsBuilder builder(source.header().type);
@@ -123,15 +123,15 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSin
   parts.bins = std::move(found.bins);
 }
 
-// The cells for which a sample in the box counts. Absent: all, as the value beyond the data is
-// another.
+// Returns the cells whose errors depend on samples in the box; nullopt means all of them, when the
+// value beyond the data differs from `elsewhere`.
 std::optional<CellBox> varied_cells(const DatasetInfo& info, const PrepareOptions& options) {
   if (!options.varied) return std::nullopt;
   const auto& [least, greatest, elsewhere] = *options.varied;
   if (info.outside && *info.outside != static_cast<double>(elsewhere)) return std::nullopt;
   const CellBox all = spectrum_cells(info);
   const auto begin = [&](std::size_t axis, std::int32_t first_cell) {
-    // A cell's last grid step is the first one of the next cell.
+    // The last grid step of a cell is the first one of the next cell.
     const std::int32_t step = std::max(0, least[axis] + info.margin - kSpectrumReach - 1);
     return std::max(first_cell, step / kSpectrumSpacing);
   };
@@ -143,7 +143,7 @@ std::optional<CellBox> varied_cells(const DatasetInfo& info, const PrepareOption
                  .end = {end(0, all.end.x), end(1, all.end.y), end(2, all.end.z)}};
 }
 
-// The errors, from the samples in the sink.
+// Computes the errors from the samples in the sink.
 void second_pass(const PrepareOptions& options, PreparedSink& sink, const SmallParts& parts) {
   const DatasetInfo& info = parts.info;
   const BrickedSamples samples(
@@ -172,7 +172,7 @@ void second_pass(const PrepareOptions& options, PreparedSink& sink, const SmallP
                    std::span<const std::byte> bytes) { sink.add_spectrum_brick(brick, bytes); },
        .progress = progress,
        .varied_cells = varied_cells(info, options)});
-  progress(all - done);  // The samples of cells that were left out.
+  progress(all - done);  // Counts the samples of skipped cells as done.
 }
 
 DatasetInfo checked_geometry(const VolumeSource& source, const PrepareOptions& options) {

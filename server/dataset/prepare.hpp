@@ -1,8 +1,9 @@
-// Preparing: a volume in, a dataset that can be served out. One pass over the source (two when its
-// samples are floating-point), then one over the samples in the unfinished dataset. Into a file, of
-// a source that streams, it takes less than 1 GiB of memory whatever the volume's size and content,
-// and the number of threads: slabs, columns of the spectrum (spectrum_builder.hpp) and 8
-// bytes for each brick of samples; what else grows with the volume waits in files without a name.
+// Preparation converts a volume into a dataset that can be served: one pass over the source (two
+// for floating-point samples), then one over the samples in the unfinished dataset. For a source
+// that streams, it takes less than 1 GiB of memory, regardless of the volume's size and content and
+// the number of threads: slabs, columns of the spectrum (spectrum_builder.hpp) and 8 bytes per
+// brick of samples. All other data that grow with the volume are buffered in unnamed temporary
+// files.
 //
 //   const auto source = open_volume("CThead.nhdr");
 //   prepare(*source, {.name = "head"}, "head.mtd", provenance("CThead.nhdr"));
@@ -25,47 +26,47 @@
 
 namespace multitetra {
 
-// Where a volume's samples differ: those outside of the box are all `elsewhere`.
+// The box in which samples vary: all samples outside of it are equal to `elsewhere`.
 struct VariedSamples {
-  std::array<std::int32_t, 3> least = {};     // Indices of samples,
-  std::array<std::int32_t, 3> greatest = {};  // and the last ones; none less than in `least`.
+  std::array<std::int32_t, 3> least = {};     // Least sample indices.
+  std::array<std::int32_t, 3> greatest = {};  // Greatest sample indices, at least `least`.
   float elsewhere = 0;
 };
 
 struct PrepareOptions {
   std::string name;
-  std::optional<double> outside = std::nullopt;  // The value beyond the data; none means void.
+  std::optional<double> outside = std::nullopt;  // The value beyond the data; absent means void.
   std::int32_t margin = 0;                       // Grid steps around the data.
-  // Bins of the error spectrum, 1 to kMaxCount.
+  // Number of bins of the error spectrum, 1 to kMaxCount.
   int bins = IsovalueBins::kDefaultCount;
   std::optional<SeriesMember> member = std::nullopt;
   std::optional<LabelVolume> label_volume = std::nullopt;
-  // Where these are given: instead of those that the histogram suggests, and of even bins. Edges
-  // increase strictly; those beyond the values are left out.
+  // Override the isovalues suggested from the histogram, and the even bins. Edges must increase
+  // strictly; those outside the range of values are dropped.
   std::vector<double> suggested_isovalues = {};
   std::vector<float> bin_edges = {};
-  // Saves time, where it is known; the result is the same.
+  // Saves time if known; does not affect the result.
   std::optional<VariedSamples> varied = std::nullopt;
-  // Bounds of memory; the result is the same for any.
-  std::size_t slab_bytes = std::size_t{64} << 20;  // Read at a time; a slice may be larger.
+  // Bound the memory; they do not affect the result.
+  std::size_t slab_bytes = std::size_t{64} << 20;  // Bytes read at a time; a slice may exceed it.
   std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.
-  // Called now and then with the current pass ("range", "errors") and how many of how many samples
-  // of that pass are done.
+  // Called from time to time with the current pass ("range", "histogram", "errors") and the number
+  // of samples of that pass that are done and in total.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
 };
 
-// Statistics of all samples, needed before the errors of any part are computed.
+// Statistics of all samples; the errors of any part depend on them.
 struct VolumeSurvey {
   DatasetInfo info;
   IsovalueBins bins;
 };
 
-// Reads the volume once (floating-point ones twice). Throws as prepare().
+// Reads the volume once, or twice for floating-point samples. Throws as prepare() does.
 [[nodiscard]] VolumeSurvey survey(VolumeSource& source, const PrepareOptions& options);
 
-// Writes the dataset file; it appears whole or not at all. The same bytes for any number of
-// threads. Throws std::invalid_argument when an option is outside its range or the volume does not
-// fit the largest grid, VolumeFileError when the source fails, DatasetFileError when the disk does.
+// Writes the dataset file atomically; its bytes do not depend on the number of threads. Throws
+// std::invalid_argument if an option is out of range or the volume exceeds the largest grid,
+// VolumeFileError if the source fails, DatasetFileError if the disk fails.
 DatasetInfo prepare(VolumeSource& source, const PrepareOptions& options,
                     const std::filesystem::path& output, const Provenance& note);
 

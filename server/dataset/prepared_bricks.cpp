@@ -7,12 +7,12 @@
 namespace multitetra {
 namespace {
 
-// The start of a remote file: what a first preview reads lies in its first bytes, which come in one
-// request after that of the opening. Behind them so many bytes after a brick are fetched ahead.
+// The first preview needs only the beginning of a remote file, which is fetched in one request
+// after that of the opening. Beyond it, this many bytes from a brick on are prefetched.
 constexpr std::uint64_t kPreviewBytes = std::uint64_t{512} << 10;
 constexpr std::uint64_t kPrefetchBytes = std::uint64_t{1} << 20;
 
-// Marks the keys of constant bricks, which are shared by their values.
+// Marks the keys of constant bricks, which are shared by value.
 constexpr std::uint64_t kConstantKey = std::uint64_t{1} << 63;
 
 }  // namespace
@@ -53,7 +53,7 @@ RetainedBytes PreparedBricks::in_place(std::size_t number, const BrickPlace& pla
   return bytes;
 }
 
-// Bricks of one value share their bytes: those of the largest of them that was looked at.
+// Constant bricks of the same value share their bytes: those of the largest one accessed so far.
 RetainedBytes PreparedBricks::constant(std::size_t number, const BrickPlace& place) const {
   const FileRange range = range_of(place);
   std::uint32_t value = 0;
@@ -74,7 +74,7 @@ RetainedBytes PreparedBricks::constant(std::size_t number, const BrickPlace& pla
   return {span, std::move(bytes)};
 }
 
-// Damage on the way from far is found once: it is fetched again.
+// Bytes of a remote file that are damaged are fetched once more.
 CachedBytes PreparedBricks::unpacked(std::size_t number, const BrickPlace& place) const {
   const FileRange range = range_of(place);
   look_ahead(place);
@@ -101,7 +101,7 @@ void PreparedBricks::prefetch(std::span<const std::size_t> bricks) const {
   if (!is_far()) return;
   try {
     file_.source->prefetch(ranges_of(bricks));
-  } catch (const std::exception&) {  // NOLINT: the read that needs the index gets the error.
+  } catch (const std::exception&) {  // NOLINT: the read that needs the index reports the error.
   }
 }
 

@@ -1,8 +1,8 @@
-// The bricks of a prepared dataset, unpacked and verified when they are looked at.
+// The bricks of a prepared dataset, verified and unpacked on access.
 //
-// A brick's bytes are only handed out when they have their checksum. Raw bricks of a mapped file
-// are handed out in place, verified at the first look; others are unpacked into a cache that all
-// datasets share. Safe to use from several threads: when two of them look first, both unpack.
+// A brick's bytes are returned only if their checksum matches. Raw bricks of a mapped file are
+// returned in place and verified on first access; others are unpacked into a cache that all
+// datasets share. Safe to use from several threads; concurrent accesses may both unpack it.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,7 @@
 
 namespace multitetra {
 
-// A set of small numbers that threads may add to at the same time.
+// A set of integers from 0 to `end` - 1; several threads may add to it at once.
 class ConcurrentSet {
  public:
   explicit ConcurrentSet(std::size_t end) : words_((end + kWordBits - 1) / kWordBits) {}
@@ -39,9 +39,9 @@ class ConcurrentSet {
   std::vector<std::atomic<std::uint64_t>> words_;
 };
 
-// Parameters that all bricks of a dataset share. Bytes that tests keep in memory are a source, too.
+// State that all bricks of a dataset share.
 struct BrickFile {
-  std::string place;  // For errors.
+  std::string place;  // Named in error texts.
   std::shared_ptr<const ByteSource> source = nullptr;
   std::shared_ptr<const PreparedStructure> structure = nullptr;
   std::shared_ptr<MemoryCache> cache = nullptr;
@@ -49,28 +49,28 @@ struct BrickFile {
 
 class PreparedBricks : public BrickSource {
  public:
-  // Requires index < size(). Throws DatasetFileError, with the file, the section, the brick and
-  // what to do, when the brick is damaged, and what the source throws.
+  // Requires index < size(). Throws the source's exceptions and, if the brick is damaged, a
+  // DatasetFileError that names the file, the section, the brick and the remedy.
   [[nodiscard]] RetainedBytes brick(std::size_t index) const final;
   void prefetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] bool is_far() const final { return file_.source->is_far(); }
 
   [[nodiscard]] std::size_t size() const { return size_; }
-  // The number of calls of brick() so far.
+  // Returns the number of calls of brick() so far.
   [[nodiscard]] std::uint64_t reads() const { return reads_.load(std::memory_order_relaxed); }
 
  protected:
-  // `type` is that of samples, none in the spectrum.
+  // `type` is the type of the samples; absent for the spectrum.
   PreparedBricks(BrickFile file, const char* section, std::size_t size,
                  std::optional<SampleType> type);
 
   [[nodiscard]] const BrickFile& file() const { return file_; }
 
  private:
-  // By number of the brick. May read it, and then throws what that throws.
+  // Indexed by brick. May read the index and throws if that fails.
   [[nodiscard]] virtual std::span<const BrickPlace> index() const = 0;
-  // When it is unpacked; not asked for in the spectrum.
+  // Returns the unpacked size of a brick; not called for the spectrum.
   [[nodiscard]] virtual std::size_t bytes_of(std::size_t index) const = 0;
   [[nodiscard]] RetainedBytes in_place(std::size_t index, const BrickPlace& place) const;
   [[nodiscard]] CachedBytes unpacked(std::size_t index, const BrickPlace& place) const;
@@ -86,18 +86,18 @@ class PreparedBricks : public BrickSource {
   const std::size_t size_;
   const std::optional<SampleType> type_;
   const MemoryCache::Owner owner_;
-  // Below, what threads write: away from what they only read.
+  // Written by all threads: on a cache line apart from the read-only members.
   alignas(64) mutable std::atomic<std::uint64_t> reads_ = 0;
-  // Which of the bricks in place were verified.
+  // The bricks in place that were verified.
   mutable ConcurrentSet verified_;
 };
 
-// The section "samples". Its index is read at the first look, of a far file.
+// The section "samples". The index of a remote file is read on first access.
 class SampleBricks final : public PreparedBricks {
  public:
   explicit SampleBricks(const BrickFile& file);
 
-  // Reads the index. Throws DatasetFileError when it is damaged, and what the source throws.
+  // Reads the index. Throws DatasetFileError if it is damaged, and the source's exceptions.
   [[nodiscard]] std::span<const BrickPlace> index() const override;
 
  private:

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kOwnCacheBytes = std::size_t{256} << 20;
 
-// Running out of memory for an index is reported as damage of the file that demands it.
+// Throws if `read` fails. If memory for an index runs out, reports the file as damaged.
 template <typename Read>
 auto whole_or_thrown(const std::string& place, const Read& read) {
   try {
@@ -80,7 +80,7 @@ std::uint64_t PreparedFile::bytes() const { return content_->file.source->size()
 
 std::uint64_t PreparedFile::content_id() const { return content_id_of(sections()); }
 
-// The sources share the ownership of the whole content.
+// The returned sources own a share of the whole content.
 std::shared_ptr<const PreparedBricks> PreparedFile::samples() const {
   return {content_, &content_->samples};
 }

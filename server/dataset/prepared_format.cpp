@@ -24,7 +24,7 @@ constexpr std::uint64_t kMaxBinsBytes = sizeof(float) * (IsovalueBins::kMaxCount
 constexpr std::array<const char*, 8> kKnownSections = {
     kMetadata, kBins, kSpectrumIndex, kCoarse, kSpectrum, kRanges, kSamples, kSampleIndex};
 
-// All known sections are there, and those that are not known may be passed over.
+// Checks that all known sections exist and that unknown ones are optional.
 Result<void> check_names(const SectionTable& sections) {
   for (const char* const name : kKnownSections) {
     if (find_section(sections, name) == nullptr) return damaged(name, "it is missing.");
@@ -62,7 +62,7 @@ Result<void> check_size(const Section& section, std::uint64_t needed) {
                                    std::to_string(needed) + ".");
 }
 
-// Reads the index of a section whose bricks lie in the order of `layout`. Returns what is wrong.
+// Reads the index of a section whose bricks are stored in the order of `layout`.
 template <typename Layout>
 Result<std::vector<BrickPlace>> decode_index(const ByteSource& source, const Section& index,
                                              const Section& bricks, const Layout& layout) {
@@ -123,7 +123,7 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
   auto metadata = decode_metadata(source, structure.section(kMetadata));
   if (!metadata) return tl::unexpected(metadata.error());
   structure.metadata = *std::move(metadata);
-  // From here on the size of the file bounds what the metadata demand.
+  // From here on, sizes in the metadata are checked against the size of the file.
   const std::size_t bricks = BrickLayout(structure.metadata.info.dims).size();
   if (const auto checked =
           check_size(structure.section(kSampleIndex), std::uint64_t{bricks} * sizeof(BrickEntry));
@@ -157,7 +157,7 @@ Result<std::vector<BrickPlace>> decode_sample_index(const ByteSource& source,
 
 Result<std::vector<std::byte>> read_packed_section(const ByteSource& source, const Section& section,
                                                    std::uint64_t bytes) {
-  // A constant piece has 8 bytes.
+  // Each piece has a header of 4 bytes, and packing never enlarges it.
   const std::uint64_t pieces = (bytes + kPieceBytes - 1) / kPieceBytes;
   if (section.size < pieces * sizeof(std::uint32_t) || section.size > bytes + 4 * pieces) {
     return damaged(section.name, "it has " + std::to_string(section.size) +
@@ -209,7 +209,7 @@ Result<void> unpack_checked(const std::string& section, std::size_t index, const
     }
     bytes = *size;
   }
-  // A constant one has one sample.
+  // A constant brick consists of one sample.
   const bool is_possible = !type || place.codec() != BrickCodec::kConstant ||
                            packed.size() == static_cast<std::size_t>(bytes_per_sample(*type));
   into.resize(bytes);

@@ -8,8 +8,9 @@
 //   spectrum   the packed bricks of core's SpectrumLayout, from the coarsest level to the finest
 //   samples    the packed bricks of core's BrickLayout, in Morton order
 //   smplidx    size, codec and checksum of each brick of samples, in the order of the file
-// Sections that opening and a first preview read are at the beginning. A reader verifies the small
-// sections when it reads them, and each brick when it unpacks it.
+//
+// Sections needed to open a file and to make the first preview come first. Small sections are
+// verified when they are read, bricks when they are unpacked.
 #pragma once
 
 #include <cstddef>
@@ -30,7 +31,7 @@
 
 namespace multitetra {
 
-// The names, in the order in which they are written.
+// Names of the sections, in the order of the file.
 namespace section_names {
 inline constexpr const char* kMetadata = "metadata";
 inline constexpr const char* kBins = "bins";
@@ -42,14 +43,14 @@ inline constexpr const char* kSamples = "samples";
 inline constexpr const char* kSampleIndex = "smplidx";
 }  // namespace section_names
 
-// One of the names above.
+// Returns whether `name` is one of the names above.
 [[nodiscard]] bool is_known_section(std::string_view name);
 
-// An entry of "specidx" and "smplidx": the bricks follow each other in their section in the order
-// of the entries, each at the next multiple of kBrickAlignment.
+// An entry of "specidx" and "smplidx". Bricks are stored in the order of the entries, each at the
+// next multiple of kBrickAlignment.
 struct BrickEntry {
-  std::uint32_t size_and_codec = 0;  // The codec in the highest four bits.
-  std::uint32_t checksum = 0;        // The lower half of the XXH3-64 of the packed bytes.
+  std::uint32_t size_and_codec = 0;  // Codec in the highest four bits.
+  std::uint32_t checksum = 0;        // Lower half of the XXH3-64 of the packed bytes.
 
   friend bool operator==(const BrickEntry&, const BrickEntry&) = default;
 };
@@ -65,7 +66,7 @@ inline constexpr std::uint32_t kMostPackedBytes = (std::uint32_t{1} << 28) - 1;
   return (end_of_the_one_before + kBrickAlignment - 1) / kBrickAlignment * kBrickAlignment;
 }
 
-// A packed brick as a part of its section.
+// The location of a packed brick within its section.
 struct BrickPlace {
   std::uint64_t offset = 0;
   std::uint32_t size_and_codec = 0;
@@ -75,44 +76,44 @@ struct BrickPlace {
   [[nodiscard]] BrickCodec codec() const { return static_cast<BrickCodec>(size_and_codec >> 28); }
 };
 
-// Everything about a file but the bricks themselves, and where those are.
+// All of a file but the bricks, and their locations.
 struct PreparedStructure {
   DatasetMetadata metadata;
-  SectionTable sections;  // All of them, with the names above and perhaps others.
+  SectionTable sections;  // All sections, including unknown ones.
   std::vector<std::byte> bins;
-  std::vector<BrickPlace> spectrum_index;  // By number of the brick.
+  std::vector<BrickPlace> spectrum_index;  // Indexed by brick.
 
   // Requires one of the names above.
   [[nodiscard]] const Section& section(std::string_view name) const;
 };
 
-// Verifies header, table, metadata, bins and the index of the spectrum; of a source on this machine
-// also that the other small sections have their checksums. kDamagedData, with the section and what
-// is wrong, or kUnsupportedVersion. Allocates in proportion to the size of the source at most.
+// Verifies header, table, metadata, bins and the spectrum index; for a local source also the
+// checksums of the other small sections. Returns kDamagedData, with the section and the problem, or
+// kUnsupportedVersion. Allocates at most in proportion to the size of the source.
 [[nodiscard]] Result<PreparedStructure> decode_structure(const ByteSource& source);
 
-// The index of the samples, by number of the brick: 16 bytes of memory for each.
+// Returns the index of the samples by brick; it takes 16 bytes of memory per brick.
 [[nodiscard]] Result<std::vector<BrickPlace>> decode_sample_index(
     const ByteSource& source, const PreparedStructure& structure);
 
-// The section "coarse" or "ranges" of that many bytes, unpacked. Bounds the memory by the size of
-// the section before it takes any.
+// Unpacks the section "coarse" or "ranges" to `bytes` bytes. Checks `bytes` against the size of the
+// section before it allocates memory.
 [[nodiscard]] Result<std::vector<std::byte>> read_packed_section(const ByteSource& source,
                                                                  const Section& section,
                                                                  std::uint64_t bytes);
-// The unpacked sizes of "coarse" and "ranges" in bytes.
+// Return the unpacked sizes of "coarse" and "ranges" in bytes.
 [[nodiscard]] std::uint64_t coarse_bytes(const DatasetInfo& info);
 [[nodiscard]] std::uint64_t ranges_bytes(const DatasetInfo& info);
 
-// DatasetInfo::content_id of what has these sections.
+// Returns the DatasetInfo::content_id of a file with these sections.
 [[nodiscard]] std::uint64_t content_id_of(const SectionTable& sections);
 
-// The most bytes that a brick of the spectrum has.
+// Returns the maximum size of a brick of the spectrum.
 [[nodiscard]] std::size_t most_spectrum_brick_bytes();
 
-// Unpacks a brick whose checksum was verified. For samples `type` is their type and `bytes` their
-// size; for the spectrum there is no type, and the brick contains its size. kDamagedData when it
-// cannot be unpacked, has another size, or has infinite samples.
+// Unpacks a brick whose checksum was verified. Bricks of samples need `type` and their unpacked
+// size in `bytes`; bricks of the spectrum have no type and contain their size. Returns kDamagedData
+// if the brick cannot be unpacked, has a different size, or has infinite samples.
 [[nodiscard]] Result<void> unpack_checked(const std::string& section, std::size_t index,
                                           const BrickPlace& place,
                                           std::span<const std::byte> packed,

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little,
 
 constexpr std::string_view kMagic = "\x89MTD1\r\n\x1a";
 static_assert(kMagic.size() == kMagicBytes);
-constexpr std::string_view kMagicOf0 = "\x89MTD\r\n\x1a\n";  // The signature of releases 0.x.
+constexpr std::string_view kMagicOf0 = "\x89MTD\r\n\x1a\n";  // Signature of releases 0.x.
 constexpr std::size_t kHeaderBytes = 24;
 constexpr std::size_t kEntryBytes = 40;
 constexpr std::size_t kNameBytes = 8;
@@ -67,7 +67,7 @@ Result<void> check_version(std::uint32_t version) {
                   ". Use a newer program or prepare the dataset again.");
 }
 
-// The number of sections. The magic and the version come first: they say what the rest means.
+// Returns the number of sections. Checks the magic and the version before the rest.
 Result<std::uint32_t> decode_header(std::string_view header, std::uint64_t file_bytes) {
   if (header.starts_with(kMagicOf0)) {
     return fail(ErrorCode::kUnsupportedVersion,
@@ -118,7 +118,7 @@ Result<Section> decode_entry(std::string_view entry) {
                  .checksum = number_at<std::uint64_t>(entry, 32)};
 }
 
-// What is wrong with the place of a section, after those before it up to `end_before`.
+// Checks the location of a section; the sections before it end at `end_before`.
 Result<void> check_place(const Section& section, std::uint64_t end_before,
                          std::uint64_t file_bytes) {
   const std::string quoted = "section \"" + section.name + "\" ";
@@ -133,7 +133,7 @@ Result<void> check_place(const Section& section, std::uint64_t end_before,
   return {};
 }
 
-// Sections that follow each other without overlap up to the end of the file.
+// Decodes the entries; sections must follow each other without overlap up to the end of the file.
 Result<SectionTable> decode_entries(std::string_view entries, std::uint64_t file_bytes) {
   SectionTable table;
   std::uint64_t end = 0;

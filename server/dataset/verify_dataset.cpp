@@ -19,7 +19,7 @@ namespace {
 
 using namespace section_names;
 
-// Reports each further percent.
+// Reports progress at each percent.
 class Ticker {
  public:
   Ticker(std::uint64_t total, const VerificationProgress& progress)
@@ -39,8 +39,9 @@ class Ticker {
   const VerificationProgress& progress_;
 };
 
-// Calls visit(bytes) with each brick of a section, unpacked, in the order of the file. A brick's
-// own checksum comes first, since it says where the damage is. `type` is none in the spectrum.
+// Calls visit(bytes) with each unpacked brick of a section, in the order of the file. Checks a
+// brick's own checksum before that of the section, since it locates the damage. `type` is absent
+// for the spectrum.
 template <typename Layout, typename Visit>
 Result<void> verify_bricks(const ByteSource& source, const Section& section, const Layout& layout,
                            std::span<const BrickPlace> places, std::optional<SampleType> type,
@@ -53,7 +54,7 @@ Result<void> verify_bricks(const ByteSource& source, const Section& section, con
   in_file_order(layout, [&](std::size_t brick) {
     if (!checked) return;
     const BrickPlace& place = places[brick];
-    // With the zeros before it.
+    // Includes the padding before the brick.
     packed.resize(static_cast<std::size_t>(place.offset + place.size() - end));
     source.read(section.offset + end, packed);
     sum.add(packed);
@@ -118,7 +119,7 @@ Result<void> verify_bytes(const ByteSource& source, const VerificationProgress& 
     return checked;
   }
   if (auto checked = verify_samples(source, *structure, ticker); !checked) return checked;
-  // There may be others, of later versions.
+  // Files of later versions may have more sections.
   for (const Section& section : structure->sections) {
     if (is_known_section(section.name)) continue;
     if (auto checked = check_section(source, section); !checked) return checked;

@@ -1,12 +1,12 @@
-// Verifies every byte of a prepared dataset: after copying, or when a disk is doubted.
+// Verifies every byte of a prepared dataset, for example after copying or on a suspect disk.
 //
 //   verify_dataset("head.mtd", [](double fraction) { std::cout << 100 * fraction << " %\n"; });
 //
 // Guaranteed: any file that differs in a byte from one that our writer finished is reported, with
-// the section and, in the large sections, the brick. Beyond the checksums, the facts in the
-// metadata (range, void samples) must be those of the samples. Reads the file once, from front to
-// back but for the small sections, and needs memory for them, a brick and the indexes only. Nothing
-// is mapped: a disk that fails gives an error too.
+// the section and, in the large sections, the brick. Besides the checksums, the range and the
+// number of void samples in the metadata must match the samples. Reads the file once, from front to
+// back except for the small sections; holds only those, one brick and the indexes in memory. Uses
+// no memory mapping, so a failing disk is reported as an error too.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@
 
 namespace multitetra {
 
-// Called from time to time with the fraction of the bytes that is done, from 0 to 1 and never
-// decreasing. An exception that it throws ends the verification.
+// Called from time to time with the verified fraction of the bytes, 0 to 1 and never decreasing. An
+// exception it throws ends the verification.
 using VerificationProgress = std::function<void(double fraction)>;
 
-// A file or an address. Throws DatasetFileError, which names the file, the section, the brick and
-// what to do, and StoreError. Returns the size of the file.
+// Verifies a file or an address and returns its size. Throws StoreError, or a DatasetFileError that
+// names the file, the section, the brick and the remedy.
 std::uint64_t verify_dataset(const std::string& place, const VerificationProgress& progress = {});
 
-// The same for bytes from anywhere: the first damage found, or nothing. Throws what the source and
+// The same for any source of bytes: returns the first damage found. Throws what the source and
 // `progress` throw.
 [[nodiscard]] Result<void> verify_bytes(const ByteSource& source,
                                         const VerificationProgress& progress = {});

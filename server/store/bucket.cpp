@@ -19,9 +19,9 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{16} << 20;
 constexpr std::size_t kMostTokenBytes = 4096;
-// The size of the parts of an upload.
+// Size of the parts of an upload.
 constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
-// The most parts of an upload.
+// Maximum number of parts of an upload.
 constexpr std::uint64_t kMostParts = 9999;
 
 std::string text_of(const HttpAnswer& answer) {
@@ -42,7 +42,7 @@ std::string text_of(const HttpAnswer& answer) {
                    "Give a longer prefix, or the addresses of the files");
 }
 
-// Refuses a listing that never ends: `token` is that of its next page, `tokens` are all before it.
+// Rejects a listing that never ends. `token` names the next page, `tokens` name earlier pages.
 void check_next_page(const std::string& folder, const std::string& token,
                      const ListingLimits& limits, std::set<std::string>& tokens) {
   if (token.size() > kMostTokenBytes) {
@@ -60,7 +60,7 @@ HttpPlace bucket_place(const std::string& address) {
   throw StoreError(address, "it is not in a bucket", "Write s3://bucket/path");
 }
 
-// A multipart upload that is under way; aborted when it ends before it is complete.
+// A multipart upload in progress. The destructor aborts it unless it is complete.
 class Upload {
  public:
   Upload(const std::string& address, const HttpStoreOptions& options)
@@ -103,7 +103,7 @@ class Upload {
     }
     const HttpAnswer answer =
         send("POST", "uploadId=" + percent_encoded(id_), std::as_bytes(std::span(xml)), headers);
-    // A bucket may find out that it failed after it has begun to answer 200.
+    // A bucket may detect a failure after it has started a 200 response.
     if (answer.status == 412 || answer.status == 409) {
       throw StoreError(address_, "another file was written there meanwhile",
                        "Look at it, then try again");
@@ -150,7 +150,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
   std::set<std::string> tokens;
   std::string next;
   do {
-    // In alphabetical order, as the signature requires.
+    // The signature requires alphabetical order.
     const std::string query =
         (next.empty() ? "" : "continuation-token=" + percent_encoded(next) + "&") +
         std::string("delimiter=%2F&list-type=2&prefix=") + percent_encoded(prefix);

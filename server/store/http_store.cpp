@@ -34,7 +34,7 @@ class HttpStore : public ObjectStore {
   [[nodiscard]] std::size_t parallel_requests() const override { return client_.connections(); }
 
  private:
-  // Names from metadata stay names: what is no plain character of a path is escaped.
+  // Keys come from metadata: escapes all characters that are special in URLs.
   [[nodiscard]] std::string address_of(const std::string& key) const {
     const std::filesystem::path inside(key);
     const bool leads_out = std::find(inside.begin(), inside.end(), "..") != inside.end();
@@ -60,7 +60,7 @@ class HttpStore : public ObjectStore {
                      "Check the address, the network and the credentials");
   }
 
-  std::string base_;  // Ends in '/'.
+  std::string base_;  // Ends with '/'.
   bool follow_;
   StoreClient client_;
 };

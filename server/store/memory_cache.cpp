@@ -32,7 +32,7 @@ CachedBytes MemoryCache::find(const Key& key) {
 void MemoryCache::put(const Key& key, CachedBytes bytes) {
   Shard& shard = shard_of(key);
   const std::size_t size = bytes->size();
-  LruMap<Key, CachedBytes>::Evicted evicted;  // Freed without the lock.
+  LruMap<Key, CachedBytes>::Evicted evicted;  // Destroyed after the lock is released.
   const std::lock_guard lock(shard.mutex);
   evicted = shard.entries.add(key, std::move(bytes), size);
   shard.evictions += evicted.size();

@@ -1,12 +1,12 @@
-// Bytes in memory. Evicts the least recently used above the limit.
+// A memory cache of byte arrays. Evicts the least recently used ones above its limit.
 //
 //   MemoryCache cache(std::size_t{512} << 20);
 //   const MemoryCache::Owner owner(cache);
 //   cache.put(owner.key(7), bytes);
 //   if (const CachedBytes found = cache.find(owner.key(7))) ...
 //
-// Guaranteed: bytes that were found stay valid as long as the caller keeps them; memory is bounded
-// by the limit and what is in use. Threads with different keys hardly ever wait for each other.
+// Guaranteed: returned bytes stay valid while the caller holds them; memory is bounded by the limit
+// plus the bytes in use. Threads with different keys rarely contend.
 #pragma once
 
 #include <array>
@@ -34,8 +34,8 @@ class MemoryCache {
     friend auto operator<=>(const Key&, const Key&) = default;
   };
 
-  // One of the users of a cache, whose keys are its own. Its entries are removed with it: those of
-  // a dataset that was replaced do not stay. The cache must outlive it.
+  // A user of the cache, with keys of its own. Destroying it removes its entries, such as those of
+  // a dataset that was replaced. The cache must outlive it.
   class Owner {
    public:
     explicit Owner(MemoryCache& cache);
@@ -52,7 +52,7 @@ class MemoryCache {
 
   explicit MemoryCache(std::size_t most_bytes);
 
-  // Null when it is not there.
+  // Returns null if the key is not cached.
   [[nodiscard]] CachedBytes find(const Key& key);
   void put(const Key& key, CachedBytes bytes);
   void remove(const Key& key);
@@ -61,13 +61,13 @@ class MemoryCache {
 
   struct Counts {
     std::uint64_t evictions = 0;
-    std::uint64_t bytes = 0;  // Now.
+    std::uint64_t bytes = 0;  // Currently cached.
   };
   [[nodiscard]] Counts counts() const;
 
  private:
   struct Shard {
-    mutable std::mutex mutex;  // Guards what follows.
+    mutable std::mutex mutex;  // Guards the following members.
     LruMap<Key, CachedBytes> entries{0};
     std::uint64_t evictions = 0;
   };

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 class ObjectFile {
  public:
   explicit ObjectFile(fs::path path)
-      // Without O_NONBLOCK a named pipe would be waited for.
+      // Without O_NONBLOCK, opening a named pipe would block.
       : path_(std::move(path)),
         descriptor_(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
     if (descriptor_ < 0) fail_with_reason();
@@ -101,7 +101,7 @@ class FolderStore : public ObjectStore {
   }
 
  private:
-  // Keys come from metadata: they stay below the folder. None when nothing is there.
+  // Keys come from metadata: keeps them below the folder. Returns nullopt if there is no file.
   [[nodiscard]] std::optional<fs::path> path_of(const std::string& key) const {
     const fs::path inside(key);
     const bool names_out =

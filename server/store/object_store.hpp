@@ -1,6 +1,5 @@
-// Named objects: the files of a folder, or what an HTTP server or an S3 bucket has under an
-// address. Chunks of Zarr and N5 lie in such stores, and prepared datasets that are made of
-// objects.
+// Named objects: files of a folder, or objects below an address of an HTTP server or S3 bucket.
+// Zarr and N5 chunks are read from such stores.
 #pragma once
 
 #include <cstddef>
@@ -20,28 +19,27 @@ class ObjectStore {
  public:
   virtual ~ObjectStore() = default;
 
-  // The whole object; nullopt when there is none. Throws StoreError when it has more than `most`
-  // bytes or the store fails.
+  // Returns the whole object, or nullopt if it does not exist. Throws StoreError if it has more
+  // than `most` bytes or the store fails.
   [[nodiscard]] virtual std::optional<std::vector<std::byte>> get(const std::string& key,
                                                                   std::uint64_t most) = 0;
-  // `length` bytes from `offset` on, or the object's last ones when offset is kFromEnd; fewer where
-  // the object ends.
+  // Returns `length` bytes from `offset`, or the last `length` bytes if `offset` is kFromEnd; fewer
+  // at the end of the object.
   static constexpr std::uint64_t kFromEnd = ~std::uint64_t{0};
   [[nodiscard]] virtual std::optional<std::vector<std::byte>> get_range(const std::string& key,
                                                                         std::uint64_t offset,
                                                                         std::uint64_t length) = 0;
-  // For sentences: where the object is.
+  // Returns the object's location for messages.
   [[nodiscard]] virtual std::filesystem::path place(const std::string& key) const = 0;
-  // The useful number of concurrent requests.
+  // Returns a useful number of concurrent requests.
   [[nodiscard]] virtual std::size_t parallel_requests() const = 0;
 };
 
-// The files below a folder. Links that lead out of it are followed only with `follow`, as are keys
-// with "..".
+// Returns the files below a folder. Links that lead out of it and keys with ".." require `follow`.
 [[nodiscard]] std::unique_ptr<ObjectStore> folder_store(std::filesystem::path folder,
                                                         bool follow = true);
 
-// An object as text, at most 16 MiB of it; nullopt when there is none.
+// Reads an object of at most 16 MiB as text; nullopt if it does not exist.
 [[nodiscard]] std::optional<std::string> text_of(ObjectStore& store, const std::string& key);
 
 }  // namespace multitetra

@@ -29,12 +29,12 @@ std::string name_of_version(const std::string& address, const std::string& versi
 struct RemoteFiles::OpenFile {
   explicit OpenFile(MemoryCache& memory) : owner(memory) {}
 
-  std::string address;  // As it was given.
+  std::string address;  // As passed to open().
   std::string url;
   std::shared_ptr<StoreClient> client;
   std::uint64_t size = 0;
-  std::string etag;           // Empty where there is none.
-  std::string last_modified;  // The same.
+  std::string etag;           // Empty if there is none.
+  std::string last_modified;  // Empty if there is none.
   std::string version;
   std::string cache_name;
   MemoryCache::Owner owner;
@@ -44,7 +44,7 @@ struct RemoteFiles::OpenFile {
     return static_cast<std::size_t>(
         std::min<std::uint64_t>(kBlockBytes, size - block * kBlockBytes));
   }
-  // Weak ETags cannot be compared by If-Match.
+  // If-Match cannot compare weak ETags.
   [[nodiscard]] std::vector<std::string> conditions() const {
     if (!etag.empty() && !etag.starts_with("W/")) return {"If-Match: " + etag};
     if (!last_modified.empty()) return {"If-Unmodified-Since: " + last_modified};
@@ -135,8 +135,7 @@ std::shared_ptr<const RemoteFile> RemoteFiles::open(const std::string& address) 
   return std::make_shared<const RemoteFile>(shared_from_this(), std::move(file));
 }
 
-// Blocks that are in memory, that another thread fetches, and runs of others, which are fetched
-// here.
+// Returns blocks from memory, waits for those that other threads fetch, and fetches the others.
 RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t first,
                                         std::size_t count) {
   Blocks found(count);
@@ -192,7 +191,7 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
   return found;
 }
 
-// From the disk where they are there, else in one request.
+// Reads the blocks from disk if cached there; fetches each remaining run in one request.
 void RemoteFiles::fetch_run(const OpenFile& file, std::uint64_t first,
                             std::span<CachedBytes> into) {
   if (disk_) {
@@ -248,7 +247,7 @@ void RemoteFiles::fetch_run(const OpenFile& file, std::uint64_t first,
   }
 }
 
-// In order, each once.
+// Returns sorted block numbers without duplicates.
 std::vector<std::uint64_t> RemoteFiles::missing_blocks(const OpenFile& file,
                                                        std::span<const FileRange> ranges) {
   std::vector<std::uint64_t> missing;
@@ -284,7 +283,7 @@ void RemoteFiles::prefetch_ranges(const OpenFilePtr& file, std::span<const FileR
     added += blocks;
     i += blocks;
   }
-  // Earlier prefetch requests that have not started may not be needed any more.
+  // Drops the oldest requests that have not started; they may not be needed anymore.
   while (job_blocks_ > most + kMaxBlocksPerRequest) {
     job_blocks_ -= jobs_.front().blocks;
     jobs_.pop_front();
@@ -320,7 +319,7 @@ void RemoteFiles::work(const std::stop_token& stop) {
     lock.unlock();
     try {
       (void)blocks(job.file, job.first, job.blocks);
-    } catch (const std::exception&) {  // NOLINT: the thread that needs the block gets the error.
+    } catch (const std::exception&) {  // NOLINT: the thread that needs the block reports the error.
     }
   }
 }
@@ -343,7 +342,7 @@ const std::string& RemoteFile::version() const { return file_->version; }
 
 void RemoteFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   assert(offset <= size() && into.size() <= size() - offset);
-  constexpr std::size_t kMostAtOnce = 64;  // Blocks, so that memory stays small.
+  constexpr std::size_t kMostAtOnce = 64;  // Blocks, which bounds memory.
   while (!into.empty()) {
     const std::uint64_t first = offset / RemoteFiles::kBlockBytes;
     const std::uint64_t last = (offset + into.size() - 1) / RemoteFiles::kBlockBytes;

@@ -1,18 +1,17 @@
-// Files behind addresses (http://, https://, s3://bucket/key), read by ranges.
+// Remote files (http://, https://, s3://bucket/key), read by ranges.
 //
 //   const auto files = std::make_shared<RemoteFiles>(RemoteFilesOptions{});
 //   const auto head = files->open("https://store.example/head.mtd");
 //   head->prefetch(ranges);
 //   head->read(offset, into);
 //
-// Guaranteed: all that is read of an open file is of the version that was there when it was opened.
-// Requests carry If-Match with its ETag (If-Unmodified-Since where it has none), and answers are
-// compared with it; a file that was replaced is a StoreError. A server that ignores ranges, or
-// sends neither ETag nor Last-Modified, is refused at the opening.
+// Guaranteed: all bytes read from an open file belong to the version that existed when it was
+// opened. Requests carry If-Match with its ETag (If-Unmodified-Since if it has none), and responses
+// are compared with it; a replaced file throws StoreError. open() refuses servers that ignore
+// ranges or send neither ETag nor Last-Modified.
 //
-// A file is fetched in blocks of 128 KiB. Blocks that follow each other are one request, and a
-// block that several threads ask for is fetched once. Blocks are kept in the memory cache and,
-// where there is one, in a folder of this machine.
+// Files are fetched in blocks of 128 KiB. One request fetches consecutive blocks, and a block that
+// several threads need is fetched once. They are cached in memory and optionally in a local folder.
 #pragma once
 
 #include <atomic>
@@ -42,10 +41,10 @@ class RemoteFile;
 
 struct RemoteFilesOptions {
   std::size_t memory_bytes = std::size_t{512} << 20;
-  // The folder of the disk cache; empty: none.
+  // Folder of the disk cache; empty for none.
   std::filesystem::path folder = {};
   std::uint64_t folder_bytes = std::uint64_t{16} << 30;
-  std::size_t fetchers = 8;  // Threads that fetch what will be needed.
+  std::size_t fetchers = 8;  // Number of prefetch threads.
   HttpStoreOptions http = {};
 };
 
@@ -54,39 +53,40 @@ struct FileRange {
   std::uint64_t size = 0;
 };
 
-// Shared by all open files: connections, caches and the threads that fetch ahead. Safe to use from
-// several threads at once.
+// Connections, caches and prefetch threads that all open files share. Safe to use from several
+// threads at once.
 class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
  public:
   static constexpr std::size_t kBlockBytes = std::size_t{128} << 10;
-  static constexpr std::size_t kOpeningBlocks = 3;  // Fetched with the opening, in one request.
-  // The most blocks of one prefetch request.
+  static constexpr std::size_t kOpeningBlocks = 3;  // Fetched by the request that opens a file.
+  // Maximum number of blocks per prefetch request.
   static constexpr std::size_t kMaxBlocksPerRequest = 8;
 
-  // Throws std::filesystem::filesystem_error when the folder cannot be made.
+  // Throws std::filesystem::filesystem_error if the folder cannot be created.
   explicit RemoteFiles(const RemoteFilesOptions& options = {});
   ~RemoteFiles();
   RemoteFiles(const RemoteFiles&) = delete;
   RemoteFiles& operator=(const RemoteFiles&) = delete;
 
-  // One request. Throws StoreError.
+  // Sends one request. Throws StoreError.
   [[nodiscard]] std::shared_ptr<const RemoteFile> open(const std::string& address);
-  // RemoteFile::version() of the file that is there now. One small request. Throws StoreError.
+  // Returns the RemoteFile::version() that is currently at the address. Sends one small request.
+  // Throws StoreError.
   [[nodiscard]] std::string version_of(const std::string& address);
 
-  // Also for what others make of the blocks.
+  // Also caches what callers derive from blocks, such as unpacked bricks.
   [[nodiscard]] MemoryCache& memory() { return memory_; }
 
   struct Counts {
-    std::uint64_t memory_hits = 0;  // Blocks,
+    std::uint64_t memory_hits = 0;  // Blocks found in memory.
     std::uint64_t disk_hits = 0;
-    std::uint64_t fetched = 0;  // from their stores.
+    std::uint64_t fetched = 0;  // Blocks fetched from stores.
     std::uint64_t fetched_bytes = 0;
-    std::uint64_t requests = 0;  // For ranges, the opening ones included.
-    // Repeated requests.
+    std::uint64_t requests = 0;  // Requests for ranges, including those that open files.
+    // Retried requests.
     std::uint64_t retries = 0;
     std::uint64_t failures = 0;   // Requests that failed for good.
-    std::uint64_t evictions = 0;  // From memory: blocks, and what others keep there.
+    std::uint64_t evictions = 0;  // From memory: blocks and other cached bytes.
     std::uint64_t memory_bytes = 0;
   };
   [[nodiscard]] Counts counts() const;
@@ -102,7 +102,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   using Blocks = std::vector<CachedBytes>;
   using OpenFilePtr = std::shared_ptr<const OpenFile>;
 
-  // Asks for the first `bytes` bytes and fills `file` with what the answer says of it.
+  // Requests the first `bytes` bytes and sets the members of `file` from the response.
   [[nodiscard]] std::vector<std::byte> ask(const std::string& address, std::size_t bytes,
                                            OpenFile& file);
   [[nodiscard]] Blocks blocks(const OpenFilePtr& file, std::uint64_t first, std::size_t count);
@@ -121,14 +121,14 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   std::unique_ptr<DiskCache> disk_;  // Null without a folder.
   std::atomic<std::uint64_t> retries_ = 0;
 
-  mutable std::mutex mutex_;  // Guards what follows, but for the threads.
+  mutable std::mutex mutex_;  // Guards the following members, except the threads.
   std::map<std::string, std::shared_ptr<StoreClient>> clients_;
   std::map<MemoryCache::Key, std::shared_future<CachedBytes>> under_way_;
   Counts counts_;
   std::deque<Job> jobs_;
   std::size_t job_blocks_ = 0;
   std::condition_variable_any has_jobs_;
-  std::vector<std::jthread> fetchers_;  // Last: they end before what they use.
+  std::vector<std::jthread> fetchers_;  // Last, so that they end before what they use.
 };
 
 // An open file. Safe to use from several threads at once.
@@ -139,18 +139,18 @@ class RemoteFile {
 
   [[nodiscard]] const std::string& address() const;
   [[nodiscard]] std::uint64_t size() const;
-  // Differs between versions of the file.
+  // Identifies the version of the file.
   [[nodiscard]] const std::string& version() const;
 
   // Requires offset + into.size() <= size(). Throws StoreError.
   void read(std::uint64_t offset, std::span<std::byte> into) const;
 
-  // Begins to fetch what is not there of these ranges, in this order, as far as it fits into half
-  // of the memory. Does not wait, and never fails.
+  // Starts fetching the missing blocks of these ranges, in this order, up to half of the memory.
+  // Does not wait, and never fails.
   void prefetch(std::span<const FileRange> ranges) const;
-  // The bytes of these ranges that are neither cached nor being fetched, in whole blocks.
+  // Returns the bytes of these ranges that are neither cached nor being fetched, in whole blocks.
   [[nodiscard]] std::uint64_t missing_bytes(std::span<const FileRange> ranges) const;
-  // For bytes that turned out to be damaged: the next read fetches them again.
+  // Drops cached blocks of a range that turned out to be damaged; the next read fetches them again.
   void forget(const FileRange& range) const;
 
   [[nodiscard]] const std::shared_ptr<RemoteFiles>& files() const { return files_; }

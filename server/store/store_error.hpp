@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-// A store that cannot be reached, refuses, or answers what cannot be. The text names the place, the
-// problem and a remedy, in one line without passwords.
+// A store that cannot be reached, denies access, or sends an invalid response. The text names the
+// place, the problem and a remedy, in one line without passwords.
 class StoreError : public std::runtime_error {
  public:
   // "Cannot read '<place>': <problem>. <remedy>."
@@ -20,7 +20,7 @@ class StoreError : public std::runtime_error {
             /*keeps_lines=*/false)) {}
 };
 
-// A store that refuses an object (401, 403): it may be there or not.
+// A store that denies access to an object (401, 403), which may or may not exist.
 class StoreAccessDenied : public StoreError {
  public:
   using StoreError::StoreError;

@@ -13,7 +13,7 @@ void set_spacing(ImageHeader& header, const Vec3& spacing) {
     const double before = std::sqrt(dot(column, column));
     if (before > 0) {
       column = scaled(column, spacing[axis] / before);
-    } else {  // A header without a usable spacing.
+    } else {  // The header has no usable spacing.
       column = {0, 0, 0};
       column[axis] = spacing[axis];
     }
@@ -24,7 +24,7 @@ void set_spacing(ImageHeader& header, const Vec3& spacing) {
 void turn(Affine& index_to_world, const AxisDirections& directions) {
   const Affine turned = composed({.columns = directions, .translation = {0, 0, 0}}, index_to_world);
   index_to_world = turned;
-  for (Vec3& column : index_to_world.columns) column = sum(column, {0, 0, 0});  // No -0.
+  for (Vec3& column : index_to_world.columns) column = sum(column, {0, 0, 0});  // Turns -0 into 0.
   index_to_world.translation = sum(index_to_world.translation, {0, 0, 0});
 }
 

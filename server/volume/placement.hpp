@@ -1,4 +1,4 @@
-// The placement of samples in the world, where a file lacks it or has it wrong.
+// Places samples in the world if their file does not, or does so incorrectly.
 #pragma once
 
 #include <array>
@@ -12,20 +12,19 @@
 
 namespace multitetra {
 
-// Where the directions x, y and z of a file point: each an axis of the world or its opposite.
+// The directions of a file's x, y and z axes: each is a world axis or its opposite.
 using AxisDirections = std::array<Vec3, 3>;
 
-// "x,-z,y": the file's y axis points down, its z axis along y. nullopt unless each axis of the
-// world comes once.
+// Parses "x,-z,y": the file's y axis points along -z, its z axis along y. Returns nullopt unless
+// each world axis occurs once.
 [[nodiscard]] std::optional<AxisDirections> axis_directions_from(std::string_view text);
 
-// Given values replace those of the file.
+// Present values replace those of the file.
 struct Placement {
-  std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions stay.
-  std::optional<AxisDirections> orient = std::nullopt;  // Turns, or mirrors, all world coordinates.
-  std::optional<Vec3> origin = std::nullopt;  // The world coordinates of the first sample.
-  // The space of the world axes as the file's reader gives them. Coordinates that are RAS become
-  // LPS.
+  std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions are kept.
+  std::optional<AxisDirections> orient = std::nullopt;  // Rotates or mirrors all world coordinates.
+  std::optional<Vec3> origin = std::nullopt;            // World coordinates of the first sample.
+  // The space of the world axes as the reader returns them. RAS coordinates are converted to LPS.
   std::optional<WorldSpace> space = std::nullopt;
   std::optional<std::string> length_unit = std::nullopt;
 

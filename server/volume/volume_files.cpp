@@ -44,10 +44,10 @@ std::string to_text(const std::array<std::int64_t, 3>& dims) {
          std::to_string(dims[2]);
 }
 
-// What a volume is opened for: slab by slab, or to be in memory as a whole.
+// Whether to open a volume slab by slab or to read it into memory.
 enum class Use { kSlabs, kWhole };
 
-// Throws unless the machine has the memory for all samples; checked before the allocation.
+// Throws unless the machine has the memory for all samples; called before the allocation.
 void check_memory(const fs::path& file, const ImageHeader& header) {
   const std::int64_t bytes = header.dims[2] * static_cast<std::int64_t>(header.slice_bytes());
   const std::int64_t memory = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
@@ -59,13 +59,13 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   }
 }
 
-// The bytes of all samples: as stored, and converted to at most 4 bytes each.
+// Returns the bytes of all samples: as stored, plus converted to at most 4 bytes each.
 std::uint64_t bytes_as_a_whole(const ImageHeader& header) {
   const auto samples = static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]);
   return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]) + 4 * samples;
 }
 
-// How a volume is opened: for what purpose, and where notices go.
+// Parameters for opening a volume.
 struct Opening {
   const VolumeFileOptions& options;
   Use use;
@@ -78,9 +78,9 @@ ComponentChoice component_of(const VolumeChoice& choice) {
   return takes_first ? ComponentChoice{.kind = ComponentChoice::Kind::kIndex} : choice.component;
 }
 
-// ---- whatever the path names
+// ---- opening any path
 
-// "file.h5:/path" is a file and a path inside it, unless there is a file of that name.
+// Splits "file.h5:/path" into a file and a path inside it, unless a file has that name.
 std::pair<fs::path, std::string> file_and_inside(const fs::path& path) {
   std::error_code error;
   const std::string text = path.string();
@@ -145,7 +145,7 @@ std::string known_files() {
   return text;
 }
 
-// Throws where something is chosen that a source of this format, or this one, does not have.
+// Throws if `choice` selects something that this format or file does not have.
 void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
                   const VolumeChoice& choice, const StoredVolume& volume) {
   const auto refuse = [&](const std::string& option, const std::string& what) {
@@ -174,7 +174,7 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   }
 }
 
-// The volume that a path names, and its format; nullopt for raw samples of a given layout.
+// Opens the volume at `path` and sets its format; nullopt for raw samples with a given layout.
 StoredVolume open_stored(const fs::path& path, const Opening& opening, const VolumeChoice& choice,
                          std::optional<VolumeFormat>& format) {
   if (is_address(path.string())) {

@@ -18,12 +18,12 @@ bool is_volume(const fs::path& file) {
   try {
     const std::optional<VolumeFormat> format = recognized_format(file);
     if (format != VolumeFormat::kRaw) return format.has_value();
-    // A description beside raw samples stands for them.
+    // A description beside raw samples represents them.
     std::error_code error;
     return !fs::exists(fs::path(file).replace_extension(".dat"), error) ||
            file.extension() == ".dat";
   } catch (const VolumeFileError&) {
-    return true;  // Its fault is reported when it is prepared.
+    return true;  // Preparing the file reports its error.
   }
 }
 
@@ -41,7 +41,7 @@ void collect(const fs::path& folder, int depth, std::vector<fs::path>& volumes) 
     std::error_code ignored;
     if (fs::is_directory(entry, ignored)) {
       if (fs::is_symlink(entry, ignored) || depth == kMostDepth) continue;
-      // Below it, DICOM and TIFF images may be of several folders.
+      // A recognized folder is one volume, even if its images are in subfolders.
       if (recognized_format(entry)) {
         volumes.push_back(entry);
       } else {

@@ -1,4 +1,4 @@
-// The volumes in a folder of many.
+// Finds the volumes in a folder.
 #pragma once
 
 #include <filesystem>
@@ -6,10 +6,10 @@
 
 namespace multitetra {
 
-// The files and folders below `folder` that read_volume would take, sorted by name: a folder with
-// DICOM or TIFF images or an array counts as one and is not looked into. Data files that a
-// description beside them names are left out, as are hidden files, datasets, and what is no volume.
-// Throws VolumeFileError when a folder cannot be read.
+// Returns the files and folders below `folder` that read_volume accepts, sorted by name. A folder
+// with DICOM or TIFF images or an array counts as one volume. Omits data files with a description
+// beside them, hidden files, datasets, and everything that is no volume. Throws VolumeFileError if
+// a folder cannot be read.
 [[nodiscard]] std::vector<std::filesystem::path> volumes_in(const std::filesystem::path& folder);
 
 }  // namespace multitetra

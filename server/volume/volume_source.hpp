@@ -1,4 +1,4 @@
-// A volume that hands out its samples slab by slab, so that it need not fit in memory.
+// A volume that returns its samples slab by slab, so that it need not fit in memory.
 //
 //   const auto source = open_volume("head.nhdr");  // volume_files.hpp
 //   Samples slab;
@@ -6,8 +6,8 @@
 //     source->read(z, std::min(16, source->header().dims[2] - z), slab);
 //   }
 //
-// Guaranteed: slabs may be read in any order and more than once, and put together they are what
-// read_volume returns. Not guaranteed: reading from several threads at once.
+// Guaranteed: slabs may be read in any order and repeatedly; together they are the result of
+// read_volume(). Not safe to use from several threads at once.
 #pragma once
 
 #include <array>
@@ -21,13 +21,12 @@
 
 namespace multitetra {
 
-// Properties of a volume that are known before its samples are read.
+// What is known of a volume before its samples are read.
 struct VolumeHeader {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each 1 to kMaxSide.
-  SampleType type =
-      SampleType::kU8;       // The type of samples in slabs; in the file it may be a wider one.
-  Vec3 spacing = {1, 1, 1};  // World units between samples, > 0.
-  Affine index_to_world;     // Sample index -> world, the spacing included.
+  SampleType type = SampleType::kU8;   // Type of samples in slabs; the file may have a wider one.
+  Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
+  Affine index_to_world;               // Sample index -> world, including the spacing.
   PhysicalMeaning meaning = {};
 
   [[nodiscard]] std::size_t samples_per_slice() const {
@@ -43,19 +42,19 @@ class VolumeSource {
 
   [[nodiscard]] virtual const VolumeHeader& header() const = 0;
 
-  // The slices first_slice ... first_slice + slices - 1 into `into`, x fastest, of header().type.
-  // NaN is void, and no sample is infinite. What `into` held is lost; its memory is used again.
-  // Requires slices >= 1 and that all are slices of the volume. Throws VolumeFileError.
+  // Reads slices first_slice to first_slice + slices - 1 as samples of header().type, x fastest.
+  // NaN is void; no sample is infinite. Overwrites `into` and reuses its memory. Requires slices >=
+  // 1, within the volume. Throws VolumeFileError.
   virtual void read(std::int32_t first_slice, std::int32_t slices, Samples& into) = 0;
 
-  // All slices. A source that holds them gives them away, so this is the last call to it.
+  // Returns all slices. A source in memory gives its samples away, so this must be the last call.
   [[nodiscard]] virtual Samples take_all();
 
-  // Further contents of the source, if its file lists them.
+  // Returns further contents of the source, if its file lists them.
   [[nodiscard]] virtual const VolumeContents& members() const;
 };
 
-// A volume in memory as a source.
+// Returns a source for a volume in memory.
 [[nodiscard]] std::unique_ptr<VolumeSource> source_of(Volume volume);
 
 }  // namespace multitetra

@@ -14,9 +14,9 @@
 namespace multitetra {
 namespace {
 
-// Bounds of the errors of the determinants below in double, relative to the sums of their terms'
-// magnitudes (Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust
-// geometric predicates"). They hold as long as nothing underflows.
+// Error bounds of the determinants below in double, relative to the sums of the magnitudes of their
+// terms (Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast robust geometric
+// predicates"). Valid unless a term underflows.
 constexpr double kEpsilon = 0x1p-53;
 constexpr double kError3 = (7 + 56 * kEpsilon) * kEpsilon;
 constexpr double kError2 = (3 + 16 * kEpsilon) * kEpsilon;
@@ -24,16 +24,16 @@ constexpr double kLeastMagnitude = 1e-250;
 
 int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
-// The sign of a determinant in double, if its error does not matter.
+// Returns the sign of a determinant in double, unless the error could change it.
 std::optional<int> certain_sign(double determinant, double magnitude, double error) {
-  if (magnitude == 0) return std::nullopt;  // It may have underflowed.
+  if (magnitude == 0) return std::nullopt;  // Terms may have underflowed.
   if (magnitude > kLeastMagnitude && std::abs(determinant) > error * magnitude) {
     return sign(determinant);
   }
   return std::nullopt;
 }
 
-// value = factor * 2^exponent, with an odd factor below 2^53; 0 = 0 * 2^0.
+// value = factor * 2^exponent with an odd factor below 2^53; 0 = 0 * 2^0.
 struct OddFactor {
   std::int64_t factor = 0;
   int exponent = 0;
@@ -46,7 +46,7 @@ OddFactor odd_factor_of(double value) {
   return {mantissa >> zeros, exponent - 53 + zeros};
 }
 
-// What the coordinates are multiples of: 2^lowest. And they are below 2^highest.
+// Coordinates are multiples of 2^lowest and less than 2^highest.
 struct BinaryRange {
   int lowest = std::numeric_limits<int>::max();
   int highest = std::numeric_limits<int>::min();
@@ -61,7 +61,7 @@ BinaryRange range_of(std::span<const double> coordinates) {
   return range;
 }
 
-// Rows of differences to the last point.
+// The rows are differences to the last point.
 template <typename Number>
 Number determinant(const std::array<Number, 12>& p) {
   const auto d = [&](std::size_t point, std::size_t axis) -> Number {
@@ -81,7 +81,7 @@ Number determinant(const std::array<Number, 6>& p) {
   return d(0, 0) * d(1, 1) - d(1, 0) * d(0, 1);
 }
 
-// The coordinates times 2^-lowest are integers.
+// Computes the sign in integers: the coordinates times 2^-lowest.
 template <typename Number, std::size_t count>
 int sign_in(const std::array<double, count>& coordinates, int lowest) {
   std::array<Number, count> integers;
@@ -94,8 +94,8 @@ int sign_in(const std::array<double, count>& coordinates, int lowest) {
 
 template <std::size_t count>
 int exact_sign(const std::array<double, count>& coordinates) {
-  // Sums of six products of three differences have three bits more than three times a difference's,
-  // which have one more than the coordinates', and a sign.
+  // A sum of six products of three differences has 3 bits more than three differences together. A
+  // difference has 1 bit more than a coordinate. Another bit is the sign.
   constexpr int kUsualBits = 82;
   static_assert(3 * (kUsualBits + 1) + 3 + 1 <= 256);
   constexpr int kMostBits = 1024 + 1074;

@@ -1,5 +1,4 @@
-// Integers of a fixed number of 64-bit limbs in two's complement. Nothing is checked: what does not
-// fit wraps around.
+// Two's complement integers with a fixed number of 64-bit limbs. Overflow wraps around unchecked.
 #pragma once
 
 #include <array>
@@ -25,7 +24,7 @@ class FixedInteger {
     return 0;
   }
 
-  // Times 2^bits; bits >= 0.
+  // Returns the value times 2^bits; requires bits >= 0.
   [[nodiscard]] FixedInteger shifted(int bits) const {
     const auto whole = static_cast<std::size_t>(bits) / 64;
     const int rest = bits % 64;
@@ -40,7 +39,7 @@ class FixedInteger {
   friend FixedInteger operator+(const FixedInteger& a, const FixedInteger& b) {
     return added(a, b, 0, 0);
   }
-  // a + not b + 1
+  // Computes a + not b + 1.
   friend FixedInteger operator-(const FixedInteger& a, const FixedInteger& b) {
     return added(a, b, ~std::uint64_t{0}, 1);
   }

@@ -1,5 +1,4 @@
-// Binary glTF 2.0: a JSON chunk that describes what the binary chunk holds. And Draco, which may be
-// in it.
+// Binary glTF 2.0: a JSON chunk that describes the binary chunk, possibly with Draco meshes.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -21,11 +20,11 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
-// Extensions without which the triangles are not where they should be, and which are known here.
+// Extensions that a file may require.
 constexpr std::array<std::string_view, 3> kKnownExtensions = {
     kDracoExtension, "KHR_mesh_quantization", "KHR_materials_unlit"};
 
-// Draco with what its bytes promise, true or not, and its answer.
+// Limits for decoding Draco data, which may announce any size.
 constexpr std::uint64_t kDracoMemory = std::uint64_t{8} << 30;
 constexpr std::chrono::minutes kMostDracoTime{10};
 
@@ -59,7 +58,7 @@ DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> pos
   return mesh;
 }
 
-// A whole number of the JSON, from 0 on.
+// Reads a non-negative integer.
 std::size_t whole(const json& value) {
   if (!value.is_number_unsigned()) throw MeshFault("its JSON has something else for a number");
   return value.get<std::size_t>();
@@ -132,7 +131,7 @@ class GlbReader {
     if (!document_.contains("scenes")) throw MeshFault("it has no scene");
     const json& scene = element(document_, "scenes", whole_or(document_, "scene", 0));
     if (scene.contains("nodes")) {
-      // glTF's y-up to our z-up.
+      // Turns glTF's y-up to our z-up.
       const Affine turn = {.columns = {Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0, -1, 0}}};
       for (const json& node : scene["nodes"]) add_node(whole(node), turn, 0);
     }
@@ -181,13 +180,13 @@ class GlbReader {
       part = plain_part(primitive);
     }
     const auto first = mesh_.vertices.size();
-    // A few bytes can put the same mesh into the scene a million times.
+    // A few bytes can instance the same mesh a million times.
     constexpr std::size_t kMostVertices = std::size_t{1} << 28;
     if (first + part.positions.size() > kMostVertices) {
       throw MeshFault("it has more than 2^28 vertices");
     }
     for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));
-    const bool is_mirrored = map.determinant() < 0;  // glTF turns the faces over then.
+    const bool is_mirrored = map.determinant() < 0;  // glTF then reverses the faces.
     for (TriangleIndices t : part.triangles) {
       for (std::uint32_t& corner : t) corner += static_cast<std::uint32_t>(first);
       if (is_mirrored) std::swap(t[1], t[2]);
@@ -218,7 +217,7 @@ class GlbReader {
     return part;
   }
 
-  // The bytes of a view, and its stride or 0.
+  // Returns the bytes of a view, and its stride or 0.
   std::pair<std::string_view, std::size_t> view(std::size_t number) {
     const json& description = element(document_, "bufferViews", number);
     if (whole_or(description, "buffer", 0) != 0 ||
@@ -233,7 +232,7 @@ class GlbReader {
     return {binary_.substr(offset, length), whole_or(description, "byteStride", 0)};
   }
 
-  // Calls `take` for each element of an array of scalars or of vectors of three.
+  // Calls `take` for each element of an array of scalars or 3-vectors.
   template <typename Take>
   void visit(const json& accessor, std::size_t components, const Take& take) {
     if (accessor.contains("sparse") || !accessor.contains("bufferView")) {
@@ -302,14 +301,14 @@ TriangleMesh read_glb(std::string_view file) {
   MeshBytes bytes(file);
   bytes.take(4);
   if (bytes.take_number<std::uint32_t>() != 2) throw MeshFault("it is not of glTF 2");
-  bytes.take(4);  // Its length.
+  bytes.take(4);  // Length of the file.
   const auto length = bytes.take_number<std::uint32_t>();
   if (bytes.take_number<std::uint32_t>() != kJsonChunk) throw MeshFault("it has no JSON first");
   const std::string_view text = bytes.take(length);
   std::string_view binary;
   if (bytes.size() >= 8) {
     const auto size = bytes.take_number<std::uint32_t>();
-    bytes.take(4);  // The length of the binary chunk.
+    bytes.take(4);  // Type of the binary chunk.
     binary = bytes.take(size);
   }
   try {

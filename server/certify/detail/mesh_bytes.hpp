@@ -1,4 +1,4 @@
-// Shared by the readers of mesh files.
+// Helpers of the mesh file readers.
 #pragma once
 
 #include <bit>
@@ -13,19 +13,19 @@
 
 namespace multitetra {
 
-// The fault of a file, without its name, which read_mesh() adds.
+// An error in a mesh file. read_mesh() adds the file's name.
 class MeshFault : public std::runtime_error {
  public:
   explicit MeshFault(const std::string& what) : std::runtime_error(what) {}
 };
 
-// Appends the polygon as triangles around its first corner. Throws unless all corners are vertices.
+// Appends polygons as triangle fans around their first corner.
 class PolygonSink {
  public:
   explicit PolygonSink(TriangleMesh& mesh) : mesh_(mesh) {}
 
   void begin() { count_ = 0; }
-  // `vertex` as the file has it: it may be anything.
+  // Adds a corner. `vertex` comes unchecked from the file; throws MeshFault if it is out of range.
   void add(std::int64_t vertex) {
     if (vertex < 0 || vertex >= static_cast<std::int64_t>(mesh_.vertices.size())) {
       throw MeshFault("a face has the vertex " + std::to_string(vertex) + " of " +
@@ -45,7 +45,7 @@ class PolygonSink {
   std::uint32_t last_ = 0;
 };
 
-// Numbers and words one after the other, from text or bytes that may end anywhere.
+// Reads numbers and words from text or bytes; throws MeshFault if they end too early.
 class MeshBytes {
  public:
   explicit MeshBytes(std::string_view rest) : rest_(rest) {}
@@ -67,11 +67,11 @@ class MeshBytes {
     std::memcpy(&number, bytes.data(), sizeof number);
     return number;
   }
-  // Up to the end of the line, which is left out; empty at the end.
+  // Returns the text up to the end of the line, which is skipped; empty at the end.
   std::string_view take_line();
-  // The next word between white space, from other lines too; empty at the end.
+  // Returns the next word between white space, across lines; empty at the end.
   std::string_view take_word();
-  // A word that is a number.
+  // Reads a word that must be a number.
   double take_decimal();
 
  private:
@@ -79,7 +79,7 @@ class MeshBytes {
 };
 static_assert(std::endian::native == std::endian::little);
 
-// Throws unless all of `word` is a number.
+// Throw MeshFault unless the whole word is a number.
 [[nodiscard]] double decimal_from(std::string_view word);
 [[nodiscard]] std::int64_t integer_from(std::string_view word);
 

@@ -9,7 +9,8 @@
 namespace multitetra {
 namespace {
 
-// How many vertices of a component are within the allowed distance of the mesh, and its diagonal.
+// The number of vertices of a component within and beyond the allowed distance of the mesh, and the
+// diagonal of the component.
 struct ComponentFit {
   std::size_t near = 0;
   std::size_t far = 0;
@@ -34,7 +35,7 @@ std::vector<ComponentFit> fits_of_components(const ReferenceSurface& reference,
   return components;
 }
 
-// The triangles of the components with a shorter diagonal.
+// Returns the triangles of components with a shorter diagonal.
 TriangleMesh components_below(const TriangleMesh& mesh, const MeshComponents& components,
                               double diagonal) {
   TriangleMesh small{.vertices = mesh.vertices, .triangles = {}};
@@ -44,7 +45,7 @@ TriangleMesh components_below(const TriangleMesh& mesh, const MeshComponents& co
   return small;
 }
 
-// A number above `diagonal` and not above `most`, with as few digits as possible.
+// Returns a number above `diagonal` and at most `most`, with as few digits as possible.
 double just_above(double diagonal, double most) {
   for (double factor = 1; factor <= 1e6; factor *= 10) {
     const double rounded = (std::floor(diagonal * factor) + 1) / factor;
@@ -56,8 +57,8 @@ double just_above(double diagonal, double most) {
 }  // namespace
 
 MeshComponents components_of(const TriangleMesh& mesh, const Affine& world_to_grid) {
-  constexpr int kResolution = 8;     // Diagonals to a 256th of a grid step.
-  constexpr double kFarthest = 1e8;  // Lattice steps: beyond any grid.
+  constexpr int kResolution = 8;     // Diagonals are exact to 1/256 of a grid step.
+  constexpr double kFarthest = 1e8;  // In lattice steps: beyond any grid.
   const auto coordinate = [&](double steps) {
     return static_cast<std::int32_t>(
         std::lround(std::clamp(std::ldexp(steps, kResolution), -kFarthest, kFarthest)));
@@ -95,8 +96,8 @@ std::vector<char> ExpectedComponents::operator()(const std::vector<Vec3>& vertic
   return stays;
 }
 
-// The components near `min_component` with a vertex that is not within `allowed` of the
-// mesh's components below `most`.
+// Returns the components near `min_component` with a vertex farther than `allowed` from the mesh's
+// components below `most`.
 std::vector<char> ExpectedComponents::absent(const std::vector<Vec3>& vertices,
                                              const MeshComponents& all, double most) const {
   const NearestTriangle small(triangles_of(components_below(mesh, components, most)));
@@ -117,7 +118,7 @@ std::optional<MissingComponents> missing_components(const ReferenceSurface& refe
                                                     double allowed) {
   MissingComponents missing;
   for (const ComponentFit& component : fits_of_components(reference, mesh, allowed)) {
-    // A missing one may touch another component.
+    // Some vertices of a missing component may be near another one.
     if (component.far > component.near) {
       ++missing.count;
       missing.largest_diagonal = std::max(missing.largest_diagonal, component.diagonal);

@@ -1,5 +1,4 @@
-// Components of the full surface that a mesh lacks: because small ones were removed from it, or for
-// no known reason.
+// Components of the full surface that a mesh lacks: small ones that were removed, or any others.
 #pragma once
 
 #include <optional>
@@ -13,16 +12,17 @@
 
 namespace multitetra {
 
-// The components of a mesh whose vertices are all used, in grid coordinates.
+// Returns the components of a mesh, measured in grid coordinates. Every vertex must be used.
 [[nodiscard]] MeshComponents components_of(const TriangleMesh& mesh, const Affine& world_to_grid);
 
-// The components of the full surface that a mesh without those shorter than `min_component`, in
-// grid steps, has to have. `allowed` is the distance of the mesh from the full surface, `voxel` the
-// smallest spacing, both in world units; `components` are the mesh's.
+// Chooses the components of the full surface that must be in a mesh from which components shorter
+// than `min_component` grid steps were removed. `allowed` is the allowed distance of the mesh from
+// the full surface, `voxel` the smallest spacing, both in world units; `components` are those of
+// the mesh.
 //
-// Points move by at most `allowed`, and so a diagonal by less than four times that. Of the
-// components that are so near to `min_component`, as many as the mesh has beside the longer ones
-// are expected: the longest of those that lie within `allowed` of it.
+// Points move by at most `allowed`, so a diagonal changes by less than four times that. Of the
+// components this close to `min_component`, only those within `allowed` of the mesh can be in it:
+// of these, the longest are chosen, as many as the mesh has besides the clearly longer components.
 struct ExpectedComponents {
   const TriangleMesh& mesh;
   const MeshComponents& components;
@@ -38,8 +38,8 @@ struct ExpectedComponents {
                                          const MeshComponents& all, double most) const;
 };
 
-// The components of the full surface that are farther than `allowed` from the mesh with most of
-// their vertices. nullopt where there is none, or where others have a vertex that is farther, too.
+// Returns the components of the full surface with most of their vertices farther than `allowed`
+// from the mesh; nullopt if there are none, or if another component has a vertex that far, too.
 [[nodiscard]] std::optional<MissingComponents> missing_components(const ReferenceSurface& reference,
                                                                   const TriangleMesh& mesh,
                                                                   const MeshComponents& components,

@@ -1,4 +1,4 @@
-// OBJ: lines of vertices and of faces that name them from 1 on, or from the last one back.
+// OBJ: lines with vertices, and with faces that number them from 1, or backward from the last one.
 #include "server/certify/detail/mesh_bytes.hpp"
 
 namespace multitetra {

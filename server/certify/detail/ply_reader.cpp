@@ -1,4 +1,4 @@
-// PLY: a header of lines that names elements and their properties, then these as text or binary.
+// PLY: a text header that lists elements and their properties, then their values as text or binary.
 #include <optional>
 #include <vector>
 
@@ -13,7 +13,7 @@ enum class PlyEncoding { kText, kLittle, kBig };
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::kF32;
-  // For a list: the type of its length.
+  // For a list, the type of its length.
   std::optional<PlyType> count = std::nullopt;
 };
 
@@ -38,7 +38,7 @@ PlyType ply_type(std::string_view word) {
   throw MeshFault("its header names the type '" + std::string(word.substr(0, 40)) + "'");
 }
 
-// The values of the elements, whatever their encoding.
+// Reads the values of elements in any encoding.
 class PlyValues {
  public:
   PlyValues(MeshBytes bytes, PlyEncoding encoding) : bytes_(bytes), encoding_(encoding) {}
@@ -68,7 +68,7 @@ class PlyValues {
     }
     return 0;
   }
-  // A whole number of at most 32 bits.
+  // Reads an integer of at most 32 bits.
   std::int64_t take_integer(PlyType type) {
     const double value = take(type);
     const bool fits = value >= -2147483648.0 && value <= 4294967295.0;
@@ -109,7 +109,7 @@ PlyHeader take_header(MeshBytes& bytes) {
     } else if (word == "element") {
       PlyElement element{.name = std::string(line.take_word())};
       element.count = integer_from(line.take_word());
-      // No element has less than a byte.
+      // Each element takes at least a byte.
       if (element.count < 0 || element.count > static_cast<std::int64_t>(bytes.size())) {
         throw MeshFault("it is shorter than the " + std::to_string(element.count) + " elements '" +
                         element.name.substr(0, 40) + "' that its header promises");
@@ -155,7 +155,7 @@ void take_vertices(const PlyElement& element, PlyValues& values, TriangleMesh& m
   }
 }
 
-// Reads the lists of faces, or skips those of other elements.
+// Reads the lists of faces and skips those of other elements.
 void take_lists(const PlyElement& element, PlyValues& values, TriangleMesh& mesh) {
   PolygonSink sink(mesh);
   for (std::int64_t i = 0; i < element.count; ++i) {

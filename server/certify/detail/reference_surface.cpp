@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kBlockExponent = 3;
 
-// Whether the closed cube has values on both sides of the isovalue.
+// Returns whether the closed cube has values on both sides of the isovalue.
 template <typename SampledField>
 bool is_crossed(const SampledField& field, const OctreeCube& cube, double isovalue) {
   const std::int32_t side = cube.side();
@@ -36,11 +36,11 @@ bool is_crossed(const SampledField& field, const OctreeCube& cube, double isoval
   return false;
 }
 
-// The cubes of the grid that are crossed, row by row.
+// Returns the crossed cubes of the grid, row by row.
 std::vector<OctreeCube> crossed_cubes(const Field& field, double isovalue, int exponent) {
   const std::int32_t most = field.grid().side() >> exponent;
   const GridPoint last = field.last_sample();
-  const auto count = [&](std::int32_t coordinate) {  // Beyond one step behind the data is nothing.
+  const auto count = [&](std::int32_t coordinate) {  // The surface ends one step beyond the data.
     return std::min(most, ((coordinate + 1) >> exponent) + 1);
   };
   const GridPoint counts = {count(last.x), count(last.y), count(last.z)};
@@ -77,10 +77,10 @@ LatticeMesh surface_on_lattice(const Field& field, double isovalue) {
   return weld(pieces, options.lattice_resolution);
 }
 
-// The ends of the edge of the finest tetrahedra whose inside the lattice point lies in. They differ
-// by one step along each axis where the point is between grid points. Every edge joins points of
-// different kinds (cube centre, face centre, edge midpoint, corner): along those axes one of them
-// has all its coordinates even, the other one odd.
+// Returns the ends of the edge of the finest tetrahedra in whose interior the lattice point lies.
+// They differ by one step along each axis on which the point lies between grid points. Every edge
+// joins points of different kinds (cube center, face center, edge midpoint, corner), so on those
+// axes all coordinates of one end are even and those of the other odd.
 std::array<GridPoint, 2> edge_of(const LatticePoint& vertex, int resolution) {
   std::array<GridPoint, 2> ends;
   const auto set = [&](std::int32_t GridPoint::*axis, std::int32_t coordinate) {
@@ -99,7 +99,7 @@ Vec3 as_vector(GridPoint p) {
   return {static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)};
 }
 
-// Where the surface crosses the edges that the lattice points lie on, in the world.
+// Returns the crossings of the edges that contain the lattice points, in world coordinates.
 std::vector<Vec3> crossings(const Field& field, const LatticeMesh& surface, double isovalue,
                             const Affine& to_world) {
   std::vector<Vec3> places(surface.vertices.size());

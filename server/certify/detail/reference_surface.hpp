@@ -1,8 +1,8 @@
-// The isosurface of a volume at full resolution: what meshes are compared with.
+// The isosurface of a volume at full resolution, with which meshes are compared.
 //
-// It is what marching tetrahedra makes in the framework's finest tetrahedra, with the vertices at
-// the exact crossings of their edges instead of on the lattice. In each tetrahedron that is the
-// isosurface of the linear interpolation of its corners.
+// It is the result of marching tetrahedra in the framework's finest tetrahedra, except that
+// vertices lie exactly on the crossings of edges instead of on the lattice. Within each tetrahedron
+// it is the isosurface of the linear interpolation of the corners.
 #pragma once
 
 #include <cstdint>
@@ -18,28 +18,27 @@
 
 namespace multitetra {
 
-// The facts of a volume that describe its grid: dims, type, spacing, map to the world, outside,
+// Returns the fields that describe a volume's grid: dims, type, spacing, map to the world, outside,
 // margin, exponent and void samples.
 [[nodiscard]] DatasetInfo grid_info(const Volume& volume, std::optional<double> outside,
                                     std::int32_t margin);
 
 struct ReferenceSurface {
-  // In world coordinates, facing low values. Where a sample is the isovalue itself, vertices on
-  // different edges have the same place.
+  // In world coordinates, facing low values. Vertices on different edges coincide if a sample is
+  // equal to the isovalue.
   TriangleMesh mesh;
-  // The topology of the surface on the lattice, where vertices on different edges differ.
+  // Topology of the surface on the lattice, where vertices on different edges are distinct.
   MeshTopology topology;
-  MeshComponents components;  // Those of `mesh`, measured on the lattice.
+  MeshComponents components;  // Components of `mesh`, measured on the lattice.
 };
 
-// Chooses the components that stay, one entry each, from the vertices in the world and the
-// components of the whole surface.
+// Returns for each component of the full surface whether to keep it. Takes world coordinates.
 using ChooseComponents =
     std::function<std::vector<char>(const std::vector<Vec3>& vertices, const MeshComponents& all)>;
 
-// Takes time for one pass over the samples and for the surface, on all threads; memory is about 100
-// bytes a triangle. Requires a field of the volume that `info` was made from. Without `choose` all
-// components stay.
+// Takes one pass over the samples plus the extraction, on all threads, and about 100 bytes of
+// memory per triangle. Requires the field of the volume that `info` describes. Without `choose`,
+// keeps all components.
 [[nodiscard]] ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info,
                                                  double isovalue,
                                                  const ChooseComponents& choose = {});

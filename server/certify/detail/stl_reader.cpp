@@ -1,4 +1,4 @@
-// STL: triangles with all their corners, as text or binary.
+// STL: triangles with explicit corners, as text or binary.
 #include "server/certify/detail/mesh_bytes.hpp"
 
 namespace multitetra {
@@ -20,7 +20,7 @@ TriangleMesh read_binary(MeshBytes bytes, std::uint32_t count) {
   mesh.triangles.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     MeshBytes triangle(bytes.take(kStlTriangleBytes));
-    triangle.take(12);  // Its normal.
+    triangle.take(12);  // The normal.
     for (int corner = 0; corner < 3; ++corner) {
       Vec3 place;
       for (double& coordinate : place) {
@@ -52,7 +52,7 @@ TriangleMesh read_text(MeshBytes bytes) {
 }  // namespace
 
 TriangleMesh read_stl(std::string_view file) {
-  // Binary files may begin with "solid" as well, but then their length is as it must be.
+  // Binary files may begin with "solid" too, but their length then matches the number of triangles.
   if (file.size() >= kStlHeaderBytes + 4) {
     MeshBytes bytes(file);
     bytes.take(kStlHeaderBytes);

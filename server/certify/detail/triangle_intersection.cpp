@@ -9,10 +9,11 @@ namespace {
 
 using Places = std::array<Vec3, 3>;
 
-// Seen along an axis.
+// Projects along an axis.
 Vec2 seen(const Vec3& p, std::size_t axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
 
-// The axis along which the triangle is seen as one, and how its corners turn then; 0: it is flat.
+// A projection axis in which the triangle has an area, and the orientation of its corners there; 0
+// if the triangle is flat.
 struct View {
   std::size_t axis = 0;
   int turn = 0;
@@ -25,7 +26,7 @@ View view_of(const Places& t) {
   return {};
 }
 
-// Whether p, which is on the line through a and b, is between them or one of them.
+// Returns whether p, on the line through a and b, lies between them, ends included.
 bool is_between(const Vec2& a, const Vec2& b, const Vec2& p) {
   return std::min(a[0], b[0]) <= p[0] && p[0] <= std::max(a[0], b[0]) &&
          std::min(a[1], b[1]) <= p[1] && p[1] <= std::max(a[1], b[1]);
@@ -41,7 +42,7 @@ bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
          (cda == 0 && is_between(c, d, a)) || (cdb == 0 && is_between(c, d, b));
 }
 
-// In the plane of the triangle.
+// Returns whether a segment in the plane of the triangle meets it.
 bool meets_in_plane(const Vec3& p, const Vec3& q, const Places& t) {
   const View view = view_of(t);
   const std::array<Vec2, 3> corners = {seen(t[0], view.axis), seen(t[1], view.axis),
@@ -58,8 +59,8 @@ bool meets_in_plane(const Vec3& p, const Vec3& q, const Places& t) {
   return contains;
 }
 
-// Whether the closed segment and the closed triangle have a point in common; `side_p` and `side_q`
-// are on which sides of the triangle's plane its ends are.
+// Returns whether the closed segment and the closed triangle share a point. `side_p` and `side_q`
+// are the sides of the triangle's plane on which p and q lie.
 bool meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Places& t) {
   if (side_p * side_q > 0) return false;
   if (side_p == 0 && side_q == 0) return meets_in_plane(p, q, t);
@@ -104,7 +105,7 @@ bool apart_triangles_meet(const Places& a, const Places& b) {
   return any_side_meets(a, of_a, b) || any_side_meets(b, of_b, a);
 }
 
-// The corner of `of` that `other` does not have, or the first of them.
+// Returns the first corner that `other` does not have, or 0.
 std::size_t own_corner(const MeshTriangle& of, const MeshTriangle& other) {
   for (std::size_t i = 0; i < 3; ++i) {
     if (std::find(other.vertices.begin(), other.vertices.end(), of.vertices[i]) ==
@@ -115,7 +116,7 @@ std::size_t own_corner(const MeshTriangle& of, const MeshTriangle& other) {
   return 0;
 }
 
-// With an edge in common they have more only where one lies on the other.
+// Coplanar triangles on the same side of their common edge overlap; other neighbors do not.
 bool neighbours_overlap(const MeshTriangle& a, const MeshTriangle& b) {
   const std::size_t i = own_corner(a, b);
   const Vec3& own = a.places[i];
@@ -128,8 +129,8 @@ bool neighbours_overlap(const MeshTriangle& a, const MeshTriangle& b) {
          orientation(from, to, seen(other, view.axis));
 }
 
-// With a vertex in common, more in common is a segment from there or an area: it reaches the
-// opposite side of one of them.
+// Triangles with a common vertex that share further points share a segment from there or an area,
+// which reaches the opposite side of one of them.
 bool meet_beyond_vertex(const MeshTriangle& a, std::size_t shared_in_a, const MeshTriangle& b,
                         std::size_t shared_in_b) {
   const auto opposite_meets = [](const Places& of, std::size_t shared, const Places& other) {

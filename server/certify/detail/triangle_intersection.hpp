@@ -1,4 +1,4 @@
-// Whether two triangles of a mesh have a point in common that they should not have. Exact.
+// Exact intersection tests for triangles of a mesh.
 #pragma once
 
 #include <array>
@@ -13,12 +13,11 @@ struct MeshTriangle {
   std::array<Vec3, 3> places;
 };
 
-// Whether its corners lie on a line.
+// Returns whether the corners are collinear.
 [[nodiscard]] bool is_flat(const std::array<Vec3, 3>& places);
 
-// Whether the triangles have a point in common that is neither a vertex nor on an edge that both of
-// them have; a triangle that is there twice has. Requires that neither is flat, and that two
-// vertices have the same place exactly where they are the same.
+// Returns whether the triangles share a point outside their common vertices and edges; duplicates
+// do. Requires that neither is flat, and that vertices coincide only if they are the same.
 [[nodiscard]] bool intersect(const MeshTriangle& a, const MeshTriangle& b);
 
 }  // namespace multitetra

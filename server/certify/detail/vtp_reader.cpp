@@ -10,7 +10,7 @@
 namespace multitetra {
 namespace {
 
-// The numbers of an array one after the other, whatever their type.
+// Reads the numbers of an array of any type in order.
 class VtkNumbers {
  public:
   VtkNumbers(const VtkArrays& arrays, const VtiArray& array, std::uint64_t count)
@@ -46,7 +46,7 @@ class VtkNumbers {
     }
     return 0;
   }
-  // Reads an index, a whole number below 2^53.
+  // Reads an index, an integer below 2^53.
   std::int64_t take_index() {
     const double value = take();
     if (!(value >= 0 && value < 0x1p53)) throw MeshFault("an index is no index");
@@ -86,7 +86,7 @@ const VtiArray& array_of(const VtiHeader& header, std::string_view section, std:
   throw MeshFault("its " + std::string(section) + " have no array '" + std::string(name) + "'");
 }
 
-// Calls `begin()` for each cell of the section and `add(vertex)` for its vertices.
+// Calls `begin()` for each cell of a section and `add(vertex)` for each of its vertices.
 template <typename Begin, typename Add>
 void visit_cells(const VtkArrays& arrays, std::string_view section, std::uint64_t cells,
                  const Begin& begin, const Add& add) {
@@ -133,7 +133,7 @@ TriangleMesh read_vtp(const std::filesystem::path& file) {
         strip.push_back(vertex);
         const std::size_t n = strip.size();
         if (n < 3) return;
-        // Every second triangle of a strip is turned over.
+        // Every second triangle of a strip has the opposite orientation.
         const bool is_even = n % 2 == 1;
         sink.begin();
         for (const std::size_t i : {is_even ? n - 3 : n - 2, is_even ? n - 2 : n - 3, n - 1}) {

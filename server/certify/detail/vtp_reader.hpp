@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-// Its polygons and triangle strips; vertices and lines are left out. Throws MeshFault or
+// Reads polygons and triangle strips; ignores vertices and lines. Throws MeshFault or
 // VolumeFileError.
 [[nodiscard]] TriangleMesh read_vtp(const std::filesystem::path& file);
 

@@ -1,7 +1,7 @@
-// Slices of samples into bricks, on their way into a prepared volume.
+// Converts slices of samples into bricks for a prepared volume.
 //
-// Slices come a few at a time, in order, and leave in the order of their bricks. Where a layer of
-// bricks is too large for one slab it is put aside, and then read in rows of bricks.
+// Slices arrive a few at a time, in order; bricks leave in the order of the dataset. If a layer of
+// bricks is too large for one slab, its slices are buffered and then read in rows of bricks.
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,10 @@
 
 namespace multitetra {
 
-// Boxes of samples, each a number of whole bricks, in the order of their bricks.
+// Rearranges boxes of whole bricks so that each brick is contiguous, in brick order.
 class BrickAssembler {
  public:
-  // Valid until the next call.
+  // The result is valid until the next call.
   [[nodiscard]] std::span<const std::byte> bricks(const Samples& box, const GridCounts& dims);
 
  private:
@@ -31,13 +31,13 @@ class BrickAssembler {
 
 class BrickLayers {
  public:
-  // Slices of a whole layer.
+  // Slices in a full layer.
   static constexpr std::int32_t kSlices = BrickLayout::kSampleSide;
 
-  // The sink must outlive it.
+  // `sink` must outlive this object.
   BrickLayers(const VolumeHeader& header, PreparedSink& sink);
 
-  // The next slices, all of one layer of bricks.
+  // Adds the next slices, which must lie in one layer of bricks.
   void add(const Samples& slab, std::int32_t slices);
 
  private:
@@ -52,9 +52,9 @@ class BrickLayers {
   BrickAssembler brick_assembler_;
   std::int32_t layer_begin_ = 0;
   std::unique_ptr<Scratch> scratch_;
-  std::int32_t slices_in_layer_ = 0;        // Put aside.
-  std::vector<std::uint64_t> aside_;        // Where in the scratch.
-  std::vector<std::int32_t> slices_aside_;  // How many each time.
+  std::int32_t slices_in_layer_ = 0;        // Buffered.
+  std::vector<std::uint64_t> aside_;        // Offset of each buffered slab in the scratch space.
+  std::vector<std::int32_t> slices_aside_;  // Number of slices of each buffered slab.
   Samples row_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::int32_t kSide = BrickLayout::kSampleSide;
 
-// The part of a brick that lies in the box from `first` (included) to `end`.
+// Copies the part of a brick that lies in the box from `first` to `end` (exclusive).
 template <typename Sample>
 void copy_brick(const Sample* from, const BrickLayout& layout, const GridCounts& brick,
                 GridPoint first, GridPoint end, Sample* box) {

@@ -1,4 +1,4 @@
-// Boxes of samples out of bricks.
+// Reads boxes of samples from bricks.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace multitetra {
 
 class BrickedSamples : public SampleBoxes {
  public:
-  // Reads `bytes`.size() bytes that begin with brick `first`: it and those that follow it along x.
-  // Called from several threads at once.
+  // Reads bytes.size() bytes: brick `first` and those that follow it along x. Called from several
+  // threads at once.
   using ReadBricks = std::function<void(std::size_t first, std::span<std::byte> bytes)>;
 
   BrickedSamples(const GridCounts& dims, SampleType type, ReadBricks read)

@@ -13,8 +13,8 @@
 
 namespace multitetra {
 
-// Guards are found by a signal handler, which may hold no lock: so they are never freed, and used
-// again. One that guards nothing has no end.
+// The signal handler searches the guards and may not take a lock, so guards are never freed but
+// reused. A guard with end 0 is free.
 struct MappedFile::Guard {
   std::atomic<std::uintptr_t> begin = 0;
   std::atomic<std::uintptr_t> end = 0;
@@ -25,14 +25,14 @@ struct MappedFile::Guard {
   static void replace_lost_pages(int signal, siginfo_t* info, void* context);
 
   static inline std::atomic<Guard*> first = nullptr;
-  static inline std::mutex mutex;  // Held while a guard is made or taken.
+  static inline std::mutex mutex;  // Held while a guard is created or reused.
   static inline struct sigaction other_handler = {};
 };
 
 static_assert(std::atomic<std::uintptr_t>::is_always_lock_free);
 
-// All that lies behind a place that is gone is taken for gone as well: a page each would be more
-// mappings than a process may have.
+// Replaces everything from the lost page to the end of the mapping: replacing single pages could
+// exceed the number of mappings that a process may have.
 void MappedFile::Guard::replace_lost_pages(int signal, siginfo_t* info, void*) {
   const int saved_errno = errno;
   const auto page_size = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
@@ -47,7 +47,7 @@ void MappedFile::Guard::replace_lost_pages(int signal, siginfo_t* info, void*) {
     errno = saved_errno;
     if (zeros != MAP_FAILED) return;
   }
-  ::sigaction(signal, &other_handler, nullptr);  // Which gets the signal when this returns.
+  ::sigaction(signal, &other_handler, nullptr);  // Receives the signal next.
   errno = saved_errno;
 }
 
@@ -74,7 +74,7 @@ MappedFile::Guard* MappedFile::Guard::of(std::span<const std::byte> bytes) {
 }
 
 MappedFile::MappedFile(const std::filesystem::path& path) : file_(path), opened_(state()) {
-  if (file_.size_ == 0) return;  // Nothing can be mapped of nothing.
+  if (file_.size_ == 0) return;  // Empty files cannot be mapped.
   void* const memory =
       ::mmap(nullptr, file_.size_, PROT_READ, MAP_SHARED, file_.descriptor_, /*offset=*/0);
   if (memory == MAP_FAILED) {

@@ -28,23 +28,22 @@ class MappedFile : public ByteSource {
   MappedFile& operator=(const MappedFile&) = delete;
 
   [[nodiscard]] std::uint64_t size() const override { return bytes_.size(); }
-  // With pread, so that a disk that fails is an error.
+  // Uses pread(), so that a failing disk is reported as an error.
   void read(std::uint64_t offset, std::span<std::byte> into) const override {
     file_.read(offset, into);
   }
   [[nodiscard]] RetainedBytes bytes(std::uint64_t offset, std::size_t size) const override {
     return bytes_.subspan(static_cast<std::size_t>(offset), size);
   }
-  // Throws DatasetFileError when the file is not what it was when it was opened. Costs less than a
-  // microsecond.
+  // Throws DatasetFileError if the file has changed since it was opened. Takes under a microsecond.
   void check() const override;
 
  private:
-  // The registration of this memory with the handler.
+  // Registers this memory with the signal handler.
   struct Guard;
   struct State {
     std::int64_t size = 0;
-    std::int64_t seconds = 0;  // When the file was written last,
+    std::int64_t seconds = 0;  // Time of the last modification.
     std::int64_t nanoseconds = 0;
 
     friend bool operator==(const State&, const State&) = default;

@@ -10,7 +10,7 @@
 namespace multitetra {
 namespace {
 
-// Between two Hounsfield units: air is -1000, water 0, and compact bone has several hundred.
+// Halfway between two Hounsfield units. Air is -1000, water 0, compact bone several hundred.
 constexpr double kSkin = -300.5;
 constexpr double kBone = 300.5;
 
@@ -32,7 +32,7 @@ void prefer_known_isovalues(const std::optional<double>& recommended, DatasetInf
     add(kSkin);
     add(kBone);
   }
-  // As near as the histogram's own suggestions may be to each other.
+  // The same minimum distance as between suggestions from a histogram.
   const double apart = preferred.empty() ? 0 : (info.histogram.high - info.histogram.low) / 25;
   for (const double isovalue : info.suggested_isovalues) {
     const bool is_new = std::none_of(preferred.begin(), preferred.end(), [&](double other) {

@@ -1,4 +1,4 @@
-// Isovalues known to matter, before those that a histogram suggests.
+// Isovalues known to matter; they precede those suggested from the histogram.
 #pragma once
 
 #include <optional>
@@ -7,14 +7,13 @@
 
 namespace multitetra {
 
-// Whether the samples are computed tomography: Hounsfield units by name, or, where the unit is
-// unknown, a range from air to bone, which hardly anything else has. The viewer knows a CT by the
-// same rule.
+// Returns whether the samples are computed tomography: in Hounsfield units or, if the unit is
+// unknown, with a range from air to bone, which is rare otherwise. The viewer uses the same rule.
 [[nodiscard]] bool is_ct(const DatasetInfo& info);
 
-// Puts what is known about the values first among the suggested isovalues: what the source
-// recommends, then skin and bone of a CT. Values outside the samples' range are left out, and so
-// are suggestions that hardly differ from one before them; at most kMaxSuggestedIsovalues stay.
+// Puts known isovalues first among the suggestions: the one the source recommends, then skin and
+// bone for CT. Drops values outside the range of the samples and suggestions close to an earlier
+// one; keeps at most kMaxSuggestedIsovalues.
 void prefer_known_isovalues(const std::optional<double>& recommended, DatasetInfo& info);
 
 }  // namespace multitetra

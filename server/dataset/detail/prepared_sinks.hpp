@@ -1,4 +1,4 @@
-// The destination of a volume that is being prepared: a file.
+// Where preparation writes a volume to.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +17,9 @@ namespace multitetra {
 class PreparedSink {
  public:
   virtual ~PreparedSink() = default;
-  // The next bricks, in order.
+  // Appends the next bricks, in order.
   virtual void add_samples(std::span<const std::byte> bytes) = 0;
-  // Reads bricks that were added. From several threads at once.
+  // Reads bricks that were added. May be called from several threads.
   virtual void read_samples(std::size_t first, std::span<std::byte> bytes) const = 0;
   [[nodiscard]] virtual std::unique_ptr<Scratch> new_scratch() const = 0;
   virtual void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) = 0;
@@ -32,7 +32,7 @@ class FileSink final : public PreparedSink {
   void read_samples(std::size_t first, std::span<std::byte> bytes) const override {
     writer_.read_samples(first, bytes);
   }
-  // On the disk of the file.
+  // Returns scratch space on the disk of the file.
   [[nodiscard]] std::unique_ptr<Scratch> new_scratch() const override;
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) override {
     writer_.add_spectrum_brick(index, bytes);

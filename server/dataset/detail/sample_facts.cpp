@@ -43,7 +43,7 @@ void SampleFacts::add(SampleType type, std::span<const std::byte> bytes) {
 }
 
 Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {
-  if (facts.min > facts.max) facts.min = facts.max = 0;  // All are void.
+  if (facts.min > facts.max) facts.min = facts.max = 0;  // All samples are void.
   if (facts.min == info.min && facts.max == info.max && facts.void_samples == info.void_samples) {
     return {};
   }

@@ -1,4 +1,4 @@
-// The facts about the samples that a dataset's metadata contain, computed from the samples.
+// The metadata that are computed from the samples.
 #pragma once
 
 #include <cstddef>
@@ -16,11 +16,11 @@ struct SampleFacts {
   double max = -std::numeric_limits<double>::infinity();
   std::uint64_t void_samples = 0;
 
-  // Adds samples of that type.
+  // Adds samples of type `type`.
   void add(SampleType type, std::span<const std::byte> bytes);
 };
 
-// kDamagedData when these are not the facts in the metadata.
+// Returns kDamagedData if `facts` differ from the metadata.
 [[nodiscard]] Result<void> check_facts(const DatasetInfo& info, SampleFacts facts);
 
 }  // namespace multitetra

@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-// A name is also a part of paths and of addresses, and is printed.
+// Names are also parts of paths and URLs, and are printed.
 Result<void> check_name(std::string_view name) {
   if (name.empty() || name.size() > 255) {
     return fail(ErrorCode::kInvalidArgument,
@@ -49,7 +49,7 @@ Result<void> check_grid(const DatasetInfo& info) {
                   "A dataset has 1 to " + std::to_string((1 << kMaxGridExponent) + 1) +
                       " samples a side, not " + std::to_string(info.dims[axis]) + ".");
     }
-    // Errors are floats in world units, for one grid step and for thousands of them.
+    // Errors are floats in world units, from one grid step to thousands of them.
     if (!(info.spacing[axis] >= kMinSpacing && info.spacing[axis] <= kMaxSpacing)) {
       std::ostringstream spacing;
       spacing << info.spacing[axis];

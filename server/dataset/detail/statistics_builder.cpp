@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// That one thread takes at a time.
+// Samples that a thread processes at a time.
 constexpr std::size_t kPortionSamples = std::size_t{1} << 20;
 
 // Calls body(portion) on all threads for portions of `samples`.
@@ -38,14 +38,14 @@ std::int32_t lowest_of(SampleType type) {
   return is_signed ? -static_cast<std::int32_t>(values_of(type) / 2) : 0;
 }
 
-// ---- groups of floating-point values: the upper bits of an integer that is ordered as they are
+// ---- groups of floating-point values: the upper bits of an integer that sorts like the value
 
 constexpr int kGroupBits = 24;
 constexpr int kGroupShift = 32 - kGroupBits;
 constexpr std::uint32_t kSign = std::uint32_t{1} << 31;
 
 std::uint32_t group_of(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value + 0.0F);  // No -0.
+  const auto bits = std::bit_cast<std::uint32_t>(value + 0.0F);  // Turns -0 into 0.
   return ((bits & kSign) != 0 ? ~bits : bits | kSign) >> kGroupShift;
 }
 
@@ -54,8 +54,8 @@ float lowest_of_group(std::uint32_t group) {
   return std::bit_cast<float>((ordered & kSign) != 0 ? ordered & ~kSign : ~ordered);
 }
 
-// How often each value occurs. Neighbours are often equal, and adding to the same counter twice
-// waits until the first sum is stored, so neighbours have counters of their own.
+// Counts how often each value occurs. Neighboring samples are often equal, and a second increment
+// of the same counter waits until the first is stored, so neighbors use separate tables.
 template <typename Sample>
 class ValueTables {
  public:
@@ -67,7 +67,7 @@ class ValueTables {
     for (; i < samples.size(); ++i) ++at(0, samples[i]);
   }
 
-  // Adds what was counted to `total`, from the lowest value of the type on.
+  // Adds the counts to `total`, starting at the lowest value of the type.
   void add_to(std::vector<std::uint64_t>& total) const {
     constexpr std::size_t kLowest = std::is_signed_v<Sample> ? kValues / 2 : 0;
     for (std::size_t value = 0; value < kValues; ++value) {
@@ -124,7 +124,7 @@ void SampleStatisticsBuilder::widen_range(std::span<const float> samples) {
       const std::uint32_t group = group_of(sample);
       std::atomic<std::uint64_t>& word = occurs_[group / 64];
       const std::uint64_t bit = std::uint64_t{1} << (group % 64);
-      // Most groups occur before: looking is cheaper than writing.
+      // Most groups are already marked: reading is cheaper than writing.
       if ((word.load(std::memory_order_relaxed) & bit) == 0) {
         word.fetch_or(bit, std::memory_order_relaxed);
       }
@@ -189,10 +189,10 @@ SampleStatistics SampleStatisticsBuilder::of_integers() const {
       static_cast<std::size_t>(std::find_if(counts.begin(), counts.end(), occurs) - counts.begin());
   auto last = static_cast<std::size_t>(counts.rend() -
                                        std::find_if(counts.rbegin(), counts.rend(), occurs) - 1);
-  if (first == counts.size()) {  // No samples at all.
+  if (first == counts.size()) {  // All samples are void.
     first = last = static_cast<std::size_t>(-lowest_of(type_));
   }
-  const std::size_t width = (last - first) / kMaxHistogramBins + 1;  // Values to a bin.
+  const std::size_t width = (last - first) / kMaxHistogramBins + 1;  // Values per bin.
   const std::size_t bins = (last - first) / width + 1;
   SampleStatistics result;
   result.min = lowest_of(type_) + static_cast<double>(first);
@@ -210,7 +210,7 @@ SampleStatistics SampleStatisticsBuilder::of_floats() const {
   SampleStatistics result;
   result.void_samples = void_samples_;
   if (void_samples_ < samples_) {
-    result.min = double{min_} + 0.0;  // No -0.
+    result.min = double{min_} + 0.0;  // Turns -0 into 0.
     result.max = double{max_} + 0.0;
   }
   if (needs_second_pass()) {

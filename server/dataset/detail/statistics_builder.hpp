@@ -1,12 +1,12 @@
-// The statistics of a volume that comes in slabs.
+// The statistics of a volume that arrives in slabs.
 //
 //   SampleStatisticsBuilder builder(source.header().type);
 //   for (each slab) builder.add(slab);
 //   if (builder.needs_second_pass()) for (each slab) builder.add_again(slab);
 //   const SampleStatistics facts = builder.finish();
 //
-// Guaranteed: the same for any cut into slabs, in any order, and any number of threads. Memory: at
-// most 3 MiB and some hundred KiB a thread, whatever the volume.
+// Guaranteed: the result does not depend on how the volume is cut into slabs, their order, or the
+// number of threads. Takes at most 3 MiB plus a few hundred KiB per thread, for any volume.
 #pragma once
 
 #include <atomic>
@@ -25,24 +25,23 @@ class SampleStatisticsBuilder {
  public:
   explicit SampleStatisticsBuilder(SampleType type);
 
-  // The first pass, in which every sample comes once. Requires samples of the builder's type.
-  // Throws std::invalid_argument when one is infinite.
+  // First pass: add each sample once. Requires samples of the builder's type. Throws
+  // std::invalid_argument if one is infinite.
   void add(const Samples& slab);
 
-  // Whether every sample must come once more, after the first pass: the range of floating-point
-  // samples is known only then. Integers never do.
+  // After the first pass: returns whether a second pass is needed. Floating-point samples may need
+  // it, since only now is their range known; integers never do.
   [[nodiscard]] bool needs_second_pass() const;
 
-  // The second pass.
+  // Second pass: add each sample again.
   void add_again(const Samples& slab);
 
-  // Requires that the passes are over.
+  // Requires that all passes are complete.
   [[nodiscard]] SampleStatistics finish() const;
 
-  // The distinct values, ascending. Integers: all of them. Floating-point samples: values with the
-  // same sign, exponent and first 15 of 23 bits of the fraction are represented once, by the lowest
-  // of them (but none below the least sample), so there are at most 2^24. Requires that the first
-  // pass is over.
+  // Returns the distinct values, ascending. Integers: all of them. Floating-point samples: values
+  // that share sign, exponent and the first 15 of 23 fraction bits are represented by the lowest of
+  // them (but none below the least sample), so there are at most 2^24. Requires the first pass.
   [[nodiscard]] std::vector<float> distinct_values() const;
 
  private:
@@ -54,14 +53,14 @@ class SampleStatisticsBuilder {
   void count_bins(std::span<const float> samples);
 
   SampleType type_;
-  // Integers: how often each value occurs, from the lowest value of the type on.
+  // Integers: the number of samples of each value, starting at the lowest value of the type.
   std::vector<std::uint64_t> value_counts_;
-  // Floating-point samples.
+  // The following are for floating-point samples.
   float min_ = std::numeric_limits<float>::infinity();
   float max_ = -std::numeric_limits<float>::infinity();
   std::uint64_t samples_ = 0;
   std::uint64_t void_samples_ = 0;
-  std::vector<std::atomic<std::uint64_t>> occurs_;  // A bit for each group of values.
+  std::vector<std::atomic<std::uint64_t>> occurs_;  // One bit per group of values.
   std::vector<std::uint64_t> bin_counts_;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxClasses = 4;
 
-// Sums over the first bins, so that the sums over any run of bins are two look-ups away.
+// Prefix sums over the bins: the sums over any run of bins take two look-ups.
 class RunningSums {
  public:
   explicit RunningSums(const std::vector<std::uint64_t>& counts)
@@ -25,8 +25,8 @@ class RunningSums {
     }
   }
 
-  // weight * mean^2 of the bins begin ... end - 1. The sum over the classes of a partition grows
-  // with the variance between the classes, and differs from it by a constant.
+  // Returns weight * mean^2 of the bins begin to end - 1. The partition that maximizes its sum over
+  // all classes maximizes the variance between them.
   [[nodiscard]] double separation(std::size_t begin, std::size_t end) const {
     const double weight = weight_[end] - weight_[begin];
     const double moment = moment_[end] - moment_[begin];
@@ -41,11 +41,11 @@ class RunningSums {
   std::vector<double> moment_;
 };
 
-// The bins at which the classes 2, 3, ... begin, for the best partition into `classes`. Where a
-// threshold could move through empty bins without changing anything, it is put in their middle.
+// Returns the bins at which the second and later classes begin in the best partition into
+// `classes`. A threshold within a run of empty bins is moved to their middle.
 std::vector<std::size_t> best_partition(const RunningSums& sums, std::size_t bins,
                                         std::size_t classes) {
-  // best[end] is the largest separation of the first `end` bins in as many classes as were added.
+  // best[end] is the largest separation of the first `end` bins into the classes so far.
   std::vector<double> best(bins + 1);
   for (std::size_t end = 0; end <= bins; ++end) best[end] = sums.separation(0, end);
   std::vector<std::vector<std::size_t>> last_begin(classes, std::vector<std::size_t>(bins + 1));
@@ -75,7 +75,7 @@ std::vector<std::size_t> best_partition(const RunningSums& sums, std::size_t bin
   return begins;
 }
 
-// Counts that single bins and noise do not make rise and fall.
+// Smooths the counts, so that noise and single bins do not count as peaks.
 std::vector<double> smoothed(const std::vector<std::uint64_t>& counts) {
   const std::size_t reach = std::max<std::size_t>(1, counts.size() / 100);
   std::vector<double> smooth(counts.size());
@@ -89,8 +89,7 @@ std::vector<double> smoothed(const std::vector<std::uint64_t>& counts) {
   return smooth;
 }
 
-// Whether a class of samples of its own lies between two thresholds: a hill of the histogram. The
-// surfaces at two thresholds without one look alike.
+// Returns whether the histogram has a peak between two thresholds; else their surfaces look alike.
 bool has_hill_between(const std::vector<double>& smooth, std::size_t a, std::size_t b) {
   constexpr double kHill = 1.25;
   const auto [low, high] = std::minmax(a, b);
@@ -100,7 +99,7 @@ bool has_hill_between(const std::vector<double>& smooth, std::size_t a, std::siz
   return hill > kHill * std::max(foot(low), foot(high));
 }
 
-// Those that show something else than all before them come first; the order is kept otherwise.
+// Moves thresholds whose surfaces differ from all earlier ones to the front; is stable otherwise.
 std::vector<std::size_t> most_informative_first(const std::vector<std::size_t>& bins,
                                                 const std::vector<std::uint64_t>& counts) {
   const std::vector<double> smooth = smoothed(counts);
@@ -124,7 +123,7 @@ std::vector<double> suggested_isovalues(const Histogram& histogram) {
       std::count_if(counts.begin(), counts.end(), [](std::uint64_t count) { return count > 0; }));
   const RunningSums sums(counts);
   std::vector<std::size_t> chosen;
-  // A threshold nearer than this to one that was chosen before is redundant.
+  // A threshold closer than this to an earlier one is redundant.
   const std::size_t apart = std::max<std::size_t>(1, counts.size() / 25);
   for (std::size_t classes = 2; classes <= std::min(kMaxClasses, occupied); ++classes) {
     for (const std::size_t bin : best_partition(sums, counts.size(), classes)) {

@@ -1,4 +1,4 @@
-// Suggested isovalues, from a histogram alone.
+// Suggests isovalues from a histogram.
 #pragma once
 
 #include <vector>
@@ -7,13 +7,13 @@
 
 namespace multitetra {
 
-// Values that divide the samples into classes as different as possible: the thresholds of N. Otsu,
-// "A Threshold Selection Method from Gray-Level Histograms", IEEE Transactions on Systems, Man, and
+// Returns the values that best separate the samples into classes: the thresholds of N. Otsu, "A
+// Threshold Selection Method from Gray-Level Histograms", IEEE Transactions on Systems, Man, and
 // Cybernetics 9, 1979, for two, three and four classes (the exact optimum by dynamic programming,
-// as in the paper's section on multithresholding). The threshold for two classes comes first, then
-// those for three and four that are not redundant, those separated from the chosen ones by a peak
-// of the histogram before others. At most 5, each on an edge between bins, strictly inside the
-// range of bins that have samples; empty when only one bin has.
+// see the paper's section on multithresholding). The threshold for two classes comes first, then
+// non-redundant ones for three and four; those separated from earlier ones by a peak of the
+// histogram precede others. Returns at most 5, each on an edge between bins and strictly inside the
+// range of bins with samples; none if only one bin has samples.
 [[nodiscard]] std::vector<double> suggested_isovalues(const Histogram& histogram);
 
 }  // namespace multitetra

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Rows of a box of items into an array of all of them, which lies in a file.
+// Copies a box of items from `file` into an array of all of them in `into`.
 void put_box(const fs::path& file, const CellBox& box, const LevelExtent& all, std::size_t width,
              ScratchFile& into) {
   const FileSource source(file);
@@ -144,7 +144,7 @@ class PartMerger {
     throw DatasetFileError(file, "it is not as it was written. Prepare this part again.");
   }
 
-  // From several threads at once.
+  // Called from several threads at once.
   [[nodiscard]] PackedBrick packed_brick(std::size_t brick) const {
     const BrickPlace& place = places_[brick];
     PackedBrick packed{.codec = place.codec(), .bytes = std::vector<std::byte>(place.size())};
@@ -187,11 +187,11 @@ class PartMerger {
   const std::vector<PartBox> boxes_;
   ScratchFile ranges_;
   ScratchFile coarse_;
-  // The place of each brick in the file of its part.
+  // Location of each brick in the file of its part.
   std::vector<BrickPlace> places_;
-  // The part of each brick.
+  // Part of each brick.
   std::vector<std::uint16_t> part_of_;
-  std::vector<std::unique_ptr<FileSource>> bricks_;  // By part.
+  std::vector<std::unique_ptr<FileSource>> bricks_;  // Indexed by part.
   std::vector<std::unique_ptr<CurvesReader>> readers_;
   std::vector<SavedCurves> curves_;
 };
@@ -211,7 +211,7 @@ std::vector<std::size_t> missing_parts(const fs::path& dataset) {
 
 DatasetInfo merge_parts(const fs::path& dataset, const PartOptions& options) {
   const DatasetInfo info = PartMerger(dataset, options).merge();
-  // A leftover is harmless.
+  // Leftover files are harmless.
   std::error_code ignored;
   fs::remove_all(parts_folder(dataset), ignored);
   return info;

@@ -19,11 +19,11 @@ namespace {
 using PlanJson = nlohmann::json;
 
 constexpr const char* kPlanFormat = "multitetra-plan";
-constexpr std::int32_t kUnit = 8 * BrickLayout::kSampleSide;  // Samples along a cube.
+constexpr std::int32_t kUnit = 8 * BrickLayout::kSampleSide;  // Samples along the side of a cube.
 constexpr std::int32_t kHalo = BrickLayout::kSampleSide;
 static_assert(kHalo >= 2 * kSpectrumReach);
 
-// A box of cubes.
+// A box in units of cubes.
 struct UnitBox {
   GridPoint begin;
   GridPoint end;
@@ -86,7 +86,7 @@ std::vector<PartBox> part_boxes(const GridCounts& dims, std::size_t parts) {
 
 CellBox cells_of_part(const DatasetInfo& info, const PartBox& part, const CellBox& all) {
   if (part.is_empty()) return {.begin = all.end, .end = all.end};
-  // The first cell whose lowest corner is that sample or lies behind it.
+  // Returns the first cell whose lowest corner is at or beyond this sample.
   const auto first_from = [&](GridPoint samples) {
     return by_axis([&](int axis) {
       if (samples[axis] <= 0) return all.begin[axis];
@@ -125,7 +125,7 @@ PartBox with_halo(const DatasetInfo& info, const PartBox& part) {
 
 PartCosts costs_of(const DatasetInfo& info, const PartBox& part) {
   if (part.is_empty()) return {};
-  constexpr double kSecondsASample = 1.5e-7;  // As noise of a release build takes.
+  constexpr double kSecondsASample = 1.5e-7;  // Measured on noise in a release build.
   constexpr std::uint64_t kSlabBytes = std::uint64_t{64} << 20;
   const auto width = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   const std::uint64_t slice =

@@ -72,7 +72,7 @@ class PartMaker {
   }
 
   void put_bricks() {
-    constexpr std::size_t kBatch = 512;  // Packed at a time.
+    constexpr std::size_t kBatch = 512;  // Bricks packed at a time.
     ArrayWriter bricks(part_file(dataset_, number_, ".bricks"));
     ArrayWriter index(part_file(dataset_, number_, ".index"));
     const BrickLayout layout(info_.dims);
@@ -108,7 +108,7 @@ class PartMaker {
         samples);
   }
   void check_value(double value) const {
-    if (!(value < info_.min || value > info_.max)) return;  // NaN is neither.
+    if (!(value < info_.min || value > info_.max)) return;  // Also accepts NaN.
     throw VolumeFileError("The volume is another one than was planned: it has a sample of " +
                           std::to_string(value) + ", beyond the range that was found.");
   }
@@ -145,7 +145,7 @@ class PartMaker {
                                  .for_each = in_threads,
                                  .threads = parallel_threads(),
                                  .column_bytes = options_.column_bytes,
-                                 .sink = nullptr,  // The levels that have bricks come later.
+                                 .sink = nullptr,  // The merge builds the levels that have bricks.
                                  .progress = progress};
       record_.cell_curves = make_cell_curves(info_, plan_.plan.bins, work,
                                              cells_of_part(info_, box_, spectrum_cells(info_)));

@@ -20,7 +20,7 @@ std::string plain_text(std::string_view xml) {
   return text;
 }
 
-// The texts of all elements of this name. What has no end is none.
+// Returns the texts of all elements of this name. Ignores elements without an end tag.
 std::vector<std::string> xml_elements(std::string_view xml, const std::string& name) {
   std::vector<std::string> found;
   const std::string begin = "<" + name + ">";

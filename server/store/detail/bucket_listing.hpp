@@ -1,5 +1,4 @@
-// Parses the XML replies of buckets: lists of objects, and single elements. The bytes are
-// untrusted.
+// Parses the XML replies of buckets, which are untrusted.
 #pragma once
 
 #include <string>
@@ -8,15 +7,15 @@
 
 namespace multitetra {
 
-// A page of a list of objects.
+// A page of a listing.
 struct BucketListing {
   std::vector<std::string> keys;
-  std::string next;  // The token of the next page; empty on the last one.
+  std::string next;  // Continuation token; empty on the last page.
 };
 
 [[nodiscard]] BucketListing bucket_listing(std::string_view xml);
 
-// The text of the first element of this name; empty where there is none.
+// Returns the text of the first element of this name, or nothing.
 [[nodiscard]] std::string xml_element(std::string_view xml, const std::string& name);
 
 }  // namespace multitetra

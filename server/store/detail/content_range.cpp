@@ -22,7 +22,7 @@ std::optional<ContentRange> ContentRange::from(std::string_view text) {
   };
   if (!take(range.first, '-') || !take(range.last, '/')) return std::nullopt;
   if (text != "*" && !take(range.total.emplace(), '\0')) return std::nullopt;
-  // A last byte of 2^64 - 1 would make a range of all numbers one of no bytes.
+  // With a last byte of 2^64 - 1, the length of the full range would overflow to 0.
   if (range.first > range.last || range.last == ~std::uint64_t{0}) return std::nullopt;
   if (range.total && range.last >= *range.total) return std::nullopt;
   return range;

@@ -1,4 +1,4 @@
-// Ranges of bytes as HTTP has them: what is asked for, and what an answer says that it is.
+// HTTP byte ranges: the requested one, and the one that a response contains.
 #pragma once
 
 #include <cstdint>
@@ -7,23 +7,23 @@
 
 namespace multitetra {
 
-// Bytes first ... first + length - 1, or the last `length` ones where first is kFromEnd.
+// Bytes first to first + length - 1, or the last `length` bytes if first is kFromEnd.
 struct ByteRange {
   static constexpr std::uint64_t kFromEnd = ~std::uint64_t{0};
   std::uint64_t first = 0;
   std::uint64_t length = 0;
 };
 
-// The header Content-Range of an answer: bytes first ... last of `total`.
+// The Content-Range header of a response: bytes first to last of `total`.
 struct ContentRange {
   std::uint64_t first = 0;
-  std::uint64_t last = 0;  // At least `first`; below `total` where that is given.
+  std::uint64_t last = 0;  // At least `first`, and less than `total` if given.
   std::optional<std::uint64_t> total = std::nullopt;
 
-  // Reads "bytes 0-99/1234" and "bytes 0-99/*"; nullopt when it is no such thing.
+  // Parses "bytes 0-99/1234" and "bytes 0-99/*"; returns nullopt for any other text.
   [[nodiscard]] static std::optional<ContentRange> from(std::string_view text);
 
-  // Whether it is what was wanted, cut off at the end of the whole at most.
+  // Returns whether this is the wanted range, possibly cut off at the end of the object.
   [[nodiscard]] bool is(const ByteRange& wanted) const;
 };
 

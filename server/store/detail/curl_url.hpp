@@ -1,4 +1,4 @@
-// An address taken apart by libcurl.
+// A URL, parsed by libcurl.
 #pragma once
 
 #include <curl/curl.h>
@@ -17,7 +17,7 @@ class CurlUrl {
         is_valid_(curl_url_set(url_.get(), CURLUPART_URL, text.c_str(), 0) == CURLUE_OK) {}
 
   [[nodiscard]] bool is_valid() const { return is_valid_; }
-  // Empty where there is none.
+  // Empty if the part is absent.
   [[nodiscard]] std::string part(CURLUPart which, unsigned flags = 0) const {
     char* text = nullptr;
     if (curl_url_get(url_.get(), which, &text, flags) != CURLUE_OK) return {};
@@ -28,7 +28,7 @@ class CurlUrl {
   [[nodiscard]] std::string scheme() const { return part(CURLUPART_SCHEME); }
   [[nodiscard]] std::string host() const { return lower_case(part(CURLUPART_HOST)); }
   [[nodiscard]] std::string port() const { return part(CURLUPART_PORT, CURLU_DEFAULT_PORT); }
-  // "user:password", or nothing.
+  // Returns "user:password", or nothing.
   [[nodiscard]] std::string user() const {
     const std::string name = part(CURLUPART_USER, CURLU_URLDECODE);
     return name.empty() ? name : name + ":" + part(CURLUPART_PASSWORD, CURLU_URLDECODE);
@@ -43,8 +43,7 @@ class CurlUrl {
   bool is_valid_;
 };
 
-// Whether credentials for `from` are for `to` as well: the same port of the same host, or its
-// https.
+// Returns whether credentials for `from` may be sent to `to`: the same host and port, or its https.
 [[nodiscard]] inline bool is_same_host(const CurlUrl& from, const CurlUrl& to) {
   if (from.host() != to.host() || from.host().empty()) return false;
   if (from.scheme() == to.scheme()) return from.port() == to.port();

@@ -19,11 +19,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMeasuredAfter = 16;  // Measured again after this part of the limit came.
+// The folder is measured after writing 1/16 of the limit.
+constexpr std::uint64_t kMeasuredAfter = 16;
 constexpr const char* kBlocks = "blocks";
-constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // Behind the block.
+constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // The checksum, stored after the block.
 
-// One process at a time; others do without.
+// Admits one process at a time; others skip the eviction.
 class FolderLock {
  public:
   explicit FolderLock(const fs::path& folder)
@@ -53,7 +54,7 @@ std::vector<CachedBlock> blocks_in(const fs::path& folder) {
   std::error_code error;
   for (fs::recursive_directory_iterator at(folder / kBlocks, error), end; !error && at != end;
        at.increment(error)) {
-    std::error_code gone;  // Another process may remove it meanwhile.
+    std::error_code gone;  // Another process may remove the file at any time.
     if (!at->is_regular_file(gone)) continue;
     const CachedBlock block{.used = at->last_write_time(gone),
                             .bytes = gone ? 0 : at->file_size(gone),
@@ -88,7 +89,7 @@ std::optional<std::vector<std::byte>> DiskCache::find(const std::string& file,
   std::memcpy(&sum, bytes.data() + bytes.size() - kSumBytes, kSumBytes);
   bytes.resize(bytes.size() - kSumBytes);
   if (XXH3_64bits(bytes.data(), bytes.size()) != sum) return std::nullopt;
-  // The modification time is the time of the last use.
+  // The modification time records the last use.
   ::utimensat(AT_FDCWD, path.c_str(), nullptr, 0);
   return bytes;
 }
@@ -104,7 +105,7 @@ void DiskCache::put(const std::string& file, std::uint64_t block,
     into.write_at(bytes.size(), std::as_bytes(std::span(&sum, 1)));
     into.commit(Durability::kProcessEnd);
   } catch (const std::system_error&) {
-    return;  // A full disk is not an error for the caller.
+    return;  // A full disk is no error for the caller.
   }
   const std::lock_guard lock(mutex_);
   put_since_ += bytes.size() + kSumBytes;
@@ -124,7 +125,7 @@ void DiskCache::evict() {
   std::vector<CachedBlock> blocks = blocks_in(folder_);
   std::uint64_t bytes = 0;
   for (const CachedBlock& block : blocks) bytes += block.bytes;
-  // So much less that it is worth the look.
+  // Frees enough to make the next measurement worthwhile.
   const std::uint64_t allowed = most_bytes_ - most_bytes_ / kMeasuredAfter;
   if (bytes <= allowed) return;
   std::sort(blocks.begin(), blocks.end(),

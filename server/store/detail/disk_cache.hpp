@@ -1,10 +1,9 @@
-// Blocks of remote files, kept in a folder of this machine: for the next start, and for other
-// servers here.
+// Caches blocks of remote files in a local folder, for later starts and for other servers on this
+// machine.
 //
-// Any number of processes may use one folder. A block appears in it whole or not at all, with a
-// checksum that is verified when it is read; the least recently used ones are removed when all
-// together have more than the limit, by one process at a time. A folder that cannot be read or
-// written costs speed and nothing else.
+// Any number of processes may share a folder. A block appears complete or not at all; its checksum
+// is verified when it is read. Above the limit, one process at a time evicts the least recently
+// used blocks. A folder that cannot be read or written only costs speed.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +20,11 @@ namespace multitetra {
 // Safe to use from several threads at once.
 class DiskCache {
  public:
-  // Makes the folder, readable by its owner alone. Throws std::filesystem::filesystem_error when
-  // that is impossible; later errors are ignored.
+  // Creates the folder, readable by its owner only. Throws std::filesystem::filesystem_error if
+  // that fails; ignores later errors.
   DiskCache(std::filesystem::path folder, std::uint64_t most_bytes);
 
-  // A block of one version of a file. `file` names both, in letters that a file name may have.
+  // Finds a block of one version of a file. `file` names the version, as a valid file name.
   [[nodiscard]] std::optional<std::vector<std::byte>> find(const std::string& file,
                                                            std::uint64_t block) const;
   void put(const std::string& file, std::uint64_t block, std::span<const std::byte> bytes);
@@ -37,8 +36,8 @@ class DiskCache {
 
   std::filesystem::path folder_;
   std::uint64_t most_bytes_;
-  std::mutex mutex_;             // Guards what follows.
-  std::uint64_t put_since_ = 0;  // Bytes since the folder was measured.
+  std::mutex mutex_;             // Guards the following members.
+  std::uint64_t put_since_ = 0;  // Bytes written since the last measurement of the folder.
 };
 
 }  // namespace multitetra

@@ -1,26 +1,25 @@
-// Where the addresses of objects lead: a host, or a bucket by the environment's endpoint and
-// region.
+// Resolves addresses of objects to a host. For a bucket, the environment gives endpoint and region.
 #pragma once
 
 #include <string>
 
 namespace multitetra {
 
-// A place in a bucket, or behind another address, as requests name it.
+// The URL of an object or a folder.
 struct HttpPlace {
   bool is_s3 = false;
-  std::string origin;  // "https://host:port", and the bucket where it is part of the path.
-  std::string path;    // "/prefix/head.mtd", as in a URL.
+  std::string origin;  // "https://host:port", plus the bucket if it is part of the path.
+  std::string path;    // "/prefix/head.mtd", percent-encoded.
 
   [[nodiscard]] std::string address() const { return origin + path; }
 };
 
-// Throws StoreError for what is no address, and for a bucket without a name.
+// Throws StoreError for an invalid address, and for a bucket without a name.
 [[nodiscard]] HttpPlace http_place(const std::string& address);
 
-// The variable of the environment; empty where it is not set.
+// Returns an environment variable; empty if it is not set.
 [[nodiscard]] std::string environment(const char* name);
-// By AWS_REGION or AWS_DEFAULT_REGION.
+// Returns AWS_REGION or AWS_DEFAULT_REGION.
 [[nodiscard]] std::string aws_region();
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// Which redirects are followed.
+// The policy for redirects.
 #pragma once
 
 #include <optional>
@@ -6,14 +6,14 @@
 
 namespace multitetra {
 
-// Why a redirect is not followed.
+// The reason for not following a redirect.
 struct RefusedRedirect {
   std::string problem;
   std::string remedy;
 };
 
-// nullopt for what is followed: http or https of the same host, or of any with `follow`, and never
-// from https to http.
+// Returns nullopt for permitted redirects: http or https on the same host, or with `follow` on any
+// host, but never from https to http.
 [[nodiscard]] std::optional<RefusedRedirect> refused_redirect(const std::string& from,
                                                               const std::string& to, bool follow);
 

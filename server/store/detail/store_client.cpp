@@ -34,7 +34,7 @@ std::string range_text(const ByteRange& range) {
   return std::to_string(range.first) + "-" + std::to_string(range.first + range.length - 1);
 }
 
-// What has come of a request so far.
+// The response body received so far.
 struct Transfer {
   std::vector<std::byte>& bytes;
   std::uint64_t most = 0;
@@ -45,7 +45,7 @@ std::size_t take_bytes(char* data, std::size_t, std::size_t count, void* into) {
   auto& transfer = *static_cast<Transfer*>(into);
   if (count > transfer.most - transfer.bytes.size()) {
     transfer.too_large = true;
-    return 0;  // Ends the transfer.
+    return 0;  // Aborts the transfer.
   }
   const auto* const first = reinterpret_cast<const std::byte*>(data);
   transfer.bytes.insert(transfer.bytes.end(), first, first + count);
@@ -58,7 +58,8 @@ std::string header_of(CURL* curl, const char* name) {
   return header->value;
 }
 
-// Between a half of it and all of it: clients that failed together do not come again together.
+// Returns a random pause between half of `pause` and all of it, so that clients that failed
+// together do not retry together.
 milliseconds shaken(milliseconds pause) {
   thread_local std::minstd_rand random(std::random_device{}());
   return milliseconds(std::uniform_int_distribution(pause.count() / 2, pause.count())(random));
@@ -66,14 +67,14 @@ milliseconds shaken(milliseconds pause) {
 
 }  // namespace
 
-// What a request is allowed by; empty where nothing is needed.
+// The credentials of a request; empty if none are needed.
 struct StoreClient::Credentials {
-  std::string user;  // "user:password", or the key and secret of S3.
+  std::string user;  // "user:password", or the access key and secret of S3.
   std::string sigv4 = {};
   std::string session = {};
 };
 
-// A connection that is used again; one thread at a time.
+// A persistent connection, used by one thread at a time.
 struct StoreClient::Handle {
   Handle() : curl(curl_easy_init()) {}
   ~Handle() { curl_easy_cleanup(curl); }
@@ -86,13 +87,13 @@ struct StoreClient::Handle {
   CURL* curl;
 };
 
-// What one try says.
+// The outcome of one attempt.
 struct StoreClient::Outcome {
   enum class Kind { kDone, kTryAgain, kFailed };
   Kind kind = Kind::kFailed;
   std::string problem = {};
   std::string remedy = "Check the address, the network and the credentials";
-  milliseconds pause{0};  // What the server asks for.
+  milliseconds pause{0};  // Requested by the server.
   bool has_stalled = false;
 
   static Outcome of(CURL* curl, CURLcode code, const HttpRequest& request, const Transfer& transfer,
@@ -138,7 +139,7 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
     outcome = attempted(request, left(), answer);
     if (outcome.kind == Outcome::Kind::kDone) return answer;
     if (outcome.kind == Outcome::Kind::kFailed) break;
-    // Each try has taken its full time: a server that stalls again is left.
+    // A stalled attempt has taken its full time, so a server that stalls repeatedly is given up.
     if (outcome.has_stalled && ++stalls == kMostStalls) break;
   }
   if (outcome.kind == Outcome::Kind::kTryAgain) rest(outcome.problem);
@@ -231,7 +232,7 @@ CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStor
   if (!credentials.user.empty()) curl_easy_setopt(curl, CURLOPT_USERPWD, credentials.user.c_str());
   if (!credentials.sigv4.empty()) {
     curl_easy_setopt(curl, CURLOPT_AWS_SIGV4, credentials.sigv4.c_str());
-    // A signed request has to name the digest of its body; libcurl 7.88 does not by itself.
+    // Signed requests must include the digest of the body; libcurl 7.88 does not add it.
     add("x-amz-content-sha256: " + sha256_hex(request.body));
     if (!credentials.session.empty()) add("x-amz-security-token: " + credentials.session);
   }

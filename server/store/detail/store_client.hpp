@@ -1,13 +1,12 @@
-// HTTP requests with retries, over connections that are kept: libcurl (HTTP/1.1, or 2 where the
-// server offers it), which is seen by the sources of this folder alone.
+// HTTP requests with retries over persistent connections, by libcurl (HTTP/1.1, or 2 where the
+// server offers it). Only this folder includes libcurl's headers.
 //
-// Responses are checked: a 206 must be of the requested range, and a body as long as its
-// header promised. What may pass (no connection, a body that ends too early, 429, 5xx) is tried
-// again after a pause that doubles and is random between its half and its whole, or after what
-// Retry-After says.
+// Responses are checked: a 206 must contain the requested range, and a body must have the announced
+// length. Transient failures (no connection, a truncated body, 429, 5xx) are retried after a pause
+// that doubles each time, randomized between half and all of it, and is at least Retry-After.
 //
-// Redirects are followed to the same host, and from http to its https; to other hosts only with
-// options.follow, and there without credentials.
+// Redirects are followed on the same host, including from http to https, and with options.follow to
+// other hosts, which receive no credentials.
 #pragma once
 
 #include <condition_variable>
@@ -28,34 +27,34 @@ namespace multitetra {
 struct HttpRequest {
   std::string address;
   std::string method = "GET";
-  // At least one byte; absent: the whole object.
+  // At least one byte; absent means the whole object.
   std::optional<ByteRange> range = std::nullopt;
   std::vector<std::string> headers = {};
   std::span<const std::byte> body = {};
-  std::uint64_t most = 0;  // Bytes of the answer; a larger one is an error.
+  std::uint64_t most = 0;  // Maximum size of the response in bytes; a larger one is an error.
 };
 
 struct HttpAnswer {
-  long status = 0;  // 2xx; or a 4xx that no retry changes.
+  long status = 0;  // 2xx, or a 4xx that no retry can change.
   std::vector<std::byte> bytes;
   std::string etag;
   std::string last_modified;
-  // The size of the whole object after a 206; 0 if unknown.
+  // For a 206, the size of the whole object; 0 if unknown.
   std::uint64_t total = 0;
 
   [[nodiscard]] bool is_good() const { return status >= 200 && status < 300; }
 };
 
-// Safe to use from several threads at once; more than `connections` of them wait.
+// Safe to use from several threads at once. Requests beyond options.connections wait.
 class StoreClient {
  public:
-  // With `signs_for_s3` requests carry Signature Version 4 where the environment has keys.
+  // With `signs_for_s3`, signs requests with Signature Version 4 if the environment has keys.
   StoreClient(bool signs_for_s3, const HttpStoreOptions& options);
   ~StoreClient();
   StoreClient(const StoreClient&) = delete;
   StoreClient& operator=(const StoreClient&) = delete;
 
-  // Throws StoreError when there is no answer, or none that can be used.
+  // Throws StoreError if there is no usable response.
   [[nodiscard]] HttpAnswer send(const HttpRequest& request);
 
   [[nodiscard]] std::size_t connections() const { return options_.connections; }
@@ -76,12 +75,12 @@ class StoreClient {
   std::string user_;
   std::string sigv4_;
   std::string session_;
-  std::mutex mutex_;  // Guards what follows.
+  std::mutex mutex_;  // Guards the following members.
   std::condition_variable is_free_;
-  std::size_t free_;  // Connections that may be used besides.
+  std::size_t free_;  // Number of connections that may still be used.
   std::vector<std::unique_ptr<Handle>> idle_;
   std::chrono::steady_clock::time_point rests_until_;
-  std::string rests_since_;  // The error at that time.
+  std::string rests_since_;  // The error that caused the rest.
 };
 
 }  // namespace multitetra

@@ -29,7 +29,7 @@ struct Range {
   double high;
 };
 
-// What integers of these types can be. Requires an integer type of at most 32 bits.
+// Returns the range of integers of this type with `bits` used bits. Requires at most 32 bits.
 Range range_of(StoredType type, int bits) {
   const int all = static_cast<int>(8 * bytes_of(type));
   const int used = bits > 0 && bits < all ? bits : all;
@@ -39,7 +39,7 @@ Range range_of(StoredType type, int bits) {
   return {-std::ldexp(1, used - 1), std::ldexp(1, used - 1) - 1};
 }
 
-// The sample type that holds these integers exactly, the stored one first; f32 when there is none,
+// Returns a sample type that holds these integers exactly, preferably the stored one; else f32,
 // except for i16 (see SampleConversion).
 SampleType type_for(StoredType stored, const Range& range) {
   const auto holds = [&](SampleType type) {
@@ -120,7 +120,7 @@ SampleConversion::SampleConversion(std::filesystem::path file, const ImageHeader
                         !mixes && !header_.missing;
   type_ = SampleType::kF32;
   if (is_integer && is_exact) {
-    // Wide integers may be anything; only what the header promises of them makes them narrow.
+    // Only the header's promise about wide integers permits a narrower type.
     const Range stored = range_of(header_.type, header_.stored_bits);
     const Range range = {stored.low + header_.intercept, stored.high + header_.intercept};
     type_ = type_for(header_.type, range);
@@ -172,7 +172,7 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
                 missing ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(value);
             if (!std::isfinite(samples[first + i])) continue;
             long double exact = value;
-            if (is_whole && plain) {  // More bits than a double has.
+            if (is_whole && plain) {  // A double has too few bits.
               Stored number;
               std::memcpy(&number,
                           stored + static_cast<std::size_t>(choice_.index) * sizeof(Stored),

@@ -1,4 +1,4 @@
-// From the numbers that files have to the samples of a volume.
+// Converts the numbers stored in files to the samples of a volume.
 #pragma once
 
 #include <cstddef>
@@ -15,35 +15,34 @@ namespace multitetra {
 
 using Notice = std::function<void(const std::string&)>;
 
-// Makes room for `count` samples of `type`. What `samples` held is lost; its memory is used again
-// when it is of the same type.
+// Resizes to `count` samples of `type`; their values are unspecified. Reuses the memory if
+// `samples` has the same type.
 void resize(Samples& samples, SampleType type, std::size_t count);
-// The first byte of the samples.
+// Returns the address of the first sample.
 [[nodiscard]] std::byte* bytes_of(Samples& samples);
 
-// Infinity is no place on a surface's way: such samples become void (NaN). Returns how many.
+// Replaces infinite samples, which have no place on a surface, by void (NaN). Returns their number.
 std::uint64_t make_infinite_void(std::span<float> samples);
 
 // Converts the stored numbers of one volume to samples. Integers of 8 and 16 bits and f32 keep
-// their type and their bits. Slope, intercept and the choice of a component are applied; the result
-// keeps an integer type where it is exact (slope 1, whole intercept) and fits one, and is f32 else.
-// Values of 16 bits and an intercept stay 16 bits, as CT scanners mean them: the few beyond
-// (padding) become the least or the greatest.
+// their type and bits. Slope, intercept and the choice of a component are applied; the result stays
+// an integer if it is exact (slope 1, integer intercept) and fits an integer type, else it becomes
+// f32. 16-bit values with an intercept stay 16-bit, as CT scanners intend: the few values out of
+// range (padding) are clamped.
 class SampleConversion {
  public:
-  // Throws VolumeFileError when the samples have several components and none is chosen, or one that
-  // they do not have.
+  // Throws VolumeFileError if samples have several components and no valid one is chosen.
   SampleConversion(std::filesystem::path file, const ImageHeader& header, ComponentChoice choice);
 
   [[nodiscard]] SampleType type() const { return type_; }
-  // Whether stored numbers are samples as they are. (They may be infinite all the same.)
+  // Returns whether stored numbers are used unchanged. (They may still be infinite.)
   [[nodiscard]] bool is_none() const { return is_none_; }
 
-  // Converts `count` stored samples into the samples from `first` on. Requires !is_none() and that
+  // Converts `count` stored samples to the samples from `first` on. Requires !is_none() and that
   // `into` is of type().
   void convert(const std::byte* stored, std::size_t count, Samples& into, std::size_t first);
 
-  // Reports what happened to the converted samples, if anything did.
+  // Reports rounding and clamping, if any.
   void report(const Notice& notice) const;
 
  private:
@@ -57,9 +56,9 @@ class SampleConversion {
   ComponentChoice choice_;
   SampleType type_ = SampleType::kU8;
   bool is_none_ = false;
-  // The largest rounding error of a value that became f32.
+  // The largest rounding error of a conversion to f32.
   double largest_error_ = 0;
-  std::uint64_t saturated_ = 0;  // Values beyond their integer type.
+  std::uint64_t saturated_ = 0;  // Number of clamped values.
 };
 
 void report_infinite(const Notice& notice, const std::filesystem::path& file,

@@ -17,9 +17,9 @@
 namespace multitetra {
 namespace {
 
-// Kinds of messages. From the child: the header is known; what else the source holds; the opened
-// volume's header; a notice; the reason of a failure; the requested samples. From the parent: the
-// requested slices.
+// Kinds of messages. From the child: the header is known; further contents of the source; the
+// opened volume's header; a notice; the reason of a failure; the requested samples. From the
+// parent: the requested slices.
 constexpr char kHeaderKnown = 'k';
 constexpr char kMembers = 'm';
 constexpr char kOpened = 'o';
@@ -29,7 +29,7 @@ constexpr char kSamples = 's';
 constexpr char kWanted = 'w';
 
 constexpr std::uint64_t kHeaderMemory = std::uint64_t{1} << 30;
-// For a layer of chunks, a chunk, the requested samples, and address space of threads.
+// For a layer of chunks, a chunk, the requested samples, and the address space of threads.
 constexpr std::uint64_t kSamplesMemory = std::uint64_t{6} << 30;
 constexpr std::chrono::minutes kHeaderTime{2};
 constexpr std::chrono::hours kSamplesTime{1};
@@ -40,7 +40,7 @@ std::string bytes_from(const Plain& plain) {
   return {reinterpret_cast<const char*>(&plain), sizeof(plain)};
 }
 
-// A VolumeHeader without its texts, which follow, each with a zero at its end.
+// A VolumeHeader without its texts, which follow, each terminated by a zero.
 struct PlainHeader {
   std::array<std::int32_t, 3> dims;
   SampleType type;
@@ -142,7 +142,7 @@ class SandboxedVolume : public VolumeSource {
         bytes_of(into), static_cast<std::size_t>(slices) * header_.samples_per_slice() *
                             static_cast<std::size_t>(bytes_per_sample(header_.type)));
     ChildMessage other;
-    // Notices come before the samples.
+    // Notices precede the samples.
     while (!child_.channel().receive_into(kSamples, bytes, other, kSamplesTime)) {
       if (other.kind == 0) give_up();
       handle(other);

@@ -1,5 +1,5 @@
-// A volume source in a process of its own: what its reader does wrong with a damaged file stays
-// there, and memory and time are bounded.
+// Runs a volume source in a process of its own, which contains the faults of a reader on a damaged
+// file and bounds its memory and time.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +12,17 @@
 
 namespace multitetra {
 
-// Called with the bytes of samples that a source holds in memory as a whole; 0: it reads slab by
-// slab.
+// Called with the bytes of samples that a source holds in memory; 0 if it reads slab by slab.
 using HeaderIsKnown = std::function<void(std::uint64_t held_bytes)>;
 
-// Opens a source. Notices go to the given function; `header_is_known` is called before memory for
-// samples is allocated.
+// Opens a source. Must call `header_is_known` before it allocates memory for samples.
 using OpenSource = std::function<std::unique_ptr<VolumeSource>(
     const Notice& notice, const HeaderIsKnown& header_is_known)>;
 
-// The source that `open` makes in another process. `path` is its name in sentences. Until the
-// header is known that process may have 1 GiB beyond what this one has, afterwards 6 GiB and what
-// the source holds as a whole, at most the machine's memory. Throws VolumeFileError as `open` does,
-// and when the process crashes or is silent for longer than any reader should be.
+// Returns the source that `open` creates in another process. `path` names it in messages. Until the
+// header is known, that process may use 1 GiB more memory than this one; afterwards 6 GiB plus the
+// bytes the source holds, at most the machine's memory. Throws VolumeFileError as `open` does, and
+// if the process crashes or exceeds its time limit.
 [[nodiscard]] std::unique_ptr<VolumeSource> sandboxed_volume(const std::filesystem::path& path,
                                                              const OpenSource& open, Notice notice);
 

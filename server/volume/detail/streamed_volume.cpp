@@ -82,8 +82,8 @@ class StreamedVolume : public VolumeSource {
   std::unique_ptr<StoredSlices> slices_;
   Notice notice_;
   VolumeContents members_;
-  std::vector<std::byte> buffer_;  // One slice before its conversion.
-  std::vector<bool> searched_;     // The slices whose infinite samples are counted.
+  std::vector<std::byte> buffer_;  // A slice before conversion.
+  std::vector<bool> searched_;     // Slices whose infinite samples were counted.
   std::size_t slices_searched_ = 0;
   std::uint64_t infinite_ = 0;
 };

@@ -1,4 +1,4 @@
-// A VolumeSource over slices in files, which are read on demand and then converted.
+// A VolumeSource that reads slices from files on demand and converts them.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,10 @@
 
 namespace multitetra {
 
-// The volume of `stored`, converted according to SampleConversion. `file` is its name in notices.
-// Passes the notices of the file's reader to `notice` at once, and those of conversions and
-// infinite samples when the last slice has been read for the first time. Requires dims within the
-// largest grid. Throws VolumeFileError when a component must be chosen.
+// Returns the volume of `stored`, converted by SampleConversion. `file` names it in notices. The
+// reader's notices are passed on at once; those of conversions and infinite samples follow once
+// every slice has been read. Requires dims within the largest grid. Throws VolumeFileError if a
+// component must be chosen.
 [[nodiscard]] std::unique_ptr<VolumeSource> streamed_volume(std::filesystem::path file,
                                                             StoredVolume stored,
                                                             ComponentChoice component,

@@ -27,12 +27,12 @@ std::string_view next_line(std::string_view& text) {
   return line;
 }
 
-// The grid's four lines: a count and a place or step each.
+// The four lines of the grid: each has a count and a position or step.
 struct CubeGrid {
-  std::int64_t atoms = 0;  // Negative: a line about orbitals follows the atoms.
+  std::int64_t atoms = 0;  // Negative if a line about orbitals follows the atoms.
   std::int64_t components = 1;
   Vec3 origin{};
-  std::array<std::int64_t, 3> counts{};  // Negative: lengths are in Å.
+  std::array<std::int64_t, 3> counts{};  // Negative if lengths are in Å.
   std::array<Vec3, 3> steps{};
 };
 
@@ -86,7 +86,7 @@ StoredVolume open_cube(const fs::path& path) {
     }
   }
   std::int64_t components = grid->components;
-  if (grid->atoms < 0) {  // The number of orbitals, then their numbers.
+  if (grid->atoms < 0) {  // Number of orbitals, followed by their numbers.
     const std::vector<double> orbitals = finite_numbers(std::string(next_line(rest)));
     if (orbitals.empty() || orbitals[0] < 1 || orbitals[0] > kMaxComponents ||
         orbitals.size() != static_cast<std::size_t>(orbitals[0]) + 1) {

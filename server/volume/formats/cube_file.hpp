@@ -8,12 +8,11 @@
 
 namespace multitetra {
 
-// Whether a text that begins so is a cube file: two lines of comment, then the four lines of the
-// grid.
+// Returns whether a text with this beginning is a cube file: two comment lines and a grid.
 [[nodiscard]] bool is_cube(std::string_view beginning);
 
-// Cube files have their third axis fastest, so that is x here, and the first one is z; world
-// coordinates are the file's own. Lengths are in bohr, or in Å if the file says so. Throws
+// The third axis of a cube file varies fastest, so it becomes x, and the first becomes z; world
+// coordinates are those of the file. Lengths are in bohr, or in Å if the file says so. Throws
 // VolumeFileError.
 [[nodiscard]] StoredVolume open_cube(const std::filesystem::path& file);
 

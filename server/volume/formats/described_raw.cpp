@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostDescriptionBytes = std::size_t{1} << 16;
 
-// The words that files and names use for types.
+// Parses the names of types in files and file names.
 std::optional<StoredType> type_word(std::string_view word) {
   const std::string lower = lower_case(word);
   if (lower == "byte") return StoredType::kU8;
@@ -29,7 +29,7 @@ std::optional<StoredType> type_word(std::string_view word) {
   return type ? type : stored_type_from(lower);
 }
 
-// Up to three numbers at the beginning of a text.
+// Returns up to three numbers at the beginning of a text.
 std::vector<double> leading_numbers(const std::string& text) {
   std::istringstream in(text);
   in.imbue(std::locale::classic());
@@ -38,7 +38,7 @@ std::vector<double> leading_numbers(const std::string& text) {
   return numbers;
 }
 
-// "name: value" lines of a description, as far as they are known.
+// The known "name: value" lines of a description.
 struct Description {
   std::string data_file;
   std::optional<std::array<std::int64_t, 3>> dims;
@@ -101,7 +101,7 @@ std::uint64_t sample_bytes(const ImageHeader& header) {
   return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
 }
 
-// The spacing of a description beside `file`, for layouts that have none.
+// Adds the spacing from a description beside `file`, for layouts without one.
 void add_spacing_beside(const fs::path& file, DescribedRaw& raw) {
   const fs::path beside = fs::path(file).replace_extension(".txt");
   std::error_code error;
@@ -112,7 +112,7 @@ void add_spacing_beside(const fs::path& file, DescribedRaw& raw) {
   raw.source += " and '" + beside.filename().string() + "'";
 }
 
-// The unpacked length of a gzip stream up to the end of a file, modulo 2^32, as its end says.
+// Returns the unpacked length modulo 2^32 of a gzip stream that ends the file, from its trailer.
 std::optional<std::uint32_t> gzip_length(const InputFile& input) {
   if (input.size() < 18) return std::nullopt;
   std::string end(4, '\0');
@@ -120,7 +120,7 @@ std::optional<std::uint32_t> gzip_length(const InputFile& input) {
   return HeaderBytes(end, Endian::kLittle).at<std::uint32_t>(0);
 }
 
-// Three counts in front of the samples; both, or the samples alone, may be packed with gzip.
+// Finds three counts before the samples. Everything, or only the samples, may be a gzip stream.
 std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
   constexpr std::size_t kBytes = 6;
   const InputFile input(file);
@@ -153,7 +153,7 @@ std::optional<DescribedRaw> counts_in_front(const fs::path& file) {
   return std::nullopt;
 }
 
-// fuel_64x64x64_uint8.raw
+// Parses names such as fuel_64x64x64_uint8.raw.
 std::optional<DescribedRaw> layout_from_name(const fs::path& file) {
   static const std::regex kLayout(
       R"(_(\d{1,6})x(\d{1,6})x(\d{1,6})_([a-z0-9]+)\.raw(\.gz|\.bz2)?$)");
@@ -204,7 +204,7 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
 }
 
 bool is_raw_description(std::string_view beginning) {
-  // Text, in whatever order, and with comments in front.
+  // Accepts text with lines in any order, also after comments.
   const bool is_text = std::all_of(beginning.begin(), beginning.end(), [](char c) {
     return static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\r' || c == '\t';
   });

@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-// Swaps the bytes of every number. The width is a constant, so that this is one instruction each.
+// Swaps the bytes of every number. The constant width permits one instruction per number.
 template <typename Number>
 void turn_numbers(std::span<std::byte> bytes) {
   for (std::size_t at = 0; at < bytes.size(); at += sizeof(Number)) {

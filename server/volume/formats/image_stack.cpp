@@ -27,9 +27,9 @@ std::size_t digits_at(std::string_view text, std::size_t at) {
 
 // A printf conversion of an integer at the start of `text`: '%', digits, 'd'.
 struct Conversion {
-  // The length of the conversion's text; 0 if there is none.
+  // Length of the conversion's text; 0 if there is none.
   std::size_t length = 0;
-  std::size_t min_width = 1;  // Digits that it prints at least.
+  std::size_t min_width = 1;  // Minimum number of digits that it prints.
 };
 
 Conversion conversion_at(std::string_view text) {
@@ -40,7 +40,7 @@ Conversion conversion_at(std::string_view text) {
   return {.length = digits + 2, .min_width = width.empty() ? 1 : std::stoul(width)};
 }
 
-// Whether all of `name` matches all of `pattern`: '*' any characters, '?' any one, a conversion a
+// Returns whether `name` matches `pattern`: '*' matches any characters, '?' any one, a conversion a
 // run of digits, any other character itself.
 bool matches(std::string_view pattern, std::string_view name) {
   if (pattern.empty()) return name.empty();
@@ -72,7 +72,7 @@ bool is_tiff(const fs::path& file) {
 }
 
 StoredVolume open_slice(const fs::path& file) {
-  // By its content, as the file may have any name; a damaged one by its name.
+  // Recognizes images by content, since the name is arbitrary; damaged ones by name.
   const std::string begin = InputFile(file).beginning(4);
   if (begin.starts_with("\xFF\xD8\xFF")) return open_jpeg(file);
   if (begin.starts_with("\x89PNG") || is_png(file)) return open_png(file);
@@ -144,7 +144,7 @@ bool natural_order_less(std::string_view a, std::string_view b) {
     }
   }
   if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
-  return a < b;  // They differ in leading zeros at most.
+  return a < b;  // They differ at most in leading zeros.
 }
 
 std::vector<fs::path> stack_files(const fs::path& path) {
@@ -162,7 +162,7 @@ std::vector<fs::path> stack_files(const fs::path& path) {
     if (file_name.starts_with('.') || !is_image) continue;
     if (matches(pattern, file_name)) files.push_back(entry->path());
   }
-  // The best kind that is there; others beside it are previews.
+  // Keeps the preferred format; images in other formats are previews.
   const auto has = [&](bool (*is_kind)(const fs::path&)) {
     return std::any_of(files.begin(), files.end(), is_kind);
   };

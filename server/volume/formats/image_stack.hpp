@@ -1,4 +1,4 @@
-// Images of one slice each that make up a volume, found by folder or pattern.
+// Stacks of images, one per slice, found by folder or pattern.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,19 @@
 
 namespace multitetra {
 
-// Whether a file name is a pattern: it has '*', '?' or a printf conversion such as %d or %03d.
+// Returns whether a file name is a pattern: with '*', '?' or a conversion such as %d or %03d.
 [[nodiscard]] bool is_stack_pattern(std::string_view file_name);
 
-// Orders runs of digits by their value, everything else by bytes: slice2 before slice10.
+// Compares runs of digits by value and everything else by bytes: slice2 before slice10.
 [[nodiscard]] bool natural_order_less(std::string_view a, std::string_view b);
 
-// The TIFF files (.tif, .tiff) of the folder `path`, or those that match the pattern in the last
-// part of `path`, in natural order; where there are none, the PNG files, else the JPEG files (.jpg,
-// .jpeg). Empty when there are no images or the folder is missing. Hidden files are left out.
+// Returns the TIFF files (.tif, .tiff) of the folder `path`, or those that match the pattern in its
+// last component, in natural order; else PNG files, else JPEG files (.jpg, .jpeg). Returns none if
+// there are no images or the folder is missing. Skips hidden files.
 [[nodiscard]] std::vector<std::filesystem::path> stack_files(const std::filesystem::path& path);
 
-// The volume whose slices are the files that stack_files finds, or one image alone. They are opened
-// when they are read. Throws VolumeFileError.
+// Opens the files of stack_files() as slices, or a single image. Files are opened when they are
+// read. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_image_stack(const std::filesystem::path& path);
 
 }  // namespace multitetra

@@ -18,8 +18,8 @@
 namespace multitetra {
 namespace {
 
-// A JPEG in memory while libjpeg reads it. libjpeg's errors leave by longjmp, so the functions that
-// call it have no objects of their own.
+// A JPEG in memory. libjpeg reports errors by longjmp, so functions that call it have no objects
+// with destructors.
 class JpegReading {
  public:
   explicit JpegReading(std::string bytes) : bytes_(std::move(bytes)) {
@@ -46,7 +46,7 @@ class JpegReading {
   }
   [[nodiscard]] bool read_rows(std::byte* into, std::size_t row_bytes) {
     if (setjmp(errors_.leave) != 0) return false;
-    jpeg_.dct_method = JDCT_ISLOW;  // The same samples on every machine.
+    jpeg_.dct_method = JDCT_ISLOW;  // Gives the same samples on every machine.
     (void)jpeg_start_decompress(&jpeg_);
     while (jpeg_.output_scanline < jpeg_.output_height) {
       auto* row = reinterpret_cast<JSAMPROW>(into + jpeg_.output_scanline * row_bytes);
@@ -65,7 +65,7 @@ class JpegReading {
 
  private:
   struct Errors {
-    jpeg_error_mgr base;  // The first member: libjpeg's functions hand out a pointer to it.
+    jpeg_error_mgr base;  // First member: libjpeg passes a pointer to it.
     std::jmp_buf leave;
     std::array<char, JMSG_LENGTH_MAX> problem{};
   };
@@ -75,11 +75,11 @@ class JpegReading {
     (*jpeg->err->format_message)(jpeg, errors.problem.data());
     std::longjmp(errors.leave, 1);
   }
-  // Warnings are about damage, behind which libjpeg makes samples up.
+  // Warnings indicate damage, after which libjpeg invents samples.
   static void on_message(j_common_ptr jpeg, int level) {
     if (level < 0) on_error(jpeg);
   }
-  // Progressive images may promise any number of scans, each as costly as the whole image.
+  // Progressive images may have any number of scans, each as costly as the whole image.
   static void on_progress(j_common_ptr jpeg) {
     constexpr int kMostScans = 500;
     auto& errors = *reinterpret_cast<Errors*>(jpeg->err);

@@ -1,4 +1,4 @@
-// JPEG images, each a slice.
+// JPEG images, each one slice.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// Samples of 8 bits as libjpeg decodes them: one of grey images, red, green and blue of colors
-// (four of CMYK). An image that is damaged or ends early is refused. Throws VolumeFileError.
+// Opens 8-bit samples as libjpeg decodes them: one component for gray images, else red, green and
+// blue (four for CMYK). Refuses damaged or truncated images. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_jpeg(const std::filesystem::path& file);
 
 }  // namespace multitetra

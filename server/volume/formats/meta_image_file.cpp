@@ -25,10 +25,10 @@ constexpr std::size_t kMostMetaHeaderBytes = std::size_t{1} << 16;
 
 struct MetaHeader {
   std::map<std::string, std::string, std::less<>> values;  // "Name = value"
-  std::vector<std::string> listed_files;  // The lines after "ElementDataFile = LIST".
-  std::size_t bytes = 0;                  // Where local samples begin.
+  std::vector<std::string> listed_files;                   // Lines after "ElementDataFile = LIST".
+  std::size_t bytes = 0;                                   // Offset of samples in the same file.
 
-  // The value of the first of these names that is there; empty without one.
+  // Returns the value of the first of these names that is present, or nothing.
   [[nodiscard]] std::string value(std::initializer_list<std::string_view> names) const {
     for (const std::string_view name : names) {
       if (const auto found = values.find(name); found != values.end()) return found->second;
@@ -70,7 +70,7 @@ MetaHeader read_meta_header(const fs::path& file) {
                "Check that it is a whole file of this format");
 }
 
-// Its long has 32 bits.
+// MetaImage's long has 32 bits.
 StoredType meta_type(const fs::path& file, const std::string& name) {
   const auto type = stored_type_from_word(name);
   if (name == "MET_LONG") return StoredType::kI32;
@@ -80,7 +80,7 @@ StoredType meta_type(const fs::path& file, const std::string& name) {
                "Give integers of 8 to 64 bits or floating-point numbers of 32 or 64 bits");
 }
 
-// `count` numbers of the first name that is there; nullopt without one.
+// Returns the `count` numbers of the first name that is present; nullopt if none is.
 std::optional<std::vector<double>> numbers_of(const fs::path& file, const MetaHeader& header,
                                               std::initializer_list<std::string_view> names,
                                               std::size_t count) {
@@ -131,7 +131,7 @@ std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& he
   return paths;
 }
 
-// The slices of the volume `time`, of `times` that follow each other.
+// Returns the slices of volume `time`, of `times` consecutive ones.
 std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader& header,
                                           bool follow, std::int64_t times, std::int64_t time,
                                           const ImageHeader& image) {

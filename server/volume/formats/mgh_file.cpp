@@ -49,8 +49,8 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
   ImageHeader header{.dims = {integer(4), integer(8), integer(12)},
                      .type = *mgh_type(bytes.at<std::int32_t>(20)),
                      .meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}}};
-  // The size of a voxel, the directions of the three axes, and the place of the volume's middle.
-  // Files that do not say have coronal slices of 1 mm.
+  // Voxel size, directions of the three axes, and center of the volume. The default is coronal
+  // slices of 1 mm.
   const bool is_told = bytes.at<std::int16_t>(28) == 1;
   std::array<Vec3, 3> steps = {Vec3{-1, 0, 0}, Vec3{0, 0, -1}, Vec3{0, 1, 0}};
   Vec3 origin{};
@@ -63,7 +63,7 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
       origin[row] -= steps[axis][row] * static_cast<double>(header.dims[axis]) / 2;
     }
   }
-  for (Vec3* vector : {&steps[0], &steps[1], &steps[2], &origin}) {  // From RAS.
+  for (Vec3* vector : {&steps[0], &steps[1], &steps[2], &origin}) {  // Converts RAS to LPS.
     (*vector)[0] = 0 - (*vector)[0];
     (*vector)[1] = 0 - (*vector)[1];
   }

@@ -1,4 +1,4 @@
-// MGH volumes of FreeSurfer: .mgh, and .mgz packed with gzip.
+// FreeSurfer's MGH volumes: .mgh, and .mgz compressed by gzip.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace multitetra {
 
-// Whether a file that begins so, behind gzip, is MGH. 284 bytes are enough.
+// Returns whether a file that unpacks to this beginning is MGH. 284 bytes suffice.
 [[nodiscard]] bool is_mgh(std::string_view beginning);
 
-// World coordinates are LPS in mm (MGH itself is RAS). Of several frames choice.time chooses one.
+// World coordinates are LPS in mm, converted from RAS. choice.time selects one of several frames.
 // Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_mgh(const std::filesystem::path& file, const VolumeChoice& choice);
 

@@ -16,7 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMrcHeaderBytes = 1024;
-constexpr std::int32_t kHalfMode = 12;  // Floats of 16 bits.
+constexpr std::int32_t kHalfMode = 12;  // 16-bit floats.
 
 StoredType type_of_mode(const fs::path& file, std::int32_t mode) {
   if (mode == 0) return StoredType::kI8;
@@ -46,7 +46,7 @@ StoredVolume open_mrc(const fs::path& path) {
 
   ImageHeader header{.type = type_of_mode(path, integer(12)),
                      .meaning = {.length_unit = "Å", .value_unit = {}}};
-  // MAPC, MAPR, MAPS: the axis of the cell, 1 to 3, that columns, rows and sections run along.
+  // MAPC, MAPR, MAPS: the axis of the cell, 1 to 3, of columns, rows and sections.
   std::array<std::size_t, 3> cell_axis{};
   int seen = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {

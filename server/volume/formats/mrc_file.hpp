@@ -8,11 +8,11 @@
 
 namespace multitetra {
 
-// Whether a file that begins so is one. 212 bytes are enough.
+// Returns whether a file with this beginning is MRC or CCP4. 212 bytes suffice.
 [[nodiscard]] bool is_mrc(std::string_view beginning);
 
-// Lengths are in Å. Modes 0, 1, 2 and 6 (integers of 8 and 16 bits, floats). Throws
-// VolumeFileError, also for a cell whose axes are not at right angles.
+// Lengths are in Å. Modes 0, 1, 2, 6 and 12 (8-bit and 16-bit integers, 32-bit and 16-bit floats).
+// Throws VolumeFileError, also for cells whose axes are not orthogonal.
 [[nodiscard]] StoredVolume open_mrc(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -23,8 +23,8 @@ constexpr std::uint64_t kMostEntries = 100'000;
 
 struct NetcdfAttribute {
   std::string name;
-  std::string text = {};             // For an attribute of characters.
-  std::vector<double> numbers = {};  // For an attribute of numbers.
+  std::string text = {};             // Value of a text attribute.
+  std::vector<double> numbers = {};  // Value of a numeric attribute.
 };
 
 struct NetcdfVariable {
@@ -33,7 +33,7 @@ struct NetcdfVariable {
   std::vector<NetcdfAttribute> attributes = {};
   int type = 0;
   std::uint64_t begin = 0;
-  bool has_records = false;  // Its first dimension grows: entries are one record apart.
+  bool has_records = false;  // The first dimension is unlimited: entries are one record apart.
 
   [[nodiscard]] const NetcdfAttribute* attribute(std::string_view wanted) const {
     const auto found = std::find_if(attributes.begin(), attributes.end(),
@@ -54,7 +54,7 @@ struct NetcdfHeader {
   }
 };
 
-// nullopt for characters and what is no type.
+// Returns nullopt for characters and invalid codes.
 std::optional<StoredType> netcdf_type(int code) {
   constexpr std::array<std::optional<StoredType>, 12> kTypes = {
       std::nullopt,     StoredType::kI8,  std::nullopt,     StoredType::kI16,
@@ -111,7 +111,7 @@ class NetcdfParser {
     (void)attributes();
     for (std::uint64_t i = list(11); i > 0; --i) header.variables.push_back(variable(header));
     std::uint64_t record_variables = 0;
-    // The size of one record without padding.
+    // Size of a record without padding.
     std::uint64_t exact = 0;
     for (const NetcdfVariable& entry : header.variables) {
       if (!entry.has_records) continue;
@@ -126,7 +126,7 @@ class NetcdfParser {
       header.record_bytes += (bytes + 3) / 4 * 4;
     }
     if (record_variables == 1) header.record_bytes = exact;
-    // "Streaming": the count was never written; the file's length gives it.
+    // "Streaming": the count was never written and follows from the length of the file.
     const bool is_streaming = records == (version_ == 5 ? ~std::uint64_t{0} : 0xFFFFFFFF);
     if (is_streaming) {
       std::uint64_t first = file_.size();
@@ -176,7 +176,7 @@ class NetcdfParser {
     at_ += bytes;
   }
 
-  // The length of a list of dimensions (10), variables (11) or attributes (12).
+  // Returns the length of a list of dimensions (10), variables (11) or attributes (12).
   std::uint64_t list(std::uint32_t expected) {
     const auto tag = take<std::uint32_t>();
     const std::uint64_t length = count();
@@ -218,12 +218,12 @@ class NetcdfParser {
       if (dimension >= header.dimensions.size()) damaged();
       result.dimensions.push_back(dimension);
       if (header.dimensions[dimension].second != 0) continue;
-      if (d > 0) damaged();  // Only the first one grows.
+      if (d > 0) damaged();  // Only the first one may be unlimited.
       result.has_records = true;
     }
     result.attributes = attributes();
     result.type = static_cast<int>(take<std::uint32_t>());
-    (void)count();  // Its size, which is wrong for large ones.
+    (void)count();  // The size, which is wrong for large variables.
     result.begin = offset();
     return result;
   }
@@ -270,7 +270,7 @@ const NetcdfVariable& chosen_variable(const fs::path& path, const NetcdfHeader& 
                "Name one, as in '" + path.filename().string() + ":/name'");
 }
 
-// Slices of one variable, whose records may have others in between.
+// The slices of a variable, whose records may be interleaved with others.
 class NetcdfSlices : public StoredSlices {
  public:
   NetcdfSlices(const fs::path& file, std::uint64_t begin, std::uint64_t step,
@@ -296,7 +296,7 @@ class NetcdfSlices : public StoredSlices {
  private:
   InputFile file_;
   std::uint64_t begin_;
-  std::uint64_t step_;  // From slice to slice.
+  std::uint64_t step_;  // Distance between slices in bytes.
   ImageHeader header_;
 };
 
@@ -305,7 +305,7 @@ std::string units_of(const NetcdfVariable& variable) {
   return units == nullptr ? std::string() : units->text;
 }
 
-// The coordinate variable of a dimension; nothing where there is none.
+// Returns the coordinate variable of a dimension; none if there is none.
 AxisCoordinates coordinates_of(const InputFile& file, const NetcdfHeader& header,
                                std::size_t dimension) {
   const auto& [name, length] = header.dimensions[dimension];
@@ -340,7 +340,7 @@ void place_variable(const InputFile& file, const NetcdfHeader& netcdf,
   place_by_coordinates(file.path(), coordinates, axes, volume.header, volume.notices);
 }
 
-// Which entry of a dimension in front of z, y, x.
+// Returns the chosen entry of a dimension before z, y, x.
 std::uint64_t chosen_entry(const fs::path& path, const std::string& name, std::uint64_t length,
                            std::optional<std::int64_t> wanted, bool takes_first,
                            const char* option) {
@@ -402,7 +402,7 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   if (!header.missing) header.missing = number("missing_value");
   check_header(path, header);
 
-  // Bytes from one entry of each dimension to the next.
+  // Distance in bytes between entries of each dimension.
   std::vector<std::uint64_t> strides(rank, bytes_of(header.type));
   for (std::size_t d = rank - 1; d-- > 0;) strides[d] = strides[d + 1] * shape[d + 1];
   if (variable.has_records) strides[0] = netcdf.record_bytes;
@@ -420,7 +420,7 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
         strides[d] * chosen_entry(path, name, shape[d], is_channel ? choice.channel : choice.time,
                                   choice.first, is_channel ? "--channel" : "--time");
   }
-  // Not for a variable whose rows are records, which would tear slices apart.
+  // Rows that are records are not contiguous.
   if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {
     fail_reading(path, "its variable '" + variable.name + "' has one line for each record",
                  "Copy it into a file with fixed dimensions");

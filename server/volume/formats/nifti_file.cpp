@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kVersion1Bytes = 348;
 constexpr std::size_t kVersion2Bytes = 540;
 
-// The fields that are looked at, whatever the version.
+// The header fields in use, of all versions.
 struct NiftiHeader {
   std::array<std::int64_t, 8> dim{};
   int type = 0;
@@ -81,7 +81,7 @@ bool is_version_2(std::string_view beginning) {
   return magic == std::string_view("n+2\0", 4) || magic == std::string_view("ni2\0", 4);
 }
 
-// The bits of a sample agree with its type, as they do in every header of Analyze.
+// Returns whether the bits of a sample match its type, as in every Analyze header.
 bool has_bits_of_its_type(const HeaderBytes& header) {
   constexpr std::array<std::pair<int, int>, 5> kBits = {
       {{2, 8}, {4, 16}, {8, 32}, {16, 32}, {64, 64}}};
@@ -89,7 +89,7 @@ bool has_bits_of_its_type(const HeaderBytes& header) {
   return std::find(kBits.begin(), kBits.end(), stated) != kBits.end();
 }
 
-// Analyze 7.5: the same places, without the mark, and always in two files. "regular" is 'r';
+// Analyze 7.5 has the same layout without the magic, and always two files. "regular" is 'r';
 // nibabel and others leave it 0.
 bool is_analyze(std::string_view beginning) {
   const auto endian = endian_of(beginning, kVersion1Bytes);
@@ -156,7 +156,7 @@ NumberType number_type(const fs::path& file, int code) {
                "Give integers of 8 to 64 bits, floats of 32 or 64 bits, or RGB");
 }
 
-// The steps between samples and the first sample's place, in RAS.
+// The steps between samples and the position of the first one, in RAS.
 struct Axes {
   std::array<Vec3, 3> steps;
   Vec3 origin;
@@ -174,7 +174,7 @@ Axes axes_of_sform(const NiftiHeader& header) {
 Axes axes_of_qform(const NiftiHeader& header) {
   auto [b, c, d, x, y, z] = header.quaternion;
   double a = 1 - (b * b + c * c + d * d);
-  if (a < 1e-7) {  // A half turn: rounding must not make it none.
+  if (a < 1e-7) {  // Half turn: rounding must not change it.
     const double length = std::sqrt(b * b + c * c + d * d);
     if (length > 0) {
       b /= length;
@@ -205,7 +205,7 @@ void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) 
     Vec3 spacing{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double step = std::abs(nifti.pixdim[axis + 1]);
-      spacing[axis] = step == 0 ? 1 : step;  // What no program filled in.
+      spacing[axis] = step == 0 ? 1 : step;  // The field was not filled in.
     }
     return set_box_axes(header, {0, 0, 0}, spacing);
   }
@@ -221,14 +221,13 @@ void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) 
   if (nifti.sform <= 0) return set(axes_of_qform(nifti));
   try {
     set(axes_of_sform(nifti));
-  } catch (
-      const VolumeFileError&) {  // A sheared sform, as registration writes; the qform never is.
+  } catch (const VolumeFileError&) {  // A sheared sform, as from registration; use the qform.
     if (nifti.qform <= 0) throw;
     set(axes_of_qform(nifti));
   }
 }
 
-// The fourth axis may also be one of frequencies.
+// The fourth axis may also contain frequencies.
 SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
   const int unit = nifti.units & 0x38;
   return even_times(count, nifti.first_time, nifti.pixdim[4],
@@ -241,7 +240,7 @@ SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
                                  : "");
 }
 
-// The length of a dimension, from 1 on.
+// Returns the length of a dimension, at least 1.
 std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::int64_t dimension) {
   const std::int64_t length =
       dimension <= nifti.dim[0] ? nifti.dim[static_cast<std::size_t>(dimension)] : 1;
@@ -250,7 +249,7 @@ std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::i
   return std::max<std::int64_t>(length, 1);
 }
 
-// The samples' file of a header that has them beside it.
+// Returns the file with the samples of a header.
 fs::path image_file(const fs::path& header, bool follow) {
   const fs::path stem = header.extension() == ".gz" ? header.stem().stem() : header.stem();
   const bool packed =
@@ -304,7 +303,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
     fail_reading(path, "it has " + std::to_string(nifti.dim[0]) + " dimensions",
                  "Give at most five");
   }
-  // Along the fifth dimension lie the components, each stored as a series of volumes.
+  // The fifth dimension contains components, each stored as a series of volumes.
   const std::int64_t volumes = length_along(path, nifti, 5);
   const ImageHeader one = header;
   header.components *= std::min(volumes, kMaxComponents + 1);

@@ -1,5 +1,4 @@
-// NIfTI-1 and NIfTI-2: .nii, .nii.gz, and .hdr beside .img; Analyze 7.5, which is always the
-// latter.
+// NIfTI-1 and NIfTI-2 (.nii, .nii.gz, or .hdr and .img), and Analyze 7.5 (.hdr and .img).
 #pragma once
 
 #include <filesystem>
@@ -10,18 +9,17 @@
 
 namespace multitetra {
 
-// Whether a file that begins so is NIfTI or Analyze. 540 bytes are enough.
+// Returns whether a file with this beginning is NIfTI or Analyze. 540 bytes suffice.
 [[nodiscard]] bool is_nifti(std::string_view beginning);
 
-// The header beside the samples `image` (.img, .img.gz); nullopt for other files, and where there
-// is none.
+// Returns the header beside the samples `image` (.img, .img.gz); nullopt if there is none.
 [[nodiscard]] std::optional<std::filesystem::path> nifti_header_of(
     const std::filesystem::path& image);
 
-// World coordinates are LPS (NIfTI itself is RAS), from the sform or else the qform; without either
-// the axes are the file's own, as those of Analyze. `file` may be the .img. Slope and intercept are
-// returned in the header. Samples along the fourth dimension are times (choice.time), along the
-// fifth components (choice.component). Throws VolumeFileError.
+// World coordinates are LPS, converted from RAS, from the sform or else the qform; with neither,
+// and for Analyze, the axes are those of the file. `file` may be the .img. The header returns slope
+// and intercept. The fourth dimension contains times (choice.time), the fifth components
+// (choice.component). Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_nifti(const std::filesystem::path& file,
                                       const VolumeChoice& choice);
 

@@ -35,7 +35,7 @@ constexpr std::array<NpyType, 12> kNpyTypes = {{{"u1", StoredType::kU8},
                                                 {"i8", StoredType::kI64},
                                                 {"f8", StoredType::kF64}}};
 
-// What stands behind 'key': in the header, a literal of Python; empty: nothing.
+// Returns what follows 'key': in the header, a Python literal; empty if it is missing.
 std::string_view behind_key(std::string_view header, std::string_view key) {
   const std::size_t at = header.find("'" + std::string(key) + "':");
   if (at == std::string_view::npos) return {};

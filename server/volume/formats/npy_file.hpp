@@ -1,4 +1,4 @@
-// Arrays of NumPy (.npy): 2 to 4 dimensions of numbers.
+// NumPy arrays (.npy): 2 to 4 dimensions of numbers.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,8 @@ namespace multitetra {
 
 [[nodiscard]] bool is_npy(std::string_view beginning);
 
-// The last three dimensions are z, y, x, as in all arrays here; of four the first is chosen by
-// choice.time. Arrays in the order of Fortran keep their places in the world: there the axis that
-// varies fastest is z. Throws VolumeFileError.
+// The last three dimensions are z, y, x, as for all arrays; choice.time selects along the first of
+// four. The fastest axis of arrays in Fortran order is therefore z. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_npy(const std::filesystem::path& file, const VolumeChoice& choice);
 
 }  // namespace multitetra

@@ -44,7 +44,7 @@ NrrdHeader read_nrrd_header(const fs::path& file) {
   return header;
 }
 
-// ---- which axis is what
+// ---- meaning of the axes
 
 StoredType nrrd_type(const fs::path& file, const NrrdHeader& header) {
   if (const auto type = stored_type_from_word(header.field("type"))) return *type;
@@ -64,7 +64,7 @@ std::vector<std::int64_t> sizes_of(const fs::path& file, const NrrdHeader& heade
                kCheckHeader);
 }
 
-// The axes of a NRRD: at most three of space, and one with times or components.
+// The axes of a NRRD: up to three spatial ones, and one with times or components.
 struct NrrdAxes {
   std::vector<std::size_t> space;
   std::optional<std::size_t> time;
@@ -75,7 +75,7 @@ bool is_of_space(const std::string& kind) {
   return kind == "domain" || kind == "space" || kind == "time" || kind == "none" || kind == "???";
 }
 
-// The axis of four that counts times.
+// Returns which of four axes contains times.
 std::optional<std::size_t> time_axis(const NrrdHeader& header, bool has_components) {
   std::vector<std::size_t> others;
   const std::vector<std::string> kinds = header.axis_words("kinds", 4);
@@ -147,9 +147,9 @@ SourceTimes times_along(const NrrdHeader& header, std::size_t axis, std::int64_t
                     finite_number(word("spacings")).value_or(0), unquoted(word("units")));
 }
 
-// ---- the place in the world
+// ---- placement in the world
 
-// Whether x, y and z are those of LPS, or their opposites; nullopt for spaces without a patient.
+// Returns 1 or -1 for x, y and z along or against LPS; nullopt for spaces without a patient.
 std::optional<Vec3> patient_signs(const fs::path& file, std::string_view written) {
   std::string space = lower_case(written);
   if (space.ends_with("-time")) space.erase(space.size() - 5);
@@ -160,7 +160,7 @@ std::optional<Vec3> patient_signs(const fs::path& file, std::string_view written
   if (space.find('-') == std::string::npos && space.size() == 4 && space.back() == 't') {
     space.pop_back();
   }
-  std::string letters;  // "left-posterior-superior": "lps"
+  std::string letters;  // "lps" for "left-posterior-superior"
   for (std::size_t at = 0; at < space.size(); ++at) {
     if (space.size() == 3 || at == 0 || space[at - 1] == '-') letters += space[at];
   }
@@ -185,7 +185,7 @@ Vec3 turned(const Vec3& vector, const std::optional<Vec3>& signs) {
   return {vector[0] * (*signs)[0], vector[1] * (*signs)[1], vector[2] * (*signs)[2]};
 }
 
-// The middle of the first sample by the axes' least places: 0 unless all of them have one.
+// Returns the center of the first sample from the minima of the axes; 0 unless all have one.
 Vec3 origin_by_mins(const NrrdHeader& header, const NrrdAxes& axes,
                     const std::vector<std::int64_t>& sizes, const std::array<Vec3, 3>& steps) {
   const auto words = [&](std::string_view field) { return header.axis_words(field, sizes.size()); };
@@ -217,7 +217,7 @@ void place(const fs::path& file, const NrrdHeader& header, const NrrdAxes& axes,
   const std::optional<Vec3> signs = patient_signs(file, header.field("space"));
   const bool only_spacings = directions.empty() && !spacings.empty();
   std::array<Vec3, 3> steps = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  bool is_flat = true;  // All directions have two numbers.
+  bool is_flat = true;  // All directions have two components.
   for (std::size_t i = 0; i < axes.space.size(); ++i) {
     const std::size_t axis = axes.space[i];
     if (!directions.empty()) {
@@ -245,9 +245,9 @@ void place(const fs::path& file, const NrrdHeader& header, const NrrdAxes& axes,
   if (!unit.empty()) image.meaning.length_unit = unit;
 }
 
-// ---- where the samples are
+// ---- location of the samples
 
-// Where the samples begin in a file, behind `begin` and the lines to skip.
+// Returns the offset of the samples in a file, after `begin` and the lines to skip.
 std::uint64_t behind_lines(const fs::path& file, std::uint64_t begin, std::int64_t lines) {
   constexpr std::size_t kMostLineBytes = std::size_t{1} << 16;
   std::string text(kMostLineBytes, '\0');
@@ -279,7 +279,7 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
   } else if (is_numbered(value)) {
     names = numbered_names(file, value);
   }
-  // Each file holds the samples along so many axes, of which the last may be cut.
+  // Each file contains the samples along its first `in_file` axes; the last axis may be divided.
   if (is_list || is_numbered(value)) {
     const auto axes = static_cast<std::int64_t>(sizes.size());
     const std::int64_t in_file = words.size() > 4 ? integer(words[4]).value_or(0) : axes - 1;
@@ -310,7 +310,7 @@ Packing packing_of(const fs::path& file, const std::string& encoding) {
                "Save it with encoding raw or gzip");
 }
 
-// The slices of `one` behind `skipped_volumes` volumes of its size.
+// Returns the slices of `one` after `skipped_volumes` volumes of its size.
 std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHeader& header,
                                             const std::vector<fs::path>& files,
                                             std::uint64_t volumes, std::uint64_t skipped_volumes,

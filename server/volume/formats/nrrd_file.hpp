@@ -1,4 +1,4 @@
-// NRRD, with its samples behind the header or in data files (.nhdr).
+// NRRD, with samples after the header or in data files (.nhdr).
 #pragma once
 
 #include <filesystem>
@@ -7,14 +7,13 @@
 
 namespace multitetra {
 
-// Samples are raw, gzip, bzip2, text or hex; raw and packed ones may lie in several files. World
-// coordinates are LPS where `space` names a patient's axes (RAS and LAS are turned), in mm or the
-// unit of `space units`; else they are the file's own. `space` beside plain `spacings` defines no
-// directions and is ignored. An axis outside space has the components of a sample, or the times: by
-// its kind (a list that choice.component chooses from has components), else by its missing
-// direction, else it is the last of four. Times are those of 3D Slicer's keys ("axis 0 index
-// values"), or from spacing, least place and unit of the axis. Labels are the segments of 3D
-// Slicer. Throws VolumeFileError.
+// Samples are raw, gzip, bzip2, text or hex; raw and compressed ones may be in several files. World
+// coordinates are LPS if `space` names patient axes (RAS and LAS are converted), in mm or the unit
+// of `space units`; else those of the file. `space` with plain `spacings` defines no directions and
+// is ignored. A non-spatial axis contains components or times: according to its kind
+// (choice.component selects from a list), else by its missing direction, else it is the last of
+// four. Times come from 3D Slicer's keys ("axis 0 index values"), or from the axis's spacing,
+// minimum and unit. Labels are 3D Slicer's segments. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_nrrd(const std::filesystem::path& file, const VolumeChoice& choice);
 
 }  // namespace multitetra

@@ -13,8 +13,8 @@
 namespace multitetra {
 namespace {
 
-// A PNG in memory while libpng reads it. libpng leaves its functions by longjmp, so those that call
-// it have no objects of their own.
+// A PNG in memory. libpng reports errors by longjmp, so functions that call it have no objects with
+// destructors.
 class PngReading {
  public:
   explicit PngReading(std::string bytes)
@@ -30,7 +30,7 @@ class PngReading {
   [[nodiscard]] bool read_header() {
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_read_info(png_, info_);
-    png_set_packing(png_);  // Numbers of fewer than 8 bits become bytes.
+    png_set_packing(png_);  // Expands numbers of fewer than 8 bits to bytes.
     if (png_get_bit_depth(png_, info_) == 16) png_set_swap(png_);
     (void)png_set_interlace_handling(png_);
     png_read_update_info(png_, info_);

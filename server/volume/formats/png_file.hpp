@@ -1,4 +1,4 @@
-// PNG images, each a slice.
+// PNG images, each one slice.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// Samples are taken as they are stored, with 8 or 16 bits: of images with a palette their indices,
-// of colors all components. Throws VolumeFileError.
+// Opens 8-bit or 16-bit samples as stored: palette indices, or all color components. Throws
+// VolumeFileError.
 [[nodiscard]] StoredVolume open_png(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -106,8 +106,7 @@ std::optional<VolumeFormat> by_content(std::string_view bytes) {
   return std::nullopt;
 }
 
-// The format by the file's name, for a file whose content is not recognized: its reader then
-// reports the fault.
+// Returns the format by name for unknown content; the reader then reports the error.
 std::optional<VolumeFormat> by_name(const std::string& name) {
   const auto ends_with = [&](auto... suffixes) { return (name.ends_with(suffixes) || ...); };
   if (ends_with(".nrrd", ".nhdr")) return VolumeFormat::kNrrd;
@@ -131,7 +130,7 @@ std::optional<VolumeFormat> format_of_folder(const fs::path& folder) {
   std::error_code error;
   bool has_tiff = false;
   bool has_picture = false;  // PNG or JPEG.
-  bool has_dicom = false;  // In this folder: those below may be of several volumes.
+  bool has_dicom = false;  // Directly in this folder: those below may belong to several volumes.
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = lower_case_name_of(entry->path());

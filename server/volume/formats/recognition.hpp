@@ -1,5 +1,4 @@
-// Recognizes the format of a file or folder by its content; its name decides only where its content
-// cannot.
+// Recognizes the format of a file or folder by its content, or by its name if that is inconclusive.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +14,7 @@ enum class VolumeFormat {
   kNifti,
   kLegacyVtk,
   kTiff,
-  kImageStack,  // A slice in each image.
+  kImageStack,  // An image per slice.
   kVti,
   kPvti,
   kDicom,
@@ -26,14 +25,14 @@ enum class VolumeFormat {
   kMgh,
   kMrc,
   kCube,
-  kRawDescription,  // A text that describes raw samples.
+  kRawDescription,  // A text file that describes raw samples.
   kRaw,             // Raw samples, described elsewhere.
 };
 
-// nullopt when nothing that is known is there. Throws VolumeFileError when the file cannot be read.
+// Returns nullopt for unknown formats. Throws VolumeFileError if the file cannot be read.
 [[nodiscard]] std::optional<VolumeFormat> recognized_format(const std::filesystem::path& path);
 
-// For people: what each format is called, what it looks like, and what of it is read.
+// Describes a format to users: its name, its files, and what is supported.
 struct FormatDescription {
   std::string_view name;
   std::string_view files;

@@ -96,7 +96,7 @@ void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 
   for (std::size_t axis = 0; axis < 3; ++axis) {
     header.spacing[axis] = std::sqrt(dot(steps[axis], steps[axis]));
     for (std::size_t row = 0; row < 3; ++row) {
-      header.index_to_world.columns[axis][row] = steps[axis][row] + 0.0;  // No -0.
+      header.index_to_world.columns[axis][row] = steps[axis][row] + 0.0;  // Turns -0 into 0.
     }
   }
   header.index_to_world.translation = origin;

@@ -1,5 +1,5 @@
-// A volume as stored in its file: the header, and slices in the file's own type. Every reader of a
-// format returns one; streamed_volume.hpp turns it into a VolumeSource.
+// A volume as stored in its file: the header, and slices in the file's type. Every reader of a
+// format returns one; streamed_volume.hpp converts it to a VolumeSource.
 #pragma once
 
 #include <array>
@@ -31,104 +31,102 @@ class VolumeFileError : public std::runtime_error {
                                const std::string& remedy);
 
 struct ImageHeader {
-  std::array<std::int64_t, 3> dims = {1, 1, 1};  // From the file, not validated.
+  std::array<std::int64_t, 3> dims = {1, 1, 1};  // As in the file, not validated.
   StoredType type = StoredType::kU8;
   Vec3 spacing = {1, 1, 1};
   Affine index_to_world = {};
   PhysicalMeaning meaning = {};
-  std::int64_t components = 1;  // Numbers of a sample, one after the other.
+  std::int64_t components = 1;  // Interleaved numbers per sample.
   // value = slope * stored + intercept; slope is not 0, both are finite.
   double slope = 1;
   double intercept = 0;
-  // For an integer, where the file guarantees fewer bits than its type has; 0: all.
+  // Number of bits in use, if an integer is guaranteed to use fewer than its type has; 0 means all.
   int stored_bits = 0;
-  std::optional<double> missing = std::nullopt;  // A stored number that means void.
+  std::optional<double> missing = std::nullopt;  // The stored number that means void.
 
-  // Bytes of one slice as stored. Requires dims and components within their limits.
+  // Returns the stored bytes of a slice. Requires dims and components within their limits.
   [[nodiscard]] std::size_t slice_bytes() const {
     return static_cast<std::size_t>(dims[0] * dims[1] * components) * bytes_of(type);
   }
 };
 
-// Slices of a volume in the type they have in their files.
+// The slices of a volume, in the type of the file.
 class StoredSlices {
  public:
   virtual ~StoredSlices() = default;
-  // The slices first ... first + count - 1, in the byte order of this machine. Throws
-  // VolumeFileError.
+  // Reads slices first to first + count - 1, in host byte order. Throws VolumeFileError.
   virtual void read(std::size_t first, std::size_t count, std::byte* into) = 0;
-  // Notices about the slices that were read, a sentence each.
+  // Returns notices about the slices read so far, a sentence each.
   [[nodiscard]] virtual std::vector<std::string> findings() const { return {}; }
 };
 
 struct StoredVolume {
   ImageHeader header = {};
   std::unique_ptr<StoredSlices> slices = nullptr;
-  std::vector<std::string> notices = {};  // Notices about reading the volume.
+  std::vector<std::string> notices = {};  // Notices about opening the volume.
   VolumeContents members = {};
-  std::int64_t channels = 1;  // The number of channels for VolumeChoice::channel.
-  // The component that is the chosen time, where a sample has a number for each.
+  std::int64_t channels = 1;  // Number of channels for VolumeChoice::channel.
+  // The component of the chosen time, if samples have a component for each time.
   std::optional<int> component_of_time = std::nullopt;
 };
 
-// Which of the numbers of a sample becomes its value, where it has several.
+// Which component of a sample becomes its value.
 struct ComponentChoice {
   enum class Kind { kOnlyOne, kIndex, kMagnitude, kLuminance };
   Kind kind = Kind::kOnlyOne;
   int index = 0;
 
-  // "magnitude", "luminance" (of red, green, blue as BT.709 weighs them) or a number from 0 on;
-  // nullopt for anything else.
+  // Parses "magnitude", "luminance" (of red, green, blue with the weights of BT.709) or a number
+  // from 0; returns nullopt for anything else.
   [[nodiscard]] static std::optional<ComponentChoice> from(std::string_view text);
 
   friend bool operator==(const ComponentChoice&, const ComponentChoice&) = default;
 };
 
-// The choice of a volume in a source that holds several.
+// Selects a volume in a source with several.
 struct VolumeChoice {
-  std::string array = {};  // The path or name of an array inside the source.
-  // The level of a pyramid; 0 is the finest.
+  std::string array = {};  // Path or name of an array in the source.
+  // Level of a pyramid; 0 is the finest.
   std::optional<std::int64_t> level = std::nullopt;
-  std::optional<std::int64_t> time = std::nullopt;     // From 0 on.
-  std::optional<std::int64_t> channel = std::nullopt;  // From 0 on.
-  std::string series = {};  // DICOM: a series' UID, or its number from 1 on.
+  std::optional<std::int64_t> time = std::nullopt;     // Counted from 0.
+  std::optional<std::int64_t> channel = std::nullopt;  // Counted from 0.
+  std::string series = {};  // DICOM: UID of a series, or its number from 1.
   ComponentChoice component = {};
-  bool follow = false;    // Data files may lie outside the folder of the header that names them.
-  bool resample = false;  // DICOM: uneven and tilted slices are interpolated to a rectangular grid.
-  // If there are several and none is chosen, take the first: for listing what there is.
+  bool follow = false;    // Allows data files outside the folder of their header.
+  bool resample = false;  // DICOM: interpolates uneven and tilted slices to a rectangular grid.
+  // Takes the first of several if none is chosen; for listing contents.
   bool first = false;
 
   friend bool operator==(const VolumeChoice&, const VolumeChoice&) = default;
 };
 
-// The time that is chosen of `count`; 0 where there is one only. Throws VolumeFileError when there
-// are several and none is chosen, or one that is not there.
+// Returns the chosen time of `count`, or 0 if there is only one. Throws VolumeFileError if there
+// are several and none is chosen, or an invalid one.
 [[nodiscard]] std::int64_t chosen_time(const std::filesystem::path& file, std::int64_t count,
                                        const VolumeChoice& choice);
 
-// The largest number of samples along a side of a volume; what a larger grid would hold is refused.
+// Maximum number of samples along a side of a volume, set by the largest grid.
 inline constexpr std::int64_t kMaxSide = (std::int64_t{1} << 14) + 1;
 inline constexpr std::int64_t kMaxComponents = 64;
 
-// Throws unless dims and components are within the limits, the type's bits are, and the slope, the
-// intercept, spacing and directions are finite and not degenerate.
+// Throws VolumeFileError unless dims, components and stored bits are within limits, and slope,
+// intercept, spacing and directions are finite and nondegenerate.
 void check_header(const std::filesystem::path& file, const ImageHeader& header);
 
 // Sets index_to_world from an origin and orthogonal axes of length `spacing`.
 void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing);
 
-// Sets spacing and index_to_world from the steps between samples in world coordinates. Throws when
-// the steps are not at right angles to each other (by more than 1 part in 1000): lengths of errors
-// would not be those of the world.
+// Sets spacing and index_to_world from the steps between samples in world coordinates. Throws if
+// the steps are not orthogonal to within 1 part in 1000: errors would not be lengths in the world.
 void set_axes(const std::filesystem::path& file, ImageHeader& header,
               const std::array<Vec3, 3>& steps, const Vec3& origin);
 
-// `text` if it can be a unit, else empty; common spellings of lengths become their symbols
+// Returns `text` if it can be a unit, else nothing. Replaces common spellings of lengths by symbols
 // ("millimeter" or "millimeters": "mm", "um" or "microns": "µm").
 [[nodiscard]] std::string unit_from(std::string_view text);
 
-// A data file that a header names: `name` as seen from the header's folder. Throws when it leads
-// out of that folder (unless choice.follow) or is no regular file.
+// Returns the data file `name`, relative to the header's folder. Throws if it is outside of that
+// folder (unless `follow`) or is not a regular file.
 [[nodiscard]] std::filesystem::path named_data_file(const std::filesystem::path& header,
                                                     const std::string& name, bool follow);
 

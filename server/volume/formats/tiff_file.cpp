@@ -44,7 +44,7 @@ class TiffSlices : public StoredSlices {
  private:
   fs::path file_;
   TiffPages tiff_;
-  // The page of each slice.
+  // Page of each slice.
   std::vector<std::size_t> pages_;
   ImageHeader header_;
 };
@@ -129,7 +129,7 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
   std::vector<std::size_t> pages(first, first + description.slices);
   const std::size_t last = *std::max_element(pages.begin(), pages.end());
   if (last >= tiff.count()) {
-    // ImageJ writes stacks beyond 4 GiB with one page, whose samples the others' follow.
+    // ImageJ writes stacks beyond 4 GiB as one page, followed by the samples of the others.
     if (tiff.count() != 1 || !description.resolution_is_spacing || !tiff.plain_offset() ||
         description.channels > 1) {
       fail_reading(path,

@@ -1,4 +1,4 @@
-// TIFF files with one image or with several pages.
+// TIFF files with one or several pages.
 #pragma once
 
 #include <filesystem>
@@ -7,14 +7,13 @@
 
 namespace multitetra {
 
-// Pages are slices. Where ImageJ or OME-XML describes them, they are slices, channels and times,
-// which choice.channel and choice.time choose from, with spacing and unit; else the resolution is
-// the spacing along x and y, in mm, unless it is a screen's 72 or 96 pixels an inch. Samples are
-// taken as they are stored: of images with a palette their indices. Throws VolumeFileError.
+// Pages are slices. If ImageJ or OME-XML describes them, they are slices, channels and times
+// (choice.channel and choice.time select), with spacing and unit; else the resolution gives the
+// spacing along x and y in mm, unless it is a screen's 72 or 96 pixels per inch. Samples are used
+// as stored, including palette indices. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_tiff(const std::filesystem::path& file, const VolumeChoice& choice);
 
-// The same of one image of a stack: a description that speaks of other pages than its own is
-// ignored.
+// Opens an image of a stack. Ignores a description that refers to other pages.
 [[nodiscard]] StoredVolume open_tiff_slice(const std::filesystem::path& file);
 
 }  // namespace multitetra

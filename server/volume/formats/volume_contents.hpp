@@ -1,5 +1,5 @@
-// The contents of a source besides one volume, on the same grid: times, fields, and the
-// names of labels. Readers fill in what they know; `prepare` reads it for series.
+// Further contents of a source on the same grid: times, fields, and names of labels. Readers fill
+// in what they know; `prepare` uses it for series.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,10 @@
 namespace multitetra {
 
 struct SourceTimes {
-  std::int64_t count = 1;  // The number of times for VolumeChoice::time; 1: no series.
-  // One for each, finite; empty: unknown, then frames are counted.
+  std::int64_t count = 1;  // Number of times for VolumeChoice::time; 1 means no series.
+  // One finite value per time; empty if unknown, in which case frames are counted.
   std::vector<double> at = {};
-  // The unit of these; empty: unknown.
+  // Unit of the times; empty if unknown.
   std::string unit = {};
 
   friend bool operator==(const SourceTimes&, const SourceTimes&) = default;
@@ -26,19 +26,19 @@ struct SourceTimes {
 // One of several arrays or channels.
 struct SourceField {
   std::string name;
-  std::string array = {};  // For VolumeChoice::array; empty: not by array.
-  std::optional<std::int64_t> channel = std::nullopt;  // For VolumeChoice::channel.
-  std::int64_t components = 1;                         // Numbers of a sample.
+  std::string array = {};  // Value for VolumeChoice::array; empty if not selected by array.
+  std::optional<std::int64_t> channel = std::nullopt;  // Value for VolumeChoice::channel.
+  std::int64_t components = 1;                         // Numbers per sample.
 
   friend bool operator==(const SourceField&, const SourceField&) = default;
 };
 
 // A label that the source names.
 struct SourceLabel {
-  Label label = {};  // No two have the same value.
-  // The value of the label in the samples.
+  Label label = {};  // Values are unique.
+  // Value of the label in the samples.
   double stored = 0;
-  // The component of the samples that has the label.
+  // Component of the samples that contains the label.
   int layer = 0;
 
   friend bool operator==(const SourceLabel&, const SourceLabel&) = default;
@@ -46,10 +46,10 @@ struct SourceLabel {
 
 struct VolumeContents {
   SourceTimes times = {};
-  std::vector<SourceField> fields = {};  // As the source orders them; none: it has one only.
-  // Others may occur. Segments that overlap lie in several layers, each a component of the samples.
+  std::vector<SourceField> fields = {};  // In the source's order; empty if there is only one.
+  // Samples may have others. Overlapping segments are in several layers, one component each.
   std::vector<SourceLabel> labels = {};
-  // A field whose name is not valid as one.
+  // Fields whose names are invalid.
   std::vector<std::string> unnamed = {};
   // The isovalue that the authors of the source recommend.
   std::optional<double> recommended_isovalue = std::nullopt;
@@ -57,24 +57,25 @@ struct VolumeContents {
   friend bool operator==(const VolumeContents&, const VolumeContents&) = default;
 };
 
-inline constexpr std::size_t kMostSourceMembers = 32'768;  // The most members of each kind.
+inline constexpr std::size_t kMostSourceMembers = 32'768;  // Maximum members of each kind.
 
-// `count` times from `first` on, `step` apart, in `unit`; empty where these are no times, as
-// written by programs that leave the fields at 0.
+// Returns `count` times from `first`, `step` apart, in `unit`; unknown times if these values are
+// invalid, as from programs that leave the fields at 0.
 [[nodiscard]] SourceTimes even_times(std::int64_t count, double first, double step,
                                      std::string_view unit);
 
-// Seconds and their parts under one name ("sec", "second", "seconds": "s"); others as they are,
-// empty when they are no units.
+// Converts spellings of seconds and their fractions ("sec", "second", "seconds": "s"). Returns
+// others unchanged, or empty if they are not units.
 [[nodiscard]] std::string time_unit_from(std::string_view text);
 
-// `text` as far as it can be a name: nothing, where it is no UTF-8 without control characters of at
-// most kMaxMemberTextBytes.
+// Returns `text` if it is a valid name, else nothing: UTF-8 without control characters, at most
+// kMaxMemberTextBytes.
 [[nodiscard]] std::string member_name_from(std::string_view text);
 
 [[nodiscard]] bool have_layers(const std::vector<SourceLabel>& labels);
 
-// For another process, and back. Requires what members_text returned.
+// Convert contents to a text for another process, and back. members_from() requires a result of
+// members_text().
 [[nodiscard]] std::string members_text(const VolumeContents& members);
 [[nodiscard]] VolumeContents members_from(std::string_view text);
 

@@ -20,9 +20,9 @@ namespace {
 
 using Json = nlohmann::json;
 
-// What an OME-Zarr image says of one of its levels; all in the order of the array's dimensions.
+// The placement of a level of an OME-Zarr image. Vectors are in the order of the dimensions.
 struct Placement {
-  // The names of dimensions: "t", "c", "z", "y", "x"; empty: unknown.
+  // Names of dimensions: "t", "c", "z", "y", "x"; empty if unknown.
   std::vector<std::string> names;
   std::vector<std::string> units = {};
   std::vector<double> scale = {};
@@ -30,8 +30,8 @@ struct Placement {
   std::string value_unit = {};
 };
 
-// Some buckets refuse what is missing. There, and there alone, a refusal of metadata means that
-// there are none: a name that nothing can have shows it.
+// Some buckets deny access to missing objects. Detects this by a name that cannot exist; only then
+// does denied access to metadata mean that they are missing.
 bool refuses_what_is_missing(ObjectStore& store) {
   try {
     return text_of(store, "multitetra/asks/for/nothing").has_value();
@@ -59,7 +59,8 @@ Json json_at(ObjectStore& store, const std::string& key) {
   return json;
 }
 
-// The folder's metadata for people: attributes of Zarr 3, .zattrs of Zarr 2, attributes.json of N5.
+// Returns the folder's user attributes: from zarr.json (Zarr 3), .zattrs (Zarr 2) or
+// attributes.json (N5).
 Json attributes_at(ObjectStore& store, const std::string& path) {
   const Json three = json_at(store, path + "zarr.json");
   if (three.is_object()) return three.value("attributes", Json::object());
@@ -87,7 +88,7 @@ std::optional<ArrayLayout> array_at(ObjectStore& store, const std::string& path)
   return std::nullopt;
 }
 
-// Multiplies a scale and shifts by a translation, as the list of transformations says.
+// Applies a list of scales and translations.
 void apply(const Json& transformations, Placement& placement, const std::filesystem::path& place) {
   if (!transformations.is_array()) return;
   const std::size_t dimensions = placement.scale.size();
@@ -122,7 +123,7 @@ struct ImageLevel {
   Placement placement;
 };
 
-// The chosen level of the image whose attributes these are; nullopt when they are of no image.
+// Returns the chosen level of an image with these attributes; nullopt if they describe no image.
 std::optional<ImageLevel> image_level(const Json& attributes, const VolumeChoice& choice,
                                       const std::filesystem::path& place) {
   const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
@@ -157,7 +158,7 @@ std::optional<ImageLevel> image_level(const Json& attributes, const VolumeChoice
   return result;
 }
 
-// What plain arrays say of their place, in the ways of the programs that write them.
+// Returns the placement of a plain array, by the conventions of programs that write them.
 Placement placement_of(const ArrayLayout& array, const Json& attributes) {
   Placement placement{.names = array.dimension_names};
   const std::size_t dimensions = array.shape.size();
@@ -166,7 +167,7 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
   if (!attributes.is_object()) return placement;
   const Json unit = attributes.value("units", Json());
   if (unit.is_string()) placement.value_unit = unit.get<std::string>();
-  // xarray names dimensions so; N5 viewers keep a resolution in the order of N5.
+  // xarray names dimensions this way; N5 viewers store a resolution in the order of N5.
   const Json names = attributes.value("_ARRAY_DIMENSIONS", Json());
   if (names.is_array() && names.size() == dimensions) {
     placement.names.clear();
@@ -184,7 +185,7 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
     const std::string length_unit =
         resolution.is_object() ? resolution.value("unit", std::string()) : std::string();
     placement.units.assign(dimensions, length_unit);
-    // Neuroglancer keeps units beside the resolution, one or one each.
+    // Neuroglancer stores units beside the resolution: one, or one per dimension.
     if (unit.is_string() && length_unit.empty()) {
       placement.units.assign(dimensions, unit.get<std::string>());
       placement.value_unit.clear();
@@ -197,7 +198,7 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
   return placement;
 }
 
-// ---- what it holds besides
+// ---- further contents
 
 SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t count) {
   if (d >= placement.scale.size() || d >= placement.units.size() || placement.units[d].empty()) {
@@ -206,7 +207,7 @@ SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t 
   return even_times(count, placement.translation[d], placement.scale[d], placement.units[d]);
 }
 
-// Channels have the names that "omero" gives them for display.
+// Returns the channels, with the display names of "omero".
 std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count) {
   const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
   const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
@@ -270,7 +271,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
   return list;
 }
 
-// Decides which dimensions are x, y, z, and where the volume lies along the others.
+// Selects the dimensions x, y, z, and the position of the volume along the others.
 VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
                         const VolumeChoice& choice, const std::filesystem::path& place,
                         const Json& attributes, VolumeContents& members, std::int64_t& channels) {
@@ -293,7 +294,7 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
   for (std::size_t d = 0; d < dimensions; ++d) {
     if (std::find(volume.axes.begin(), volume.axes.end(), d) != volume.axes.end()) continue;
     const std::string name = names.size() == dimensions ? names[d] : std::string();
-    // Without names, arrays of images have time, channel, z, y, x.
+    // Without names, image arrays are in the order time, channel, z, y, x.
     const bool is_time = name.empty() ? dimensions == 5 && d == 0 : name == "t" || name == "time";
     const bool is_channel = name.empty() ? d + 4 == dimensions : name == "c" || name == "channel";
     std::optional<std::int64_t> chosen;
@@ -372,7 +373,7 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
   }
   const std::filesystem::path place = store->place(path);
   Placement placement = image ? std::move(image->placement) : placement_of(*array, attributes);
-  if (image && placement.names.empty()) {  // Written before axes had names: always t, c, z, y, x.
+  if (image && placement.names.empty()) {  // From before axes had names: always t, c, z, y, x.
     placement.names = {"t", "c", "z", "y", "x"};
     placement.scale.assign(5, 1);
     placement.translation.assign(5, 0);
@@ -423,7 +424,7 @@ StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
   const std::filesystem::path array = store->place(choice.array);
   try {
     return open_checked(std::move(store), choice);
-  } catch (const Json::exception& problem) {  // A field of another type than it should have.
+  } catch (const Json::exception& problem) {  // A field has an unexpected type.
     fail_reading(array, std::string("its metadata are damaged: ") + problem.what(),
                  "Get a complete copy of the file");
   }

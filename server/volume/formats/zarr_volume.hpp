@@ -7,14 +7,14 @@
 
 namespace multitetra {
 
-// Whether the folder, zip archive or address has metadata of Zarr or N5 at its root. Links that
-// lead elsewhere are followed only with `follow`.
+// Returns whether the folder, zip archive or address has Zarr or N5 metadata at its root. Links
+// that lead elsewhere require `follow`.
 [[nodiscard]] bool is_zarr(const std::string& place, bool follow);
 
-// The array choice.array, or the level choice.level of the image at the root (0, the finest, by
-// default), or the root itself. Of dimensions beyond x, y, z those named t and c are chosen by
-// choice.time and choice.channel; others must have one entry. Scale, translation and unit are those
-// of the image's metadata. Throws VolumeFileError.
+// Opens the array choice.array, or the level choice.level of the image at the root (0, the finest,
+// by default), or the root itself. choice.time and choice.channel select along dimensions named t
+// and c; other dimensions beyond x, y, z must have length 1. Scale, translation and unit come from
+// the image's metadata. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice);
 
 }  // namespace multitetra

@@ -36,7 +36,7 @@ constexpr std::array<Kind, kGeneratorKinds.size()> kKinds = {{{"sphere", 0},
 
 const Kind& facts(GeneratorKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
-// Writes the values of one row along x.
+// Computes the values of one row along x.
 using FillRow = std::function<void(std::int32_t y, std::int32_t z, std::span<double> row)>;
 
 template <typename Sample>
@@ -68,7 +68,7 @@ std::vector<Sample> sampled(const GeneratorOptions& options, const FillRow& fill
   return samples;
 }
 
-// The places of the samples along one side: from -1 to 1, symmetric to the bit.
+// Returns the coordinates of samples along a side: from -1 to 1, symmetric to the bit.
 std::vector<double> places(std::int32_t size) {
   std::vector<double> at(static_cast<std::size_t>(size));
   for (std::int32_t i = 0; i < size; ++i) {
@@ -84,7 +84,7 @@ std::vector<double> mapped(const std::vector<double>& values, const Function& fu
   return results;
 }
 
-// A row of a field that is given point by point.
+// Returns a function that computes rows of a field point by point.
 template <typename Field>
 FillRow pointwise(std::int32_t size, const Field& field) {
   return [at = places(size), field](std::int32_t y, std::int32_t z, std::span<double> row) {
@@ -107,7 +107,7 @@ double box(double x, double y, double z) {
 }
 
 FillRow gyroid(std::int32_t size) {
-  const std::vector<double> at = places(size);  // One turn a unit: two periods a side.
+  const std::vector<double> at = places(size);  // One turn per unit: two periods per side.
   return [sine = mapped(at, sine_of_turns), cosine = mapped(at, cosine_of_turns)](
              std::int32_t j, std::int32_t k, std::span<double> row) {
     const auto y = static_cast<std::size_t>(j);
@@ -119,7 +119,7 @@ FillRow gyroid(std::int32_t size) {
 }
 
 // (1 - sin(pi z / 2) + alpha (1 + cos(2 pi f_M cos(pi r / 2)))) / (2 (1 + alpha)), r^2 = x^2 + y^2.
-// The part that depends on r is computed once for all slices.
+// Computes the part that depends on r once for all slices.
 FillRow marschner_lobb(std::int32_t size) {
   constexpr double kFrequency = 6;
   constexpr double kAlpha = 0.25;

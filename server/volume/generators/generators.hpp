@@ -1,8 +1,6 @@
-// Volumes made from formulas: inputs whose isosurfaces are known, for tests, benchmarks and first
-// steps without data.
+// Volumes from formulas, whose isosurfaces are known: for tests, benchmarks and demonstrations.
 //
-// Guaranteed: the same kind and options give the same bits on every machine and with any number of
-// threads.
+// Guaranteed: the same kind and options give the same bits on every machine, for any thread count.
 #pragma once
 
 #include <array>
@@ -14,13 +12,13 @@
 
 namespace multitetra {
 
-// Samples lie at the points of the cube [-1, 1]^3, both ends included, unless noted otherwise.
+// Samples fill the cube [-1, 1]^3, both ends included, unless noted otherwise.
 enum class GeneratorKind {
   // f32: 0.75 - |p|. Isovalue 0 is the sphere of radius 0.75.
   kSphere,
   // f32: 0.25 - sqrt((sqrt(x^2 + y^2) - 0.6)^2 + z^2). Isovalue 0 is the torus of radii 0.6, 0.25.
   kTorus,
-  // f32: sin X cos Y + sin Y cos Z + sin Z cos X, two periods a side. Isovalue 0 approximates the
+  // f32: sin X cos Y + sin Y cos Z + sin Z cos X, two periods per side. Isovalue 0 approximates the
   // gyroid: A. Schoen, "Infinite Periodic Minimal Surfaces without Self-Intersections", NASA TN
   // D-5541, 1970.
   kGyroid,
@@ -43,19 +41,19 @@ inline constexpr std::array kGeneratorKinds = {
 [[nodiscard]] std::string_view name(GeneratorKind kind);
 [[nodiscard]] std::optional<GeneratorKind> generator_kind_from(std::string_view name);
 
-// The isovalue that the kind's description names first.
+// Returns the isovalue that the kind's description names first.
 [[nodiscard]] double suggested_isovalue(GeneratorKind kind);
 
 struct GeneratorOptions {
-  std::int32_t size = 64;  // Samples a side, 2 to 4097.
-  // Standard deviation of the noise added to each sample, in units of the sample, >= 0; close to a
-  // normal distribution (the sum of twelve uniform ones). Integer samples are rounded and clamped.
+  std::int32_t size = 64;  // Samples per side, 2 to 4097.
+  // Standard deviation of the noise added to each sample, in units of the sample, >= 0. The noise
+  // is nearly normal (the sum of twelve uniform numbers). Integer samples are rounded and clamped.
   double noise = 0;
-  std::uint64_t seed = 1;  // Chooses the noise.
+  std::uint64_t seed = 1;  // Seed of the noise.
 };
 
-// Spacing is 1 and the origin is the first sample. Throws std::invalid_argument, naming the option
-// and its range, when an option is outside its range.
+// Returns a volume with spacing 1 and the origin at the first sample. Throws std::invalid_argument,
+// naming the option and its range, if an option is out of range.
 [[nodiscard]] Volume generate(GeneratorKind kind, const GeneratorOptions& options);
 
 }  // namespace multitetra

@@ -12,7 +12,7 @@ namespace {
 constexpr double kAir = -1000;
 
 struct Row {
-  double value;  // Added to what it lies in, Hounsfield units.
+  double value;  // Hounsfield units, added to those of the enclosing ellipsoids.
   std::array<double, 3> centre;
   std::array<double, 3> semi_axes;
   double degrees;  // Rotation about z.
@@ -23,7 +23,7 @@ constexpr std::array<Row, 10> kTable = {{
     {-800, {0, 0, 0}, {0.6624, 0.874, 0.88}, 0},            // brain
     {-200, {-0.22, 0, -0.25}, {0.41, 0.16, 0.21}, 108},     // ventricles
     {-200, {0.22, 0, -0.25}, {0.31, 0.11, 0.22}, 72},       //
-    {100, {0, 0.35, -0.25}, {0.21, 0.25, 0.5}, 0},          // tumours
+    {100, {0, 0.35, -0.25}, {0.21, 0.25, 0.5}, 0},          // tumors
     {100, {0, 0.1, -0.25}, {0.046, 0.046, 0.046}, 0},       //
     {100, {-0.08, -0.65, -0.25}, {0.046, 0.023, 0.02}, 0},  //
     {100, {0.06, -0.65, -0.25}, {0.046, 0.023, 0.02}, 90},  //
@@ -31,8 +31,8 @@ constexpr std::array<Row, 10> kTable = {{
     {-200, {0, 0.1, 0.625}, {0.056, 0.04, 0.1}, 0},         // a fluid-filled cyst
 }};
 
-// The share of a voxel inside the surface f = 0 when f < 0 is inside: linear in the distance, which
-// is f / |gradient| to first order.
+// Returns the fraction of a voxel inside the surface f = 0, where f < 0 is inside. Linear in the
+// distance, which is f / |gradient| to first order.
 double coverage(double f, double squared_gradient, double voxel) {
   const double half = voxel / 2;
   if (f * f >= half * half * squared_gradient) return f < 0 ? 1 : 0;

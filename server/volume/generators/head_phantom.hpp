@@ -1,14 +1,14 @@
 // The three-dimensional Shepp-Logan head phantom, in Hounsfield units.
 //
-// Ten ellipsoids in the cube [-1, 1]^3 whose values add up. Shapes and places: A. C. Kak and M.
+// Ten ellipsoids in the cube [-1, 1]^3 whose values add up. Shapes and positions: A. C. Kak and M.
 // Slaney, "Principles of Computerized Tomographic Imaging", IEEE Press 1988, chapter 3 (after L. A.
 // Shepp and B. F. Logan, "The Fourier Reconstruction of a Head Section", IEEE Transactions on
 // Nuclear Science 21, 1974); the same table is the variant "yu-ye-wang" of M. Schabel's phantom3d.
-// The published contrasts of one or two percent are stretched so that a few isovalues
-// separate the tissues: air -1000, ventricles 0, brain 200, tumours 300, skull 1000.
+// The published contrasts of one or two percent are stretched so that a few isovalues separate the
+// tissues: air -1000, ventricles 0, brain 200, tumors 300, skull 1000.
 //
-// As in a scanner a sample is the mean over its voxel: across a surface the value runs linearly
-// over one voxel, so an isosurface half way lies where the ellipsoid's does.
+// As in a scanner, a sample is the mean over its voxel: across a surface the value changes linearly
+// over one voxel, so the isosurface halfway coincides with the ellipsoid.
 #pragma once
 
 #include <array>
@@ -19,10 +19,10 @@ namespace multitetra {
 
 class HeadPhantom {
  public:
-  // Samples lie on a cube of `size` samples a side, at least 2.
+  // Samples fill a cube of `size` samples per side, at least 2.
   explicit HeadPhantom(std::int32_t size);
 
-  // The values of the samples of one row along x.
+  // Computes the samples of a row along x.
   void fill_row(std::int32_t y, std::int32_t z, std::span<double> row) const;
 
  private:
@@ -30,10 +30,10 @@ class HeadPhantom {
     double value;
     std::array<double, 3> inverse_axes;  // 1 / semi-axis.
     std::array<double, 3> centre;
-    // The cosine of its rotation about z.
+    // Cosine and sine of its rotation about z.
     double cosine;
     double sine;
-    // The half extents of its bounding box, with one voxel around it.
+    // Half extents of its bounding box, plus one voxel.
     std::array<double, 3> half_extents;
   };
 

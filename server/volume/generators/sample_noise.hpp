@@ -1,5 +1,5 @@
-// Noise for generated samples that has the same bits on every machine: integers only, and no state,
-// so any thread can compute any sample.
+// Noise for generated samples with the same bits on every machine: pure integer arithmetic without
+// state, so any thread can compute any sample.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace multitetra {
   return x ^ (x >> 31);
 }
 
-// A number of mean 0 and standard deviation 1, close to a normal distribution, for each `index`:
-// the sum of twelve uniform 16-bit integers, centred and scaled (Irwin-Hall). Between -6 and 6.
+// Returns a number between -6 and 6 for each `index`, nearly normal with mean 0 and standard
+// deviation 1: the centered and scaled sum of twelve uniform 16-bit integers (Irwin-Hall).
 [[nodiscard]] constexpr double sample_noise(std::uint64_t seed, std::uint64_t index) {
   constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15u;
   constexpr std::int32_t kTwiceMean = 12 * 65535;

@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// Writes a NRRD (.nrrd) that read_volume reads back bit for bit. The file appears whole or not at
-// all (see atomic_file.hpp). Throws VolumeFileError.
+// Writes a NRRD (.nrrd) that read_volume reads back bit for bit. The file appears complete or not
+// at all (see atomic_file.hpp). Throws VolumeFileError.
 void write_nrrd(const std::filesystem::path& path, const Volume& volume);
 
 }  // namespace multitetra

@@ -11,37 +11,38 @@
 namespace multitetra {
 namespace {
 
-// More rounds keep more of what is one sample thick along a diagonal; more averaging keeps surfaces
-// smoother. A flat border moves by a step where magnitudes change by 0.375 of the field's range, so
-// that a gain of that mends it in one round.
+// More rounds preserve more of parts one sample thick along a diagonal; more averaging gives
+// smoother surfaces. A flat border moves by a step if magnitudes change by 0.375 of the field's
+// range, so a gain of about that corrects it in one round.
 constexpr int kRounds = 8;
 constexpr std::int32_t kAveragings = 4;
 constexpr double kGain = 0.35 * kFieldSteps;
 
-// A volume that is missing, and how many samples share it.
+// A missing volume, and the number of samples that share it.
 struct Shortfall {
   float volume = 0;
   float weight = 0;
 };
 
-// From one border sample to another one of its label, a neighbour or itself.
+// Connects a border sample to a neighbor of the same label, or to itself.
 struct Link {
-  // The number in its slice.
+  // Number of the neighbor in its slice.
   std::uint32_t number = 0;
-  // The offset of the slice.
+  // Offset of the neighbor's slice.
   std::int32_t above = 0;
   float weight = 0;
 };
 
 struct BorderSlice {
   std::int32_t z = -1;
-  std::vector<std::uint32_t> numbers;  // For every sample: of a border sample, from 1; else 0.
-  // For the border samples:
-  std::vector<std::uint32_t> places;  // In the slice, increasing.
+  std::vector<std::uint32_t> numbers;  // Per sample: number of the border sample from 1, or 0.
+  // The following are indexed by border sample.
+  std::vector<std::uint32_t> places;  // Positions in the slice, increasing.
   std::vector<std::int32_t> labels;
   std::vector<std::uint8_t> magnitudes;
   std::vector<std::uint32_t> links_end;
-  std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;  // Averaged so many times.
+  // Indexed by number of averagings.
+  std::array<std::vector<Shortfall>, kAveragings + 1> shortfalls;
   std::vector<Link> links;
 };
 
@@ -51,7 +52,7 @@ std::size_t slice_samples(const LabelBorders::Dims& dims) {
 
 // ---- finding the border samples
 
-// Marks the corners of the cells between two slices that have more than one label.
+// Marks the corners of cells between two slices that have more than one label.
 void mark_mixed(const LabelBorders::Dims& dims, std::span<const std::int32_t> lower,
                 std::span<const std::int32_t> upper, std::span<std::uint8_t> lower_marks,
                 std::span<std::uint8_t> upper_marks) {
@@ -71,7 +72,7 @@ void mark_mixed(const LabelBorders::Dims& dims, std::span<const std::int32_t> lo
   }
 }
 
-// A window of label slices, and what of them is at a border.
+// Finds border samples in a window of label slices.
 class BorderSearch {
  public:
   BorderSearch(const LabelBorders::Dims& dims, const LabelBorders::ReadSlice& read)
@@ -80,7 +81,7 @@ class BorderSearch {
     for (auto& slice : marks_) slice.resize(slice_samples(dims));
   }
 
-  // The magnitudes that slices begin with, one slice after the other. Returns how many are not 0.
+  // Computes the initial magnitudes of the next slice. Returns how many are not 0.
   std::uint32_t next(std::span<std::uint8_t> into) {
     const std::int32_t z = next_++;
     const std::int32_t ahead = std::min(z + kSmoothingReach, dims_[2] - 1);
@@ -111,7 +112,7 @@ class BorderSearch {
     return marks_[static_cast<std::size_t>(z) % marks_.size()];
   }
 
-  // The indicator of the sample's own label, smoothed, above one half.
+  // Returns the smoothed indicator of the sample's own label, minus one half.
   std::uint8_t first_magnitude(std::size_t place, std::int32_t z) {
     const auto x = static_cast<std::int32_t>(place % static_cast<std::size_t>(dims_[0]));
     const auto y = static_cast<std::int32_t>(place / static_cast<std::size_t>(dims_[0]));
@@ -144,8 +145,8 @@ class BorderSearch {
 
 // ---- correcting their magnitudes
 
-// A pass over all slices. The shortfalls of a slice are complete when the next one is loaded, and
-// each averaging takes those of both neighbours; so each stage is a slice behind the one before.
+// A pass over all slices. The shortfalls of a slice are complete once the next one is loaded, and
+// each averaging needs both neighbors, so each stage runs one slice behind the previous one.
 class LabelBorders::Round {
  public:
   Round(const LabelBorders& borders, const ReadSlice& read)
@@ -157,7 +158,7 @@ class LabelBorders::Round {
     for (BorderSlice& slice : window_) slice.numbers.resize(slice_samples(dims_));
   }
 
-  // `corrected` is called with every slice that has border samples, and its new magnitudes.
+  // Calls `corrected` with every slice that has border samples, and its new magnitudes.
   void correct(const std::function<void(std::int32_t, std::span<const std::uint8_t>)>& corrected) {
     for (std::int32_t z = 0; z <= dims_[2] + kAveragings; ++z) {
       load(z);
@@ -180,7 +181,7 @@ class LabelBorders::Round {
   }
 
  private:
-  // From the slice that is loaded to the one below that which is averaged last.
+  // From the slice being loaded to the one below the last averaged one.
   static constexpr std::size_t kWindow = kAveragings + 3;
 
   BorderSlice* find(std::int32_t z) {
@@ -211,7 +212,7 @@ class LabelBorders::Round {
     slice->shortfalls[0].assign(count, {});
   }
 
-  // Shortfalls in the cells between slice z and the next one.
+  // Adds the shortfalls of the cells between slice z and the next one.
   template <typename Seen>
   void add_cells(std::int32_t z, const Seen& seen) {
     BorderSlice* const lower = find(z);
@@ -287,7 +288,7 @@ class LabelBorders::Round {
     }
   }
 
-  // Weighs with 1 2 1 along each axis.
+  // Averages with the weights 1 2 1 along each axis.
   void average(std::int32_t z, std::int32_t stage) {
     BorderSlice* const slice = find(z);
     if (slice == nullptr) return;
@@ -310,7 +311,7 @@ class LabelBorders::Round {
     }
   }
 
-  // The corrected ones, into stored_.
+  // Writes the corrected magnitudes to stored_.
   void magnitudes_of(const BorderSlice& slice) {
     std::fill(stored_.begin(), stored_.end(), std::uint8_t{0});
     for (std::size_t i = 0; i < slice.places.size(); ++i) {

@@ -1,10 +1,10 @@
-// The part of a cell of eight samples inside each label's surface: the cell's six tetrahedra of the
-// finest level (see server/core/framework/tetrahedron.hpp), each with the part where the label's
-// linear field is positive.
+// The fraction of a cell of eight samples inside each label's surface. It is the mean over the
+// cell's six tetrahedra of the finest level (see server/core/framework/tetrahedron.hpp) of the part
+// where the label's linear field is positive.
 //
-// Corners are numbered by bits: 1 along x, 2 along y, 4 along z. All six tetrahedra share the
-// diagonal from the corner with even coordinates to the opposite one, and a margin of the grid
-// exchanges these two at most: so sample indices serve as coordinates.
+// Bits number the corners: 1 along x, 2 along y, 4 along z. All six tetrahedra share the diagonal
+// from the corner with even coordinates to the opposite one. A margin of the grid can only exchange
+// these two, so sample indices serve as coordinates.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,8 @@ struct LabelCell {
   unsigned even_corner = 0;
 };
 
-// The part of a tetrahedron where a linear field is positive, from its values at the corners, none
-// of which is 0.
+// Returns the fraction of a tetrahedron where a linear field is positive, from its nonzero values
+// at the corners.
 [[nodiscard]] inline double positive_part(const std::array<int, 4>& values) {
   std::array<double, 4> inside{};
   std::array<double, 4> outside{};
@@ -34,7 +34,7 @@ struct LabelCell {
       outside[outsides++] = -value;
     }
   }
-  // The part of the edge from a to b that belongs to a.
+  // The part of the edge from a to b on the side of a.
   const auto part = [](double a, double b) { return a / (a + b); };
   const auto corner = [&](double a, const std::array<double, 4>& b) {
     return part(a, b[0]) * part(a, b[1]) * part(a, b[2]);
@@ -51,7 +51,7 @@ struct LabelCell {
     default:
       break;
   }
-  // A wedge, as three tetrahedra.
+  // A wedge, divided into three tetrahedra.
   const double t00 = part(inside[0], outside[0]);
   const double t01 = part(inside[0], outside[1]);
   const double t10 = part(inside[1], outside[0]);
@@ -59,7 +59,7 @@ struct LabelCell {
   return t10 * t11 + t00 * t01 * (1 - t11) + t00 * t11 * (1 - t10);
 }
 
-// The part of the cell that the surface of `label` holds.
+// Returns the fraction of the cell inside the surface of `label`.
 [[nodiscard]] inline double part_of_cell(const LabelCell& cell, std::int32_t label) {
   constexpr std::array<std::array<unsigned, 2>, 6> kPaths = {
       {{1, 3}, {1, 5}, {2, 3}, {2, 6}, {4, 5}, {4, 6}}};

@@ -20,13 +20,13 @@
 namespace multitetra {
 namespace {
 
-// Beyond it not every whole number is an f32.
+// f32 represents all integers up to this one.
 constexpr float kFarthestWhole = 16'777'216;
 
-// Void samples have no label: none that can occur.
+// Marks void samples; labels cannot have this value.
 constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
 
-// ---- which labels there are
+// ---- finding the labels
 
 class LabelCensus {
  public:
@@ -39,7 +39,7 @@ class LabelCensus {
           const auto width = static_cast<std::size_t>(header_.dims[0]);
           const auto rows = static_cast<std::size_t>(header_.dims[1]);
           for (std::size_t i = 0; i < samples.size();) {
-            // Runs of one label in a row are counted at once.
+            // Counts runs of one label at once.
             const auto value = samples[i];
             const std::size_t row = i / width;
             const std::size_t end = (row + 1) * width;
@@ -59,7 +59,7 @@ class LabelCensus {
     for (const auto& [value, label] : labels_) {
       labels.push_back(label);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        // Inside the box also where the sum was rounded.
+        // Rounding may move the mean out of the box.
         labels.back().centroid[axis] =
             std::clamp<double>(label.centroid[axis] / static_cast<double>(label.samples),
                                label.least[axis], label.greatest[axis]);
@@ -69,7 +69,7 @@ class LabelCensus {
   }
 
  private:
-  // So many samples of a row, the first one at `place`.
+  // Counts a run of samples in a row that begins at `place`.
   void count(float value, std::size_t samples, const std::array<std::int32_t, 3>& place) {
     if (value == 0 || std::isnan(value)) return;
     if (last_ == nullptr || last_->value != static_cast<double>(value)) {
@@ -89,7 +89,7 @@ class LabelCensus {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       last_->least[axis] = std::min(last_->least[axis], place[axis]);
       last_->greatest[axis] = std::max(last_->greatest[axis], end[axis]);
-      // Sums, until found() divides them.
+      // Sums; found() divides them.
       last_->centroid[axis] +=
           static_cast<double>(samples) * (static_cast<double>(place[axis]) + end[axis]) / 2;
     }
@@ -108,7 +108,7 @@ class LabelCensus {
   const std::filesystem::path& name_;
   const VolumeHeader& header_;
   std::map<float, LabelSummary> labels_;
-  LabelSummary* last_ = nullptr;  // That was counted last.
+  LabelSummary* last_ = nullptr;  // The last label counted.
 };
 
 std::span<const std::byte> bytes_of_all(const Samples& samples) {
@@ -117,8 +117,8 @@ std::span<const std::byte> bytes_of_all(const Samples& samples) {
 
 }  // namespace
 
-// A label map in a file. Copies of slices in the type of the samples are made into `stored`, which
-// is a caller's own.
+// A label map in a file. Copies of slices in the type of the samples are made in `stored`, which
+// belongs to the caller.
 struct LabelMap::Content {
   VolumeHeader header;
   ScratchFile scratch;
@@ -160,17 +160,17 @@ struct LabelMap::Content {
 
 namespace {
 
-// ---- the field of one
+// ---- the field of a label
 
-// A slice of the indicator, and smoothed along x and y.
+// A slice of the indicator, also smoothed along x and y.
 struct SmoothSlice {
   std::int32_t z = -1;
   std::vector<std::uint8_t> inside;
-  std::vector<std::uint8_t> near;   // Inside, or one of the eight neighbours in the slice is.
+  std::vector<std::uint8_t> near;   // Inside, or next to it within the slice.
   std::vector<std::uint16_t> sums;  // At most 2^8.
 };
 
-// Smoothes along x, then along y, in the box; the indicator is 0 outside of it.
+// Smooths along x, then along y, within the box; the indicator is 0 outside.
 void smooth(const std::array<std::int32_t, 3>& dims, const SampleBox& box, SmoothSlice& slice) {
   const auto width = static_cast<std::size_t>(dims[0]);
   std::vector<std::uint16_t> rows(slice.inside.size());
@@ -212,7 +212,7 @@ void smooth(const std::array<std::int32_t, 3>& dims, const SampleBox& box, Smoot
 
 class LabelMap::Field : public VolumeSource {
  public:
-  // The field is 0 outside of `box`; null: everywhere.
+  // The field is 0 outside of `box`, or everywhere if it is absent.
   Field(std::shared_ptr<const Content> map, std::int32_t label, std::optional<SampleBox> box)
       : map_(std::move(map)),
         header_(map_->header),
@@ -280,8 +280,7 @@ class LabelMap::Field : public VolumeSource {
     }
   }
 
-  // The last kSlices stay, and any so many that follow each other have places of their own among
-  // them.
+  // Keeps kSlices slices; any kSlices consecutive ones can be kept together.
   const SmoothSlice& smooth_slice(std::int32_t z) {
     SmoothSlice& slice = kept_[static_cast<std::size_t>(z) % kSlices];
     if (slice.z == z) return slice;
@@ -358,7 +357,7 @@ std::unique_ptr<VolumeSource> LabelMap::field(double value) const {
     return std::make_unique<Field>(content_, static_cast<std::int32_t>(value),
                                    field_box(*found, dims));
   }
-  // The background may be anywhere; a label that does not occur is nowhere.
+  // The background may be anywhere; labels that do not occur have no samples.
   const SampleBox everywhere = {.least = {}, .greatest = {dims[0] - 1, dims[1] - 1, dims[2] - 1}};
   return std::make_unique<Field>(content_, 0,
                                  value == 0 ? std::optional(everywhere) : std::nullopt);

@@ -18,13 +18,13 @@ namespace {
 
 constexpr std::size_t kMostNameFileBytes = std::size_t{4} << 20;
 
-// A word of a line; one in double quotes may hold spaces, and be empty.
+// A word of a line. A word in double quotes may contain spaces or be empty.
 struct Word {
   std::string_view text;
   bool is_quoted = false;
 };
 
-// nullopt when a quote does not end.
+// Returns nullopt if a quote does not end.
 std::optional<std::vector<Word>> words_in(std::string_view line) {
   std::vector<Word> words;
   for (line = trimmed(line); !line.empty(); line = trimmed(line)) {
@@ -43,7 +43,7 @@ std::optional<std::int64_t> whole_number(const Word& word) {
   return word.is_quoted ? std::nullopt : parse_number<std::int64_t>(word.text);
 }
 
-// Red, green and blue from words[first] on.
+// Returns the color in words[first] to words[first + 2].
 std::optional<std::uint32_t> color_at(const std::vector<Word>& words, std::size_t first) {
   std::uint32_t color = 0;
   for (std::size_t i = first; i < first + 3; ++i) {
@@ -54,7 +54,7 @@ std::optional<std::uint32_t> color_at(const std::vector<Word>& words, std::size_
   return color;
 }
 
-// 3 221 130 101 1 1 1 "liver"
+// Parses 3 221 130 101 1 1 1 "liver"
 std::optional<Label> snap_label(const std::vector<Word>& words) {
   if (words.size() != 8 || !words[7].is_quoted) return std::nullopt;
   const auto color = color_at(words, 1);
@@ -62,7 +62,7 @@ std::optional<Label> snap_label(const std::vector<Word>& words) {
   return Label{.value = 0, .name = std::string(words[7].text), .color = color};
 }
 
-// 3 liver 221 130 101 255
+// Parses 3 liver 221 130 101 255
 std::optional<Label> table_label(const std::vector<Word>& words) {
   if (words.size() != 5 && words.size() != 6) return std::nullopt;
   const auto color = color_at(words, 2);

@@ -1,5 +1,5 @@
-// Smooths the indicator of a label by the weights 1 4 6 4 1 along each axis; beyond the map's ends
-// its last samples are repeated.
+// Smooths the indicator of a label by the weights 1 4 6 4 1 along each axis. Beyond the ends of the
+// map, its last samples are repeated.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace multitetra {
 
 inline constexpr std::int32_t kSmoothingReach = 2;
-// Steps of the field's values from 0 to 1.
+// Number of steps of the field's values from 0 to 1.
 inline constexpr int kFieldSteps = 256;
 
 [[nodiscard]] constexpr std::uint32_t smoothing_weight(std::int32_t away) {
@@ -18,16 +18,16 @@ inline constexpr int kFieldSteps = 256;
   return kWeights[static_cast<std::size_t>(away < 0 ? -away : away)];
 }
 
-// The smoothed indicator in steps, of its sum over all weights. Halves are rounded away from one
-// half, so that the fields of two complementary indicators add up to 1.
+// Converts a weighted sum to the smoothed indicator in steps. Rounds halves away from one half, so
+// that the fields of two complementary indicators add up to 1.
 [[nodiscard]] constexpr int smoothed_steps(std::uint32_t sum) {
-  constexpr int kWhole = 1 << 12;  // 2^4 along an axis.
+  constexpr int kWhole = 1 << 12;  // 2^4 for each axis.
   const int over = static_cast<int>(sum) - kWhole / 2;
   const int steps = ((over < 0 ? -over : over) * kFieldSteps + kWhole / 2) / kWhole;
   return kFieldSteps / 2 + (over < 0 ? -steps : steps);
 }
 
-// What lies `step` away from `at`, of `side` samples.
+// Returns the position `step` away from `at`, clamped to `side` samples.
 [[nodiscard]] constexpr std::size_t clamped_step(std::int32_t at, std::int32_t step,
                                                  std::int32_t side) {
   return static_cast<std::size_t>(std::clamp(at + step, 0, side - 1));

@@ -10,12 +10,12 @@ namespace {
 
 struct LabelSlice {
   std::vector<std::int32_t> labels;
-  std::vector<std::uint8_t> is_thick;  // 1: it lies in a cube of its label.
+  std::vector<std::uint8_t> is_thick;  // 1 if it lies in a cube of its label.
 
   explicit LabelSlice(std::size_t samples) : labels(samples), is_thick(samples) {}
 };
 
-// Marks the samples of all cubes between the two slices.
+// Marks the samples of all cubes between two slices.
 void mark_cubes(LabelSlice& below, LabelSlice& above, std::size_t side) {
   for (std::size_t i = 0; i + side + 1 < below.labels.size(); ++i) {
     if (i % side == side - 1) continue;

@@ -42,7 +42,7 @@ PartJson json_of(const ArrayFacts& facts) {
 }
 PartJson json_of(GridPoint p) { return {p.x, p.y, p.z}; }
 
-// Fields of a record; the first one that is wrong is remembered.
+// Reads the fields of a record; keeps the first error.
 class RecordReader {
  public:
   explicit RecordReader(const PartJson& json) : json_(json) {}
@@ -98,7 +98,7 @@ std::string text_with_checksum(nlohmann::json& json) {
 }
 
 Result<nlohmann::json> json_with_checksum(std::string_view text, const char* format) {
-  // What lies deeper than ours is left out: it cannot have the checksum, nor use up the stack.
+  // Skips anything nested deeper than our records: it fails the checksum and may exhaust the stack.
   const auto is_shallow = [](int depth, PartJson::parse_event_t, PartJson&) { return depth <= 4; };
   PartJson json = PartJson::parse(text, is_shallow, /*allow_exceptions=*/false);
   const auto bad = [format](const char* what) {

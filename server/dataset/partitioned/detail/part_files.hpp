@@ -1,12 +1,12 @@
-// The output of a part for the merge: plain arrays of bytes, and a record of them that is written
-// last. A part without a record is none.
+// The files that a part leaves for the merge: plain byte arrays, and a record that is written last.
+// A part without a record does not count as prepared.
 //
 //     head.mtd.parts/plan.json
 //     head.mtd.parts/3.bricks    its packed bricks of samples, in the order of the dataset's file
 //     head.mtd.parts/3.index     size, codec and checksum of each, as in the section "smplidx"
-//     head.mtd.parts/3.ranges    of its cells, x fastest
+//     head.mtd.parts/3.ranges    the ranges of its cells, x fastest
 //     head.mtd.parts/3.coarse    its coarse samples, x fastest
-//     head.mtd.parts/3.curves    what the coarser levels of the spectrum are made from
+//     head.mtd.parts/3.curves    the input for the coarser levels of the spectrum
 //     head.mtd.parts/3.json      the record: the plan, sizes and checksums of these files
 #pragma once
 
@@ -31,17 +31,16 @@
 
 namespace multitetra {
 
-// ---- JSON that proves itself whole
+// ---- JSON with a checksum
 
-// Adds the field "checksum", XXH3-64 of the JSON without it: compact, keys in the order of the
-// alphabet.
+// Adds the field "checksum": XXH3-64 of the compact JSON without it, keys in alphabetical order.
 [[nodiscard]] std::string text_with_checksum(nlohmann::json& json);
-// kDamagedData unless it is such JSON, with that "format" and version 1.
+// Parses such JSON. Returns kDamagedData unless checksum, "format" and version (1) match.
 [[nodiscard]] Result<nlohmann::json> json_with_checksum(std::string_view text, const char* format);
 
-// A text of at most 256 MiB; nullopt when there is no such file. Throws DatasetFileError.
+// Reads a text of at most 256 MiB; nullopt if the file does not exist. Throws DatasetFileError.
 [[nodiscard]] std::optional<std::string> small_text(const std::filesystem::path& file);
-// Whole or not at all, in a folder that is made where there is none. Throws DatasetFileError.
+// Writes the file atomically and creates its folder if needed. Throws DatasetFileError.
 void write_whole(const std::filesystem::path& file, std::string_view text);
 
 // ---- arrays
@@ -53,12 +52,12 @@ struct ArrayFacts {
   friend bool operator==(const ArrayFacts&, const ArrayFacts&) = default;
 };
 
-// Bytes that are added one after the other. Throws DatasetFileError when the disk fails.
+// Writes an array piece by piece. Throws DatasetFileError if the disk fails.
 class ArrayWriter {
  public:
   explicit ArrayWriter(const std::filesystem::path& file);
   void add(std::span<const std::byte> bytes);
-  ArrayFacts finish();  // Nothing after it.
+  ArrayFacts finish();  // Must be the last call.
 
  private:
   AtomicFile file_;
@@ -66,13 +65,13 @@ class ArrayWriter {
   std::uint64_t bytes_ = 0;
 };
 
-// Curves that are put from several threads, and taken out again.
+// Stores curves from several threads; they can be read back at once.
 class CurvesWriter : public Scratch {
  public:
   explicit CurvesWriter(const std::filesystem::path& file);
   [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;
   void get(std::uint64_t offset, std::span<std::byte> into) const override;
-  ArrayFacts finish();  // Nothing after it.
+  ArrayFacts finish();  // Must be the last call.
 
  private:
   AtomicFile file_;
@@ -80,25 +79,25 @@ class CurvesWriter : public Scratch {
   std::uint64_t bytes_ = 0;
 };
 
-// Such a file, read again.
+// Reads a finished file of curves.
 class CurvesReader : public Scratch {
  public:
   explicit CurvesReader(const std::filesystem::path& file) : source_(file) {}
-  [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;  // Not to be called.
+  [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;  // Never called.
   void get(std::uint64_t offset, std::span<std::byte> into) const override;
 
  private:
   FileSource source_;
 };
 
-// Throws DatasetFileError unless the file is as it was written.
+// Throws DatasetFileError unless the file has this size and checksum.
 void check_array(const std::filesystem::path& file, const ArrayFacts& facts);
 
 // ---- records
 
 struct PartRecord {
-  std::uint64_t plan = 0;  // Its id.
-  std::size_t part = 0;    // From 0 on.
+  std::uint64_t plan = 0;  // The plan's id.
+  std::size_t part = 0;    // Counted from 0.
   ArrayFacts bricks;
   ArrayFacts index;
   ArrayFacts ranges;
@@ -112,7 +111,7 @@ struct PartRecord {
 [[nodiscard]] std::string record_text(const PartRecord& record);
 [[nodiscard]] Result<PartRecord> parse_record(std::string_view text);
 
-// "head.mtd.parts/3.json" of part 2.
+// Returns "head.mtd.parts/3.json" for part 2.
 [[nodiscard]] std::filesystem::path part_file(const std::filesystem::path& dataset,
                                               std::size_t part, const char* suffix);
 

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// The distance of evenly spaced values; nullopt when they are not.
+// Returns the distance of evenly spaced values; nullopt for others.
 std::optional<double> even_step(const std::vector<double>& values) {
   const double step = (values.back() - values.front()) / static_cast<double>(values.size() - 1);
   if (!std::isfinite(step) || step == 0) return std::nullopt;

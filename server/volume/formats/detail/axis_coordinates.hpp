@@ -1,5 +1,4 @@
-// The placement of a volume whose file has a list of coordinates for each dimension, as HDF5 and
-// NetCDF have.
+// Places a volume whose file lists coordinates for each dimension, as HDF5 and NetCDF do.
 #pragma once
 
 #include <array>
@@ -12,16 +11,16 @@
 
 namespace multitetra {
 
-// The coordinates of one axis. Without values, samples are 1 apart.
+// The coordinates along an axis. Without values, samples are 1 apart.
 struct AxisCoordinates {
   std::vector<double> values = {};
-  std::string unit = {};                      // As the file has it.
-  std::optional<double> step = std::nullopt;  // Instead of values, from 0 on.
+  std::string unit = {};                      // As in the file.
+  std::optional<double> step = std::nullopt;  // Replaces values; coordinates start at 0.
 };
 
-// Places a volume along x, y, z; of the first `axes` of them coordinates are known. A unit of
-// length is that of all of these axes, or none. Coordinates that are not evenly spaced are not
-// used, with a notice; `path` is the source's in it.
+// Sets the placement of a volume along x, y, z; `coordinates` are known for the first `axes` axes.
+// Sets a length unit only if all of these share it. Ignores unevenly spaced coordinates, with a
+// notice; `path` names the source in it.
 void place_by_coordinates(const std::filesystem::path& path,
                           const std::array<AxisCoordinates, 3>& coordinates, std::size_t axes,
                           ImageHeader& header, std::vector<std::string>& notices);

@@ -39,7 +39,7 @@ Result<std::span<const std::byte>> checked_crc(std::span<const std::byte> bytes)
   return body;
 }
 
-// What remains of `stored` behind all codecs: exactly `size` bytes.
+// Applies all codecs to `stored`. Returns exactly `size` bytes.
 Result<std::vector<std::byte>> decoded(const std::vector<ChunkCodec>& codecs,
                                        std::span<const std::byte> stored, std::size_t size) {
   std::vector<std::byte> bytes;
@@ -52,7 +52,7 @@ Result<std::vector<std::byte>> decoded(const std::vector<ChunkCodec>& codecs,
       stored = *body;
       continue;
     }
-    // All but the last one may unpack to something a little longer, itself packed.
+    // Intermediate results are compressed themselves and may be slightly longer.
     const std::size_t most = --unpackings == 0 ? size : size + size / 8 + 4096;
     auto unpacked = unpack_at_most(codec.packing, stored, most);
     if (!unpacked) return tl::unexpected(unpacked.error());
@@ -79,7 +79,7 @@ std::uint64_t big_endian(std::span<const std::byte> bytes) {
 
 std::vector<std::byte> filled(const ArrayLayout& layout) {
   std::vector<std::byte> bytes(layout.chunk_bytes());
-  // Halves are filled with zeros: N5, the only one whose blocks may be short, has no other fill.
+  // Halves are filled with zeros: only N5 has short blocks, and no other fill value.
   if (layout.are_halves) {
     bytes.resize(bytes.size() / 2);
     return bytes;
@@ -91,8 +91,8 @@ std::vector<std::byte> filled(const ArrayLayout& layout) {
   return bytes;
 }
 
-// A block of N5: mode (2 bytes), dimensions (2), the shape with the fastest first (4 each), all
-// big-endian, then the packed numbers of that shape.
+// Decodes an N5 block: mode (2 bytes), number of dimensions (2), the shape, fastest first (4 each),
+// all big-endian, then the packed numbers of that shape.
 Result<std::vector<std::byte>> decode_block(const ArrayLayout& layout,
                                             std::span<const std::byte> stored) {
   const std::size_t dimensions = layout.shape.size();
@@ -145,7 +145,7 @@ std::size_t shard_index_bytes(const ArrayLayout& layout) {
   std::size_t bytes = sizeof(ShardEntry);
   for (const std::int64_t count : layout.shards->chunk_counts)
     bytes *= static_cast<std::size_t>(count);
-  return bytes + 4 * layout.shards->index_codecs.size();  // A CRC each.
+  return bytes + 4 * layout.shards->index_codecs.size();  // Each codec adds a CRC.
 }
 
 Result<std::vector<ShardEntry>> decode_shard_index(const ArrayLayout& layout,

@@ -19,7 +19,7 @@ constexpr std::int64_t kMostLength = std::int64_t{1} << 40;
 constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMostChunksOfAShard = std::uint64_t{1} << 20;
 
-// Thrown while metadata are read and turned into a Result at the edge of this file.
+// Thrown while parsing metadata; the functions below convert it to a Result.
 struct Refused {
   Error error;
 };
@@ -105,7 +105,7 @@ std::vector<std::byte> fill_of(StoredType type, const Json& value) {
 constexpr std::string_view kHalf3 = "float16";
 constexpr std::string_view kHalf2 = "f2";
 
-// The names that Zarr 3 and N5 share; "bool" is a byte, and halves become floats.
+// Parses the names that Zarr 3 and N5 share. "bool" is a byte; halves become floats.
 StoredType long_type(const Json& value) {
   const std::string word = value.is_string() ? value.get<std::string>() : std::string();
   if (word == "bool") return StoredType::kU8;
@@ -116,7 +116,7 @@ StoredType long_type(const Json& value) {
          "; known are integers of 8 to 64 bits and floats of 16 to 64");
 }
 
-// "<i2": the order of the bytes, what kind of number, how many bytes.
+// Parses "<i2": byte order, kind of number, number of bytes.
 void set_type_2(ArrayLayout& layout, const Json& value) {
   const std::string word = value.is_string() ? value.get<std::string>() : std::string();
   if (word.size() == 3 && word[2] >= '1' && word[2] <= '8') {
@@ -164,7 +164,7 @@ std::vector<std::size_t> straight(std::size_t dimensions) {
 // ---- Zarr 3
 
 struct Codecs {
-  std::vector<ChunkCodec> after_reading = {};  // The last one applied when writing comes first.
+  std::vector<ChunkCodec> after_reading = {};  // In order of decoding, the reverse of writing.
   const Json* shards = nullptr;
   std::optional<Endian> endian = std::nullopt;
   std::vector<std::size_t> order = {};
@@ -315,7 +315,7 @@ ArrayLayout n5(const Json& json) {
   ArrayLayout layout;
   layout.shape = lengths_of(json, "dimensions", 0);
   layout.chunk = lengths_of(json, "blockSize", 1);
-  std::reverse(layout.shape.begin(), layout.shape.end());  // N5 lists the fastest one first.
+  std::reverse(layout.shape.begin(), layout.shape.end());  // N5 lists the fastest dimension first.
   std::reverse(layout.chunk.begin(), layout.chunk.end());
   layout.type = long_type(member(json, "dataType"));
   layout.are_halves = json.at("dataType") == kHalf3;
@@ -346,7 +346,7 @@ Result<ArrayLayout> parsed(std::string_view text, const Parse& parse) {
     return parse(json);
   } catch (const Refused& refused) {
     return tl::unexpected(refused.error);
-  } catch (const Json::exception& problem) {  // A field of another type than it should have.
+  } catch (const Json::exception& problem) {  // A field has an unexpected type.
     return fail(ErrorCode::kDamagedData,
                 std::string("its metadata are damaged: ") + problem.what());
   }

@@ -12,11 +12,11 @@ namespace multitetra {
 namespace {
 
 constexpr std::uint64_t kMostLayerBytes = std::uint64_t{1} << 30;
-// The most bytes of chunks and indices of shards in work at the same time; one is always allowed.
+// Limit for chunks and shard indices in progress; one chunk is always allowed.
 constexpr std::uint64_t kMostWorkBytes = std::uint64_t{1} << 29;
 
-// Calls body(0) ... body(count - 1) on up to `threads` threads; throws what one of them threw.
-// Threads of its own: this may run in a forked process, where no pool has its threads.
+// Calls body(0) to body(count - 1) on up to `threads` threads; rethrows one of their exceptions.
+// Starts its own threads, since thread pools do not survive a fork.
 template <typename Body>
 void on_threads(std::size_t threads, std::size_t count, const Body& body) {
   std::atomic<std::size_t> next = 0;
@@ -41,7 +41,7 @@ void on_threads(std::size_t threads, std::size_t count, const Body& body) {
   if (failure) std::rethrow_exception(failure);
 }
 
-// The objects of one array, chunk by chunk.
+// Reads the chunks of an array.
 class Chunks {
  public:
   Chunks(std::shared_ptr<ObjectStore> store, std::string path, ArrayLayout layout)
@@ -49,20 +49,20 @@ class Chunks {
 
   [[nodiscard]] const ArrayLayout& layout() const { return layout_; }
   [[nodiscard]] std::filesystem::path place() const { return store_->place(path_); }
-  // How many chunks may be fetched at once: what a chunk takes, packed and unpacked, and the index
-  // of its shard bound it.
+  // Returns the number of chunks to fetch at once, limited by the memory of a chunk, packed and
+  // unpacked, and of the index of its shard.
   [[nodiscard]] std::size_t parallel_requests() const {
     const std::uint64_t index = layout_.shards ? 2 * shard_index_bytes(layout_) : 0;
     const std::uint64_t each = 3 * std::uint64_t{layout_.chunk_bytes()} + index;
     return std::clamp<std::size_t>(kMostWorkBytes / each, 1, store_->parallel_requests());
   }
 
-  // The numbers of a chunk; nullopt when it is missing.
+  // Returns the numbers of a chunk; nullopt if it is missing.
   std::optional<std::vector<std::byte>> get(const std::vector<std::int64_t>& chunk) {
     return layout_.shards ? from_shard(chunk) : whole_object(chunk);
   }
 
-  // Forgets the indices of shards.
+  // Drops the indices of shards.
   void forget() {
     const std::lock_guard lock(mutex_);
     shards_.clear();
@@ -72,7 +72,7 @@ class Chunks {
   struct Shard {
     std::vector<std::int64_t> object;
     std::once_flag read;
-    std::vector<ShardEntry> entries;  // None when the shard is missing.
+    std::vector<ShardEntry> entries;  // Empty if the shard is missing.
   };
 
   [[nodiscard]] std::uint64_t most_stored_bytes() const {
@@ -124,7 +124,7 @@ class Chunks {
     return decoded(key, *stored, what);
   }
 
-  // Chunks are requested shard by shard, so that few indices are kept: those in use, and one more.
+  // Chunks are requested shard by shard, so few indices are kept: those in use, and one more.
   std::shared_ptr<Shard> shard_of(const std::vector<std::int64_t>& object) {
     const std::lock_guard lock(mutex_);
     const auto found = std::find_if(shards_.begin(), shards_.end(),
@@ -158,7 +158,7 @@ class Chunks {
   std::string path_;
   ArrayLayout layout_;
   std::mutex mutex_;                            // Guards shards_.
-  std::vector<std::shared_ptr<Shard>> shards_;  // The one used last comes last.
+  std::vector<std::shared_ptr<Shard>> shards_;  // Most recently used last.
 };
 
 class ChunkedSlices : public StoredSlices {
@@ -205,14 +205,14 @@ class ChunkedSlices : public StoredSlices {
   }
 
  private:
-  // Makes sure that the slices z ... stop - 1 of this layer of chunks are in loaded_.
+  // Loads the slices z to stop - 1 of this layer of chunks unless they are in loaded_.
   void load(std::int64_t layer, std::int64_t z, std::int64_t stop, std::int64_t layer_end) {
     if (z >= begin_ && stop <= end_) return;
     const std::int64_t layer_begin = layer * chunk_[2];
     const bool whole =
         static_cast<std::uint64_t>(layer_end - layer_begin) * slice_bytes_ <= kMostLayerBytes;
     begin_ = whole ? layer_begin : z;
-    end_ = begin_;  // Nothing, until all of it is there.
+    end_ = begin_;  // Nothing is valid until all of it is loaded.
     const std::int64_t new_end = whole ? layer_end : stop;
     loaded_.resize(static_cast<std::size_t>(new_end - begin_) * slice_bytes_);
     chunks_.forget();
@@ -230,7 +230,7 @@ class ChunkedSlices : public StoredSlices {
     end_ = new_end;
   }
 
-  // The chunks of a layer along x and y, those of one shard one after the other.
+  // Returns the chunks of a layer along x and y, grouped by shard.
   [[nodiscard]] std::vector<std::array<std::int64_t, 2>> columns_by_shard() const {
     std::array<std::int64_t, 2> counts{};
     std::array<std::int64_t, 2> of_shard = {1, 1};
@@ -251,8 +251,8 @@ class ChunkedSlices : public StoredSlices {
     return columns;
   }
 
-  // Fetches the chunk with these numbers along x, y, z and copies what belongs to loaded_. False
-  // when it is missing.
+  // Fetches the chunk with these indices along x, y, z and copies its part to loaded_. Returns
+  // false if it is missing.
   bool place(const std::array<std::int64_t, 3>& number, std::int64_t new_end) {
     const ArrayLayout& array = chunks_.layout();
     std::vector<std::int64_t> chunk(array.shape.size());
@@ -302,14 +302,14 @@ class ChunkedSlices : public StoredSlices {
 
   Chunks chunks_;
   VolumeInArray volume_;
-  std::vector<std::size_t> strides_;  // The strides of the dimensions in a chunk, in numbers.
+  std::vector<std::size_t> strides_;  // Strides of the dimensions in a chunk, in numbers.
   std::array<std::int64_t, 3> dims_ = {1, 1, 1};
   std::array<std::int64_t, 3> chunk_ = {1, 1, 1};
   std::size_t slice_bytes_ = 0;
-  std::vector<std::byte> loaded_;  // The slices begin_ ... end_ - 1.
+  std::vector<std::byte> loaded_;  // The slices begin_ to end_ - 1.
   std::int64_t begin_ = 0;
   std::int64_t end_ = 0;
-  std::vector<bool> is_counted_;  // The layers of chunks whose missing ones are counted.
+  std::vector<bool> is_counted_;  // Layers whose missing chunks were counted.
   std::uint64_t chunks_seen_ = 0;
   std::uint64_t chunks_missing_ = 0;
 };

@@ -1,4 +1,4 @@
-// The slices of a volume inside a chunked array.
+// The slices of a volume within a chunked array.
 #pragma once
 
 #include <array>
@@ -14,17 +14,18 @@
 
 namespace multitetra {
 
-// The dimensions of the array that are the volume's axes x, y and z (z may be none: one slice), and
-// where it lies along the others.
+// The array's dimensions that are the volume's axes x, y and z (without z: one slice), and the
+// position along the others.
 struct VolumeInArray {
   std::array<std::optional<std::size_t>, 3> axes;
-  std::vector<std::int64_t> at;  // For every dimension; those of the axes are not looked at.
+  std::vector<std::int64_t> at;  // One per dimension; ignored for the axes.
 };
 
-// `path` is the array's own key prefix in the store, empty or ending in '/'. Chunks are fetched and
-// unpacked in parallel. A layer of them is kept, so that slices read in order fetch each chunk once
-// (of layers larger than 1 GiB only the requested part). A missing chunk holds the fill value; the
-// findings count them. Chunks and indices of shards in work take half a GiB, or those of one chunk.
+// `path` is the array's key prefix in the store, empty or ending with '/'. Fetches and unpacks
+// chunks in parallel. Keeps a layer of chunks, so that reading slices in order fetches each chunk
+// once (for layers larger than 1 GiB, keeps only the requested part). Missing chunks have the fill
+// value; the findings count them. Chunks and shard indices in progress take at most 512 MiB, or as
+// much as one chunk needs.
 [[nodiscard]] std::unique_ptr<StoredSlices> chunked_slices(std::shared_ptr<ObjectStore> store,
                                                            std::string path, ArrayLayout layout,
                                                            VolumeInArray volume);

@@ -23,11 +23,11 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kMostContourBytes = std::uint64_t{16} << 20;
 
-// <contour primary="true"><level>0.05</level>, before version 3 <contourLevel>0.05</contourLevel>.
+// <contour primary="true"><level>0.05</level>; before version 3 <contourLevel>0.05</contourLevel>.
 struct ContourHandler {
-  // Whether the open contour is the primary one.
+  // The open contour is the primary one.
   bool is_primary = false;
-  bool is_open = false;  // A level is.
+  bool is_open = false;  // A level is open.
   std::string text;
   std::optional<double> level;  // The first one, unless a primary one follows.
   bool has_primary = false;
@@ -61,7 +61,7 @@ struct ContourHandler {
   }
 };
 
-// "1234" of "emd_1234_half_map_1.map.gz".
+// Returns "1234" for "emd_1234_half_map_1.map.gz".
 std::string entry_number(const std::string& name) {
   const std::string lower = lower_case(name);
   if (!lower.starts_with("emd_") && !lower.starts_with("emd-")) return {};

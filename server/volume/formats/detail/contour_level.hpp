@@ -1,4 +1,4 @@
-// The contour level that the authors of a map recommend, from the EMDB header beside the map.
+// The contour level that the authors of a map recommend, from its EMDB header.
 #pragma once
 
 #include <filesystem>
@@ -7,13 +7,13 @@
 
 namespace multitetra {
 
-// From the entry's header (emd-1234.xml of any version of the EMDB's schema) or its description of
-// the web API (emd-1234.json), in the folder of the map or in ../header, where the archive of the
-// EMDB has it. The names have the number of the map's name, or are the map's with another suffix.
-// The primary level where there are several. nullopt when no such file says a finite number.
+// Reads the entry's header (emd-1234.xml, any version of the EMDB schema) or its description from
+// the web API (emd-1234.json), in the folder of the map or in ../header, as in the EMDB archive.
+// The file has the entry number of the map's name, or the map's name with a different suffix.
+// Prefers the primary level. Returns nullopt if no such file has a finite number.
 [[nodiscard]] std::optional<double> contour_level_beside(const std::filesystem::path& map);
 
-// Reads such a file by its content.
+// Read the text of such a file.
 [[nodiscard]] std::optional<double> contour_level_in_xml(std::string_view text);
 [[nodiscard]] std::optional<double> contour_level_in_json(std::string_view text);
 

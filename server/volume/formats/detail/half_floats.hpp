@@ -1,4 +1,4 @@
-// Floats of 16 bits (IEEE 754 binary16), which become floats of 32 bits exactly.
+// Converts 16-bit floats (IEEE 754 binary16) to 32-bit floats, exactly.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@ namespace multitetra {
 
 [[nodiscard]] float float_from_half(std::uint16_t half);
 
-// The bytes of floats from those of halves, both in the byte order of this machine.
+// Converts halves to floats, both in host byte order.
 [[nodiscard]] std::vector<std::byte> floats_from_halves(std::span<const std::byte> halves);
 
-// Slices of type kF32 from slices of type kU16 that are halves.
+// Returns slices of type kF32 from slices of halves, stored as kU16.
 [[nodiscard]] std::unique_ptr<StoredSlices> slices_of_halves(std::unique_ptr<StoredSlices> halves,
                                                              const ImageHeader& header);
 

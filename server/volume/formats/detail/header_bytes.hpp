@@ -1,4 +1,4 @@
-// Numbers at fixed places of a binary header.
+// Reads numbers at fixed offsets of a binary header.
 #pragma once
 
 #include <cassert>
@@ -17,7 +17,7 @@ class HeaderBytes {
  public:
   HeaderBytes(std::string bytes, Endian endian) : bytes_(std::move(bytes)), endian_(endian) {}
 
-  // Requires that the header holds it.
+  // Requires that the number lies within the header.
   template <typename Number>
   [[nodiscard]] Number at(std::size_t offset) const {
     assert(offset + sizeof(Number) <= bytes_.size());
@@ -32,8 +32,8 @@ class HeaderBytes {
   Endian endian_;
 };
 
-// The first bytes of a file, behind gzip or bzip2 where it is packed as a whole; fewer than `count`
-// when there are no more or the stream is damaged.
+// Returns the first bytes of a file, unpacked if it is a gzip or bzip2 stream; fewer than `count`
+// if there are no more or the stream is damaged.
 [[nodiscard]] std::string unpacked_beginning(const InputFile& file, std::size_t count);
 
 }  // namespace multitetra

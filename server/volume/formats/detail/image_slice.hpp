@@ -1,6 +1,5 @@
-// The one slice of an image file, decoded when it is first read. `Reading` is a decoder of one
-// format: read_rows(into, row_bytes) fills all rows, false with problem() where the image is
-// damaged.
+// The slice of an image file, decoded on first access. `Reading` decodes a format: read_rows(into,
+// row_bytes) fills all rows, or returns false with problem() if the image is damaged.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +18,7 @@ namespace multitetra {
 template <typename Reading>
 class ImageSlice : public StoredSlices {
  public:
-  // `library` is named where the image is damaged.
+  // `library` is named in the error for a damaged image.
   ImageSlice(std::filesystem::path file, std::string_view library, std::unique_ptr<Reading> reading,
              const ImageHeader& header)
       : file_(std::move(file)), library_(library), reading_(std::move(reading)), header_(header) {}
@@ -44,12 +43,12 @@ class ImageSlice : public StoredSlices {
 
   std::filesystem::path file_;
   std::string library_;
-  std::unique_ptr<Reading> reading_;  // Until the samples are decoded.
+  std::unique_ptr<Reading> reading_;  // Null once the samples are decoded.
   ImageHeader header_;
   std::vector<std::byte> samples_;
 };
 
-// The volume of one image. `format` and `library` are named where its header cannot be read.
+// Opens an image as a volume. Errors about its header name `format` and `library`.
 template <typename Reading>
 StoredVolume open_image(const std::filesystem::path& path, const std::string& format,
                         const std::string& library) {

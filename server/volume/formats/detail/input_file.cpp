@@ -13,7 +13,7 @@
 
 namespace multitetra {
 
-// O_NONBLOCK: a pipe without a writer must not keep us waiting.
+// Without O_NONBLOCK, opening a pipe without a writer would block.
 InputFile::InputFile(std::filesystem::path file)
     : file_(std::move(file)), descriptor_(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
   if (descriptor_ < 0) fail(std::strerror(errno));

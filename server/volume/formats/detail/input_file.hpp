@@ -1,4 +1,4 @@
-// A file that is read anywhere, in the words of volume files.
+// Random access to a file; reports errors as VolumeFileError.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ namespace multitetra {
 
 class InputFile {
  public:
-  // Throws VolumeFileError unless it is a regular file that can be read.
+  // Throws VolumeFileError unless it is a readable regular file.
   explicit InputFile(std::filesystem::path file);
   ~InputFile();
   InputFile(const InputFile&) = delete;
@@ -19,13 +19,13 @@ class InputFile {
   InputFile(InputFile&& other) noexcept;
 
   [[nodiscard]] const std::filesystem::path& path() const { return file_; }
-  [[nodiscard]] std::uint64_t size() const { return size_; }  // When it was opened.
+  [[nodiscard]] std::uint64_t size() const { return size_; }  // Size at opening.
 
-  // The bytes from `offset` on. Throws VolumeFileError when the file ends before they do.
+  // Reads bytes from `offset`. Throws VolumeFileError if the file ends before them.
   void read(std::uint64_t offset, std::span<std::byte> into) const;
-  // As many of them as there are; returns how many.
+  // Reads as many bytes as there are; returns their number.
   [[nodiscard]] std::size_t read_some(std::uint64_t offset, std::span<std::byte> into) const;
-  // The first bytes of the file, at most `most`.
+  // Returns the first bytes of the file, at most `most`.
   [[nodiscard]] std::string beginning(std::size_t most) const;
 
  private:

@@ -15,14 +15,14 @@ constexpr std::int64_t kMaxFiles = 1 << 16;
 constexpr std::size_t kMaxWidth = 10;
 constexpr std::string_view kDigits = "0123456789";
 
-// A number so small that adding two of them is safe.
+// Parses an integer small enough to add two of them.
 std::optional<std::int64_t> small_integer(std::string_view text) {
   const std::optional<std::int64_t> value = integer(text);
   constexpr std::int64_t kLimit = std::int64_t{1} << 30;
   return value && *value > -kLimit && *value < kLimit ? value : std::nullopt;
 }
 
-// Takes the pattern apart; nullopt unless it has exactly one '%' and that a conversion.
+// Parses the pattern; returns nullopt unless it has exactly one '%', in a conversion.
 std::optional<NumberedFiles> pattern_of(const std::string& pattern) {
   const std::size_t begin = pattern.find('%');
   if (begin == std::string::npos) return std::nullopt;

@@ -17,13 +17,13 @@ std::uint64_t bytes_of_volume(const ImageHeader& header) {
   return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
 }
 
-// One part at work.
+// A part that is being read.
 class OpenPart {
  public:
   OpenPart(const SamplePart& part, std::uint64_t part_bytes)
       : part_(part), part_bytes_(part_bytes), file_(part.file) {}
 
-  // Throws unless the part's first `needed` bytes are there, as far as that can be known.
+  // Throws if it is known that the part has fewer than `needed` bytes.
   void check(std::uint64_t needed) const {
     if (part_.packing != Packing::kNone) {
       if (part_.packing == Packing::kHex ||
@@ -72,8 +72,8 @@ class OpenPart {
                  "Get a complete copy of the file");
   }
 
-  // Behind the last sample: other times may follow, but only a stream that ends well is known to
-  // hold the bytes that were packed.
+  // Called after the last sample: other times may follow, but only the end of a stream proves that
+  // its bytes are intact.
   void require_end() {
     if (part_.packing != Packing::kHex) stream_->require_good_end();
     stream_.reset();
@@ -83,7 +83,7 @@ class OpenPart {
   std::uint64_t part_bytes_;
   InputFile file_;
   std::optional<UnpackedStream> stream_;
-  // The position in the unpacked stream.
+  // Position in the unpacked stream.
   std::uint64_t at_ = 0;
 };
 
@@ -124,7 +124,7 @@ class SlicesInParts : public StoredSlices {
   SampleParts samples_;
   ImageHeader header_;
   std::optional<OpenPart> open_;
-  // The index of the open part.
+  // Index of the open part.
   std::uint64_t index_ = 0;
 };
 

@@ -23,7 +23,7 @@ struct Segment {
   std::int64_t layer = 0;
 };
 
-// Three numbers from 0 to 1.
+// Parses three numbers from 0 to 1.
 std::optional<std::uint32_t> color_of_shares(const std::string& text) {
   const std::vector<double> shares = finite_numbers(text);
   if (shares.size() != 3) return std::nullopt;
@@ -35,7 +35,7 @@ std::optional<std::uint32_t> color_of_shares(const std::string& text) {
   return color;
 }
 
-// "Segment12_Name:=liver": 12, "Name", "liver".
+// Parses "Segment12_Name:=liver" to 12, "Name", "liver".
 void add_line(std::string_view line, std::map<std::int64_t, Segment>& segments) {
   constexpr std::string_view kKey = "Segment";
   const std::size_t value_at = line.find(":=");
@@ -66,7 +66,7 @@ std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t most_
     header.remove_prefix(std::min(end + 1, header.size()));
   }
   std::vector<SourceLabel> labels;
-  std::set<std::pair<std::int64_t, std::int64_t>> taken;  // Layers and their values.
+  std::set<std::pair<std::int64_t, std::int64_t>> taken;  // Layers and values.
   for (auto& [number, segment] : segments) {
     if (!segment.value || segment.layer < 0 || segment.layer >= most_layers) continue;
     if (!taken.emplace(segment.layer, *segment.value).second) continue;

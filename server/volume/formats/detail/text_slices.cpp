@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kTextPortionBytes = std::size_t{1} << 16;
 constexpr std::string_view kBetweenNumbers = " \t\r\n\v\f,";
 
-// What a number beyond the range of its type becomes.
+// Converts a number beyond the range of its type: to 0 or infinity.
 template <typename Number>
 Number rounded_out_of_range(std::string_view word) {
   double wide = 0;
@@ -138,12 +138,12 @@ class TextSlices : public StoredSlices {
   StoredType type_;
   std::uint64_t slice_numbers_;
   std::size_t slices_;
-  std::optional<UnpackedStream> stream_ = std::nullopt;  // None: the file is not packed.
-  std::uint64_t at_ = 0;                                 // The file's byte that comes after text_.
+  std::optional<UnpackedStream> stream_ = std::nullopt;  // Absent if the file is not compressed.
+  std::uint64_t at_ = 0;                                 // File offset of the byte after text_.
   std::string text_;
-  // The used bytes of text_.
+  // Number of bytes of text_ that were used.
   std::size_t used_ = 0;
-  std::uint64_t next_ = 0;  // The number that comes next, counted from the first in the text.
+  std::uint64_t next_ = 0;  // Index of the next number, counted from the first in the text.
 };
 
 }  // namespace

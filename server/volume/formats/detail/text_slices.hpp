@@ -10,19 +10,19 @@
 
 namespace multitetra {
 
-// The position of the numbers in a file, and how many of them come before the first sample.
+// The location of the numbers in a file, and how many of them precede the first sample.
 struct NumbersInText {
   std::filesystem::path file;
   std::uint64_t begin = 0;
-  std::uint64_t end = 0;  // 0: the end of the file.
+  std::uint64_t end = 0;  // 0 means the end of the file.
   std::uint64_t skipped = 0;
-  // kGzip or kBzip2: of the whole file, and places are those in what it holds.
+  // kGzip or kBzip2 if the whole file is compressed; offsets then count unpacked bytes.
   Packing packing = Packing::kNone;
 };
 
-// The slices of `header`, of numbers between white space or commas. They are read forwards; going
-// back starts over. Reading throws VolumeFileError where the text ends or has no number of the
-// header's type. Floating-point numbers too small for their type are 0, too large ones infinite.
+// Returns the slices of `header` from numbers between white space or commas. They are read forward;
+// going back starts over. Reading throws VolumeFileError if the text ends or a number does not fit
+// the header's type. Floats too small for their type become 0, too large ones infinite.
 [[nodiscard]] std::unique_ptr<StoredSlices> text_slices(NumbersInText numbers,
                                                         const ImageHeader& header);
 

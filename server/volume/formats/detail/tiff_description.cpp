@@ -27,7 +27,7 @@ std::string text_of_value(const Values& values, std::string_view name) {
   return found == values.end() ? std::string() : found->second;
 }
 
-// A count from 1 on; 1 where there is none, 0 where it is something else.
+// Returns a positive count; 1 if it is missing, 0 if it is invalid.
 std::int64_t count_of(const Values& values, std::string_view name) {
   const std::string text = text_of_value(values, name);
   if (text.empty()) return 1;
@@ -40,7 +40,7 @@ std::optional<double> length_of(const Values& values, std::string_view name) {
   return length && *length > 0 ? length : std::nullopt;
 }
 
-// Pages whose slice, channel and time change in this order ("ZCT": the slice fastest).
+// Sets the pages if slice, channel and time vary in this order ("ZCT": slice fastest).
 Result<void> order_pages(TiffDescription& description, std::string_view order) {
   const std::int64_t slices = description.slices;
   const std::int64_t channels = description.channels;
@@ -67,11 +67,11 @@ Result<void> order_pages(TiffDescription& description, std::string_view order) {
   return {};
 }
 
-// ImageJ escapes what is not ASCII: \u00B5m.
+// ImageJ escapes non-ASCII characters: \u00B5m.
 std::string imagej_unit(std::string text) {
   const std::size_t at = text.find("\\u00B5");
   if (at != std::string::npos) text.replace(at, 6, "µ");
-  if (!text.empty() && text[0] == '\xB5') text.replace(0, 1, "µ");  // As Latin-1.
+  if (!text.empty() && text[0] == '\xB5') text.replace(0, 1, "µ");  // The micro sign in Latin-1.
   return unit_from(text);
 }
 
@@ -80,7 +80,7 @@ class OmeParser {
   OmeParser() : parser_(XML_ParserCreate(nullptr), &XML_ParserFree) {
     XML_SetUserData(parser_.get(), this);
     XML_SetElementHandler(parser_.get(), &on_start, nullptr);
-    // Entities have no place here, and their expansion no end.
+    // Valid files have no entities, and their expansion is unbounded.
     XML_SetEntityDeclHandler(parser_.get(), &on_entity);
   }
 
@@ -93,7 +93,7 @@ class OmeParser {
     TiffDescription description;
     description.slices = count_of(pixels_, "SizeZ");
     description.channels = count_of(pixels_, "SizeC");
-    // A page may have several channels, as the components of its samples.
+    // A page may contain several channels as components of its samples.
     if (components > 1 && description.channels % components == 0) {
       description.channels /= components;
     }
@@ -133,7 +133,7 @@ class OmeParser {
   void start(std::string_view name, Values values) {
     name.remove_prefix(std::min(name.find(':') + 1, name.size()));  // "OME:Pixels"
     if (name == "Image") ++images_;
-    if (images_ > 1) return;  // The first image counts; others are its labels and overviews.
+    if (images_ > 1) return;  // Images after the first are labels and overviews.
     if (name == "Pixels") pixels_ = std::move(values);
     if (name == "Channel") channel_names_.push_back(text_of_value(values, "Name"));
     if (name == "TiffData") blocks_.push_back(std::move(values));
@@ -148,10 +148,10 @@ class OmeParser {
     return unit.empty() ? otherwise : unit;
   }
 
-  // Blocks of pages that say where they begin.
+  // Places the blocks of pages that specify their first page.
   Result<void> place_blocks(TiffDescription& description) const {
     const std::vector<std::size_t> ordered = description.pages;
-    // The place of each page after ordering.
+    // Position of each page in the order.
     std::vector<std::size_t> place_of(ordered.size());
     for (std::size_t i = 0; i < ordered.size(); ++i) place_of[ordered[i]] = i;
     for (const Values& block : blocks_) {
@@ -167,7 +167,7 @@ class OmeParser {
       }
       const auto first =
           static_cast<std::size_t>((t * description.channels + c) * description.slices + z);
-      // The block continues in the order of all pages.
+      // The block continues in the order of pages.
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
         if (ordered[first] + i >= ordered.size()) break;
         description.pages[place_of[ordered[first] + i]] = static_cast<std::size_t>(page) + i;
@@ -222,7 +222,7 @@ Result<TiffDescription> parse_imagej_description(std::string_view text) {
   const std::int64_t frames = count_of(values, "frames");
   const std::int64_t images = count_of(values, "images");
   description.slices = count_of(values, "slices");
-  // A stack that is no hyperstack contains only the number of images.
+  // A stack that is no hyperstack gives only the number of images.
   if (description.channels == 1 && frames == 1 && description.slices == 1) {
     description.slices = images;
   }

@@ -1,5 +1,5 @@
-// Parses the descriptions that microscopy programs write into TIFF files: which slice, channel and
-// time a page has, and how far samples are apart.
+// Parses the descriptions that microscopy programs write to TIFF files: the slice, channel and time
+// of each page, and the spacing of samples.
 #pragma once
 
 #include <array>
@@ -20,20 +20,19 @@ struct TiffDescription {
   std::int64_t slices = 1;
   std::int64_t channels = 1;
   SourceTimes times = {};
-  std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, where present.
+  std::array<std::optional<double>, 3> spacing = {};  // Along x, y, z, if given.
   std::string length_unit = {};
-  bool resolution_is_spacing = false;           // The page's resolution is in pixels a length_unit.
-  std::vector<std::string> channel_names = {};  // None, or one for each; may be empty.
-  // The page of slice z, channel c and time t is pages[(t * channels + c) * slices + z].
+  bool resolution_is_spacing = false;           // The resolution counts pixels per unit.
+  std::vector<std::string> channel_names = {};  // Empty, or one per channel; names may be empty.
+  // Slice z, channel c and time t are page pages[(t * channels + c) * slices + z].
   std::vector<std::size_t> pages = {};
 };
 
-// Parses the description of an ImageJ hyperstack ("ImageJ=1.53..."). Its pages need not all be
-// there: stacks beyond 4 GiB have one page, followed by all samples.
+// Parses the description of an ImageJ hyperstack ("ImageJ=1.53..."). The file may have fewer pages:
+// stacks beyond 4 GiB have one page, followed by all samples.
 [[nodiscard]] Result<TiffDescription> parse_imagej_description(std::string_view text);
 
-// Parses the XML document of OME-TIFF; `components` is the number of components of a page's
-// samples.
+// Parses the XML document of OME-TIFF. `components` is the number of components per sample.
 [[nodiscard]] Result<TiffDescription> parse_ome_description(std::string_view text,
                                                             std::int64_t components);
 

@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// The last message of libtiff, which has one error handler per process.
+// The last message of libtiff, whose error handler is global.
 thread_local std::string tiff_problem;
 
 void keep_problem(const char* /*module*/, const char* format, va_list arguments) {
@@ -27,14 +27,14 @@ void keep_problem(const char* /*module*/, const char* format, va_list arguments)
   tiff_problem = text.data();
 }
 
-// A field of the current directory, or what it is by default.
+// Returns a field of the current directory, or its default.
 template <typename Value>
 Value tiff_field(TIFF* tiff, std::uint32_t tag, Value otherwise) {
   Value value{};
   return TIFFGetFieldDefaulted(tiff, tag, &value) == 1 ? value : otherwise;
 }
 
-// How the samples of a page are stored.
+// The storage format of a page's samples.
 struct PageFormat {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -45,7 +45,7 @@ struct PageFormat {
   bool is_tiled = false;
   bool is_upside_down = false;
 
-  // Bits of a row as it is stored, of one component or of all.
+  // Bytes of a stored row, of one component if planar, else of all.
   [[nodiscard]] std::size_t row_bytes(std::size_t columns) const {
     return (columns * bits * (is_planar ? 1U : components) + 7) / 8;
   }
@@ -80,17 +80,17 @@ std::optional<StoredType> stored_type_of(const PageFormat& format) {
   return stored_type_from((is_signed ? "i" : "u") + std::to_string(bits));
 }
 
-// `count` numbers of a row as the reader hands them out; `step` bytes lie between two of them.
+// Converts `count` numbers of a row to the reader's format, `step` bytes apart.
 void unpack_row(const PageFormat& format, std::span<const std::byte> row, std::size_t count,
                 std::byte* into, std::size_t width, std::size_t step) {
   for (std::size_t i = 0; i < count; ++i, into += step) {
-    if (format.bits % 8 != 0) {  // The highest bit first.
+    if (format.bits % 8 != 0) {  // Highest bit first.
       std::uint16_t number = 0;
       for (std::size_t bit = i * format.bits; bit < (i + 1) * format.bits; ++bit) {
         const auto byte = std::to_integer<unsigned>(row[bit / 8]);
         number = static_cast<std::uint16_t>(unsigned{number} << 1 | (byte >> (7 - bit % 8) & 1U));
       }
-      std::memcpy(into, &number, width);  // Little-endian hosts only.
+      std::memcpy(into, &number, width);  // Requires a little-endian host.
     } else if (format.kind == SAMPLEFORMAT_IEEEFP && format.bits == 16) {
       std::uint16_t half = 0;
       std::memcpy(&half, row.data() + 2 * i, sizeof(half));
@@ -132,7 +132,7 @@ namespace {
 }  // namespace
 
 TiffPages::TiffPages(std::filesystem::path file) : file_(std::move(file)) {
-  (void)InputFile(file_);  // Reports a fault of the file itself.
+  (void)InputFile(file_);  // Reports errors of the file itself.
   reader_ = std::make_unique<Reader>(file_);
   TIFF* const tiff = reader_->tiff;
   if (tiff == nullptr) fail_in_tiff(file_, "it is no whole TIFF file");
@@ -194,7 +194,7 @@ void TiffPages::read(std::size_t page, std::byte* into) const {
   const ImageHeader image = header(page);
   TIFF* const tiff = reader_->tiff;
   const PageFormat format = format_of(tiff);
-  // Colors that JPEG has as brightness and tint come as red, green and blue.
+  // Converts JPEG's YCbCr colors to red, green and blue.
   if (tiff_field<std::uint16_t>(tiff, TIFFTAG_COMPRESSION, 1) == COMPRESSION_JPEG) {
     (void)TIFFSetField(tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
   }

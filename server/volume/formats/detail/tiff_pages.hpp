@@ -1,4 +1,4 @@
-// The pages of a TIFF file through libtiff, which is seen by tiff_pages.cpp alone.
+// Reads the pages of a TIFF file by libtiff, which only tiff_pages.cpp includes.
 #pragma once
 
 #include <cstddef>
@@ -15,33 +15,32 @@ namespace multitetra {
 
 class TiffPages {
  public:
-  // Throws VolumeFileError unless it is a TIFF file whose chain of pages ends inside it. Reduced
-  // copies of other pages (thumbnails, pyramids) are no pages.
+  // Throws VolumeFileError unless the file is a TIFF whose chain of pages ends within it. Skips
+  // reduced copies of other pages (thumbnails, pyramids).
   explicit TiffPages(std::filesystem::path file);
   ~TiffPages();
   TiffPages(TiffPages&&) noexcept;
 
   [[nodiscard]] std::size_t count() const { return pages_.size(); }
 
-  // The size, the type and the components of the samples of a page. Integers of fewer than 8 bits
-  // become u8, of 9 to 15 bits u16; floats of 16 bits f32. Throws VolumeFileError when it has
-  // samples of another kind.
+  // Returns the size, type and components of a page's samples. Integers of fewer than 8 bits become
+  // u8, those of 9 to 15 bits u16, and 16-bit floats f32. Throws VolumeFileError for other samples.
   [[nodiscard]] ImageHeader header(std::size_t page) const;
-  // ImageDescription, and the resolution in pixels a unit, of the first page.
+  // ImageDescription and resolution (pixels per unit) of the first page.
   [[nodiscard]] const std::string& description() const { return description_; }
   struct Resolution {
-    // 0: unknown.
+    // 0 if unknown.
     double x = 0;
     double y = 0;
-    double unit_mm = 0;  // 0: no unit.
+    double unit_mm = 0;  // 0 if there is no unit.
   };
   [[nodiscard]] const Resolution& resolution() const { return resolution_; }
-  // Where the samples of the first page begin, if they are not packed and lie one after the other.
+  // Offset of the samples of the first page, if they are uncompressed and contiguous.
   [[nodiscard]] std::optional<std::uint64_t> plain_offset() const { return plain_offset_; }
   [[nodiscard]] bool is_big_endian() const;
 
-  // The samples of a page as they are stored, rows from the top and components one after the other.
-  // Requires room for header(page).slice_bytes(). Throws VolumeFileError.
+  // Reads the samples of a page as stored, rows from the top, components interleaved. Requires
+  // header(page).slice_bytes() bytes at `into`. Throws VolumeFileError.
   void read(std::size_t page, std::byte* into) const;
 
  private:
@@ -50,7 +49,7 @@ class TiffPages {
 
   std::filesystem::path file_;
   std::unique_ptr<Reader> reader_;
-  std::vector<std::uint64_t> pages_;  // Where their directories are.
+  std::vector<std::uint64_t> pages_;  // Offsets of their directories.
   std::string description_;
   Resolution resolution_;
   std::optional<std::uint64_t> plain_offset_;

@@ -23,7 +23,7 @@ tl::unexpected<Error> damaged(const std::string& what) {
   return fail(ErrorCode::kDamagedData, what);
 }
 
-// One of the streams that are unpacked forwards, behind one interface.
+// A common interface of the streams that are unpacked forward.
 class StreamUnpacker {
  public:
   enum class Progress { kGoesOn, kEnded, kDamaged };
@@ -38,10 +38,10 @@ class StreamUnpacker {
     begin();
   }
 
-  // Takes from the front of `packed` and fills the front of `into`; both shrink.
+  // Consumes the front of `packed` and fills the front of `into`; both shrink.
   Progress run(std::span<const std::byte>& packed, std::span<std::byte>& into) {
     if (packing_ == Packing::kHex) return run_hex(packed, into);
-    constexpr std::size_t kMost = std::size_t{1} << 30;  // The libraries count in 32 bits.
+    constexpr std::size_t kMost = std::size_t{1} << 30;  // The libraries use 32-bit counts.
     const auto in = static_cast<unsigned>(std::min(packed.size(), kMost));
     const auto out = static_cast<unsigned>(std::min(into.size(), kMost));
     unsigned in_left = 0;
@@ -75,7 +75,7 @@ class StreamUnpacker {
   }
 
  private:
-  // Ends where the file does.
+  // Ends at the end of the file.
   Progress run_hex(std::span<const std::byte>& packed, std::span<std::byte>& into) {
     for (; !packed.empty() && !into.empty(); packed = packed.subspan(1)) {
       const auto letter = static_cast<char>(packed[0]);
@@ -103,7 +103,7 @@ class StreamUnpacker {
     if (packing_ == Packing::kBzip2) {
       BZ2_bzDecompressInit(&bzip2_, 0, 0);
     } else {
-      // With a frame it distinguishes zlib from gzip by itself.
+      // Detects whether the frame is that of zlib or gzip.
       inflateInit2(&zlib_, packing_ == Packing::kDeflate ? -15 : 15 + 32);
     }
   }
@@ -125,7 +125,7 @@ bool may_have_members(Packing packing) {
   return packing == Packing::kGzip || packing == Packing::kBzip2;
 }
 
-// As many bytes as there are, at most into.size(); an error when there are more.
+// Returns the number of unpacked bytes; an error if there are more than into.size().
 Result<std::size_t> unpack_stream(Packing packing, std::span<const std::byte> packed,
                                   std::span<std::byte> into) {
   StreamUnpacker unpacker(packing);
@@ -180,7 +180,7 @@ Result<std::size_t> unpack_lz4(std::span<const std::byte> packed, std::span<std:
 Result<std::size_t> unpack_sized_lz4(std::span<const std::byte> packed, std::span<std::byte> into) {
   std::uint32_t size = 0;
   if (packed.size() < sizeof(size)) return damaged("it ends in its size");
-  std::memcpy(&size, packed.data(), sizeof(size));  // Little-endian hosts only.
+  std::memcpy(&size, packed.data(), sizeof(size));  // Requires a little-endian host.
   if (size > into.size()) return damaged("it holds more bytes than it should");
   const Result<std::size_t> done = unpack_lz4(packed.subspan(sizeof(size)), into.first(size));
   if (done && *done != size) return damaged("it holds fewer bytes than it declares");
@@ -254,7 +254,7 @@ struct UnpackedStream::State {
   std::span<const std::byte> left = {};
   bool ended = false;
 
-  // The bytes of the file that come next; false at its end.
+  // Reads the next bytes of the file; returns false at its end.
   bool refill() {
     portion.resize(kPackedPortionBytes);
     const std::size_t got = file.read_some(offset, portion);
@@ -263,7 +263,7 @@ struct UnpackedStream::State {
     return got > 0;
   }
 
-  // Zeros fill up blocks of tapes and the like; anything else is part of something that is damaged.
+  // Accepts padding with zeros, as on tapes; anything else indicates damage.
   void require_nothing_left() {
     do {
       const bool is_zero = std::all_of(left.begin(), left.end(),

@@ -1,4 +1,4 @@
-// The objects of a volume: a store whose failures are reported as those of a volume file.
+// A store with a volume's objects, whose failures are reported as VolumeFileError.
 #pragma once
 
 #include <memory>
@@ -9,16 +9,15 @@
 
 namespace multitetra {
 
-// An object that the store refuses: whether it is there is not known.
+// The store denies access to an object, which may or may not exist.
 class InaccessibleObject : public VolumeFileError {
  public:
   using VolumeFileError::VolumeFileError;
 };
 
-// The files below a folder, those in a zip archive, or what lies below an address (http_store.hpp).
-// Links, keys and redirects that lead elsewhere are followed only with `follow`. Throws
-// VolumeFileError, now and from the store's functions, where the store throws StoreError;
-// InaccessibleObject for StoreAccessDenied.
+// Opens the files below a folder, in a zip archive, or below an address (http_store.hpp). Links,
+// keys and redirects that lead elsewhere require `follow`. This function and the store's throw
+// VolumeFileError instead of StoreError, and InaccessibleObject instead of StoreAccessDenied.
 [[nodiscard]] std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool follow);
 
 }  // namespace multitetra

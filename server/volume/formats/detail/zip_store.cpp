@@ -26,7 +26,7 @@ struct ZipEntry {
   std::uint32_t crc = 0;
   std::uint64_t packed = 0;
   std::uint64_t plain = 0;
-  std::uint64_t header = 0;  // Where its local header begins.
+  std::uint64_t header = 0;  // Offset of the local header.
 };
 
 class ZipStore : public ObjectStore {
@@ -110,7 +110,7 @@ class ZipStore : public ObjectStore {
     while (!rest.empty()) read_entry(rest);
   }
 
-  // Takes one entry off the directory.
+  // Parses an entry of the directory and removes it from `rest`.
   void read_entry(std::string_view& rest) {
     constexpr std::size_t kHeadBytes = 46;
     if (rest.size() < kHeadBytes || !rest.starts_with(std::string_view("PK\1\2", 4))) {
@@ -145,7 +145,7 @@ class ZipStore : public ObjectStore {
         std::string_view numbers = extra.substr(4, size);
         for (std::uint64_t* number : {&entry.plain, &entry.packed, &entry.header}) {
           if (*number != kInZip64 || numbers.size() < 8) continue;
-          std::memcpy(number, numbers.data(), 8);  // Little-endian hosts only.
+          std::memcpy(number, numbers.data(), 8);  // Requires a little-endian host.
           numbers.remove_prefix(8);
         }
       }
@@ -187,7 +187,7 @@ class ZipStore : public ObjectStore {
 
   [[nodiscard]] std::vector<std::byte> whole(const std::string& key, const ZipEntry& entry) const {
     const std::uint64_t data = data_of(key, entry);
-    // Deflate packs at most a thousandfold.
+    // Deflate compresses at most about a thousandfold.
     if (entry.plain / 1100 > entry.packed || (!entry.is_deflated && entry.plain != entry.packed)) {
       fail(key, "its sizes in the archive are damaged");
     }
@@ -207,7 +207,7 @@ class ZipStore : public ObjectStore {
 
   InputFile file_;
   std::map<std::string, ZipEntry> entries_;
-  std::string prefix_;  // The prefix of all keys.
+  std::string prefix_;  // Prefix of all keys.
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The files in a zip archive as a store: an OME-Zarr or Zarr in one file.
+// The files of a zip archive as a store: an OME-Zarr or Zarr in one file.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 
 namespace multitetra {
 
-// Whether a file that begins so is a zip archive.
+// Returns whether a file with this beginning is a zip archive.
 [[nodiscard]] bool is_zip(std::string_view beginning);
 
-// Keys begin at the outermost folder that has metadata of Zarr or N5. Entries are stored or
-// deflated; those that are read as a whole have their CRC compared. Throws VolumeFileError when it
-// is no whole archive; the store's functions throw VolumeFileError where an entry is damaged.
+// Keys are relative to the outermost folder with Zarr or N5 metadata. Supports stored and deflated
+// entries; checks the CRC of those that are read whole. Throws VolumeFileError unless the archive
+// is complete; the store's functions throw it for damaged entries.
 [[nodiscard]] std::unique_ptr<ObjectStore> zip_store(const std::filesystem::path& file);
 
 }  // namespace multitetra

@@ -70,7 +70,7 @@ std::string list_of(const std::vector<fs::path>& files) {
   return text;
 }
 
-// The files of these images, each once.
+// Returns the files of these images, without duplicates.
 std::vector<fs::path> files_of(const std::vector<DicomImage>& images) {
   std::vector<fs::path> files;
   for (const DicomImage& image : images) {
@@ -84,7 +84,7 @@ bool are_alike(const DicomImage& a, const DicomImage& b) {
   return a.size == b.size && a.type == b.type && a.components == b.components && turned < 1e-4;
 }
 
-// Leaves out localizers, and what has another size, type or orientation than most images have.
+// Drops localizers, and images whose size, type or orientation differs from the majority.
 void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
                  std::vector<std::string>& notices) {
   const auto leave_out = [&](const std::string& what, const auto& stays) {
@@ -121,7 +121,7 @@ void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
             [&](const DicomImage& image) { return are_alike(image, model); });
 }
 
-// What a person should know of the files before their places are looked at.
+// Adds notices about the files, independent of their positions.
 void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
                   std::vector<std::string>& notices) {
   std::vector<DicomImage> other_images;
@@ -145,7 +145,7 @@ void note_origins(const fs::path& place, const std::vector<DicomImage>& images,
   }
 }
 
-// One image for each position, sorted by it: of several at each position the chosen one.
+// Returns one image per position, sorted by position: the chosen one if there are several.
 std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> images,
                                 const VolumeChoice& choice, std::vector<std::string>& notices,
                                 SourceTimes& times) {
@@ -210,7 +210,7 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
   return stack;
 }
 
-// "IM-0001-0042" becomes "IM--".
+// Returns "IM--" for "IM-0001-0042".
 std::string without_digits(std::string name) {
   std::erase_if(name, [](char c) { return c >= '0' && c <= '9'; });
   return name;
@@ -236,7 +236,7 @@ class DicomSlices : public StoredSlices {
   }
 
  private:
-  // All frames of the image's file.
+  // Loads all frames of the image's file.
   void load(const DicomImage& image) {
     if (loaded_ == image.file) return;
     gdcm::ImageReader reader;
@@ -262,7 +262,7 @@ class DicomSlices : public StoredSlices {
     loaded_ = image.file;
   }
 
-  // Slices with a slope of their own become values.
+  // Converts slices with their own slope to values.
   void to_values(const DicomImage& image, const std::byte* from, std::byte* into) const {
     const auto each = [&]<typename Number>(Number) {
       const std::size_t count = header_.slice_bytes() / sizeof(float);
@@ -280,7 +280,7 @@ class DicomSlices : public StoredSlices {
   std::vector<DicomImage> stack_;
   ImageHeader header_;
   bool rescale_;
-  fs::path loaded_;  // The file that pixels_ are of; empty: none.
+  fs::path loaded_;  // File of pixels_; empty if there is none.
   std::vector<std::byte> pixels_;
 };
 
@@ -310,7 +310,7 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
       others.push_back(entry->path());
     }
   }
-  // A slice that is cut off in front of its mark would be missing without a word.
+  // A slice truncated before its DICM mark would otherwise be missing silently.
   for (const fs::path& other : others) {
     const bool is_sibling = lower_case(other.extension().string()) == ".dcm" ||
                             (!files.empty() && other.parent_path() == files.front().parent_path() &&

@@ -1,5 +1,5 @@
-// DICOM images through GDCM: the slices of a series in a folder, one file with one or many frames;
-// packed as GDCM has it.
+// Reads DICOM images by GDCM, with any compression it supports: the slices of a series in a folder,
+// or one file with one or many frames.
 #pragma once
 
 #include <filesystem>
@@ -10,20 +10,20 @@
 
 namespace multitetra {
 
-// Whether a file that begins so is DICOM. 132 bytes are enough.
+// Returns whether a file with this beginning is DICOM. 132 bytes suffice.
 [[nodiscard]] bool is_dicom(std::string_view beginning);
 
-// The DICOM files below a folder, sorted by name; empty when there are none. Hidden files and
-// DICOMDIR are left out. Throws VolumeFileError for a .dcm file that is none, and for one whose
-// name differs from that of a DICOM file in its digits alone.
+// Returns the DICOM files below a folder, sorted by name. Skips hidden files and DICOMDIR. Throws
+// VolumeFileError for a file that is not DICOM although its suffix is .dcm or its name differs from
+// that of a DICOM file only in digits.
 [[nodiscard]] std::vector<std::filesystem::path> dicom_files(const std::filesystem::path& folder);
 
-// The volume that the files of one series make up. Frames and slices are sorted by position; world
-// coordinates are LPS in mm; slopes and intercepts are those of each frame. Of several series
-// choice.series names one; of several images at each position choice.time chooses one. Localizers
-// and images of another shape are left out with a notice. Slices that are missing, not evenly
-// spaced (dicom_grid.hpp) or of a tilted gantry are interpolated with choice.resample. Throws
-// VolumeFileError, also where a file is cut off. `place` is the source's name.
+// Opens the volume of a series. Frames and slices are sorted by position; world coordinates are LPS
+// in mm; slope and intercept are per frame. choice.series selects one of several series,
+// choice.time one of several images at each position. Skips localizers and images of a different
+// shape, with a notice. choice.resample permits interpolation if slices are missing, unevenly
+// spaced (dicom_grid.hpp) or from a tilted gantry. Throws VolumeFileError, also for a truncated
+// file. `place` names the source.
 [[nodiscard]] StoredVolume open_dicom(const std::filesystem::path& place,
                                       const std::vector<std::filesystem::path>& files,
                                       const VolumeChoice& choice);

@@ -33,7 +33,7 @@ std::optional<StoredType> type_of_dataset(hid_t dataset) {
     if (bytes <= 4) return StoredType::kF32;
     return bytes == 8 ? std::optional(StoredType::kF64) : std::nullopt;
   }
-  if (kind == H5T_ENUM && bytes == 1) return StoredType::kI8;  // How h5py writes truth values.
+  if (kind == H5T_ENUM && bytes == 1) return StoredType::kI8;  // h5py's booleans.
   if (kind != H5T_INTEGER) return std::nullopt;
   const bool is_signed = H5Tget_sign(type.get()) != H5T_SGN_NONE;
   return stored_type_from((is_signed ? "i" : "u") + std::to_string(8 * bytes));
@@ -46,7 +46,7 @@ hid_t memory_type(StoredType type) {
   return types[static_cast<std::size_t>(type)];
 }
 
-// ---- which dataset
+// ---- choosing the dataset
 
 struct FoundDatasets {
   std::vector<std::string> names;
@@ -75,7 +75,7 @@ std::vector<hsize_t> dims_of_dataset(hid_t file, const std::string& name) {
   return dataset ? hdf5_dims(dataset.get()) : std::vector<hsize_t>();
 }
 
-// The one with the most samples, the first of several.
+// Returns the dataset with the most samples; the first of several.
 std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
   const auto samples = [&](const std::string& name) {
     double product = 1;
@@ -86,7 +86,8 @@ std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
                            [&](const auto& a, const auto& b) { return samples(a) < samples(b); });
 }
 
-// Those of the chosen one's shape, called by what is behind the last slash where that is enough.
+// Adds the datasets with the shape of the chosen one, named by the last component of their path if
+// that is unique.
 void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, VolumeContents& members) {
   std::vector<std::string> names;
   std::map<std::string, int> uses;
@@ -125,7 +126,7 @@ std::string chosen_dataset(const fs::path& path, hid_t file, const VolumeChoice&
                    "one shape with --field");
 }
 
-// ---- its place
+// ---- its placement
 
 herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
   auto& result = *static_cast<AxisCoordinates*>(into);
@@ -134,7 +135,7 @@ herr_t read_scale(hid_t, unsigned, hid_t scale, void* into) {
   const Hdf5Id creation(H5Dget_create_plist(scale), &H5Pclose);
   const bool is_elsewhere =
       H5Pget_external_count(creation.get()) > 0 || H5Pget_layout(creation.get()) == H5D_VIRTUAL;
-  if (is_elsewhere) return 1;  // In another file: nothing that a scale is worth.
+  if (is_elsewhere) return 1;  // Ignores scales in other files.
   result.values.resize(dims[0]);
   if (H5Dread(scale, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, result.values.data()) < 0)
     result.values.clear();
@@ -163,7 +164,7 @@ void place_volume(const fs::path& path, hid_t dataset, std::size_t rank, ImageHe
   place_by_coordinates(path, coordinates, axes, header, notices);
 }
 
-// From the scale of the first dimension.
+// Returns the times from the scale of the first dimension.
 SourceTimes times_along(hid_t dataset, hsize_t count) {
   SourceTimes times{.count = static_cast<std::int64_t>(std::min<hsize_t>(count, hsize_t{1} << 62))};
   if (count < 2 || H5DSget_num_scales(dataset, 0) <= 0) return times;
@@ -178,7 +179,7 @@ SourceTimes times_along(hid_t dataset, hsize_t count) {
   return times;
 }
 
-// Where the volume lies along the dimensions before z, y, x.
+// Returns the position of the volume along the dimensions before z, y, x.
 std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<hsize_t>& dims,
                                         const VolumeChoice& choice, hid_t dataset,
                                         SourceTimes& times, std::int64_t& channels) {
@@ -186,7 +187,7 @@ std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<
   if (dims.size() <= 3) return at;
   const std::size_t others = dims.size() - 3;
   for (std::size_t d = 0; d < others; ++d) {
-    // Time comes first; the one before z, where there are two, is the channel.
+    // Time comes first; if there are two, the one before z is the channel.
     const bool is_channel = d > 0 || (others == 1 && choice.channel);
     std::optional<std::int64_t> chosen;
     if (d <= 1) chosen = is_channel ? choice.channel : choice.time;
@@ -258,7 +259,7 @@ class Hdf5Slices : public StoredSlices {
 }  // namespace
 
 bool is_hdf5(std::string_view beginning) {
-  for (const std::size_t at : {0u, 512u, 1024u, 2048u}) {  // Behind what a program keeps in front.
+  for (const std::size_t at : {0u, 512u, 1024u, 2048u}) {  // Other data may precede the signature.
     if (beginning.size() > at && beginning.substr(at).starts_with("\x89HDF\r\n\x1a\n")) return true;
   }
   return false;

@@ -1,4 +1,4 @@
-// HDF5 files through libhdf5, which is seen by hdf5_file.cpp alone; NetCDF-4 files are such files.
+// Reads HDF5 files, including NetCDF-4, by libhdf5.
 #pragma once
 
 #include <filesystem>
@@ -8,14 +8,14 @@
 
 namespace multitetra {
 
-// Whether a file that begins so is HDF5. 8 bytes are enough.
+// Returns whether a file with this beginning is HDF5. 8 bytes suffice.
 [[nodiscard]] bool is_hdf5(std::string_view beginning);
 
-// The dataset choice.array, or the only one with two or more dimensions. The last dimension is x,
-// then y and z; of others before them choice.time and choice.channel choose. Evenly spaced
-// dimension scales give origin, spacing and unit, as do `element_size_um` (z, y, x) of
-// microscopes; the attributes scale_factor, add_offset, _FillValue and units are those of NetCDF.
-// Throws VolumeFileError.
+// Opens the dataset choice.array, or the only one with two or more dimensions. The last dimension
+// is x, preceded by y and z; choice.time and choice.channel select along earlier ones. Evenly
+// spaced dimension scales, or `element_size_um` (z, y, x) of microscopes, give origin, spacing and
+// unit; scale_factor, add_offset, _FillValue and units are used as in NetCDF. Throws
+// VolumeFileError.
 [[nodiscard]] StoredVolume open_hdf5(const std::filesystem::path& file, const VolumeChoice& choice);
 
 }  // namespace multitetra

@@ -27,19 +27,19 @@ constexpr std::size_t kMostVtkHeaderBytes = std::size_t{1} << 16;
 
 StoredType legacy_vtk_type(const fs::path& file, const std::string& name) {
   std::string word = lower_case(name);
-  if (word == "vtkidtype") word = "int";  // As VTK writes it.
+  if (word == "vtkidtype") word = "int";  // VTK writes it as int.
   if (word.starts_with("vtktype")) word.erase(0, 7);
   if (const auto type = stored_type_from_word(word)) return *type;
   fail_in_header(file, "the type of its samples is '" + name.substr(0, 40) + "'");
 }
 
-// The lines of the header, as words.
+// Reads the lines of the header as words.
 class VtkLines {
  public:
   explicit VtkLines(const fs::path& file)
       : file_(file), text_(InputFile(file).beginning(kMostVtkHeaderBytes)) {}
 
-  // The words of the next line that is not empty.
+  // Returns the words of the next line that is not empty.
   std::vector<std::string> next() {
     while (at_ < text_.size()) {
       std::vector<std::string> words = words_of(line());
@@ -47,18 +47,18 @@ class VtkLines {
     }
     fail_in_header(file_, "it ends in its header");
   }
-  // The next line as it is.
+  // Returns the next line unchanged.
   std::string line() {
     const std::size_t end = std::min(text_.find('\n', at_), text_.size());
     std::string line = text_.substr(at_, end - at_);
     at_ = std::min(end + 1, text_.size());
     return line;
   }
-  // Leaves the next line out if it begins with this word.
+  // Skips the next line if it begins with this word.
   void skip(std::string_view word) {
     if (lower_case(std::string_view(text_).substr(at_, word.size())) == word) (void)line();
   }
-  // The offset of the byte after the last line.
+  // Offset after the last line read.
   [[nodiscard]] std::uint64_t position() const { return at_; }
 
  private:

@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// The first array, text or binary: SCALARS, VECTORS, NORMALS, TENSORS or one of a FIELD. Samples of
-// CELL_DATA lie at the middles of the cells. Throws VolumeFileError.
+// Opens the first array, text or binary: SCALARS, VECTORS, NORMALS, TENSORS or one of a FIELD.
+// Samples of CELL_DATA are at cell centers. Throws VolumeFileError.
 [[nodiscard]] StoredVolume open_legacy_vtk(const std::filesystem::path& file);
 
 }  // namespace multitetra

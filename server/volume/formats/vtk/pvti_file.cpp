@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A piece, and where its first sample lies in the whole.
+// A piece, and the position of its first sample in the whole.
 struct PlacedPiece {
   fs::path file;
   std::array<std::int64_t, 3> at{};
@@ -56,7 +56,7 @@ class PvtiSlices : public StoredSlices {
     }
   }
 
-  // Opened when it is read; few are open at the same time.
+  // Opens pieces on demand and limits the number of open ones.
   StoredSlices& slices_of(std::size_t number) {
     constexpr std::size_t kMostOpen = 64;
     if (!open_[number]) {
@@ -74,11 +74,11 @@ class PvtiSlices : public StoredSlices {
   VolumeChoice choice_;
   ImageHeader header_;
   std::vector<std::unique_ptr<StoredSlices>> open_;
-  std::vector<std::size_t> opened_;  // Their numbers, the oldest first.
+  std::vector<std::size_t> opened_;  // Open pieces, oldest first.
   std::vector<std::byte> slice_;
 };
 
-// Throws unless every sample lies in a piece: the borders of pieces cut the whole into boxes.
+// Throws unless the pieces cover every sample: their borders cut the whole into boxes to check.
 void check_cover(const fs::path& path, const std::vector<PlacedPiece>& pieces,
                  const std::array<std::int64_t, 3>& dims) {
   std::array<std::vector<std::int64_t>, 3> cuts;

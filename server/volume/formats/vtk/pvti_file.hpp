@@ -1,4 +1,4 @@
-// Parallel XML VTK image data (.pvti): a volume in pieces, each a .vti file of its own.
+// Parallel XML VTK image data (.pvti): a volume in pieces, each in a .vti file.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// Pieces lie in the folder of `file`, or anywhere with choice.follow, and cover the whole extent;
-// where they overlap the later one counts. choice.array is that of every piece. Throws
+// The pieces must be in the folder of `file`, or anywhere with choice.follow, and cover the whole
+// extent; where they overlap, the last one wins. choice.array applies to every piece. Throws
 // VolumeFileError.
 [[nodiscard]] StoredVolume open_pvti(const std::filesystem::path& file, const VolumeChoice& choice);
 

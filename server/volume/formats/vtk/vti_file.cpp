@@ -49,7 +49,7 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
   fail_reading(file, "it has no array '" + wanted + "'", "Its arrays are " + names);
 }
 
-// The arrays beside the chosen one that have as many samples.
+// Returns the other arrays with as many samples as the chosen one.
 VolumeContents members_beside(const VtiHeader& header, const VtiArray& chosen) {
   VolumeContents members;
   for (const VtiArray& array : header.arrays) {
@@ -100,7 +100,7 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
                                    std::to_string(vti.arrays.size()) + " arrays '" + array.name +
                                    "' is taken; --array chooses, --field makes a dataset of each.");
   }
-  // Last: the header and its arrays go with the slices.
+  // Last, since this moves `arrays`, which owns the header.
   piece.volume.slices =
       std::make_unique<VtiSlices>(std::move(arrays), std::move(bytes), slice_bytes);
   return piece;

@@ -1,5 +1,5 @@
-// XML VTK image data (.vti), as ParaView and VTK write it: one piece; samples as text, base64 or
-// appended (raw or base64), plain or packed with zlib or LZ4.
+// XML VTK image data (.vti) as written by ParaView and VTK: one piece; samples as text, base64 or
+// appended (raw or base64), uncompressed or compressed by zlib or LZ4.
 #pragma once
 
 #include <array>
@@ -10,15 +10,15 @@
 
 namespace multitetra {
 
-// The point array called choice.array; without a name the one that the file calls its scalars, or
-// else its first. A file without point arrays gives a cell array, whose samples lie at the middles
-// of the cells. Throws VolumeFileError.
+// Opens the point array choice.array, or without a name the active scalars, or else the first
+// array. Without point arrays, opens a cell array, with samples at cell centers. Throws
+// VolumeFileError.
 [[nodiscard]] StoredVolume open_vti(const std::filesystem::path& file, const VolumeChoice& choice);
 
-// One piece of a .pvti, which may be a part of its whole extent.
+// A piece of a .pvti file, which may be a part of its whole extent.
 struct VtiPiece {
   StoredVolume volume;
-  // The extent of the piece.
+  // Extent of the piece.
   std::array<std::int64_t, 6> extent{};
   bool of_cells = false;
   // The piece is a part of the whole extent in the file.

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kXmlPortionBytes = std::size_t{1} << 16;
 
-// Bytes in a file from some place on, as they are or as base64 without anything in between.
+// Bytes of a file from an offset, raw or as contiguous base64.
 class EncodedBytes {
  public:
   EncodedBytes(const InputFile& file, std::uint64_t begin, bool is_base64)
@@ -34,7 +34,7 @@ class EncodedBytes {
     }
   }
 
-  // The same bytes seen from `offset` on. In base64 what is encoded on its own begins there.
+  // Returns the bytes from `offset` on. With base64, a separately encoded run must begin there.
   [[nodiscard]] EncodedBytes after(std::uint64_t offset) const {
     return {*file_, begin_ + (is_base64_ ? (offset + 2) / 3 * 4 : offset), is_base64_};
   }
@@ -87,7 +87,7 @@ class Lengths {
     to_host_order(raw, width_, endian_);
     std::vector<std::uint64_t> numbers(count);
     for (std::size_t i = 0; i < count; ++i) {
-      std::memcpy(&numbers[i], raw.data() + i * width_, width_);  // Little-endian hosts only.
+      std::memcpy(&numbers[i], raw.data() + i * width_, width_);  // Requires a little-endian host.
     }
     return numbers;
   }
@@ -200,7 +200,7 @@ class PackedSampleBytes : public SampleBytes {
   std::size_t width_;
   std::uint64_t block_bytes_ = 0;
   std::uint64_t last_bytes_ = 0;
-  std::vector<std::uint64_t> begins_;  // Where packed blocks begin, and where the last one ends.
+  std::vector<std::uint64_t> begins_;  // Begin of each packed block, and end of the last one.
   std::uint64_t loaded_ = ~std::uint64_t{0};
   std::vector<std::byte> packed_;
   std::vector<std::byte> plain_;
@@ -241,7 +241,7 @@ VtiHeader read_header(const InputFile& file, VtkDataKind kind) {
   return *std::move(header);
 }
 
-// Where base64 or text between tags really begins: behind white space.
+// Returns the start of base64 or text between tags, after white space.
 std::uint64_t behind_white_space(const InputFile& file, const VtiArray& array) {
   std::array<std::byte, 256> first{};
   const std::size_t count = file.read_some(array.begin, first);

@@ -1,4 +1,4 @@
-// The arrays of VTK's XML files: as text, base64 or appended bytes, compressed or not.
+// Reads the arrays of VTK's XML files: text, base64 or appended bytes, compressed or not.
 #pragma once
 
 #include <cstddef>
@@ -12,21 +12,21 @@
 
 namespace multitetra {
 
-// The samples of an array as bytes, whatever is around them.
+// The samples of an array as bytes, independent of their encoding.
 class SampleBytes {
  public:
   virtual ~SampleBytes() = default;
-  // In host order. Throws VolumeFileError.
+  // Reads bytes in host order. Throws VolumeFileError.
   virtual void read(std::uint64_t offset, std::span<std::byte> into) = 0;
 };
 
 class VtkArrays {
  public:
-  // Throws VolumeFileError unless the file holds data of that kind.
+  // Throws VolumeFileError unless the file contains data of `kind`.
   VtkArrays(const std::filesystem::path& file, VtkDataKind kind);
 
   [[nodiscard]] const VtiHeader& header() const { return header_; }
-  // An array that must have `count` numbers, its components included. This object must outlive it.
+  // Opens an array of `count` numbers, including components. This object must outlive the result.
   // Throws VolumeFileError.
   [[nodiscard]] std::unique_ptr<SampleBytes> open(const VtiArray& array, std::uint64_t count) const;
 

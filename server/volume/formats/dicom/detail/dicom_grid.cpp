@@ -14,12 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// How far a slice may be from its place, in steps.
+// Maximum deviation of a slice from an even grid, in steps.
 constexpr double kOnGrid = 0.1;
-// The least deviation that gives a warning, in steps.
+// Minimum deviation for a notice, in steps.
 constexpr double kReportedDeviation = 0.01;
-constexpr double kTilt = 1e-3;  // Cosine of an axis with the step from slice to slice.
-// The most slices of an interpolated grid.
+constexpr double kTilt = 1e-3;  // Minimum cosine of an axis and the slice step.
+// Maximum number of slices of an interpolated grid.
 constexpr double kMostSlices = 1e5;
 
 double usual_gap(const std::vector<DicomImage>& stack) {
@@ -54,7 +54,7 @@ double usual_gap(const std::vector<DicomImage>& stack) {
                "Get all slices, or interpolate them to even distances with --resample");
 }
 
-// A count of samples along an axis of the grid; throws where it is none that a grid may have.
+// Returns the number of samples along an axis of the grid; throws if it exceeds the limit.
 std::int64_t grid_count(const fs::path& place, double count, const char* what) {
   if (count <= kMostSlices) return static_cast<std::int64_t>(count);
   fail_reading(place,
@@ -63,7 +63,7 @@ std::int64_t grid_count(const fs::path& place, double count, const char* what) {
                "Leave out the slices that are far from the others");
 }
 
-// The grid of the first slice's axes that all slices are interpolated to.
+// Returns an even grid along the axes of the first slice, to which all slices are interpolated.
 DicomGrid even_grid(const fs::path& place, const std::vector<DicomImage>& stack, bool is_tilted) {
   const DicomImage& first = stack.front();
   const Vec3 normal = cross(first.row, first.column);
@@ -76,7 +76,7 @@ DicomGrid even_grid(const fs::path& place, const std::vector<DicomImage>& stack,
   for (const DicomImage& image : stack) {
     const Vec3 way = difference(image.position, first.position);
     std::array<double, 2> shift{};
-    // Without a tilt what is left is rounding, and no reason to blur slices.
+    // Without a tilt, shifts are rounding errors; interpolation would only blur the slices.
     if (is_tilted)
       shift = {dot(way, first.row) / first.spacing[0], dot(way, first.column) / first.spacing[1]};
     for (std::size_t axis = 0; axis < 2; ++axis) {
@@ -128,7 +128,7 @@ class ResampledSlices : public StoredSlices {
     std::vector<float> numbers = {};
   };
 
-  // The slice of the files with this number; the one before it stays.
+  // Returns slice `index` of the files; keeps the previous one loaded.
   const std::vector<float>& loaded(std::size_t index) {
     LoadedSlice& slice = loaded_[index % 2];
     if (slice.index == index) return slice.numbers;
@@ -139,7 +139,7 @@ class ResampledSlices : public StoredSlices {
     return slice.numbers;
   }
 
-  // Fills slice_ for a place along the normal.
+  // Fills slice_ for a position along the normal.
   void interpolate(double at) {
     const std::vector<double>& there = places_.at;
     const auto behind = std::upper_bound(there.begin(), there.end(), at);
@@ -153,7 +153,7 @@ class ResampledSlices : public StoredSlices {
     if (weight > 0) put(above, weight, weight < 1);
   }
 
-  // Adds a slice with its weight to slice_, or sets it.
+  // Adds a weighted slice to slice_, or assigns it.
   void put(std::size_t index, double weight, bool adds) {
     const std::vector<float>& from = loaded(index);
     const std::array<double, 2> shift = places_.shift[index];

@@ -33,7 +33,7 @@ std::string text_at(const gdcm::DataSet& data, const gdcm::Tag& tag, std::size_t
   return text;
 }
 
-// The values of a text element, which are separated by backslashes.
+// Returns the values of a text element, which backslashes separate.
 std::vector<double> numbers_at(const gdcm::DataSet& data, const gdcm::Tag& tag,
                                std::size_t most = 64) {
   std::vector<double> numbers;
@@ -50,13 +50,13 @@ std::vector<double> numbers_at(const gdcm::DataSet& data, const gdcm::Tag& tag,
 
 std::string value_unit_of(const std::string& rescale_type, const gdcm::DataSet& data,
                           const std::string& modality) {
-  if (rescale_type == "US") return {};  // Unspecified, by the standard's own word.
+  if (rescale_type == "US") return {};  // The standard defines US as unspecified.
   if (!rescale_type.empty()) return unit_from(rescale_type);
   if (modality == "CT") return "HU";
   return modality == "PT" ? unit_from(text_at(data, gdcm::Tag(0x0054, 0x1001))) : std::string();
 }
 
-// ---- functional groups: what Enhanced files say of all frames, or of one
+// ---- functional groups: properties of all frames, or of one, in Enhanced files
 
 using DicomSequence = gdcm::SmartPointer<gdcm::SequenceOfItems>;
 
@@ -75,7 +75,7 @@ struct FunctionalGroups {
   std::string rescale_type = {};
 };
 
-// Takes over the values in `item`; the rest stays.
+// Updates `groups` with the values in `item`.
 void read_groups(const gdcm::DataSet& item, FunctionalGroups& groups) {
   const auto take = [&](const gdcm::Tag& group, const gdcm::Tag& tag, std::size_t count,
                         std::vector<double>& into) {
@@ -107,7 +107,7 @@ void apply(const FunctionalGroups& groups, DicomImage& image) {
     image.row = vector(groups.orientation, 0);
     image.column = vector(groups.orientation, 3);
   }
-  if (!groups.pixel_spacing.empty()) {  // Rows come first.
+  if (!groups.pixel_spacing.empty()) {  // The spacing between rows comes first.
     image.spacing[0] = std::abs(groups.pixel_spacing[1]);
     image.spacing[1] = std::abs(groups.pixel_spacing[0]);
   }
@@ -116,8 +116,8 @@ void apply(const FunctionalGroups& groups, DicomImage& image) {
   if (!groups.intercept.empty()) image.intercept = groups.intercept[0];
 }
 
-// The frames of a file whose header is `whole`: positioned by functional groups, else one slice
-// spacing apart, or by the offsets of a dose grid.
+// Returns the frames of a file with header `whole`, positioned by functional groups, by the offsets
+// of a dose grid, or else one slice spacing apart.
 std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& data) {
   const DicomSequence shared = sequence_at(data, gdcm::Tag(0x5200, 0x9229));
   const DicomSequence each = sequence_at(data, gdcm::Tag(0x5200, 0x9230));
@@ -166,10 +166,10 @@ std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& 
 
 struct DicomHeader {
   gdcm::Reader reader;
-  std::uint64_t pixels = 0;  // Where the value of the pixel data begins.
+  std::uint64_t pixels = 0;  // Offset of the value of the pixel data.
 };
 
-// False for files without an image.
+// Returns false for files without an image.
 bool read_dicom_header(const fs::path& path, DicomHeader& header) {
   const gdcm::Tag pixel_data(0x7FE0, 0x0010);
   std::ifstream stream(path, std::ios::binary);
@@ -193,7 +193,7 @@ bool read_dicom_header(const fs::path& path, DicomHeader& header) {
   return has_rows;
 }
 
-// Whether there are more bytes than promised.
+// Returns whether there are more bytes than announced.
 bool check_pixels(const fs::path& path, const DicomHeader& header, const DicomImage& image,
                   const gdcm::PixelFormat& format) {
   const gdcm::TransferSyntax& syntax =
@@ -206,7 +206,7 @@ bool check_pixels(const fs::path& path, const DicomHeader& header, const DicomIm
   const char* const uid = syntax.GetString();
   const auto photometric =
       gdcm::ImageHelper::GetPhotometricInterpretationValue(header.reader.GetFile());
-  // Two pixels share their color: four samples instead of six, as long as nothing is packed.
+  // Two uncompressed pixels share their color: four samples instead of six.
   const bool is_subsampled = photometric == gdcm::PhotometricInterpretation::YBR_FULL_422 ||
                              photometric == gdcm::PhotometricInterpretation::YBR_PARTIAL_422;
   return check_dicom_pixels(

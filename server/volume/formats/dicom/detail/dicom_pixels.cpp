@@ -27,7 +27,7 @@ struct Fragment {
   std::uint32_t length;
 };
 
-// The fragments behind the table of offsets.
+// Returns the fragments after the offset table.
 std::vector<Fragment> fragments_at(const InputFile& file, std::uint64_t at) {
   constexpr std::uint32_t kItem = 0xE000FFFE;
   constexpr std::uint32_t kEnd = 0xE0DDFFFE;
@@ -35,7 +35,7 @@ std::vector<Fragment> fragments_at(const InputFile& file, std::uint64_t at) {
   while (true) {
     std::string head(8, '\0');
     const std::size_t got = file.read_some(at, std::as_writable_bytes(std::span(head)));
-    // Some writers leave out the end's mark; then the file ends with a fragment.
+    // Some writers omit the end marker, so the file ends with a fragment.
     if (got == 0 && fragments.size() > 1) break;
     if (got < head.size()) fail_cut_off(file, "the file ends in its fragments");
     const HeaderBytes bytes(head, Endian::kLittle);
@@ -55,7 +55,7 @@ std::vector<Fragment> fragments_at(const InputFile& file, std::uint64_t at) {
   return fragments;
 }
 
-// All kinds of JPEG end with the same mark, behind which there may be padding.
+// All kinds of JPEG end with the same marker, possibly followed by padding.
 bool ends_as_jpeg(const InputFile& file, const Fragment& fragment) {
   std::array<std::byte, 64> bytes{};
   const std::size_t count = std::min<std::size_t>(fragment.length, bytes.size());
@@ -65,7 +65,7 @@ bool ends_as_jpeg(const InputFile& file, const Fragment& fragment) {
   return end >= 2 && bytes[end - 2] == std::byte{0xFF} && bytes[end - 1] == std::byte{0xD9};
 }
 
-// Whether the segment of PackBits unpacks to `needed` bytes or more.
+// Returns whether the PackBits segment unpacks to at least `needed` bytes.
 bool rle_segment_is_whole(std::span<const std::byte> packed, std::uint64_t needed) {
   std::uint64_t unpacked = 0;
   for (std::size_t at = 0; at < packed.size() && unpacked < needed;) {
@@ -129,7 +129,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   file.read(pixels.offset - before.size(), std::as_writable_bytes(std::span(before)));
   const Endian endian = pixels.syntax == kBigEndianSyntax ? Endian::kBig : Endian::kLittle;
   const HeaderBytes bytes(before, endian);
-  // Group and element, four bytes before the length, or eight where the type stands in between.
+  // Group and element are four bytes before the length, or eight if the type is in between.
   const auto is_tag = [&](std::size_t at) {
     return bytes.at<std::uint16_t>(at) == 0x7FE0 && bytes.at<std::uint16_t>(at + 2) == 0x0010;
   };
@@ -154,7 +154,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
 }
 
 void check_deflated_dicom(const InputFile& file) {
-  // The length of the group in front stands in its first element, at byte 140.
+  // The first element of the meta group, at byte 140, has the length of the group.
   const std::string beginning = file.beginning(144);
   if (beginning.size() < 144) fail_cut_off(file, "the file ends in its header");
   const std::uint64_t begin =

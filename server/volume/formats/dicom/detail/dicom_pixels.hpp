@@ -1,4 +1,4 @@
-// The pixel data of a DICOM file, as far as its completeness goes: GDCM fills up what is missing.
+// Checks that the pixel data of a DICOM file are complete, since GDCM fills in missing data.
 #pragma once
 
 #include <cstdint>
@@ -8,23 +8,21 @@
 
 namespace multitetra {
 
-// The format of the pixel data by the header.
+// The format of the pixel data according to the header.
 struct DicomPixels {
-  // The offset of the value of the element (7FE0,0010) in the file.
+  // Offset in the file of the value of element (7FE0,0010).
   std::uint64_t offset = 0;
-  std::string_view syntax = {};  // UID of the transfer syntax.
+  std::string_view syntax = {};  // Transfer syntax UID.
   std::uint64_t frames = 1;
-  std::uint64_t frame_samples = 1;  // Pixels of a frame times samples of a pixel.
-  std::uint64_t bits = 16;          // Allocated for a sample.
+  std::uint64_t frame_samples = 1;  // Pixels per frame times samples per pixel.
+  std::uint64_t bits = 16;          // Allocated per sample.
 };
 
-// Throws VolumeFileError where the pixel data are not all there: too short for the frames, behind
-// the end of the file, or packed in fragments that end early. Returns whether there are more bytes
-// than the header promises.
+// Throws VolumeFileError if pixel data are missing: too few bytes for the frames, an end beyond
+// that of the file, or truncated fragments. Returns whether there are more bytes than announced.
 bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels);
 
-// The same for files that are deflated as a whole (Deflated Explicit VR Little Endian): the stream
-// must end well.
+// The same for files that are deflated as a whole (Deflated Explicit VR Little Endian).
 void check_deflated_dicom(const InputFile& file);
 
 }  // namespace multitetra

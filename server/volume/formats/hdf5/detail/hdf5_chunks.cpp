@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kChecksumBytes = 4;
 
-// Unpacks into nothing. True when exactly `expected` bytes come out.
+// Unpacks without storing. Returns whether exactly `expected` bytes come out.
 bool inflates_to(std::span<const std::byte> packed, std::size_t expected) {
   z_stream stream{};
   if (packed.size() > std::numeric_limits<uInt>::max() || inflateInit(&stream) != Z_OK)
@@ -35,7 +35,7 @@ bool inflates_to(std::span<const std::byte> packed, std::size_t expected) {
   return is_whole;
 }
 
-// libhdf5 keeps the unpacked size in front, little endian.
+// libhdf5 stores the unpacked size first, little-endian.
 bool szip_holds(std::span<const std::byte> packed, std::size_t expected) {
   if (packed.size() < 4) return false;
   std::size_t size = 0;
@@ -75,7 +75,7 @@ Hdf5ChunkSizes::Hdf5ChunkSizes(const std::filesystem::path& file, hid_t dataset)
     if (H5Fget_filesize(own_file.get(), &file_bytes_) < 0) fail({});
     return;
   }
-  // The sizes of chunks without filters are known to libhdf5 as a sum alone.
+  // For chunks without filters, libhdf5 returns only the sum of their sizes.
   hsize_t chunks = 0;
   const Hdf5Id space(H5Dget_space(dataset), &H5Sclose);
   if (H5Dget_num_chunks(dataset, space.get(), &chunks) < 0 ||
@@ -111,7 +111,8 @@ void Hdf5ChunkSizes::require_whole(hid_t dataset, const std::vector<hsize_t>& st
 
 void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_t>& at) {
   hsize_t bytes = 0;
-  if (H5Dget_chunk_storage_size(dataset, at.data(), &bytes) < 0 || bytes == 0) return;  // Fill.
+  // Chunks that were never written have the fill value.
+  if (H5Dget_chunk_storage_size(dataset, at.data(), &bytes) < 0 || bytes == 0) return;
   if (bytes > file_bytes_) fail(at);
   std::vector<std::byte> packed(static_cast<std::size_t>(bytes));
   unsigned skipped = 0;
@@ -126,7 +127,7 @@ void Hdf5ChunkSizes::require_whole_chunk(hid_t dataset, const std::vector<hsize_
 
 bool Hdf5ChunkSizes::is_whole(const std::vector<std::byte>& packed, unsigned skipped) const {
   std::span<const std::byte> left(packed);
-  std::size_t expected = chunk_bytes_;  // What is behind the filter at hand, in the end the chunk.
+  std::size_t expected = chunk_bytes_;  // Size after unpacking the current filter.
   const auto is_used = [&](std::size_t i) { return i >= 32 || ((skipped >> i) & 1) == 0; };
   for (std::size_t i = filters_.size(); i-- > 0;) {
     if (!is_used(i)) continue;

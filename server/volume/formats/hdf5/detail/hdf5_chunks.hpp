@@ -1,5 +1,5 @@
-// The unpacked sizes of the chunks of a dataset. libhdf5 takes a chunk that holds fewer bytes than
-// its shape needs; the other samples would be whatever the memory held.
+// Checks the unpacked sizes of a dataset's chunks. libhdf5 accepts chunks with too few bytes and
+// leaves the other samples uninitialized.
 #pragma once
 
 #include <hdf5.h>
@@ -10,17 +10,17 @@
 
 namespace multitetra {
 
-// Checks chunks before libhdf5 reads them: those without a filter, and those whose outermost filter
-// besides shuffling and checksums is deflate or szip. LZF is checked by its filter. The sources of
+// Checks chunks before libhdf5 reads them: those without filters, and those whose outermost filter
+// besides shuffling and checksums is deflate or szip. The LZF filter checks its own; sources of
 // virtual datasets are not checked.
 class Hdf5ChunkSizes {
  public:
   // Checks datasets without filters at once. Throws VolumeFileError.
   Hdf5ChunkSizes(const std::filesystem::path& file, hid_t dataset);
 
-  // Checks all chunks that the box from `start` on touches, except those of the layer, along the
-  // dimension of the slices, that the previous call has ended in. Requires that consecutive calls
-  // differ along that dimension alone. Throws VolumeFileError.
+  // Checks all chunks of the box at `start`, except for the layer (along the dimension of the
+  // slices) in which the previous call ended. Consecutive calls may differ along that dimension
+  // only. Throws VolumeFileError.
   void require_whole(hid_t dataset, const std::vector<hsize_t>& start,
                      const std::vector<hsize_t>& extent);
 
@@ -37,7 +37,7 @@ class Hdf5ChunkSizes {
 
   std::filesystem::path file_;
   std::vector<hsize_t> dims_;
-  std::vector<hsize_t> chunk_;   // Empty: the dataset has no chunks with filters.
+  std::vector<hsize_t> chunk_;   // Empty unless the dataset has chunks with filters.
   std::vector<Filter> filters_;  // In the order of writing.
   std::size_t chunk_bytes_ = 0;
   hsize_t file_bytes_ = 0;

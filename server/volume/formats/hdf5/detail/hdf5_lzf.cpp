@@ -10,8 +10,7 @@ namespace {
 
 constexpr H5Z_filter_t kLzfFilter = 32000;
 
-// A filter of libhdf5. `values[2]` is the size of a chunk; the buffer is the library's, from
-// malloc.
+// A libhdf5 filter. `values[2]` is the size of a chunk; `buffer` was allocated by malloc().
 std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values, std::size_t bytes,
                        std::size_t* buffer_bytes, void** buffer) {
   if ((flags & H5Z_FLAG_REVERSE) == 0 || count < 3 || values[2] == 0) return 0;
@@ -20,7 +19,7 @@ std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values
   if (plain == nullptr) return 0;
   const std::size_t done =
       unpack_lzf(static_cast<const unsigned char*>(*buffer), bytes, plain, room);
-  if (done != room) {  // Fewer bytes than a chunk has: the others would be what the memory held.
+  if (done != room) {  // A short result would leave the rest of the chunk uninitialized.
     std::free(plain);
     return 0;
   }
@@ -32,8 +31,7 @@ std::size_t lzf_filter(unsigned flags, std::size_t count, const unsigned* values
 
 }  // namespace
 
-// A byte below 32 precedes that many literals and one more; others give a length and how far back
-// to copy from.
+// A byte below 32 precedes that many literals plus one; others give a length and a distance.
 std::size_t unpack_lzf(const unsigned char* in, std::size_t size, unsigned char* out,
                        std::size_t room) {
   std::size_t at = 0;

@@ -12,17 +12,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kDeepest = 8;  // Virtual datasets of virtual datasets.
+constexpr int kDeepest = 8;  // Nesting of virtual datasets.
 constexpr std::size_t kMostSources = 100'000;
 
-// Keeps the first error of libhdf5, as the innermost function reports it.
+// Keeps the first error of libhdf5, which the innermost function reports.
 herr_t keep_problem(unsigned, const H5E_error2_t* error, void* into) {
   auto& text = *static_cast<std::string*>(into);
   if (error->desc != nullptr && *error->desc != '\0') text = error->desc;
   return 0;
 }
 
-// What external links name, while one is followed.
+// State for checking external links while one is followed.
 struct LinkGuard {
   fs::path file;
   bool follow;
@@ -41,8 +41,8 @@ herr_t guard_link(const char*, const char*, const char* child_file, const char*,
   }
 }
 
-// External storage is looked for in the file's folder with `from_origin`; a dataset that is open so
-// is not opened otherwise.
+// With `from_origin`, external storage is searched in the file's folder; a dataset that is open in
+// this way cannot be reopened otherwise.
 Hdf5Id opened_guarded(hid_t in, const std::string& name, LinkGuard& guard,
                       bool from_origin = false) {
   const Hdf5Id access(H5Pcreate(H5P_DATASET_ACCESS), &H5Pclose);
@@ -53,7 +53,7 @@ Hdf5Id opened_guarded(hid_t in, const std::string& name, LinkGuard& guard,
   return dataset;
 }
 
-// Text of a function of the library that gives its length first.
+// Reads a text from a libhdf5 function that returns its length first.
 template <typename Get>
 std::string sized_text(const Get& get) {
   const ssize_t length = get(nullptr, 0);
@@ -90,7 +90,7 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
 
 void check_dataset(const fs::path& file, hid_t dataset, bool follow, int depth);
 
-// The file names of one mapping: "%b" counts the blocks of a mapping without an end.
+// Returns the file names of a mapping; "%b" numbers the blocks of an unlimited mapping.
 std::vector<std::string> source_names(const std::string& pattern, const fs::path& file,
                                       bool follow) {
   std::vector<std::string> names;
@@ -140,7 +140,7 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
     seen_name = name;
     const bool is_counted = name.find("%b") != std::string::npos;
     const auto check = [&](hid_t in, const fs::path& in_file) {
-      if (is_counted) return;  // Blocks of datasets that come and go.
+      if (is_counted) return;  // Blocks may be missing.
       LinkGuard guard{.file = in_file, .follow = follow};
       const Hdf5Id source = opened_guarded(in, name, guard);
       if (!source) {
@@ -167,7 +167,7 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
 void check_dataset(const fs::path& file, hid_t dataset, bool follow, int depth) {
   const Hdf5Id creation(H5Dget_create_plist(dataset), &H5Pclose);
   if (depth > 0 && H5Pget_external_count(creation.get()) > 0) {
-    // libhdf5 would look for it in the folder of the process.
+    // libhdf5 would search in the working directory.
     fail_reading(file, "a source of a virtual dataset has its samples in another file",
                  "Copy it into one dataset");
   }
@@ -227,9 +227,9 @@ std::string hdf5_text(hid_t object, const char* name) {
 
 Hdf5Id open_hdf5_file(const fs::path& file) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const InputFile input(file);  // Reports a fault of the file itself.
+  const InputFile input(file);  // Reports errors of the file itself.
   const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), &H5Pclose);
-  H5Pset_file_locking(access.get(), false, true);  // Other programs may have it open.
+  H5Pset_file_locking(access.get(), false, true);  // Other programs may have the file open.
   Hdf5Id opened(H5Fopen(file.c_str(), H5F_ACC_RDONLY, access.get()), &H5Fclose);
   if (opened) return opened;
   std::string problem;

@@ -1,5 +1,5 @@
-// Shared by the readers of HDF5 files: identifiers that close themselves, attributes, and what a
-// file refers to outside of itself. libhdf5 is seen in the hdf5_ and imaris_ files alone.
+// Helpers of the HDF5 readers: identifiers, attributes, and references to other files. Only the
+// hdf5_ and imaris_ files include libhdf5.
 #pragma once
 
 #include <hdf5.h>
@@ -14,7 +14,7 @@
 
 namespace multitetra {
 
-// Owns an identifier of the library.
+// Owns an identifier of libhdf5 and closes it.
 class Hdf5Id {
  public:
   using Close = herr_t (*)(hid_t);
@@ -33,23 +33,22 @@ class Hdf5Id {
   Close close_;
 };
 
-// Empty where it has none, or no simple extent.
+// Returns the dimensions of a dataset; none without a simple extent.
 [[nodiscard]] std::vector<hsize_t> hdf5_dims(hid_t dataset);
 
-// Up to `most` numbers of an attribute; none when it is missing or no numbers.
+// Returns up to `most` numbers of an attribute; none if it is missing or not numeric.
 [[nodiscard]] std::vector<double> hdf5_numbers(hid_t object, const char* attribute,
                                                std::size_t most);
 
-// A text attribute, also one of an array of characters, as Imaris has it; empty: none.
+// Returns a text attribute, possibly stored as an array of characters (Imaris); empty if missing.
 [[nodiscard]] std::string hdf5_text(hid_t object, const char* attribute);
 
-// Opens a file for reading, without locks. Throws VolumeFileError with what libhdf5 has against it.
+// Opens a file for reading, without locks. Throws VolumeFileError with the reason from libhdf5.
 [[nodiscard]] Hdf5Id open_hdf5_file(const std::filesystem::path& file);
 
-// Opens a dataset of `file`. Whatever it reads outside of that file (external links, external
-// storage, the sources of virtual datasets) must be a regular file in the same folder, or anywhere
-// with `follow`, and must be there with all that is needed. nullopt when there is no such dataset.
-// Throws VolumeFileError.
+// Opens a dataset of `file`. Other files that it reads (external links, external storage, sources
+// of virtual datasets) must exist, be complete, and be regular files in the same folder, or
+// anywhere with `follow`. Returns nullopt if there is no such dataset. Throws VolumeFileError.
 [[nodiscard]] std::optional<Hdf5Id> open_hdf5_dataset(const std::filesystem::path& file, hid_t in,
                                                       const std::string& name, bool follow);
 

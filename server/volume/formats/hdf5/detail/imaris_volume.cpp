@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 
 constexpr std::int64_t kMostImages = 10'000;
 
-// Attributes of Imaris are numbers written as text.
+// Imaris stores numbers in attributes as text.
 std::optional<double> imaris_number(hid_t object, const std::string& name) {
   const std::string text = hdf5_text(object, name.c_str());
   std::string_view rest = text;
@@ -24,7 +24,7 @@ std::string dataset_path(std::int64_t level, std::int64_t time, std::int64_t cha
          std::to_string(time) + "/Channel " + std::to_string(channel) + "/Data";
 }
 
-// Whether there is an object at the end of a path without links to other files, or other places.
+// Returns whether a path leads to an object without links to other files or elsewhere.
 bool has_object(hid_t file, const std::string& path) {
   for (std::size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
     const std::string step = path.substr(0, slash);

@@ -1,4 +1,4 @@
-// Imaris files (.ims): HDF5 with a pyramid of levels, times and channels, and extents in the world.
+// Imaris files (.ims): HDF5 with a pyramid of levels, times and channels, and world extents.
 #pragma once
 
 #include <optional>
@@ -10,19 +10,19 @@
 namespace multitetra {
 
 struct ImarisVolume {
-  std::string dataset;  // Its path in the file.
-  // The size of the image; the dataset may be padded.
+  std::string dataset;  // Path of the dataset in the file.
+  // Size of the image; the dataset may be padded.
   std::array<std::int64_t, 3> dims{};
-  // The first sample, the middle of a voxel.
+  // The first sample: the center of a voxel.
   Vec3 origin{};
   Vec3 spacing{};
   std::string unit = {};
   VolumeContents members = {};
 };
 
-// The volume that `choice` names by level, time, channel, or the path of its dataset; nullopt for
-// HDF5 files that are not of Imaris, and for paths that name no image. Throws VolumeFileError when
-// one must be chosen.
+// Finds the volume of `choice`: by level, time and channel, or by the path of its dataset. Returns
+// nullopt if the file is not from Imaris or the path is no image. Throws VolumeFileError if a
+// choice is required.
 [[nodiscard]] std::optional<ImarisVolume> imaris_volume(const std::filesystem::path& path,
                                                         hid_t file, const VolumeChoice& choice);
 

@@ -17,9 +17,9 @@ using Attributes = std::map<std::string, std::string, std::less<>>;
 constexpr std::size_t kMaxArrays = 4096;
 constexpr int kMaxDepth = 64;
 constexpr std::uint64_t kMaxTagBytes = std::uint64_t{1} << 20;
-constexpr std::uint64_t kMaxMarkupBytes = std::uint64_t{1} << 26;  // Without text between tags.
+constexpr std::uint64_t kMaxMarkupBytes = std::uint64_t{1} << 26;  // Excludes text between tags.
 
-// `count` numbers between white space and nothing else.
+// Parses exactly `count` numbers separated by white space.
 template <typename Number, std::size_t count>
 bool read_numbers(const std::string& text, std::array<Number, count>& into) {
   std::istringstream in(text);
@@ -37,12 +37,12 @@ class VtiParser {
       : parser_(XML_ParserCreate(nullptr), &XML_ParserFree), kind_(kind) {
     XML_SetUserData(parser_.get(), this);
     XML_SetElementHandler(parser_.get(), &on_start, &on_end);
-    // Entities have no place here, and their expansion no end.
+    // Valid files have no entities, and their expansion is unbounded.
     XML_SetEntityDeclHandler(parser_.get(), &on_entity);
   }
 
   Result<VtiHeader> parse(const NextBytes& next) {
-    std::uint64_t before = 0;  // Bytes handed to the parser before this portion.
+    std::uint64_t before = 0;  // Bytes passed to the parser before this portion.
     while (true) {
       const std::string_view bytes = next();
       const bool last = bytes.empty();
@@ -58,7 +58,7 @@ class VtiParser {
       }
       before += bytes.size();
       if (last) return finished();
-      // A tag that does not end is parsed again with every portion, in quadratic time.
+      // An unfinished tag is parsed again with every portion, in quadratic time.
       const std::int64_t parsed = XML_GetCurrentByteIndex(parser_.get());
       if (before - static_cast<std::uint64_t>(std::max<std::int64_t>(parsed, 0)) > kMaxTagBytes) {
         return fail(ErrorCode::kDamagedData,
@@ -125,7 +125,7 @@ class VtiParser {
       header_.appended_raw = encoding == "raw";
       in_appended_ = true;
       appended_tag_ = position();
-      XML_StopParser(parser_.get(), XML_FALSE);  // What follows need not be XML.
+      XML_StopParser(parser_.get(), XML_FALSE);  // The rest need not be XML.
     }
   }
 
@@ -220,7 +220,7 @@ class VtiParser {
     VtiArray array{.name = get("Name", ""), .of_cells = of_cells_, .section = section_};
     const std::string type = get("type", "");
     const auto known = stored_type_from_word(type);
-    if (!known) return;  // Text or bits, which are not supported.
+    if (!known) return;  // Text and bits are not supported.
     array.type = *known;
     const std::string components = get("NumberOfComponents", "1");
     std::array<std::int64_t, 1> count{};
@@ -254,7 +254,7 @@ class VtiParser {
       header_.arrays.back().end = position();
       open_array_ = 0;
     } else if (open_array_ != 0) {
-      // <InformationKey> and the like stand before the samples' text.
+      // Skips <InformationKey> and the like before the text of the samples.
       header_.arrays.back().begin =
           position() + static_cast<std::uint64_t>(XML_GetCurrentByteCount(parser_.get()));
     }
@@ -262,7 +262,7 @@ class VtiParser {
     --depth_;
   }
 
-  // The bytes behind the underscore of <AppendedData ...>_; `bytes` begin at `before`.
+  // Finds the bytes after the underscore of <AppendedData ...>_; `bytes` begin at `before`.
   Result<VtiHeader> find_appended(const NextBytes& next, std::string_view bytes,
                                   std::uint64_t before) {
     bool in_tag = true;
@@ -294,7 +294,7 @@ class VtiParser {
   std::string failure_;
   int depth_ = 0;
   int pieces_ = 0;
-  int open_array_ = 0;  // The depth of the array whose end is awaited; 0: none.
+  int open_array_ = 0;  // Depth of the open array; 0 if there is none.
   std::uint64_t markup_bytes_ = 0;
   std::uint64_t appended_tag_ = 0;
   bool in_arrays_ = false;

@@ -1,5 +1,5 @@
-// The XML of VTK's files of image data (.vti) and of polygons (.vtp): what their arrays are, and
-// where in the file their bytes are.
+// Parses the XML of VTK image data (.vti) and polygons (.vtp): the arrays, and the locations of
+// their bytes in the file.
 #pragma once
 
 #include <array>
@@ -24,48 +24,47 @@ struct VtiArray {
   std::int64_t components = 1;
   Format format = Format::kText;
   bool of_cells = false;
-  std::string section;      // The tag that it lies in: "PointData", "Points", "Polys" and so on.
-  std::uint64_t begin = 0;  // The file's bytes between the tags; for kAppended begin is counted
-  std::uint64_t end = 0;    // from the file's appended data on and end means nothing.
+  std::string section;      // The parent tag: "PointData", "Points", "Polys" and so on.
+  std::uint64_t begin = 0;  // Offsets of the bytes between the tags. For kAppended,
+  std::uint64_t end = 0;    // begin is relative to the appended data, end is unused.
 };
 
 enum class VtkDataKind { kImageData, kPolyData };
 
 struct VtiHeader {
-  // The extent of the samples: x0 x1 y0 y1 z0 z1, both ends included.
+  // Extent of the samples: x0 x1 y0 y1 z0 z1, inclusive.
   std::array<std::int64_t, 6> extent{};
-  // The extent of the samples in the file: a part, or the same.
+  // Extent of the samples in this file: a part, or all.
   std::array<std::int64_t, 6> piece{};
   Vec3 origin{};
   Vec3 spacing = {1, 1, 1};
-  // The directions of the axes.
+  // Directions of the axes.
   std::array<Vec3, 3> directions = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  // For polygons: the number of points.
+  // For polygons: number of points.
   std::uint64_t points = 0;
   std::uint64_t polys = 0;
   std::uint64_t strips = 0;
   Endian endian = Endian::kLittle;
-  int length_bytes = 4;    // The size of the numbers before the samples: 4 or 8.
-  std::string compressor;  // Empty: none.
-  std::string scalars;     // The name of the active point array; may be empty.
+  int length_bytes = 4;    // Size of the numbers before the samples: 4 or 8.
+  std::string compressor;  // Empty if uncompressed.
+  std::string scalars;     // Name of the active point array; may be empty.
   std::string cell_scalars;
   std::vector<VtiArray> arrays;
-  bool appended_raw = false;              // Or base64.
-  std::optional<std::uint64_t> appended;  // The file's offset behind the underscore.
+  bool appended_raw = false;              // Otherwise base64.
+  std::optional<std::uint64_t> appended;  // Offset after the underscore.
 };
 
-// Gives the next bytes of the file; none at its end.
+// Returns the next bytes of the file; none at its end.
 using NextBytes = std::function<std::string_view()>;
 
-// The pieces that a .pvti file lists.
+// The pieces listed by a .pvti file.
 struct PvtiHeader {
   std::array<std::int64_t, 6> extent{};
-  std::vector<std::string> pieces;  // The files that they lie in.
+  std::vector<std::string> pieces;  // Files of the pieces.
 };
 [[nodiscard]] Result<PvtiHeader> parse_pvti(std::string_view text);
 
-// kDamagedData or kInvalidArgument with a sentence when it is no data of that kind that can be
-// read.
+// Returns kDamagedData or kInvalidArgument with a sentence unless it is readable data of `kind`.
 [[nodiscard]] Result<VtiHeader> parse_vti(const NextBytes& next,
                                           VtkDataKind kind = VtkDataKind::kImageData);
 
