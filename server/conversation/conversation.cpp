@@ -16,10 +16,10 @@ using Reservation = ByteReservations::Reservation;
 
 namespace {
 
-// Replies that wait until the client takes them; reading pauses beyond that.
+// Queued replies, beyond which reading pauses.
 constexpr std::size_t kMaxWaitingReplies = 64;
 
-// The request and the dataset that a message is about; 0 without one.
+// Returns the request and the dataset of a message; 0 if it has none.
 std::pair<std::uint64_t, std::string> dataset_asked_for(const ClientMessage& message) {
   if (const auto* open = std::get_if<OpenStream>(&message))
     return {open->request_id, open->dataset};
@@ -43,7 +43,7 @@ Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Ses
       something_to_send_(executor),
       replies_taken_(executor) {}
 
-// ---- what comes
+// ---- receiving
 
 void Conversation::receive(std::string_view content) {
   idleness_.note(Clock::now());
@@ -59,7 +59,7 @@ void Conversation::receive(std::string_view content) {
     return;
   }
   is_greeting_ = true;
-  // std::function copies what it is given, and this cannot be copied.
+  // std::function requires copyable captures, and an awaitable is not copyable.
   auto shared = std::make_shared<asio::awaitable<Result<CataloguePtr>>>(*std::move(finding));
   spawn(executor_, [self = shared_from_this(), hello = *hello, bytes = content.size(), shared] {
     return self->greet(hello, bytes, std::move(*shared));
@@ -136,7 +136,7 @@ std::optional<Clock::time_point> Conversation::idle_since() const {
   return is_resting ? std::optional(idleness_.last()) : std::nullopt;
 }
 
-// ---- what is sent
+// ---- sending
 
 asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
   const auto self = shared_from_this();
@@ -207,7 +207,7 @@ asio::awaitable<void> Conversation::until_readable() {
   while (!has_room()) co_await replies_taken_.wait();
 }
 
-// Replies are short, but a list or a slice may have megabytes.
+// Replies are short except lists and slices, which may have megabytes.
 bool Conversation::has_room() const {
   if (is_over_) return true;
   if (quiet_until_ != Clock::time_point()) return false;
@@ -271,7 +271,7 @@ void Conversation::perform(RunQuery action) {
 void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> made) {
   session_.query_ended();
   const auto found = queries_.find(number);
-  if (found == queries_.end()) return;  // The client has left.
+  if (found == queries_.end()) return;
   RunningQuery query = std::move(found->second);
   queries_.erase(found);
   if (is_over_) return;

@@ -1,17 +1,16 @@
-// A session at work: performs its actions, has the service make what is answered, and hands out the
-// messages to send, one at a time. It knows no socket, so that TCP and WebSockets share it:
+// Runs a session: performs its actions, requests results from the service, and supplies the
+// messages to send, one at a time. Independent of sockets, so TCP and WebSockets share it:
 //
 //   reading:  co_await until_readable(); read a message; receive(content)
 //   writing:  while (auto message = co_await next_message()) write it
-//   and, as time goes by, keep_time(now)
+//   timer:    keep_time(now), periodically
 //
-// Memory is bounded whatever the client does: replies wait in a short queue, of which one may be a
-// list of datasets and some are slices, and reading pauses while it is full or has one of those;
-// stream messages are made when the writing loop asks for them. Waiting requests and replies have
-// reservations in the admission's queue, or are refused; clients that send large messages too often
-// are paused.
+// Memory use is bounded. Replies wait in a short queue; reading pauses while it is full or contains
+// a list or a slice. Stream messages are made when the writing loop requests them. Waiting requests
+// and replies reserve memory through admission control, or are refused. Clients that exceed their
+// rate with large messages are paused.
 //
-// Not thread-safe: everything runs on the executor, of which one thread runs at a time.
+// Not thread-safe: everything runs on the executor, with one thread at a time.
 #pragma once
 
 #include <chrono>
@@ -33,32 +32,31 @@ namespace multitetra {
 
 class Conversation : public std::enable_shared_from_this<Conversation> {
  public:
-  // `idle_time` without a message from the client, a stream or an estimate ends it; 0: nothing
-  // does.
+  // The session ends after `idle_time` without a message, a stream or a query; 0 disables this.
   Conversation(asio::any_io_executor executor, CallerPtr caller, Session session,
                ConnectionContextPtr client, std::chrono::milliseconds idle_time = {});
 
-  // The content of one frame or one WebSocket message, of untrusted bytes.
+  // Handles the content of one frame or one WebSocket message; untrusted bytes.
   void receive(std::string_view content);
-  // Says why, then ends the session.
+  // Sends the error, then ends the session.
   void end(const Error& error);
-  // The client is gone: drops everything that was to be sent.
+  // The client has disconnected: drops all queued messages.
   void leave();
-  // `message`, of next_message(), is too long to be sent: its request is answered with an error
-  // instead, and the session continues.
+  // Answers the request of `message`, taken from next_message() but too long to send, with an error
+  // instead. The session continues.
   void reject_oversized_reply(const ServerMessage& message);
   void keep_time(std::chrono::steady_clock::time_point now);
-  // Idle since then; nullopt while a request is in progress.
+  // Returns the start of the idle time; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const;
-  // The measured bandwidth to the client.
+  // Sets the measured bandwidth to the client.
   void set_bandwidth(double bytes_per_second) { caller_->set_bandwidth(bytes_per_second); }
 
-  // The next message to send; nullopt when the session is over.
+  // Returns the next message to send, or nullopt when the session is over.
   [[nodiscard]] asio::awaitable<std::optional<ServerMessage>> next_message();
-  // Returns when another message may be received.
+  // Waits until another message may be received.
   [[nodiscard]] asio::awaitable<void> until_readable();
 
-  // The longest message that may be received once the client is welcomed.
+  // Returns the longest message that may be received after Welcome.
   [[nodiscard]] std::uint32_t max_message_bytes() const { return session_.max_message_bytes(); }
   [[nodiscard]] bool is_welcomed() const { return session_.is_welcomed(); }
   [[nodiscard]] bool is_over() const { return is_over_; }
@@ -104,22 +102,22 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   CallerPtr caller_;
   Session session_;
   ConnectionContextPtr client_;
-  // By request, datasets that the client asked for and may not see: the log names them so.
+  // Datasets that exist but are hidden from the client, by request id. Only the log names them.
   std::map<std::uint64_t, std::string> hidden_datasets_;
   bool is_over_ = false;
   // The dataset listing for the new client is in progress.
   bool is_greeting_ = false;
-  // The memory reserved for the request that is about to start.
+  // Reserved for the request that is about to start.
   ByteReservations::Reservation request_reservation_;
   std::deque<Reply> replies_;
-  // The memory of the reply that is being sent.
+  // Reserved for the reply that is being sent.
   ByteReservations::Reservation reply_reservation_;
-  // Reading is paused until then (rate limit).
+  // Reading pauses until then because of the rate limit.
   std::chrono::steady_clock::time_point quiet_until_ = {};
   std::optional<Stream> stream_;
   // Set while the final message of the previous stream is still queued.
   std::unique_ptr<RequestRecord> leaving_;
-  std::map<std::uint64_t, RunningQuery> queries_;  // By a number of their own.
+  std::map<std::uint64_t, RunningQuery> queries_;
   std::uint64_t last_query_ = 0;
   IdleWatch idleness_;
   AsyncEvent something_to_send_;

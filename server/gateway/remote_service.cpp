@@ -55,7 +55,7 @@ class RemoteService : public SurfaceService {
   bool is_ready() const override { return upstreams_->is_ready(); }
 
  private:
-  static constexpr std::size_t kAssembling = 2;  // Meshes that are put together at the same time.
+  static constexpr std::size_t kAssembling = 2;  // Meshes assembled at the same time.
 
   asio::any_io_executor executor_;
   RemoteServiceOptions options_;

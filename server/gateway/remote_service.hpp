@@ -1,11 +1,11 @@
-// The service of other servers: a client is offered their datasets together; streams and queries
-// are forwarded. When a server is lost in the middle of a stream, another one with the same dataset
-// continues, and the client notices only a pause.
+// The service by other servers. Clients are offered the union of their datasets; streams and
+// queries are forwarded. If a server is lost during a stream, another one with the same dataset
+// continues it, and the client notices only a pause.
 //
 //   Server gateway(remote_service({.upstream = {.upstreams = {...}}}), {}, {http_listener({})});
 //
-// Memory is bounded: a few messages wait for the client, the following ones in the socket of the
-// upstream (back-pressure).
+// Memory is bounded: a few messages are queued per client, the rest wait in the upstream's socket
+// (back-pressure).
 #pragma once
 
 #include "server/gateway/upstream_options.hpp"
@@ -15,12 +15,12 @@ namespace multitetra {
 
 struct RemoteServiceOptions {
   UpstreamOptions upstream = {};
-  // The secrets of `upstream` are read from them, at the start and on reload().
+  // The secrets of `upstream` are loaded from these files at the start and on reload().
   UpstreamFiles files = {};
   RequestLimits requests = {};
 };
 
-// When it is called it throws ExitError if the files cannot be used.
+// The result throws ExitError when called if the files cannot be used.
 [[nodiscard]] MakeService remote_service(RemoteServiceOptions options);
 
 }  // namespace multitetra

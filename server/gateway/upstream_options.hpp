@@ -1,4 +1,4 @@
-// The servers behind a gateway, and the time limits for them.
+// The servers behind a gateway, with their time limits.
 #pragma once
 
 #include <chrono>
@@ -13,18 +13,18 @@ namespace multitetra {
 struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
-  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  // The longest time without a message of a connected server.
+  std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
+  // The longest silence of a connected server before it counts as lost.
   std::chrono::milliseconds silence{10'000};
-  std::chrono::milliseconds failover_timeout{
-      30'000};  // Without a server for a stream, before it fails.
-  // The wait before a failed server is tried again, doubled from time to time up to the longest.
+  // How long a stream waits for a server before it fails.
+  std::chrono::milliseconds failover_timeout{30'000};
+  // The delay before a failed server is retried, doubled up to the longest.
   std::chrono::milliseconds least_backoff{100};
   std::chrono::milliseconds most_backoff{5'000};
-  std::chrono::milliseconds left_out{60'000};  // After a tile that is damaged.
-  // The time for which a listing is cached.
+  std::chrono::milliseconds left_out{60'000};  // Exclusion after a damaged tile.
+  // How long a listing is cached.
   std::chrono::milliseconds list_lifetime{2'000};
-  // Bytes of cached tiles.
+  // The capacity of the tile cache, in bytes.
   std::size_t tile_bytes = std::size_t{256} << 20;
 };
 

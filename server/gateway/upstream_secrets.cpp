@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// Without the line's end that editors and `echo` leave.
+// Strips the line end that editors and `echo` add.
 std::string first_line_of(const std::string& path) {
   const std::string content = read_secret_file("token file", path);
   std::string line = content.substr(0, content.find('\n'));

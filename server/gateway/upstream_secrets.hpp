@@ -1,4 +1,4 @@
-// The gateway's credentials at its upstreams, and the certificates that it accepts.
+// The gateway's credentials for its upstreams, and the certificates that it accepts.
 #pragma once
 
 #include <optional>
@@ -8,19 +8,19 @@
 
 namespace multitetra {
 
-// Files, as options name them; empty: none.
+// Paths as given in options; empty: none.
 struct UpstreamFiles {
-  std::string ca = {};     // PEM: authorities that are trusted instead of the machine's.
-  std::string token = {};  // The gateway's own token, in its first line.
-  bool needs_tls = false;  // Whether a server speaks TLS.
+  std::string ca = {};     // PEM: trusted authorities, instead of the system's.
+  std::string token = {};  // The first line is the gateway's own token.
+  bool needs_tls = false;  // Whether any server uses TLS.
 };
 
 struct UpstreamSecrets {
   TlsContextPtr tls = nullptr;
-  std::optional<std::string> token = {};  // None: servers are shown what clients show.
+  std::optional<std::string> token = {};  // None: clients' tokens are passed on.
 };
 
-// Throws ExitError (kNoSecrets) that names the file when one cannot be used.
+// Throws ExitError (kNoSecrets), which names the file, if one cannot be used.
 [[nodiscard]] UpstreamSecrets load_upstream_secrets(const UpstreamFiles& files);
 
 }  // namespace multitetra

@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// The Date field's value (RFC 9110), made once a second.
+// Returns the value of the Date field (RFC 9110), formatted once a second.
 const std::string& date_now() {
   thread_local std::time_t at = 0;
   thread_local std::string text;
@@ -59,7 +59,7 @@ int status_of(ErrorCode code) {
   return 500;
 }
 
-// Bytes in memory are copied, so that an answer keeps no more of them than it sends.
+// Copies bytes in memory, so that an answer retains only what it sends.
 Body part_of(Body body, const ByteRange& range) {
   const bool is_file = std::holds_alternative<SharedFile>(body.whole);
   if (is_file || body.is_resident || range.length == body.length) {

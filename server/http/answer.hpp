@@ -1,4 +1,4 @@
-// The answer to one HTTP request, before it has become bytes.
+// The answer to one HTTP request, before serialization.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +14,20 @@
 
 namespace multitetra {
 
-// Bytes that are made once and sent to many, without a copy.
+// Immutable bytes, shared by many answers without a copy.
 using SharedBytes = std::shared_ptr<const std::string>;
-// Bytes that lie on the disk, and are read a piece at a time.
+// Bytes on disk, read piecewise.
 using SharedFile = std::shared_ptr<const ScratchFile>;
 
-// A file is sent in pieces of so many bytes, of which one is in memory.
+// The size of the pieces in which files are sent; one is in memory at a time.
 inline constexpr std::uint64_t kFilePieceBytes = 256 * 1024;
 
-// Some of the bytes of a whole.
+// A range of some content.
 struct Body {
   std::variant<std::string, SharedBytes, SharedFile> whole = {};
   std::uint64_t first = 0;
   std::uint64_t length = 0;
-  bool is_resident = false;  // In memory for as long as the program runs, sent or not.
+  bool is_resident = false;  // The bytes stay in memory for the lifetime of the program.
 };
 [[nodiscard]] Body body_of(std::string text);
 [[nodiscard]] Body body_of(SharedBytes bytes);
@@ -35,37 +35,37 @@ struct Body {
 
 struct Answer {
   int status = 200;
-  std::string fields = {};  // Header fields, "Name: value\r\n" each.
+  std::string fields = {};  // "Name: value\r\n" for each header field.
   Body body = {};
-  bool is_length_known = true;  // False only for an answer to HEAD whose body was never made.
+  bool is_length_known = true;  // False only for HEAD if the body was never made.
 };
 
-// The memory that an answer takes until it has been sent. What it shares with a cache counts as
-// well, since the cache may evict it before. 0 for resident bytes, and for a few bytes: those are
-// part of the connection's memory.
+// Returns the memory to reserve until an answer has been sent. Includes bytes shared with a cache,
+// since the cache may evict them earlier. Returns 0 for resident bytes, and for a few bytes, which
+// are part of the connection's memory.
 [[nodiscard]] std::size_t memory_of(const Answer& answer);
 
-// Adds a header field. `value` is ours or was checked: it has no line break.
+// Adds a header field. `value` must not contain a line break.
 void add_field(Answer& answer, std::string_view name, std::string_view value);
 
-// "application/json", as it is.
+// Returns `json` as "application/json".
 [[nodiscard]] Answer json_answer(int status, std::string json);
-// JSON that is requested often and seldom changes.
+// For JSON that is requested often and rarely changes.
 [[nodiscard]] Answer document_answer(std::string json, const HttpRequest& request);
-// {"error":{"code","text","request_id"}}; such a response is not cacheable.
+// Returns {"error":{"code","text","request_id"}}, not cacheable.
 [[nodiscard]] Answer error_answer(int status, const Error& error, std::string_view request_id);
-// The same with the status that the code stands for.
+// Uses the status that corresponds to the error's code.
 [[nodiscard]] Answer error_answer(const Error& error, std::string_view request_id);
 
-// The ETag of some bytes, in quotes.
+// Returns the ETag of some bytes, in quotes.
 [[nodiscard]] std::string tag_of(std::string_view content);
 
-// Applies the request's conditions and ranges to a complete response with status 200. `tag` is the
-// entity tag of its content, in quotes, and is sent.
+// Applies the request's conditions and ranges to a complete response of status 200, and adds `tag`,
+// the quoted entity tag of its content.
 void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag);
 
-// The status line and the header. Contains the body's length also where no body follows, as for
-// HEAD.
+// Returns the status line and the header. Content-Length is present even without a body,
+// as for HEAD.
 [[nodiscard]] std::string head_of(const Answer& answer, bool keep_alive);
 
 }  // namespace multitetra

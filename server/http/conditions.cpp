@@ -12,13 +12,13 @@ std::optional<std::uint64_t> digits(std::string_view text) {
   std::uint64_t value = 0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (text.empty() || end != text.data() + text.size()) return std::nullopt;
-  // A number beyond all sizes is as good as the largest.
+  // Larger numbers are equivalent to the maximum.
   return code == std::errc::result_out_of_range ? UINT64_MAX : value;
 }
 
 }  // namespace
 
-// Our tags have no comma inside, so one in a foreign tag only cuts what could not match anyway.
+// Our tags contain no comma. Splitting a foreign tag at a comma cannot produce a match.
 bool names_tag(std::string_view if_none_match, std::string_view tag) {
   if (trimmed(if_none_match) == "*") return true;
   for (;;) {
@@ -41,7 +41,7 @@ RangeOutcome range_of(std::string_view range, std::string_view if_range, std::st
   if (dash == std::string_view::npos) return FullContent{};
   const auto first = digits(range.substr(0, dash));
   const auto last = digits(range.substr(dash + 1));
-  if (dash == 0) {  // The last so many bytes.
+  if (dash == 0) {  // A suffix of the content.
     if (!last) return FullContent{};
     if (*last == 0 || size == 0) return RangeNotSatisfiable{};
     const std::uint64_t length = std::min(*last, size);

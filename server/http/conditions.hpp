@@ -1,5 +1,5 @@
-// Conditional requests and ranges (RFC 9110, sections 13 and 14), as far as they concern content
-// that never changes under its entity tag. Pure.
+// Conditional requests and ranges (RFC 9110, sections 13 and 14) for content that is immutable
+// under its entity tag. Pure.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,9 @@
 
 namespace multitetra {
 
-// Whether If-None-Match names the tag, `"..."` with its quotes; weak ones count, and "*" names all.
+// Returns whether If-None-Match contains the quoted tag. Weak tags match too, and "*" matches all.
 [[nodiscard]] bool names_tag(std::string_view if_none_match, std::string_view tag);
 
-// Bytes of the whole: `length` from `first` on.
 struct ByteRange {
   std::uint64_t first = 0;
   std::uint64_t length = 0;
@@ -28,8 +27,9 @@ struct FullContent {
 };
 using RangeOutcome = std::variant<FullContent, ByteRange, RangeNotSatisfiable>;
 
-// The requested range of content of `size` bytes with `tag`. One range is supported; a field that
-// is absent, invalid or names several is ignored, and so is one whose If-Range names another tag.
+// Returns the requested range of content of `size` bytes with `tag`. Supports one range. Ignores a
+// field that is absent, invalid or has several ranges, and any field whose If-Range has another
+// tag.
 [[nodiscard]] RangeOutcome range_of(std::string_view range, std::string_view if_range,
                                     std::string_view tag, std::uint64_t size);
 

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// "[::1]:80" is "::1", "example.org.:80" is "example.org".
+// Strips the port: "[::1]:80" becomes "::1", "example.org.:80" becomes "example.org".
 std::string_view name_in(std::string_view host) {
   if (host.starts_with('[')) return host.substr(1, host.find(']') - 1);
   host = host.substr(0, host.find(':'));

@@ -1,5 +1,5 @@
-// The host names that a listener accepts. This prevents DNS rebinding: a page that resolves its own
-// name to the user's machine would pass every check of origins.
+// The host names that a listener accepts. Prevents DNS rebinding: a page that resolves its own name
+// to the user's machine would pass every origin check.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace multitetra {
 
-// `host` is the Host field of a request, "example.org:8443"; its port does not count. Addresses and
-// "localhost" are always allowed, since no page can give itself these names, and so is an empty
-// field, which browsers never send. "example.org" among the allowed ones is that name alone,
-// ".example.org" also every name below it, "*" every one.
+// `host` is the Host field of a request, such as "example.org:8443"; the port is ignored. Always
+// allows addresses and "localhost", as no page can have these names, and an empty field, which
+// browsers never send. In `allowed`, "example.org" is that name only, ".example.org" also all names
+// below it, "*" all names.
 [[nodiscard]] bool is_allowed_host(std::string_view host, const std::vector<std::string>& allowed);
 
-// Whether an allowed host is written as above: a name without scheme, port and path.
+// Returns whether the text is a valid entry of `allowed`: a name without scheme, port and path.
 [[nodiscard]] bool is_host_pattern(std::string_view text);
 
 }  // namespace multitetra

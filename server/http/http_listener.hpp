@@ -1,4 +1,4 @@
-// The listener for HTTP and WebSockets on one port.
+// Listens for HTTP and WebSockets on one port.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace multitetra {
 
 class HttpListener : public Listener {
  public:
-  // Binds and listens. Throws std::runtime_error that names the address when that fails.
+  // Binds and listens. Throws AddressError, which names the address, if that fails.
   HttpListener(const ServerContext& server, HttpOptions options,
                std::unique_ptr<RequestHandler> handler);
 

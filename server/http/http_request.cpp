@@ -52,7 +52,7 @@ tl::expected<std::optional<HttpRequest>, MalformedRequest> RequestReader::next()
     return refuse(413, "A request here has no body.");
   }
   const HttpRequest& header = parser_->get();
-  // Whatever it is called: a proxy may see a body where we see the next request.
+  // Refused for any coding: a proxy may see a body where this reader sees the next request.
   if (header.find(http::field::transfer_encoding) != header.end()) {
     return refuse(501, "A request here has no body, and no Transfer-Encoding.");
   }

@@ -1,11 +1,10 @@
-// HTTP requests cut out of a stream of bytes, fed in any portions. No I/O happens here.
+// Splits a stream of bytes, fed in any portions, into HTTP requests. No I/O happens here.
 //
 //   RequestReader requests(16 * 1024);
 //   requests.feed(bytes);
 //   while (auto request = requests.next(); request && *request) answer(**request);
 //
-// Requests that were sent ahead (pipelining) come out one after the other. None has a body here:
-// one that announces one is refused.
+// Pipelined requests are returned one after the other. Requests with a body are refused.
 #pragma once
 
 #include <cstddef>
@@ -26,12 +25,12 @@ using HttpRequest = http::request<http::empty_body>;
 inline std::string_view view_of(boost::beast::string_view text) {
   return {text.data(), text.size()};
 }
-// The value of a field, empty if it is absent.
+// Returns the value of a field; empty if absent.
 inline std::string_view field(const HttpRequest& request, http::field name) {
   return view_of(request[name]);
 }
 
-// Why the bytes are no request that can be answered; nothing after them can be either.
+// Why the bytes are not a valid request. No later bytes can be parsed either.
 struct MalformedRequest {
   int status = 400;
   std::string text;
@@ -42,13 +41,13 @@ class RequestReader {
   explicit RequestReader(std::uint32_t max_header_bytes) : max_header_bytes_(max_header_bytes) {}
 
   void feed(std::string_view bytes);
-  // The next request whose header has come as a whole; nullopt when more bytes are needed. From the
-  // first refusal on, the same refusal.
+  // Returns the next request with a complete header, or nullopt if more bytes are needed. After the
+  // first refusal, returns it for ever.
   [[nodiscard]] tl::expected<std::optional<HttpRequest>, MalformedRequest> next();
 
-  // Whether a part of a request has come.
+  // Returns whether part of a request has been fed.
   [[nodiscard]] bool is_inside() const { return consumed_ < buffer_.size() || parser_; }
-  // Bytes fed beyond the last request.
+  // Returns the bytes after the last request.
   [[nodiscard]] std::string_view rest() const {
     return std::string_view(buffer_).substr(consumed_);
   }
@@ -61,7 +60,7 @@ class RequestReader {
   std::uint32_t max_header_bytes_;
   std::string buffer_;
   std::size_t consumed_ = 0;
-  // For a request that was started.
+  // Set while a header is incomplete.
   std::optional<Parser> parser_;
   std::optional<MalformedRequest> broken_;
 };

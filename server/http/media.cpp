@@ -18,7 +18,8 @@ bool equal_words(std::string_view a, std::string_view b) {
   });
 }
 
-// How exactly a media range names a type: 2 fully, 1 "model/*", 0 "*/*", -1 not at all.
+// Returns how specifically a media range matches a type: 2 exact, 1 "model/*", 0 "*/*", -1 no
+// match.
 int exactness(std::string_view range, std::string_view type) {
   if (equal_words(range, type)) return 2;
   if (range == "*/*") return 0;
@@ -41,7 +42,7 @@ double weight_of(std::string_view parameters) {
   return 1;
 }
 
-// The quality of the most specific range that matches the type.
+// Returns the quality of the most specific range that matches the type.
 double liking(std::string_view accept, std::string_view type) {
   int best = -1;
   double weight = 0;

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// Browsers leave out the port that a scheme implies.
+// Browsers omit the default port of a scheme.
 std::string without_port(std::string text, std::string_view port) {
   if (text.ends_with(port)) text.resize(text.size() - port.size());
   return text;

@@ -7,18 +7,18 @@
 
 namespace multitetra {
 
-// `origin` is the Origin field of a request, "https://example.org:8443"; empty, from a program that
-// is no browser, is allowed. `host` is the Host field: a page of the same host and port is allowed,
-// whichever scheme a proxy in front made of it. "*" among the allowed ones allows all.
+// `origin` is the Origin field of a request, such as "https://example.org:8443"; an empty one, from
+// other programs than browsers, is allowed. `host` is the Host field: a page of the same host and
+// port is allowed with any scheme, as a proxy may change it. "*" in `allowed` allows all.
 [[nodiscard]] bool is_allowed_origin(std::string_view origin, std::string_view host,
                                      const std::vector<std::string>& allowed);
 
-// Whether an allowed origin is written as browsers write theirs: scheme, host, and the port unless
-// it is the usual one; or "*".
+// Returns whether the text is a valid entry of `allowed`: an origin as browsers write it (scheme,
+// host, and the port unless it is the default), or "*".
 [[nodiscard]] bool is_origin(std::string_view text);
 
-// The header fields (CORS) by which the browser lets a page of `origin` read an answer; empty where
-// it may not, or where there is nothing to say. For "OPTIONS", also what such a page may send.
+// Returns the CORS header fields that let a page of `origin` read an answer; empty if not allowed
+// or unnecessary. For "OPTIONS", includes what such a page may send.
 [[nodiscard]] std::string cross_origin_fields(std::string_view origin, std::string_view host,
                                               const std::vector<std::string>& allowed,
                                               bool is_preflight);

@@ -4,7 +4,7 @@ namespace multitetra {
 
 namespace {
 
-// Whether the dataset of the request exists for others only.
+// Returns whether the request's dataset exists but is hidden from the client.
 bool is_hidden(const RequestContext& context) {
   if (!context.caller || !context.record) return false;
   const std::string& dataset = context.record->facts().dataset;

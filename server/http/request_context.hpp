@@ -1,4 +1,4 @@
-// One HTTP request while it is answered.
+// The state of one HTTP request while it is answered.
 #pragma once
 
 #include <chrono>
@@ -18,25 +18,25 @@ struct RequestContext {
   ConnectionContextPtr client = nullptr;
   std::string request_id = {};
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
-  const char* kind = "malformed";  // As name(Route) has it.
-  // The service that answers, for requests that need it.
+  const char* kind = "malformed";  // A result of name(Route).
+  // The service, for requests that need it.
   CallerPtr caller = nullptr;
   // Stops the request's work on other threads.
   std::stop_source stop{};
-  // Its log record and outcome; null for quick requests.
+  // The log record and outcome; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
   std::string_view outcome = "complete";
-  // Why it was rejected, for the log; empty where it was not.
+  // The reason of a refusal, for the log; otherwise empty.
   std::string reason = {};
-  // For the answer's body, until it has left.
+  // Reserved for the answer's body until it is sent.
   ByteReservations::Reservation reservation = {};
-  // Called before what may take long: from then on the client is watched for hanging up.
+  // Called before a long operation; afterwards a disconnect of the client is detected.
   std::function<void()> watch = {};
 
-  // The reply for an error, which is counted and logged. The log names a dataset that the token
-  // does not cover; the client gets the reply for one that does not exist.
+  // Returns the answer for an error, after counting and logging it. For a dataset that the token
+  // does not cover, only the log names it; the client gets the answer for a missing dataset.
   [[nodiscard]] Answer refused(const Error& error);
-  // Set when the client has disconnected: its work is cancelled.
+  // Cancels the work of a client that has disconnected.
   void leave() {
     stop.request_stop();
     if (caller) caller->close();

@@ -12,7 +12,7 @@
 
 namespace multitetra {
 
-// The request was a good one for a WebSocket, which takes over the connection.
+// The request is a valid upgrade; a WebSocket takes over the connection.
 struct UpgradeToWebSocket {};
 using Outcome = std::variant<Answer, UpgradeToWebSocket>;
 
@@ -20,10 +20,10 @@ class RequestHandler {
  public:
   virtual ~RequestHandler() = default;
 
-  // Never throws for what a client sent. Request and context live until it is answered.
+  // Does not throw for any client input. Request and context must outlive the coroutine.
   [[nodiscard]] virtual asio::awaitable<Outcome> answer(const HttpRequest& request,
                                                         RequestContext& context) = 0;
-  // A request's target as the log may have it.
+  // Returns a request's target as it may be logged.
   [[nodiscard]] virtual std::string loggable(std::string_view target) const = 0;
 };
 

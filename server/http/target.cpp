@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-// Calls part(text) for what lies between the separators.
+// Calls part(text) for each part between separators, until one call returns false.
 template <typename Part>
 bool for_parts(std::string_view text, char separator, const Part& part) {
   for (;;) {

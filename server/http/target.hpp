@@ -12,32 +12,32 @@
 namespace multitetra {
 
 struct Target {
-  std::string raw_path;           // As received, for comparisons and texts.
-  std::vector<std::string> path;  // Segments, decoded: "/v1/a%20b" is "v1", "a b"; "/" has none.
-  std::vector<std::pair<std::string, std::string>> query;  // In order, decoded.
+  std::string raw_path;           // The path as received.
+  std::vector<std::string> path;  // Decoded segments: "/v1/a%20b" is "v1", "a b"; "/" has none.
+  std::vector<std::pair<std::string, std::string>> query;  // Decoded, in order.
 };
 
-// The bytes that `text` stands for; nullopt where % is not followed by two hexadecimal digits. "+"
-// is itself: numbers have it.
+// Decodes `text`; nullopt if a % is not followed by two hexadecimal digits. Keeps "+", which occurs
+// in numbers.
 [[nodiscard]] std::optional<std::string> percent_decoded(std::string_view text);
 
-// The part after scheme, host and port of "http://example.org/path"; a path is itself.
+// Strips scheme, host and port: returns "/path" for "http://example.org/path" or "/path".
 [[nodiscard]] std::string_view without_authority(std::string_view target);
 
-// kInvalidArgument unless it is a path, perhaps behind scheme, host and port, that begins with "/",
-// perhaps with a query, all of it well encoded.
+// Parses a path that begins with "/", optionally after scheme, host and port, and optionally with a
+// query. Returns kInvalidArgument for anything else or an invalid encoding.
 [[nodiscard]] Result<Target> parse_target(std::string_view target);
 
-// `target` without the path under which a proxy shows the listener, as "/volumes", if it
-// begins with it: "/volumes/v1/datasets" and "/v1/datasets" are the same.
+// Strips the base path, under which a proxy exposes the listener: for "/volumes",
+// "/volumes/v1/datasets" becomes "/v1/datasets"; other targets are unchanged.
 [[nodiscard]] std::string_view without_base_path(std::string_view target,
                                                  std::string_view base_path);
-// Whether it is the base path itself without a "/" at its end, which is redirected: relative links
-// of a page start there.
+// Returns whether it is the base path without a trailing "/". Redirected, as a page's relative
+// links depend on the slash.
 [[nodiscard]] bool is_base_path(std::string_view target, std::string_view base_path);
 
-// A base path as it is used, from "/volumes/" or "volumes": "/volumes"; empty for "/".
-// kInvalidArgument where it has more than letters, digits and -._~/ in it.
+// Normalizes a base path: "/volumes/" and "volumes" become "/volumes", "/" becomes empty. Returns
+// kInvalidArgument for characters other than letters, digits and -._~/.
 [[nodiscard]] Result<std::string> parse_base_path(std::string_view text);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// Whether a request may become a WebSocket of the conversation. Pure.
+// Checks whether a request may become a WebSocket conversation. Pure.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,8 @@
 
 namespace multitetra {
 
-// The reason to refuse an upgrade; nullopt if it is allowed. It must request the subprotocol
-// multitetra.v1, and come from a page of this listener or of an allowed origin, or from no page.
+// Returns the refusal of an upgrade, or nullopt if it is allowed: it must request the subprotocol
+// multitetra.v1, and come from a page of this listener, from an allowed origin, or from no page.
 [[nodiscard]] std::optional<Answer> upgrade_error(const HttpRequest& request,
                                                   const std::vector<std::string>& allowed_origins,
                                                   std::string_view request_id);

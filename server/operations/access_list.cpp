@@ -30,7 +30,7 @@ std::optional<TokenDigest> digest_from(std::string_view hex) {
   return digest;
 }
 
-// Up to a '#', which begins a comment only at the start of a word.
+// Returns the words before a comment. A '#' begins one only at the start of a word.
 std::vector<std::string> words_of(const std::string& line) {
   std::istringstream stream(line);
   std::vector<std::string> words;
@@ -46,8 +46,8 @@ tl::unexpected<Error> bad_line(std::size_t number, const std::string& what) {
                   "NAME");
 }
 
-// The words behind the token's: patterns of datasets, and perhaps when it expires and that it is
-// for surfaces only.
+// Parses the words after the token: dataset patterns, and optionally the expiry time and
+// only=surfaces.
 Result<AccessRights> rights_from(const std::vector<std::string>& words, std::size_t line) {
   std::vector<std::string> datasets;
   std::optional<AccessRights::Time> expires;
@@ -77,7 +77,7 @@ Result<AccessRights> rights_from(const std::vector<std::string>& words, std::siz
 
 }  // namespace
 
-// The classical way: after a mismatch the last * takes one character more.
+// Greedy matching with backtracking: after a mismatch the last * takes one more character.
 bool matches(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
   std::size_t t = 0;
@@ -123,7 +123,7 @@ Result<AccessRights> AccessList::rights_of(std::string_view token,
   }
   const TokenDigest digest = digest_of_token(token);
   const Entry* found = nullptr;
-  for (const Entry& entry : entries_) {  // All of them, wherever it is found.
+  for (const Entry& entry : entries_) {  // No early exit: constant time.
     if (CRYPTO_memcmp(entry.digest.data(), digest.data(), digest.size()) == 0) found = &entry;
   }
   if (found == nullptr) {
@@ -192,7 +192,7 @@ std::string access_line(std::string_view name, std::string_view token,
 }
 
 std::string time_text(AccessRights::Time time) {
-  // Not by system_clock, whose nanoseconds end in 2262.
+  // system_clock's nanoseconds would overflow in 2262.
   const auto seconds = static_cast<std::time_t>(time.time_since_epoch().count());
   std::tm parts{};
   ::gmtime_r(&seconds, &parts);
@@ -206,7 +206,7 @@ std::optional<AccessRights::Time> time_from(std::string_view text) {
   const char* const end = ::strptime(word.c_str(), "%Y-%m-%dT%H:%M:%SZ", &parts);
   if (end == nullptr || *end != '\0') return std::nullopt;
   const AccessRights::Time time{std::chrono::seconds(::timegm(&parts))};
-  if (time_text(time) != text) return std::nullopt;  // As the 31st of February.
+  if (time_text(time) != text) return std::nullopt;  // Rejects dates like February 31.
   return time;
 }
 

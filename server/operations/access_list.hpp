@@ -1,4 +1,4 @@
-// The tokens file as a value: which token may see which datasets.
+// Parses the tokens file: which token may see which datasets.
 //
 //   # name    SHA-256 of the token, in hex       datasets, with * and ?
 //   alice     9f86d081884c7d659a2feaa0c55ad0...  head-* embryo
@@ -6,14 +6,13 @@
 //   guests    none                               public-* only=surfaces
 //
 //   const auto list = parse_access_list(text);
-//   const auto rights = list->rights_of(hello.token);  // kUnauthenticated: an unknown token.
-//   if (!rights->may_see("head-1")) ...                // Then it does not exist for this client.
+//   const auto rights = list->rights_of(hello.token);  // Or kUnauthenticated.
+//   if (!rights->may_see("head-1")) ...                // Hidden from this client.
 //
-// No token is stored, only its hash: tokens are random and long, so that the hash gives nothing
-// away. A line with `none` is about clients without a token. The same name may have several lines,
-// as while a token is replaced by another. A line that says when it expires (UTC) is as good as
-// none from then on. With `only=surfaces` it gives meshes alone: no sample shells, slices or
-// probes, which hold samples.
+// Only hashes of tokens are stored. Tokens are long and random, so a hash reveals nothing. A `none`
+// line applies to clients without a token. A name may have several lines, for example while a token
+// is replaced. An expired line (UTC) is ignored. With `only=surfaces`, a client gets only meshes:
+// no sample shells, slices or probes, which contain samples.
 #pragma once
 
 #include <array>
@@ -29,7 +28,7 @@
 
 namespace multitetra {
 
-// The datasets that a client may see. By default all of them.
+// The datasets that a client may see. Default: all.
 class AccessRights {
  public:
   AccessRights() = default;
@@ -40,7 +39,7 @@ class AccessRights {
   [[nodiscard]] const std::string& name() const { return name_; }  // For the log; may be empty.
   [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
-  // It gives meshes alone: nothing that holds samples.
+  // Forbids everything that contains samples.
   void allow_surfaces_only() { surfaces_only_ = true; }
   [[nodiscard]] bool surfaces_only() const { return surfaces_only_; }
 
@@ -48,19 +47,19 @@ class AccessRights {
   void expire_at(Time time) { expires_ = time; }
   [[nodiscard]] const std::optional<Time>& expires() const { return expires_; }
   [[nodiscard]] bool has_expired(std::chrono::system_clock::time_point now) const {
-    // In seconds: nanoseconds of the year 2400 do not fit into a number.
+    // In seconds: the nanoseconds of the year 2400 overflow.
     return expires_ && std::chrono::floor<std::chrono::seconds>(now) >= *expires_;
   }
 
  private:
   std::string name_;
-  std::vector<std::string> datasets_ = {"*"};  // Patterns, of which one must match.
+  std::vector<std::string> datasets_ = {"*"};  // At least one pattern must match.
   std::optional<Time> expires_;                // None: never.
   bool surfaces_only_ = false;
 };
 
-// Whether `text` is what `pattern` says: * stands for any characters, ? for one, all others for
-// themselves. Costs O(pattern * text) at most.
+// Returns whether `text` matches `pattern`: * matches any characters, ? any single one. Costs at
+// most O(pattern * text).
 [[nodiscard]] bool matches(std::string_view pattern, std::string_view text);
 
 // SHA-256.
@@ -74,9 +73,9 @@ class AccessList {
     AccessRights rights = {};
   };
 
-  // The rights of this token, empty for none. kUnauthenticated, with a text for the
-  // client, unless the list knows it and it has not expired `now`. The time it takes reveals
-  // nothing about the list's tokens.
+  // Returns the rights of a token (empty: none). Returns kUnauthenticated, with a text for the
+  // client, if the token is not in the list or has expired at `now`. The duration reveals nothing
+  // about the list's tokens.
   [[nodiscard]] Result<AccessRights> rights_of(
       std::string_view token,
       std::chrono::system_clock::time_point now = std::chrono::system_clock::now()) const;
@@ -89,30 +88,30 @@ class AccessList {
 
  private:
   std::vector<Entry> entries_;
-  // The rights of clients without a token; at most one entry.
+  // Rights without a token; at most one entry.
   std::vector<AccessRights> anonymous_;
 };
 
-// Null where everybody may see everything.
+// Null: no access control.
 using AccessListPtr = std::shared_ptr<const AccessList>;
 
-// kInvalidArgument, with the line's number and what would be right.
+// Parses a tokens file. Returns kInvalidArgument with the line number and the correct syntax.
 [[nodiscard]] Result<AccessList> parse_access_list(std::string_view text);
-// Throws ExitError (kNoSecrets) that names the file when it cannot be read or parsed.
+// Throws ExitError (kNoSecrets), which names the file, if it cannot be read or parsed.
 [[nodiscard]] AccessListPtr load_access_list(const std::filesystem::path& file);
 
-// A new token of 256 random bits, and its line for the file.
+// Returns a new token of 256 random bits, and its line for the file.
 [[nodiscard]] std::string new_token();
 [[nodiscard]] std::string access_line(std::string_view name, std::string_view token,
                                       const std::vector<std::string>& datasets,
                                       std::optional<AccessRights::Time> expires = {},
                                       bool surfaces_only = false);
 
-// A moment as the file has it, "2027-01-31T12:00:00Z"; none where it is no such moment.
+// Format and parse a UTC time of the file, such as "2027-01-31T12:00:00Z".
 [[nodiscard]] std::string time_text(AccessRights::Time time);
 [[nodiscard]] std::optional<AccessRights::Time> time_from(std::string_view text);
 
-// The file's text without the lines of that name, and how many there were. Comments stay.
+// Removes all lines with a name from a file's text, and counts them. Comments are kept.
 struct NameRemoval {
   std::string text;
   std::size_t removed = 0;

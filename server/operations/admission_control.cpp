@@ -14,10 +14,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Refused connections linger for a moment; beyond so many they are dropped without a word.
+// Refused connections that linger to receive an error; further ones are dropped without a reply.
 constexpr std::size_t kMostRefusedAtOnce = 64;
 
-// The part of the remaining queue bytes that one share may reserve.
+// The part of the unreserved queue bytes that one share may reserve.
 constexpr double kPartOfAShare = 0.25;
 
 double seconds_since(Clock::time_point start) {
@@ -40,7 +40,7 @@ ConnectionContext::~ConnectionContext() {
   admission_.clients_.erase(this);
   try {
     admission_.observer().disconnected(facts_, seconds_since(since_));
-  } catch (...) {  // A log that cannot be written must not end the server.
+  } catch (...) {  // A write error of the log must not end the server.
   }
 }
 
@@ -56,7 +56,7 @@ Result<void> ConnectionContext::forwarded_for(std::string_view addresses) {
   ForwardedClient client = forwarded_client(address_, addresses, trusted);
   std::string limited = client.is_trusted ? "" : limited_name(client.address);
   if (limited == limited_) return {};
-  ticket_ = {};  // The same connection is not counted twice.
+  ticket_ = {};  // Do not count this connection twice.
   auto ticket =
       limited.empty() ? admission_.connections_.enter() : admission_.connections_.enter(limited);
   if (!ticket) {
@@ -87,7 +87,7 @@ Result<void> ConnectionContext::check_rate_limit(std::size_t message_bytes) {
   const double cost = 1 + static_cast<double>(message_bytes / kBytesOfARequest);
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
   if (limited_.empty()) return {};
-  // A network that counts for several shares pays as much less.
+  // The cost is divided by the number of shares that a network counts for.
   double wait = 0;
   for (const ShareLevel& level : share_levels(has_token_ ? share() : limited_)) {
     wait = std::max(wait, admission_.rates_.take(level.name, now, cost / level.shares));
@@ -114,7 +114,7 @@ Result<ByteReservations::Reservation> ConnectionContext::reserve(std::size_t byt
                               .retry_after = kRetryAfter});
 }
 
-// ---- the admission
+// ---- admission control
 
 AdmissionControl::AdmissionControl(AdmissionOptions options)
     : options_(std::move(options)),
@@ -130,7 +130,7 @@ AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
                                                           const std::string& address,
                                                           const std::string& peer) {
   ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
-  // A trusted proxy has many clients; their addresses come with their requests.
+  // A trusted proxy serves many clients, whose addresses arrive with their requests.
   const bool is_proxy = options_.trusted_proxies.contains(address);
   const std::string name = is_proxy ? "" : limited_name(address);
   if (connections_.is_full()) make_room_for(name);
@@ -225,7 +225,7 @@ RequestRecord::RequestRecord(ConnectionContextPtr client, RequestFacts facts)
 RequestRecord::~RequestRecord() {
   try {
     end("left");
-  } catch (...) {  // As above.
+  } catch (...) {  // See above.
   }
   client_->admission().request_over();
 }

@@ -17,7 +17,7 @@ std::optional<ByteReservations::Reservation> ByteReservations::take(const std::s
     const auto known = accounts_->by_level.find(level.name);
     const std::size_t held = known == accounts_->by_level.end() ? 0 : known->second;
     const std::size_t left_by_others = capacity_ - (accounts_->used - held);
-    // As much as so many shares hold, of which each takes its part of what the ones before leave.
+    // The total of several shares, each of which takes its part of what the previous ones leave.
     const double part = 1 - std::pow(1 - part_, level.shares);
     const double most = part * static_cast<double>(left_by_others);
     if (static_cast<double>(held) + static_cast<double>(bytes) > most) return std::nullopt;

@@ -1,14 +1,13 @@
-// Reservations of memory (or disk): how much all clients may hold together, and how much of it one
-// share (an address, a token) may hold.
+// Reservations of memory or disk space, limited in total and for each share (an address, a token).
 //
 //   auto reservation = queue.take("address 192.0.2.7", bytes);
-//   if (!reservation) refuse();  // Else the bytes are reserved while *reservation lives.
+//   if (!reservation) refuse();  // Otherwise reserved for the life of *reservation.
 //
-// A share may hold a part of what the others leave. So a few shares never take all: with a quarter
-// each, six of them leave 18 % free, of which the next one may have a quarter. Several IPv6
-// networks of one network around them (see share_levels()) count for a few shares together.
+// A share may hold a fixed part of what the others leave, so a few shares never take everything: at
+// a quarter each, six of them leave 18 % free, of which the next may take a quarter. IPv6 networks
+// within a larger one jointly count for a few shares (see share_levels()).
 //
-// Safe to use from several threads at once. Reservations may outlive this.
+// Thread-safe. Reservations may outlive this object.
 #pragma once
 
 #include <cstddef>
@@ -26,27 +25,27 @@ class ByteReservations {
  public:
   class Reservation;
 
-  // `part_of_a_share`, above 0 and at most 1, of what the others leave is what a share may hold.
+  // `part_of_a_share`, in (0, 1]: the part of the bytes left by others that a share may hold.
   explicit ByteReservations(std::size_t capacity, double part_of_a_share = 1)
       : accounts_(std::make_shared<Accounts>()), capacity_(capacity), part_(part_of_a_share) {}
   ByteReservations(const ByteReservations&) = delete;
   ByteReservations& operator=(const ByteReservations&) = delete;
 
-  // nullopt when there is not so much left, in all or for the share.
+  // Returns nullopt if too few bytes are left, in total or for the share.
   [[nodiscard]] std::optional<Reservation> take(const std::string& share, std::size_t bytes);
   [[nodiscard]] std::size_t used() const {
     const std::lock_guard lock(accounts_->mutex);
     return accounts_->used;
   }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
-  // While no other share holds anything.
+  // The largest reservation of a share while no other one holds any.
   [[nodiscard]] std::size_t most_of_a_share() const {
     return part_ < 1 ? static_cast<std::size_t>(part_ * static_cast<double>(capacity_)) : capacity_;
   }
 
  private:
   struct Accounts {
-    std::mutex mutex;  // Guards the rest.
+    std::mutex mutex;  // Guards the other members.
     std::size_t used = 0;
     std::unordered_map<std::string, std::size_t> by_level = {};
   };
@@ -56,7 +55,7 @@ class ByteReservations {
   double part_;
 };
 
-// Gives its bytes back when it goes.
+// Releases its bytes when destroyed.
 class ByteReservations::Reservation {
  public:
   Reservation() = default;
@@ -80,7 +79,7 @@ class ByteReservations::Reservation {
   }
 
   std::shared_ptr<Accounts> accounts_;
-  std::vector<std::string> levels_;  // Names of share_levels().
+  std::vector<std::string> levels_;  // Names from share_levels().
   std::size_t bytes_ = 0;
 };
 

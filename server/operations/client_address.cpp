@@ -12,7 +12,7 @@ namespace {
 
 using Bytes = std::array<unsigned char, 16>;
 
-// An IPv4 address in an IPv6 one is the former, as on sockets that speak both.
+// Parses an address. An IPv4-mapped IPv6 address, as on dual-stack sockets, becomes IPv4.
 std::optional<asio::ip::address> parsed(std::string_view text) {
   boost::system::error_code error;
   const asio::ip::address address = asio::ip::make_address(std::string(text), error);
@@ -34,7 +34,8 @@ std::optional<int> number(std::string_view text, int most) {
   return value && *value >= 0 && *value <= most ? value : std::nullopt;
 }
 
-// As proxies write it: 192.0.2.7, 192.0.2.7:4711, 2001:db8::7, [2001:db8::7], [2001:db8::7]:4711.
+// Parses the forms that proxies use: 192.0.2.7, 192.0.2.7:4711, 2001:db8::7, [2001:db8::7],
+// [2001:db8::7]:4711.
 std::optional<asio::ip::address> parsed_hop(std::string_view text) {
   constexpr int kMostPort = 65'535;
   std::string_view port;
@@ -61,11 +62,11 @@ bool agree(const Bytes& a, const Bytes& b, int bits) {
   return true;
 }
 
-// What one IPv6 subscriber has at least.
+// The smallest network of an IPv6 subscriber.
 constexpr std::size_t kBytesOfASubnet = 8;
 constexpr std::string_view kSubnetSuffix = "/64";
 
-// "2001:db8:1:2::/64": the first bytes of an address.
+// Returns the network of an address's first bytes, such as "2001:db8:1:2::/64".
 std::string network_of(const asio::ip::address_v6& address, std::size_t bytes) {
   Bytes network = address.to_bytes();
   std::fill(network.begin() + static_cast<std::ptrdiff_t>(bytes), network.end(), 0);

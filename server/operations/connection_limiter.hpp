@@ -1,11 +1,10 @@
-// Limits connections, in all and of each name (a client's address): each holds a ticket
-// for as long as it stays. Names that are IPv6 networks count for the networks around them as well
-// (see share_levels()).
+// Limits the number of connections, in total and per name (a client's address). Each connection
+// holds a ticket. IPv6 networks also count for the networks around them (see share_levels()).
 //
 //   auto ticket = connections.enter("192.0.2.7");
 //   if (!ticket) say(ticket.error());
 //
-// One thread at a time; tickets must not outlive the connections.
+// Not thread-safe. Must outlive its tickets.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +19,7 @@ namespace multitetra {
 
 struct ConnectionLimits {
   std::size_t total = 0;     // 0: no limit.
-  std::size_t per_name = 0;  // The same.
+  std::size_t per_name = 0;  // 0: no limit.
 };
 
 class ConnectionLimiter {
@@ -31,14 +30,14 @@ class ConnectionLimiter {
   ConnectionLimiter(const ConnectionLimiter&) = delete;
   ConnectionLimiter& operator=(const ConnectionLimiter&) = delete;
 
-  // kUnavailable, with a text for the client, when there are too many.
+  // Returns kUnavailable, with a text for the client, above a limit.
   [[nodiscard]] Result<Ticket> enter(const std::string& name);
-  // For a trusted proxy: counts towards the total only.
+  // Counts towards the total only, for trusted proxies.
   [[nodiscard]] Result<Ticket> enter();
   [[nodiscard]] std::size_t inside() const { return inside_; }
   [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }
-  // The connections of a name; the networks around it may have more for each share that they
-  // count for.
+  // Returns the connections of a name, or of a network around it divided by the shares that it
+  // counts for, if that is more.
   [[nodiscard]] double group_size_of(const std::string& name) const;
 
  private:

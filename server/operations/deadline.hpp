@@ -1,4 +1,4 @@
-// A moment that is looked at again and again.
+// A point in time that is polled.
 #pragma once
 
 #include <chrono>
@@ -7,7 +7,7 @@ namespace multitetra {
 
 using Clock = std::chrono::steady_clock;
 
-class Deadline {  // None at first.
+class Deadline {  // Initially none.
  public:
   void set(Clock::duration from_now) { at_ = Clock::now() + from_now; }
   void clear() { at_ = Clock::time_point::max(); }

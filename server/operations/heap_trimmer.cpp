@@ -12,10 +12,10 @@ void trim_heap() {
   constexpr int kKept = 64 << 20;
   constexpr int kAtOnce = 1 << 20;
   ::mallopt(M_ARENA_MAX, kPools);
-  // Set by hand it stays: else it grows with what is freed, up to pieces of 32 MiB.
+  // An explicit threshold is static; by default it grows with freed blocks, up to 32 MiB.
   ::mallopt(M_MMAP_THRESHOLD, kLargePiece);
-  // Simplification frees and allocates pieces of some MiB all the time. To get their pages from the
-  // system each time would take a twentieth of the processor time.
+  // Simplification continually frees and allocates blocks of a few MiB. Getting their pages from
+  // the system each time would cost a twentieth of the processor time.
   ::mallopt(M_TRIM_THRESHOLD, kKept);
   ::mallopt(M_TOP_PAD, kAtOnce);
 }

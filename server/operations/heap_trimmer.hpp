@@ -1,5 +1,5 @@
-// Gives memory back to the system. The allocator keeps what was freed, which after a few large
-// surfaces is many times of what is in use.
+// Returns free memory to the system. After a few large surfaces the allocator retains many times
+// the memory in use.
 #pragma once
 
 #include <chrono>
@@ -7,29 +7,30 @@
 
 namespace multitetra {
 
-// Before threads begin: fewer pools than threads, and large pieces go back when they are freed.
+// Configures the allocator: few arenas, and direct release of large blocks. Call before starting
+// threads.
 void trim_heap();
 
-// Decides when trimming the heap is worth its time. The clock is the caller's.
+// Decides when to trim the heap. The caller provides the clock.
 class HeapTrimmer {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Whether to do it now: some time after work has ended, and now and then while there is no end of
-  // it. `work` counts what was done so far; `is_busy` says that some is under way.
+  // Returns whether to trim now: some time after work has ended, and periodically during continuous
+  // work. `work` counts the work done so far; `is_busy` means that some is in progress.
   [[nodiscard]] bool is_due(Clock::time_point now, std::uint64_t work, bool is_busy);
 
  private:
-  static constexpr std::chrono::seconds kRest{2};    // Without work, or
-  static constexpr std::chrono::seconds kPause{30};  // since it was done last.
+  static constexpr std::chrono::seconds kRest{2};    // Idle time before trimming.
+  static constexpr std::chrono::seconds kPause{30};  // Between trims while busy.
 
-  std::uint64_t work_ = 0;  // When it was looked at last.
+  std::uint64_t work_ = 0;  // The value of `work` at the last call.
   bool is_owed_ = false;
   Clock::time_point idle_since_ = {};
   Clock::time_point done_ = {};
 };
 
-// All that is free goes back. Takes some ten milliseconds for each GiB.
+// Returns all free memory to the system. Takes about ten milliseconds per GiB.
 void return_free_memory();
 
 }  // namespace multitetra

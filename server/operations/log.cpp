@@ -17,10 +17,10 @@
 namespace multitetra {
 namespace {
 
-// How fields are written. Lines are made by many threads; the log is started by one, before.
+// The field format. Atomic, as many threads write lines.
 std::atomic<LogFormat> format_now = LogFormat::kText;
 
-// In JSON, fields travel in front of the text, between two of these; inside they are escaped.
+// In JSON, a pair of these encloses the fields before the text; field values are escaped.
 constexpr char kFieldsMark = '\x1f';
 
 std::string_view view_of(const spdlog::string_view_t& payload) {
@@ -90,7 +90,7 @@ spdlog::level::level_enum level_of(LogLevel level) {
   return spdlog::level::off;
 }
 
-// Six digits are enough to read a time or an isovalue, and JSON has neither NaN nor infinity.
+// Six digits are enough for times and isovalues. JSON has no NaN or infinity.
 std::string number(double value) {
   if (!std::isfinite(value)) return "null";
   std::array<char, 32> digits{};

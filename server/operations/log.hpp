@@ -1,4 +1,4 @@
-// The log as lines for people or JSON for machines, and lines with fields.
+// The log, as text for people or JSON for machines, with fields.
 //
 //   start_log({.format = LogFormat::kJson});
 //   log_line(LogLevel::kInfo, "stream ended", {{"connection", id}, {"dataset", name}});
@@ -7,8 +7,8 @@
 //   json  {"time":"2026-01-31T12:00:00.123456Z","level":"info","text":"stream ended",
 //          "connection":7,"dataset":"head"}
 //
-// Each event is one line, whatever bytes from outside it quotes: control characters are escaped in
-// both forms. spdlog writes them, and is seen by log.cpp alone.
+// Each event is one line, whatever external bytes it contains: control characters are escaped in
+// both formats. spdlog, which writes the lines, is private to log.cpp.
 #pragma once
 
 #include <cstdint>
@@ -32,27 +32,27 @@ struct LogOptions {
   LogLevel level = LogLevel::kInfo;
 };
 
-// To the standard error output, from now on.
+// Logs to standard error from this call on.
 void start_log(const LogOptions& options);
-// From any thread.
+// Callable from any thread.
 void set_log_level(LogLevel level);
 
 using LogValue = std::variant<std::uint64_t, double, std::string_view>;
 struct LogField {
   const char* name;
-  std::optional<LogValue> value;  // Left out when there is none.
+  std::optional<LogValue> value;  // Omitted if empty.
 };
 
 [[nodiscard]] bool is_logged(LogLevel level);
 void log_line(LogLevel level, std::string_view text, std::initializer_list<LogField> fields);
 
-// A line that a client can cause at any rate: only so many a second are written for each address,
-// and for all together; the field `left_out` of the next line counts the others. `peer` is an
-// address, or one with a port.
+// Logs a line that clients can cause at any rate. The lines per second are limited for each address
+// and in total; the field `left_out` of the next line counts the omitted ones. `peer` is an address
+// with or without a port.
 void log_line_about(std::string_view peer, LogLevel level, std::string_view text,
                     std::initializer_list<LogField> fields);
 
-// The formatters, for tests: one line without its end.
+// The formatters, for tests: each returns one line without its end.
 [[nodiscard]] std::string text_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string json_fields(std::initializer_list<LogField> fields);
 [[nodiscard]] std::string escaped_for_text(std::string_view text);

@@ -7,7 +7,7 @@
 namespace multitetra {
 
 std::uint64_t allow_most_open_files() {
-  constexpr rlim_t kEnough = 1 << 20;  // No machine has so many connections to us.
+  constexpr rlim_t kEnough = 1 << 20;  // No server has that many connections.
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return 0;
   const rlim_t wanted = std::min(limit.rlim_max, kEnough);

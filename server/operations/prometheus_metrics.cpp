@@ -35,7 +35,7 @@ Family<Histogram>& histogram(Registry& registry, const char* name, const char* h
   return BuildHistogram().Name(name).Help(help).Register(registry);
 }
 
-// Mirrors a counter kept elsewhere: raises it to that value.
+// Raises a counter to a value that is counted elsewhere.
 void raise_to(Counter& counter, std::uint64_t value) {
   const double more = static_cast<double>(value) - counter.Value();
   if (more > 0) counter.Increment(more);

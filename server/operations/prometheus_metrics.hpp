@@ -1,7 +1,7 @@
-// Counts what a service reports about its work, as Prometheus text.
+// Collects service events as Prometheus metrics.
 //
-// Names begin with multitetra_; server/operations/README.md lists them. Labels are few and chosen
-// by us: nothing that a client says becomes one.
+// Names begin with multitetra_; server/operations/README.md lists them. Labels are few and fixed:
+// none comes from client input.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,23 @@
 
 namespace multitetra {
 
-// Blocks of files behind addresses.
+// Statistics of the block cache for remote datasets.
 struct BlockState {
   std::uint64_t memory_hits = 0;
   std::uint64_t disk_hits = 0;
-  std::uint64_t fetched = 0;  // From their stores,
+  std::uint64_t fetched = 0;  // Blocks fetched from stores.
   std::uint64_t fetched_bytes = 0;
   // Repeated requests to stores.
   std::uint64_t retries = 0;
-  std::uint64_t failures = 0;      // Requests that failed for good.
-  std::uint64_t evictions = 0;     // From memory.
-  std::uint64_t memory_bytes = 0;  // Now.
+  std::uint64_t failures = 0;   // Requests that failed after all retries.
+  std::uint64_t evictions = 0;  // Blocks evicted from memory.
+  std::uint64_t memory_bytes = 0;
 };
 
-// A server behind a gateway.
+// The state of one upstream of a gateway.
 struct UpstreamState {
-  std::string name = {};  // Its address.
-  bool is_up = false;     // It could be reached, and is not left out.
+  std::string name = {};  // The upstream's address.
+  bool is_up = false;     // Reachable and not excluded.
   std::uint64_t damaged_tiles = 0;
 };
 
@@ -41,12 +41,12 @@ struct ServiceState {
   std::uint64_t cache_misses = 0;
   std::size_t cached_tiles = 0;
   std::size_t cache_bytes = 0;
-  std::size_t waiting_jobs = 0;  // For a worker.
-  // Bytes of steps that wait for their clients.
+  std::size_t waiting_jobs = 0;
+  // Bytes reserved for waiting requests and replies.
   std::size_t waiting_bytes = 0;
   std::size_t datasets = 0;
   bool is_draining = false;
-  // Set for a server.
+  // Set for a server of datasets.
   std::optional<BlockState> blocks = {};
   // Set for a gateway.
   std::vector<UpstreamState> upstreams = {};
@@ -68,7 +68,7 @@ class PrometheusMetrics : public ServiceObserver {
   void step_made(double seconds) override;
   void sent(ProtocolName protocol, std::size_t bytes) override;
 
-  // Text format 0.0.4. The state's values are written as they are.
+  // Returns the metrics in text format 0.0.4, with the values of `state`.
   [[nodiscard]] std::string text(const ServiceState& state);
 
  private:
@@ -77,7 +77,7 @@ class PrometheusMetrics : public ServiceObserver {
   std::unique_ptr<Families> families_;
 };
 
-// The memory of this process, in bytes; 0 where the system does not report it.
+// Returns the resident memory of this process in bytes; 0 if unknown.
 [[nodiscard]] std::size_t resident_bytes();
 
 }  // namespace multitetra

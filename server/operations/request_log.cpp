@@ -26,12 +26,12 @@ std::optional<LogValue> unless_zero(std::uint64_t value) {
   return value;
 }
 
-// Connections of HTTP come and go with every request.
+// HTTP connections are too frequent for level info.
 LogLevel level_of(const ClientFacts& client) {
   return std::string_view(client.protocol) == "http" ? LogLevel::kDebug : LogLevel::kInfo;
 }
 
-// A warning where the server failed, or lacks capacity: then it says when to come again.
+// Server failures and lack of capacity (with a retry delay) are warnings.
 LogLevel level_of(const Error& error) {
   const bool is_full = error.code == ErrorCode::kUnavailable && error.retry_after > 0;
   return is_full || error.code == ErrorCode::kInternal ? LogLevel::kWarning : LogLevel::kInfo;
@@ -47,17 +47,17 @@ bool looks_secret(std::string_view name, std::string_view value) {
   for (const char* word : {"token", "key", "secret", "password", "auth"}) {
     if (lower.find(word) != std::string::npos) return true;
   }
-  return value.find("mt_") != std::string_view::npos;  // As our tokens begin.
+  return value.find("mt_") != std::string_view::npos;  // The prefix of our tokens.
 }
 
-// A token has no place in a target, but people put it there: it stays out of the log.
+// Masks tokens that clients wrongly put into a request's target.
 std::string without_secrets(std::string_view target) {
   const std::size_t mark = target.find('?');
   if (mark == std::string_view::npos) return std::string(target);
   std::string kept(target.substr(0, mark));
   for (std::size_t at = mark; at < target.size();) {
     const std::size_t end = std::min(target.find('&', at + 1), target.size());
-    const std::string_view parameter = target.substr(at, end - at);  // With what separates it.
+    const std::string_view parameter = target.substr(at, end - at);  // Includes the separator.
     const std::size_t equals = std::min(parameter.find('='), parameter.size());
     const bool is_secret = looks_secret(parameter.substr(0, equals), parameter.substr(equals));
     kept += is_secret ? parameter.substr(0, equals) : parameter;
@@ -67,7 +67,7 @@ std::string without_secrets(std::string_view target) {
   return kept;
 }
 
-// The client's number, or over HTTP our word.
+// Returns the client's request id, or the X-Request-Id over HTTP.
 LogValue request_of(const RequestFacts& facts) {
   if (facts.id.empty()) return facts.request;
   return facts.id;
@@ -91,7 +91,7 @@ void RequestLog::disconnected(const ClientFacts& client, double seconds) {
 }
 
 void RequestLog::refused(const ClientFacts& client, const char* limit) {
-  // A request over a limit gets an answer, whose line has the reason.
+  // The line of the answer has the reason for a request over a limit.
   const std::string_view text = limit;
   const LogLevel level = text == "connections"    ? LogLevel::kWarning
                          : text == "idle_seconds" ? LogLevel::kInfo
@@ -104,12 +104,12 @@ void RequestLog::refused(const ClientFacts& client, const char* limit) {
 }
 
 void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& facts) {
-  // A rejection over HTTP is logged by http_answered, once.
+  // http_answered logs a rejection over HTTP.
   const bool is_rejection = !facts.id.empty() && facts.outcome != "complete" &&
                             facts.outcome != "cancelled" && facts.outcome != "left";
   const LogLevel level = is_rejection ? LogLevel::kDebug : LogLevel::kInfo;
   const auto write = [&](std::initializer_list<LogField> fields) {
-    // What was answered in full took its time; what was not may be a flood.
+    // Only incomplete requests can flood the log, so only they are limited.
     if (facts.outcome == "complete") {
       log_line(level, facts.kind, fields);
     } else {
@@ -135,7 +135,7 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
 
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,
                                 std::uint64_t request) {
-  if (std::string_view(client.protocol) == "http") return;  // http_answered has the reason.
+  if (std::string_view(client.protocol) == "http") return;
   log_line_about(client.peer, level_of(error), error.text,
                  {{"connection", client.connection},
                   {"request", unless_zero(request)},

@@ -1,15 +1,15 @@
-// Writes the events of a service into the log, each line with its connection and, where there is
-// one, its request: `grep connection=7` selects everything of one client.
+// Logs the events of a service. Each line has its connection and, if any, its request: `grep
+// connection=7` finds all lines of one connection.
 #pragma once
 
 #include "server/operations/service_observer.hpp"
 
 namespace multitetra {
 
-// Every request about datasets is one line at level info, also a rejected one, and so is a
-// connection (HTTP: at debug). Tiles by digest, files of the viewer, health checks and metrics are
-// at debug when they succeed. Warnings are what the server has no capacity for, and its failures.
-// An HTTP request has the name that its response has (X-Request-Id), and a rejected one its reason.
+// Every request about datasets, including a rejected one, and every connection is one line at level
+// info (HTTP connections: debug). Successful requests for tiles by digest, viewer files, health
+// checks and metrics are at debug. Server failures and lack of capacity are warnings. HTTP requests
+// have the id of their response (X-Request-Id), and rejected ones the reason.
 class RequestLog : public ServiceObserver {
  public:
   void connected(const ClientFacts& client) override;

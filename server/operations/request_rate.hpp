@@ -1,7 +1,7 @@
-// A token-bucket rate limiter: so many requests a second on average, and a burst. What is
-// large counts for several requests, and is owed where so much is not left.
+// A token-bucket rate limiter: an average rate and a burst. A large request counts for several, and
+// may leave a debt.
 //
-// Pure: the clock is the caller's, in seconds that never go back.
+// Pure: the caller provides the clock, in monotonic seconds.
 #pragma once
 
 #include <algorithm>
@@ -13,16 +13,16 @@ namespace multitetra {
 
 struct RequestRate {
   double per_second = 0;  // 0: no limit.
-  double burst = 1;       // The largest burst after idle time; at least 1.
+  double burst = 1;       // The most requests after idle time; at least 1.
 };
 
-// Refills with time and is emptied by requests (a token bucket).
+// A token bucket: refilled by time, drained by requests.
 class RateAllowance {
  public:
   RateAllowance(const RequestRate& rate, double now) : left_(rate.burst), since_(now) {}
 
-  // 0 when another request is allowed now: it is counted then, for `cost`. Else the seconds until
-  // then; what it costs beyond 1, which is the work to look at it, is counted nevertheless.
+  // Charges a request with `cost` and returns 0 if it is allowed now. Otherwise returns the seconds
+  // to wait, and charges only the cost above 1, as even a refused large request takes time to read.
   [[nodiscard]] double take(const RequestRate& rate, double now, double cost) {
     left_ = left_at(rate, now);
     since_ = std::max(since_, now);
@@ -32,7 +32,7 @@ class RateAllowance {
                      -kLongestDebt * rate.per_second);
     return check_rate_limit ? 0 : (needed - left_) / rate.per_second;
   }
-  // Whether the allowance is as full as without any requests.
+  // Returns whether the allowance is as full as without any requests.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {
     return left_at(rate, now) >= rate.burst;
   }
@@ -48,14 +48,14 @@ class RateAllowance {
   double since_;
 };
 
-// One allowance for each name, such as a client's address. Memory is bounded: a name with a full
-// allowance is forgotten, and beyond `most_names` newcomers share one.
+// One allowance per name, such as a client's address. Memory is bounded: names with full allowances
+// are removed, and new names beyond `most_names` share one.
 class RatePerName {
  public:
   explicit RatePerName(RequestRate rate, std::size_t most_names = 65'536)
       : rate_(rate), most_names_(most_names), newcomers_(rate, 0) {}
 
-  // As RateAllowance::take().
+  // Same as RateAllowance::take().
   [[nodiscard]] double take(const std::string& name, double now, double cost = 1) {
     if (rate_.per_second <= 0) return 0;
     if (const auto known = allowances_.find(name); known != allowances_.end()) {
@@ -70,8 +70,8 @@ class RatePerName {
   [[nodiscard]] const RequestRate& rate() const { return rate_; }
 
  private:
-  // Next when there are twice as many as now remain, so that a request costs O(1) on average.
-  // While the table is full, that is at most once a second.
+  // Removes full allowances. Repeated when the table has doubled, so a request costs amortized
+  // O(1); at most once a second while the table is full.
   void sweep(double now) {
     if (allowances_.size() >= most_names_ && now < last_sweep_ + 1) return;
     last_sweep_ = now;

@@ -16,7 +16,7 @@ constexpr std::size_t kMostBytes = std::size_t{16} << 20;
 
 class OpenFile {
  public:
-  // Without O_NONBLOCK a named pipe would be waited for.
+  // O_NONBLOCK avoids waiting for a named pipe.
   explicit OpenFile(const std::filesystem::path& file)
       : descriptor_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)) {}
   ~OpenFile() {

@@ -1,4 +1,4 @@
-// Reads a small file that an option names: a certificate, a key, tokens.
+// Reads a small file named by an option: a certificate, a key, tokens.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace multitetra {
 
-// Never waits, whatever the file is. Throws ExitError (kNoSecrets), with `what` it is ("tokens
-// file") and its name, when it is no regular file, cannot be read, or has more than 16 MiB.
+// Never blocks, whatever the file is. Throws ExitError (kNoSecrets), with `what` the file is
+// ("tokens file") and its name, if it is not a regular file, cannot be read, or exceeds 16 MiB.
 [[nodiscard]] std::string read_secret_file(const std::string& what,
                                            const std::filesystem::path& file);
 

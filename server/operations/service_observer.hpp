@@ -1,7 +1,7 @@
-// The events of a service, for metrics and log. Sessions depend on this interface only.
+// The events of a service, for metrics and log. Sessions depend only on this interface.
 //
-// Events that are not overridden are ignored. All calls come from the thread of input and output,
-// and must be quick.
+// Events that are not overridden are ignored. All calls are made on the I/O thread, and must return
+// quickly.
 #pragma once
 
 #include <cstddef>
@@ -17,20 +17,20 @@
 
 namespace multitetra {
 
-// The transport of a client: "tcp", "websocket", "http". Always a literal.
+// A client's transport: "tcp", "websocket" or "http". Always a string literal.
 using ProtocolName = const char*;
 
-// The client as the log names it.
+// Identifies a client in the log.
 struct ClientFacts {
   ProtocolName protocol = "tcp";
-  std::uint64_t connection = 0;  // A number that no other connection of this process has.
+  std::uint64_t connection = 0;  // Unique within the process.
   std::string peer = {};         // Address and port.
-  std::string name = {};         // The name of the token; empty without.
+  std::string name = {};         // The token's name; empty without a token.
 };
 
-// A request that was answered, or was not.
+// A finished request and its outcome.
 struct RequestFacts {
-  const char* kind = "stream";  // "stream", "estimate", "list"; of HTTP: "isosurface", "tile", ...
+  const char* kind = "stream";  // "estimate", "list"; over HTTP "isosurface", "tile", ...
   std::uint64_t request = 0;    // The client's request id.
   // Over HTTP: the X-Request-Id; empty otherwise.
   std::string id = {};
@@ -39,14 +39,14 @@ struct RequestFacts {
   std::optional<double> error = {};
   // The unit of `error`: "voxel" or "world".
   std::string_view unit = {};
-  std::uint32_t steps = 0;  // Whole ones.
+  std::uint32_t steps = 0;  // Complete steps.
   std::uint64_t tiles = 0;
   // Bytes of tiles, or of the mesh.
   std::uint64_t bytes = 0;
-  std::optional<double> seconds_to_first_tile = {};  // From the request on.
+  std::optional<double> seconds_to_first_tile = {};  // Since the request.
   std::optional<double> seconds_to_last_tile = {};
-  double seconds = 0;  // Until it ended.
-  // "complete", "cancelled", "superseded", "left" (the client has gone), or the name of an
+  double seconds = 0;
+  // "complete", "cancelled", "superseded", "left" (the client has disconnected), or the name of an
   // ErrorCode.
   std::string_view outcome = "complete";
 };
@@ -54,16 +54,15 @@ struct RequestFacts {
 // An HTTP request and its outcome.
 struct HttpFacts {
   std::string_view id = {};  // The X-Request-Id.
-  // The kind of request: "isosurface", "tile", "viewer", ..., "refused" where it was not examined,
-  // and "malformed"; always a literal.
+  // A string literal: "isosurface", "tile", "viewer", ..., "refused" if not examined, "malformed".
   const char* kind = "malformed";
   std::string_view method = {};
   std::string_view target = {};
   int status = 0;
   // The size of the body.
   std::uint64_t bytes = 0;
-  double seconds = 0;  // Until its last byte was on its way.
-  // Of an error, for the log alone: it may say more than the client is answered. Empty without.
+  double seconds = 0;  // Time until the last byte was sent.
+  // The reason of an error, for the log only; it may contain more than the reply. Otherwise empty.
   std::string_view reason = {};
 };
 
@@ -72,17 +71,17 @@ class ServiceObserver {
   virtual ~ServiceObserver() = default;
 
   virtual void connected(const ClientFacts&) {}
-  // Every connection that was reported by connected() ends so, once.
+  // Called exactly once for each connected().
   virtual void disconnected(const ClientFacts&, double /*seconds*/) {}
-  // A client was refused; `limit` is a literal, such as "connections".
+  // Reports a refused client; `limit` is a string literal, such as "connections".
   virtual void refused(const ClientFacts&, const char* /*limit*/) {}
-  // A request's work begins; request_ended() follows.
+  // Reports the start of a request; request_ended() follows.
   virtual void request_began(const ClientFacts&, const char* /*kind*/) {}
   virtual void request_ended(const ClientFacts&, const RequestFacts&) {}
-  // An answer that is an error, of a request (by its id) or of the connection (0).
+  // Reports an error sent for a request (by id) or for the connection (0).
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
   virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
-  virtual void step_made(double /*seconds*/) {}  // By a worker.
+  virtual void step_made(double /*seconds*/) {}
   virtual void sent(ProtocolName, std::size_t /*bytes*/) {}
 };
 

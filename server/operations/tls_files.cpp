@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// The cipher suites of TLS 1.2; all of TLS 1.3 are accepted.
+// The cipher suites of TLS 1.2. All those of TLS 1.3 are accepted.
 constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 
 ExitError failure(const std::string& what, const std::filesystem::path& file,
@@ -30,8 +30,8 @@ std::string last_reason() {
   return reason == nullptr ? "" : std::string(" (") + reason + ")";
 }
 
-// "http/1.1" if the client offers it. Others connect without: no listener speaks anything else
-// anyway.
+// Selects "http/1.1" if the client offers it. Other clients connect without ALPN, as listeners
+// speak nothing else.
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
                     const unsigned char* offered, unsigned int offered_size, void*) {
   static constexpr std::array<unsigned char, 9> kOurs = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
@@ -43,7 +43,7 @@ int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
 }
 
 void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
-  (void)read_secret_file("certificate", file);  // Throws with the fault, and never waits.
+  (void)read_secret_file("certificate", file);  // Reports errors, and never blocks.
   if (SSL_CTX_use_certificate_chain_file(context, file.c_str()) != 1) {
     throw failure("certificate", file,
                   "is no certificate in PEM form" + last_reason() +
@@ -61,7 +61,7 @@ void take_certificate(SSL_CTX* context, const std::filesystem::path& file) {
 
 void take_key(SSL_CTX* context, const TlsFiles& files) {
   (void)read_secret_file("key", files.key);
-  // Without this OpenSSL would prompt for a pass phrase on the terminal.
+  // Prevents OpenSSL from prompting for a pass phrase on the terminal.
   SSL_CTX_set_default_passwd_cb(context, [](char*, int, int, void*) { return 0; });
   if (SSL_CTX_use_PrivateKey_file(context, files.key.c_str(), SSL_FILETYPE_PEM) != 1) {
     const bool is_of_another =
@@ -90,7 +90,7 @@ TlsContextPtr load_tls(const TlsFiles& files) {
   SSL_CTX_set_cipher_list(context, kCiphers);
   SSL_CTX_set_options(context, SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION |
                                    SSL_OP_CIPHER_SERVER_PREFERENCE | SSL_OP_PRIORITIZE_CHACHA);
-  // Idle connections, of which there may be thousands, keep no buffers.
+  // Idle connections, possibly thousands, release their buffers.
   SSL_CTX_set_mode(context, SSL_MODE_RELEASE_BUFFERS);
   SSL_CTX_set_alpn_select_cb(context, choose_protocol, nullptr);
   take_certificate(context, files.certificate);

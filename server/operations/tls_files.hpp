@@ -1,10 +1,10 @@
-// The TLS context of a listener, from the files of a certificate and its key.
+// Makes a listener's TLS context from certificate and key files.
 //
 //   TlsContextPtr tls = load_tls({.certificate = "server.pem", .key = "server.key"});
 //   ByteStream stream(std::move(accepted), tls);
 //
 // TLS 1.2 and 1.3 with forward secrecy, without compression and renegotiation; HTTP/1.1 by ALPN. A
-// context never changes: a renewed certificate is another context, for later connections.
+// context is immutable: a renewed certificate gives a new context for later connections.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,12 @@
 namespace multitetra {
 
 struct TlsFiles {
-  std::filesystem::path certificate;  // PEM: the server's own, then those that lead to the root.
+  std::filesystem::path certificate;  // PEM: the server's own, then the chain.
   std::filesystem::path key;          // PEM, without a pass phrase.
 };
 
-// Throws ExitError (kNoSecrets) with the file and its fault: it is missing, no PEM, a key of
-// another certificate, or a certificate that has expired.
+// Throws ExitError (kNoSecrets) with the file and the fault: missing, not PEM, a key of another
+// certificate, or an expired certificate.
 [[nodiscard]] TlsContextPtr load_tls(const TlsFiles& files);
 
 }  // namespace multitetra

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// /etc/multitetra belongs to root and the group of the service.
+// Handles folders such as /etc/multitetra, which belongs to root and the service's group.
 void share_with_group_of_folder(int descriptor, const fs::path& path) {
   struct stat folder {};
   const fs::path name = path.has_parent_path() ? path.parent_path() : fs::path(".");
@@ -35,7 +35,7 @@ TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
   const bool is_new = if_absent == IfAbsent::kMakeIt && !fs::exists(path_);
   const int flags =
       O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kMakeIt ? O_CREAT : 0);
-  // The previous owner of the lock may have replaced the file.
+  // Opens again if the previous owner of the lock has replaced the file.
   do {
     if (descriptor_ >= 0) ::close(descriptor_);
     descriptor_ = ::open(path_.c_str(), flags, S_IRUSR | S_IWUSR);

@@ -1,5 +1,5 @@
-// The file of serve --tokens, as `multitetra-server token` changes it: by one at a time, and
-// readers find it whole at every moment.
+// Updates the file of serve --tokens for `multitetra-server token`: writers take turns, and readers
+// always see a complete file.
 //
 //   TokenFile file("/etc/multitetra/tokens");
 //   file.replace(file.text() + line + "\n");
@@ -10,20 +10,20 @@
 
 namespace multitetra {
 
-// Waits until no other TokenFile of the same file is there. All functions throw std::system_error.
+// Waits until no other TokenFile has the file open. All functions throw std::system_error.
 class TokenFile {
  public:
   enum class IfAbsent { kMakeIt, kFail };
 
-  // A new file is empty and readable by its owner only; of root, in a folder of another group than
-  // root's, by that group too: a service that reads its secrets from there is in it.
+  // A new file is empty and readable only by its owner. If root creates it in a folder of another
+  // group, that group, the service's, may read it too.
   explicit TokenFile(const std::filesystem::path& path, IfAbsent if_absent = IfAbsent::kFail);
   ~TokenFile();
   TokenFile(const TokenFile&) = delete;
   TokenFile& operator=(const TokenFile&) = delete;
 
   [[nodiscard]] std::string text() const;
-  // With the mode and the owner that it has. Once.
+  // Atomically replaces the file, keeping mode and owner. May be called once.
   void replace(const std::string& text);
 
  private:
@@ -31,7 +31,7 @@ class TokenFile {
   [[nodiscard]] bool is_current() const;
 
   std::filesystem::path path_;
-  int descriptor_ = -1;  // Locked.
+  int descriptor_ = -1;
 };
 
 }  // namespace multitetra

@@ -43,7 +43,7 @@ struct CertifyArguments {
   bool quiet = false;
 };
 
-// From the mesh's coordinates to the volume's world.
+// Returns the map from the mesh's coordinates to the volume's world.
 Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
   if (arguments.coordinates == "index") {
     if (arguments.space != "native") {
@@ -68,7 +68,7 @@ Affine mesh_to_world(const CertifyArguments& arguments, const Volume& volume) {
 
 bool is_dataset(const std::string& place) { return place.ends_with(".mtd"); }
 
-// The samples of a dataset, which has the options of `prepare` applied to them.
+// Loads the samples of a dataset, to which the options of `prepare` were applied.
 Volume volume_of_dataset(const CertifyArguments& arguments, CertifyOptions& options) {
   if (!arguments.outside.empty() || arguments.margin || !arguments.source.command_line().empty()) {
     throw std::invalid_argument(

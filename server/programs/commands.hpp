@@ -1,5 +1,5 @@
-// The subcommands of multitetra-server. Each adds itself to the program and sets `run` when it was
-// chosen.
+// The subcommands of multitetra-server. Each function adds one to the program; choosing it sets
+// `run`.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace multitetra {
 
-// The command's exit code: 0 done, 1 failed. What is wrong with the world comes as an exception.
+// Returns the exit code: 0 success, 1 failure. Throws for external errors.
 using Run = std::function<int()>;
 
 void add_view_command(Command& program, Run& run);

@@ -1,4 +1,4 @@
-// Runs `info` or `verify` for each dataset of a folder.
+// Runs `info` or `verify` on each dataset of a folder.
 #pragma once
 
 #include <exception>
@@ -10,8 +10,8 @@
 
 namespace multitetra {
 
-// Calls work(place) with each. A failure is printed and passed to failed(place, problem); the
-// others are processed all the same. Throws ExitError (kUsage) when there is none.
+// Calls work(place) for each dataset. Prints a failure, passes it to failed(place, problem), and
+// continues. Throws ExitError (kUsage) if there are no datasets.
 template <typename Work, typename Failed>
 [[nodiscard]] ExitCode with_each_dataset(const std::string& folder, const Work& work,
                                          const Failed& failed) {

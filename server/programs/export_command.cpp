@@ -41,7 +41,7 @@ struct ExportArguments {
   bool quiet = false;
 };
 
-// What was written so far.
+// Totals of the files written so far.
 struct Exported {
   std::uint64_t files = 0;
   std::uint64_t bytes = 0;
@@ -63,10 +63,9 @@ void write_into(const std::filesystem::path& folder, const std::filesystem::path
   exported.bytes += bytes.size();
 }
 
-// Writes the files of one isovalue.
 class Exporter {
  public:
-  // `report` receives the percentage that is done.
+  // `report` receives the percentage done.
   Exporter(const SurfaceExtractor& extractor, const CellTree& tree, std::filesystem::path folder,
            std::function<void(double)> report)
       : extractor_(extractor),
@@ -76,7 +75,7 @@ class Exporter {
 
   [[nodiscard]] const Exported& exported() const { return exported_; }
 
-  // As a server has them below /v1/3dtiles/NAME/iso/ISOVALUE.
+  // Writes files as served below /v1/3dtiles/NAME/iso/ISOVALUE.
   void write_tilesets() {
     const std::string id = tree_.id();
     std::vector<OctreeCube> left = {tree_.root()};
@@ -94,7 +93,7 @@ class Exporter {
     }
   }
 
-  // Writes nothing.
+  // Returns the mesh files of one isovalue without writing them.
   MeshFiles segment() {
     MeshFragments fragments;
     std::vector<OctreeCube> left = {tree_.root()};
@@ -107,7 +106,7 @@ class Exporter {
     return mesh_files_of(tree_, fragments);
   }
 
-  // One file. A level with nearly as many triangles as the one before is left out.
+  // Writes one file. Skips levels with nearly as many triangles as the previous one.
   void write_levels() {
     constexpr double kFewer = 0.75;
     const std::vector<WholeLevel> asked = whole_levels(tree_.info(), tree_.settings());
@@ -131,7 +130,7 @@ class Exporter {
     return crossed_octants(extractor_.dataset(), cell, tree_.settings().isovalue);
   }
 
-  // The cell is done, and its octants are left where a surface can be in them.
+  // Marks the cell as done, and adds its octants that the surface may cross to `left`.
   void go_on(const OctreeCube& cell, std::vector<OctreeCube>& left) {
     const std::uint32_t octants = tree_.is_leaf(cell) ? 0 : crossed(cell);
     const double octant = std::ldexp(12.5, -3 * (tree_.root().exponent - cell.exponent));
@@ -187,11 +186,10 @@ class Exporter {
   std::filesystem::path folder_;
   std::function<void(double)> report_;
   Exported exported_;
-  // The percentage of the grid that is done.
   double percent_ = 0;
 };
 
-// As below /v1/neuroglancer/NAME/surfaces, with these segments.
+// Writes the given segments as served below /v1/neuroglancer/NAME/surfaces.
 void write_segments(const ExportArguments& arguments, DatasetInfo info,
                     const std::map<std::uint64_t, MeshFiles>& segments, Exported& exported) {
   const auto write = [&](const std::string& name, const std::string& bytes) {
@@ -210,7 +208,7 @@ void write_segments(const ExportArguments& arguments, DatasetInfo info,
   }
 }
 
-// What the path of a server would take.
+// Checks settings like those in a server's path.
 TreeSettings settings_of(double isovalue, double error) {
   const auto settings =
       tree_settings_from(text_of(TreeSettings{.isovalue = isovalue, .error = error}));

@@ -43,7 +43,7 @@
 namespace multitetra {
 namespace {
 
-// Thresholds from a volume of any format.
+// Reads thresholds from a volume of any format.
 Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& file,
                                                 double elsewhere) {
   try {
@@ -86,14 +86,14 @@ MeshFormat format_of(const std::string& output) {
   return *format;
 }
 
-// What was written beside the mesh.
+// The model file written with the mesh.
 struct WrittenModel {
   std::string file;
   std::size_t tetrahedra = 0;
   std::size_t points = 0;
 };
 
-// The largest of all tiles.
+// Returns the largest bound of all tiles.
 double simplification_bound(const TiledSurface& surface) {
   double bound = 0;
   for (const TileMesh& tile : surface.tiles) bound = std::max(bound, tile.simplification_bound);
@@ -107,10 +107,10 @@ Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
           {"points", model.points}};
 }
 
-// Area and volume of what is written, and how near it is to the full-resolution surface.
+// Area and volume of the output, and its distance to the full-resolution surface.
 struct Measured {
   std::optional<SurfaceMeasures> measures;
-  std::optional<double> distance_bound;  // World units, with the lattice. None: it has no bound.
+  std::optional<double> distance_bound;  // World units, including the lattice; none if unbounded.
   bool is_full_resolution = false;
 };
 Measured measured(const ExtractArguments& arguments, const IsosurfaceRequest& request,
@@ -121,13 +121,13 @@ Measured measured(const ExtractArguments& arguments, const IsosurfaceRequest& re
                           request.measure == ErrorMeasure::kCertified;
   if (!is_bounded) return result;
   const double error = largest_threshold(request, info);
-  // Rounding moves a vertex by half a lattice step.
+  // Rounding moves a vertex by at most half the diagonal of a lattice cell.
   result.distance_bound = error + lattice_step_world(info, request.lattice_resolution) / 2;
   result.is_full_resolution = error == 0;
   return result;
 }
 
-// Without what was written.
+// Returns the report, without the output files.
 Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                const std::vector<std::string>& notices, const TiledSurface& surface,
                const MeshTopology& topology, const Measured& measured,
@@ -179,11 +179,11 @@ void put_report(const ExtractArguments& arguments, const Json& report) {
   if (arguments.json) std::cout << text_of(report);
 }
 
-// The model of the reference extractor, on request.
+// The model of the reference extractor, if it is needed.
 struct ReferenceModel {
   std::unique_ptr<const ReferenceExtractor> extractor;
   std::shared_ptr<const Model> model;
-  bool is_for_file_only = false;  // The same surface comes faster from the SurfaceExtractor.
+  bool is_for_file_only = false;  // SurfaceExtractor makes the same surface faster.
 };
 ReferenceModel reference_model(const ExtractArguments& arguments, const PreparedVolume& dataset,
                                const IsosurfaceRequest& request) {
@@ -206,7 +206,7 @@ ReferenceModel reference_model(const ExtractArguments& arguments, const Prepared
   return reference;
 }
 
-// Cells beyond the data or without surface, where that is not asked for, are not in the file.
+// Omits cells beyond the data and, unless requested, cells without surface.
 WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel& reference,
                          double isovalue, const Affine& to_output) {
   const ModelScope scope =
@@ -219,7 +219,7 @@ WrittenModel write_model(const ExtractArguments& arguments, const ReferenceModel
           .points = cells.points.size()};
 }
 
-// The final step that a server would send for a request with a budget.
+// Makes the final step that a server would send for a request with a budget.
 StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
                       const IsosurfaceRequest& asked) {
   auto made =
@@ -229,7 +229,7 @@ StepResult affordable(const std::shared_ptr<const SurfaceExtractor>& extractor,
   return *std::move(made);
 }
 
-// Its tiles as they were made, or as they are decoded.
+// Returns the tiles of a step, decoding them if necessary.
 TiledSurface surface_of(const StepResult& made) {
   const TiledStep& step = made.encoded;
   TiledSurface surface{
@@ -274,7 +274,7 @@ int extract(const ExtractArguments& arguments) {
   std::optional<StepResult> within_budget;
   if (has_budget(*asked)) within_budget = affordable(extractor, *asked);
   IsosurfaceRequest request = within_budget ? within_budget->step.request : *asked;
-  // A level has no error that simplification could keep to.
+  // Simplification has no error bound to obey on a uniform level.
   if (arguments.level) request.simplify = false;
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
   const TiledSurface surface =
@@ -287,16 +287,16 @@ int extract(const ExtractArguments& arguments) {
   std::vector<const LatticeMesh*> tiles;
   for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
   LatticeMesh mesh = weld(tiles, request.lattice_resolution);
-  if (request.normal_bits != 0) {  // Files hold them in full precision.
+  if (request.normal_bits != 0) {  // Files store them in full precision.
     mesh.normals = vertex_normals(*dataset, mesh.vertices, mesh.resolution, NormalSource::kSamples);
   }
-  // A uniform level is coarse everywhere, also where the data ends.
+  // A uniform level is coarse everywhere, including where the data ends.
   const std::int32_t finest =
       arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;
   const MeshTopology topology = multitetra::topology(
       mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
   const ContentDigest content = digest(mesh);
-  // The surfaces of models never intersect themselves.
+  // Only simplification can cause self-intersections.
   std::optional<std::size_t> self_intersecting;
   if (request.simplify) self_intersecting = lattice_intersections(mesh).triangles;
 

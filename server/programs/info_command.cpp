@@ -25,7 +25,7 @@ struct InfoArguments {
   bool json = false;
 };
 
-// The histogram as one line of blocks, logarithmic, `width` columns.
+// Returns the histogram as one line of block characters, logarithmic, in at most `width` columns.
 std::string sketch(const Histogram& histogram, std::size_t width) {
   static const char* const kBlocks[] = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
   std::vector<double> columns(std::min(width, histogram.counts.size()), 0);

@@ -1,4 +1,4 @@
-// The volume of a label, for people and programs.
+// Formats the volume of a label, for people and programs.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace multitetra {
 
-// "1 234 voxels (617 mm³), of which the surface holds 99.3 %".
+// Returns for example "1 234 voxels (617 mm³), of which the surface holds 99.3 %".
 [[nodiscard]] std::string human_label_volume(const LabelVolume& volume, const DatasetInfo& info);
 
 [[nodiscard]] Json json_of(const LabelVolume& volume);

@@ -1,4 +1,4 @@
-// The progress of a long command: a bar on a terminal, a plain line per finished stage elsewhere.
+// Shows the progress of a long command: a bar on a terminal, otherwise a line per finished stage.
 #pragma once
 
 #include <chrono>
@@ -9,26 +9,25 @@
 
 namespace multitetra {
 
-// Stages come one after another; their seconds are kept for the report. All output goes to stderr.
+// Runs through stages, and records their seconds for the report. Writes to stderr.
 class Progress {
  public:
-  // `stages` is how many will come.
+  // `stages` is the total number of stages.
   Progress(std::string command, std::size_t stages, bool is_quiet);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // Ends the stage before and begins one; `stage` is a noun such as "errors".
+  // Ends the previous stage and begins one; `stage` is a noun such as "errors".
   void begin(const std::string& stage);
-  // The progress of the stage: `done` of `all` units of work, whose plural is `unit`. Prints
-  // percentage, speed and remaining time, on a terminal at most ten times a second, elsewhere every
-  // ten seconds.
+  // Reports `done` of `all` units of work in the stage; `unit` is their plural. Prints percentage,
+  // speed and remaining time: on a terminal up to ten times a second, otherwise every ten seconds.
   void update(double done, double all, const char* unit);
   void finish();
-  // A sentence for the user, above the bar.
+  // Prints a sentence for the user, above the bar.
   void note(const std::string& sentence);
 
-  // stage -> seconds, and "total".
+  // Returns stage -> seconds, and "total".
   [[nodiscard]] Json seconds() const;
 
  private:
@@ -49,7 +48,7 @@ class Progress {
   Clock::time_point start_ = Clock::now();
   Clock::time_point stage_start_ = start_;
   Clock::time_point last_update_ = start_;
-  // The done fraction of the current stage.
+  // The completed fraction of the current stage.
   double fraction_ = 0;
   std::vector<Stage> stages_;
 };

@@ -1,4 +1,4 @@
-// multitetra-server: makes, prepares and serves volumes.
+// multitetra-server: prepares and serves volumes.
 #include "common/cli/command_line.hpp"
 #include "common/cli/program.hpp"
 #include "server/programs/commands.hpp"

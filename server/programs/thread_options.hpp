@@ -1,4 +1,4 @@
-// --threads: the number of processors that a command uses.
+// --threads: the number of threads that a command uses.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ inline void add_threads_option(Command& command, int& threads) {
       ->within(1, 1024);
 }
 
-// Limits oneTBB while it lives. 0: no limit.
+// Limits oneTBB during its lifetime. 0: no limit.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads) {

@@ -21,7 +21,7 @@ namespace multitetra {
 namespace {
 
 struct TokenArguments {
-  std::vector<std::string> words;  // NAME; list; revoke NAME.
+  std::vector<std::string> words;  // NAME, or list, or revoke NAME.
   std::vector<std::string> datasets = {"*"};
   std::string file;
   std::string expires;
@@ -30,7 +30,7 @@ struct TokenArguments {
   bool json = false;
 };
 
-// "30d", "12h", or a moment as the file has it.
+// Parses "30d", "12h", or a time as in the file.
 std::optional<AccessRights::Time> expiry_of(const std::string& text) {
   using namespace std::chrono;
   if (text.empty()) return std::nullopt;
@@ -58,7 +58,7 @@ bool has_name(const AccessList& list, const std::string& name) {
   return std::any_of(list.entries().begin(), list.entries().end(), is_it);
 }
 
-// A name stands for one token: the one that is made now, or the one that is there.
+// Adds a line. A name has one token, so an existing one must be replaced explicitly.
 void add_line(const TokenArguments& arguments, const std::string& name, const std::string& line) {
   TokenFile file(arguments.file, TokenFile::IfAbsent::kMakeIt);
   std::string text = file.text();
@@ -71,7 +71,7 @@ void add_line(const TokenArguments& arguments, const std::string& name, const st
     }
     text = without_name(text, name).text;
   }
-  if (!text.empty() && !text.ends_with('\n')) text += '\n';  // As some editors leave it.
+  if (!text.empty() && !text.ends_with('\n')) text += '\n';  // Some editors omit the last line end.
   file.replace(text + line + "\n");
 }
 

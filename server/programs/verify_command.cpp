@@ -22,7 +22,7 @@ struct VerifyArguments {
   bool quiet = false;
 };
 
-// Throws what is wrong with the dataset.
+// Throws if the dataset is damaged.
 Json verify_one(const std::string& place, const VerifyArguments& arguments) {
   Progress progress("verify", 1, arguments.quiet || arguments.json);
   progress.begin("checksums");

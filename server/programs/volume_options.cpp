@@ -43,7 +43,7 @@ void add_border_options(Command& command, std::string& outside, std::optional<in
 
 namespace {
 
-// "64,64,64" or "64x64x64".
+// Parses "64,64,64" or "64x64x64".
 std::optional<std::vector<std::int32_t>> dims_from(std::string text) {
   for (char& c : text) {
     if (c == 'x' || c == 'X') c = ',';

@@ -1,4 +1,4 @@
-// Options that choose a volume of a source and describe raw samples.
+// Options that choose a volume from a source and describe raw samples.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +11,14 @@
 
 namespace multitetra {
 
-// Throws ExitError (kUsage) when `text` names no component.
+// Throws ExitError (kUsage) unless `text` names a component.
 [[nodiscard]] ComponentChoice component_from(const std::string& text);
 
-// The value of --outside: none for "void". Throws std::invalid_argument unless it is that or a
-// finite number.
+// Parses --outside: none for "void". Throws std::invalid_argument unless it is that or a finite
+// number.
 [[nodiscard]] std::optional<double> outside_from(const std::string& text);
 
-// --outside (an empty text where it is not given) and --margin, of commands that prepare.
+// Adds --outside (empty by default) and --margin, for commands that prepare.
 void add_border_options(Command& command, std::string& outside, std::optional<int>& margin);
 
 struct VolumeOptions {
@@ -36,19 +36,19 @@ struct VolumeOptions {
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing;
   std::vector<double> origin;
-  std::string orient;  // As axis_directions_from() reads it.
-  std::string space;   // LPS, RAS or none; empty: as the file says.
+  std::string orient;  // Parsed by axis_directions_from().
+  std::string space;   // LPS, RAS or none; empty: from the file.
   std::string length_unit;
 
-  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, the
-  // layout of raw samples, and the places of samples.
+  // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and
+  // options for the layout of raw samples and the placement of samples.
   void add_to(Command& command);
-  // Adds --space, for commands whose own coordinates have no option of that name.
+  // Adds --space, for commands without another option of that name.
   void add_space_to(Command& command);
-  // The parsed options. Throws ExitError (kUsage) when a component is none, a spacing is not
-  // positive, or the length unit is no unit.
+  // Returns the parsed options. Throws ExitError (kUsage) for an invalid component or length unit,
+  // or a spacing that is not positive.
   [[nodiscard]] VolumeFileOptions parsed() const;
-  // Those that are not their defaults, as they would be written; empty: none.
+  // Returns the options that differ from their defaults, as on the command line.
   [[nodiscard]] std::string command_line() const;
 
  private:

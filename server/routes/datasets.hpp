@@ -1,4 +1,4 @@
-// /v1/datasets and /v1/datasets/NAME: the datasets that the client may see.
+// /v1/datasets and /v1/datasets/NAME: the datasets visible to the client.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-// The list goes without histograms: they are in each dataset's own description.
+// The list omits histograms, which are in each dataset's own description.
 [[nodiscard]] Answer datasets_answer(const HttpRequest& request, RequestContext& context);
 [[nodiscard]] Answer dataset_answer(const std::string& dataset, const HttpRequest& request,
                                     RequestContext& context);

@@ -1,4 +1,4 @@
-# Writes a JSON file as C++: pieces, as a literal may not be too long.
+# Writes a JSON file as C++, in pieces because the length of a literal is limited.
 file(READ ${FROM} text)
 string(LENGTH "${text}" length)
 set(pieces "")

@@ -16,13 +16,13 @@
 namespace multitetra {
 namespace {
 
-// The version of the output: increase it when equal requests give different bytes.
+// The version of the output. Increase it when equal requests give different bytes.
 constexpr std::string_view kFormVersion = "4";
 
-// A mesh of so many triangles takes noticeable time.
+// Meshes above this size take noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
-// nullopt when the temporary folder does not take the file.
+// Returns nullopt if the temporary folder is not writable.
 Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
                                                 const DatasetInfo& info, const MeshForm& form,
                                                 const MeshPlace& place,
@@ -152,7 +152,7 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const W
   if (context.watch) context.watch();
   auto made = co_await surfaces_of(wanted, *context.caller);
   if (!made) co_return tl::unexpected(made.error());
-  // Work on another thread is copied, and reservations end on this one.
+  // std::function copies its captures, and reservations must end on this thread.
   const auto surfaces = std::make_shared<std::vector<Surface>>(*std::move(made));
   std::vector<ByteReservations::Reservation> memory;
   std::size_t triangles = 0;

@@ -1,4 +1,4 @@
-// Isosurfaces as files over HTTP: one mesh in one response.
+// Isosurfaces as files over HTTP: one file per response.
 #pragma once
 
 #include <cstdint>
@@ -19,35 +19,36 @@ namespace multitetra {
 
 class IsosurfaceRoute {
  public:
-  // The options outlive the route.
+  // The options must outlive the route.
   explicit IsosurfaceRoute(const RouteOptions& options);
 
-  // Makes nothing for HEAD, nor where the client has it already.
+  // Makes nothing for HEAD, nor if the client's copy is current.
   [[nodiscard]] asio::awaitable<Answer> answer(const std::string& dataset, const Target& target,
                                                const HttpRequest& request, RequestContext& context);
 
  private:
-  // Meshes that are made at the same time: each takes much memory. One of them is a small one, so
-  // that it does not wait for large ones, and no address or token has more than one large.
+  // Meshes made at the same time, limited because each takes much memory. One worker is reserved
+  // for small meshes, and a share has at most one large one.
   static constexpr std::size_t kAssembling = 3;
 
   // Everything that determines the file's bytes.
   struct Wanted {
     DatasetInfo info;
-    std::vector<IsosurfaceRequest> requests;  // A surface each.
+    std::vector<IsosurfaceRequest> requests;  // One per surface.
     std::optional<ScalarRequest> scalars;
     MeshForm form;
     bool is_format_negotiated = false;
-    std::string key;  // The same exactly for the same file.
-    // In quotes; empty where the dataset has no digest of its content.
+    std::string key;  // Identifies the file's bytes.
+    // Quoted; empty if the dataset has no content digest.
     std::string tag;
   };
   [[nodiscard]] Result<Wanted> wanted(const std::string& dataset, const Target& target,
                                       const HttpRequest& request, const RequestContext& context);
-  // The surfaces of all isovalues. A budget is shared in proportion to their estimated sizes.
+  // Returns the surfaces of all isovalues. They share a budget in proportion to their estimated
+  // sizes.
   [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(const Wanted& wanted,
                                                                           Caller& caller);
-  // nullopt when the temporary folder does not take the file.
+  // Returns nullopt if the temporary folder is not writable.
   [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make(const Wanted& wanted,
                                                                         RequestContext& context);
   const RouteOptions& options_;

@@ -15,11 +15,10 @@
 namespace multitetra {
 namespace {
 
-// The version of the response format, part of ETags: increase it when the same path gives other
-// bytes.
+// The version of the output, part of ETags. Increase it when equal paths give different bytes.
 constexpr std::string_view kNeuroglancerForm = "2 ";
 constexpr std::string_view kIndexSuffix = ".index";
-constexpr std::string_view kInfo = "info";  // Files that list others end so.
+constexpr std::string_view kInfo = "info";  // Suffix of files that list others.
 
 SharedBytes shared(std::string bytes) {
   return std::make_shared<const std::string>(std::move(bytes));
@@ -32,9 +31,9 @@ tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
                   "image/info, and the files that those list.");
 }
 
-// The tag of a mesh's file or a chunk, known before it is made. None for what is made of the
-// dataset's facts alone, and where the dataset has no digest of its content: then the tag is made
-// from the bytes.
+// Returns the tag of a mesh file or chunk, known before it is made. Returns none if the file is
+// derived from the dataset's description only, or the dataset has no content digest; then the tag
+// is computed from the bytes.
 std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
   if (info.content_id == 0 || file.path.ends_with(kInfo)) return {};
   const CellTree tree(info, {.error = file.error});
@@ -66,7 +65,7 @@ std::size_t bytes_of(const ImageChunk& chunk, SampleType type) {
   return bytes;
 }
 
-// Values as the image's type has them; what has no value is 0 where the type has no NaN.
+// Appends values in the image's type. Void values are 0 if the type has no NaN.
 void append_voxels(std::string& bytes, const std::string& values, SampleType type) {
   const auto append_as = [&]<typename Voxel>(Voxel) {
     for (std::size_t at = 0; at < values.size(); at += sizeof(float)) {
@@ -95,7 +94,7 @@ void append_voxels(std::string& bytes, const std::string& values, SampleType typ
 
 }  // namespace
 
-// The root's octants are all looked at; below, a cell is where a surface can be.
+// Tries all octants of the root; below it, only those that the surface crosses.
 asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& tree, MeshPtr mesh,
                                                                RequestContext& context) {
   const OctreeCube cell = mesh->left.front();
@@ -147,7 +146,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   const MeshPtr* const known = meshes_.find(key);
   MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
   const auto until = std::chrono::steady_clock::now() + kPatience;
-  // The memory of the files, which may be evicted from their cache meanwhile.
+  // Reserved for the files, as the cache may evict them meanwhile.
   ByteReservations::Reservation reservation;
   while (!mesh->left.empty()) {
     if (std::chrono::steady_clock::now() > until) {
@@ -171,7 +170,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   co_return mesh;
 }
 
-// Planes of samples, one after the other.
+// Makes a chunk from its layers of samples.
 asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::image(const ImageChunk& chunk,
                                                               const DatasetInfo& info,
                                                               RequestContext& context) {
@@ -237,7 +236,7 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
             context.caller->permit().is_for_all() ? "public, no-cache" : "private, no-cache");
   std::string tag = lasting_tag(file, *info);
   const std::string_view had = field(request, http::field::if_none_match);
-  // A client without a preference has seen no version yet.
+  // "*" comes from clients without a known version.
   if (!tag.empty() && had != "*" && names_tag(had, tag)) {
     answer.is_length_known = false;
   } else {

@@ -16,27 +16,27 @@
 
 namespace multitetra {
 
-// On the executor's thread alone.
+// Used on the executor's thread only.
 class NeuroglancerRoute {
  public:
-  // The options outlive the route.
+  // The options must outlive the route.
   explicit NeuroglancerRoute(const RouteOptions& options) : options_(options) {}
 
-  // A mesh's manifest lists the sizes of all its fragments, so the first request for it, or for a
-  // file that it lists, waits until all are made; after a few seconds it is answered with a delay
-  // for a retry, and what was made until then is kept. The service makes all of it cell by cell, so
-  // a mesh has the limits of as many requests. Nothing is made where the client has it already.
+  // A mesh's manifest lists the sizes of all its fragments, so the first request for it, or for one
+  // of its files, waits until all are made. After a few seconds it is answered with a retry delay;
+  // finished fragments are kept. The service makes each cell as a separate request, with the usual
+  // limits. Makes nothing if the client's copy is current.
   [[nodiscard]] asio::awaitable<Answer> answer(const NeuroglancerFile& file,
                                                const HttpRequest& request, RequestContext& context);
 
  private:
   // The fragments of one segment.
   struct Mesh {
-    // The remaining cells of the tree: crossed and not yet made.
+    // Cells that the surface crosses and that are not made yet.
     std::vector<OctreeCube> left;
     MeshFragments fragments = {};
     std::size_t bytes = 0;
-    // When nothing is left: as MeshFiles, each for itself, so that sending one keeps only that.
+    // Set when `left` is empty: as MeshFiles, separate so that sending one retains only that.
     SharedBytes manifest = {};
     SharedBytes data = {};
   };
@@ -50,12 +50,12 @@ class NeuroglancerRoute {
                                                            RequestContext& context);
   [[nodiscard]] asio::awaitable<Result<MeshPtr>> mesh(const CellTree& tree,
                                                       RequestContext& context);
-  // Makes the first of the cells that are left.
+  // Makes the first of the remaining cells.
   [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const CellTree& tree, MeshPtr mesh,
                                                             RequestContext& context);
 
   static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
-  // The most bytes of one mesh.
+  // The size limit of one mesh, in bytes.
   static constexpr std::size_t kMostBytes = kKeptBytes / 2;
   static constexpr std::chrono::seconds kPatience{8};
 

@@ -1,4 +1,4 @@
-// Serves openapi.json, the description of the HTTP interface.
+// The text of openapi.json, the description of the HTTP interface.
 #pragma once
 
 #include <string_view>

@@ -32,7 +32,7 @@ namespace {
 
 constexpr std::string_view kTokens = "/v1/token/";
 
-// What follows the version, and the token that may come first.
+// The path after the version and the optional token.
 struct VersionedPath {
   std::span<const std::string> path;
   std::string token = {};
@@ -40,7 +40,7 @@ struct VersionedPath {
 VersionedPath versioned(const Target& target) {
   const std::span<const std::string> path = target.path;
   if (path.empty() || path[0] != "v1") return {};
-  // As it was sent: without_token() finds what is taken for a token.
+  // Tests the undecoded path, as without_token() does.
   if (path.size() > 3 && target.raw_path.starts_with(kTokens)) {
     return {.path = path.subspan(3), .token = path[2]};
   }

@@ -1,4 +1,4 @@
-// Parses the path of a request into the resource that it names. Pure.
+// Parses the path of a request into the resource that it identifies. Pure.
 #pragma once
 
 #include <string>
@@ -33,17 +33,17 @@ struct ValueAtPlaces {  // /v1/datasets/{name}/value
 struct TileBytes {  // /v1/tiles/{hash}
   ContentDigest digest;
 };
-// /v1/3dtiles/{name}/iso/{settings}/tileset.json, and below it {id}/{file}; the same behind
-// /v1/token/{token} for viewers that send no header.
+// /v1/3dtiles/{name}/iso/{settings}/tileset.json, and below it {id}/{file}. Also after
+// /v1/token/{token}, for viewers that send no header.
 struct TilesetFile {
   std::string dataset;
-  std::string settings;  // As tree_settings_from() reads them.
-  std::string id;        // Empty: of the dataset as it is now.
+  std::string settings;  // Parsed by tree_settings_from().
+  std::string id;        // Empty: the dataset's current id.
   std::string file;
   std::string token;
 };
 // /v1/neuroglancer/{name}/surfaces/{path}, or surfaces,error=0.5;
-// /v1/neuroglancer/{name}/image/{path}. Behind a token as trees are.
+// /v1/neuroglancer/{name}/image/{path}. Also after a token, as for 3D Tiles.
 struct NeuroglancerFile {
   std::string dataset;
   bool is_image = false;
@@ -52,21 +52,21 @@ struct NeuroglancerFile {
   std::string path;
   std::string token;
 };
-struct ViewerFile {  // Whatever else: a file of the viewer, or nothing.
-  std::string path;  // As it was sent: names of files are never decoded.
+struct ViewerFile {  // Any other path: a viewer file, or none.
+  std::string path;  // The undecoded path.
 };
 
 using Route = std::variant<Liveness, Readiness, Metrics, Description, WebSocketStream,
                            DatasetListing, DatasetDescription, SurfaceFile, SliceOfSamples,
                            ValueAtPlaces, TileBytes, TilesetFile, NeuroglancerFile, ViewerFile>;
 
-// A request's target as a log may have it: a token in its path becomes "...".
+// Returns the target for logs: a token in its path becomes "...".
 [[nodiscard]] std::string without_token(std::string_view target);
 
-// The kind of resource, in a word for counting: "isosurface", "tile" and so on.
+// Returns the resource's kind in one word for metrics: "isosurface", "tile" and so on.
 [[nodiscard]] const char* name(const Route& route);
 
-// kInvalidArgument where a part of the path cannot be what it must be, as a tile's digest.
+// Returns kInvalidArgument if a part of the path is invalid, such as a tile's digest.
 [[nodiscard]] Result<Route> route_of(const Target& target);
 
 }  // namespace multitetra

@@ -13,16 +13,16 @@ namespace multitetra {
 
 struct RouteOptions {
   // For /v1/datasets/NAME/isosurface: the most triangles of one response, which take about 120
-  // bytes of memory each while one is made; the most bytes of files being sent or cached, and their
-  // folder, where they have no names. 0: nothing is cached.
+  // bytes of memory each while it is made; the most bytes of files being sent or cached (0: no
+  // cache); and the folder of these unnamed files.
   std::uint64_t max_mesh_triangles = 4'000'000;
   std::uint64_t mesh_cache_bytes = std::uint64_t{512} << 20;
   std::filesystem::path temporary_folder = std::filesystem::temp_directory_path();
   std::shared_ptr<const ViewerFiles> viewer = std::make_shared<const ViewerFiles>();
 };
 
-// A listener for HTTP and WebSockets with all routes. Throws, when it is called, AddressError that
-// names the address when that cannot be listened on.
+// Makes a listener for HTTP and WebSockets with all routes. When called, throws AddressError, which
+// names the address, if it cannot listen.
 [[nodiscard]] MakeListener http_listener(HttpOptions options, RouteOptions routes = {});
 
 }  // namespace multitetra

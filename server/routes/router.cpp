@@ -26,7 +26,7 @@ std::string_view bearer_token(const HttpRequest& request) {
   return credentials.substr(kScheme.size());
 }
 
-// Returns the token in the path, for viewers that send no header, or in the header.
+// Returns the token in the path (for viewers that send no header) or in the header.
 std::string token_of(const Route& route, const HttpRequest& request) {
   std::string token;
   if (const auto* tileset = std::get_if<TilesetFile>(&route)) token = tileset->token;
@@ -49,7 +49,7 @@ Answer methods_answer() {
   return answer;
 }
 
-// The service is closed for a request when that is over, however it ends.
+// Closes the service's caller at the end of a request, however it ends.
 class ServedRequest {
  public:
   explicit ServedRequest(RequestContext& context) : context_(context) {}
@@ -149,17 +149,17 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
 
 asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   RequestContext& context = asked.context;
-  // A tile at hand costs nothing: a client may fetch as many as it likes.
+  // Cached tiles cost almost nothing, so they are not rate-limited.
   const bool is_counted = !std::holds_alternative<TileBytes>(route);
   const auto within_rate = [&] {
     return is_counted ? context.client->check_rate_limit() : Result<void>();
   };
   const std::string token = token_of(route, asked.request);
-  // Requests count for a token of the access list, all others for their address.
+  // Requests count for their token if the access list has it, else for their address.
   const auto permit = Permit::of(token, context.client->admission().access(), nullptr);
   const bool has_known_token = permit && permit->has_token();
   if (!has_known_token) {
-    context.client->is_named({}, false);  // Not by the request before on this connection.
+    context.client->is_named({}, false);  // Clears the name set by the previous request.
     if (const auto allowed = within_rate(); !allowed) {
       context.reason = allowed.error().text;
       co_return error_answer(429, allowed.error(), context.request_id);

@@ -1,4 +1,4 @@
-// Brings each request to its route.
+// Dispatches each request to its route.
 #pragma once
 
 #include <string>
@@ -19,7 +19,7 @@ namespace multitetra {
 
 class Router : public RequestHandler {
  public:
-  // What `server` refers to outlives it.
+  // The objects that `server` refers to must outlive the router.
   Router(const ServerContext& server, HttpOptions http, RouteOptions routes);
 
   [[nodiscard]] asio::awaitable<Outcome> answer(const HttpRequest& request,
@@ -27,14 +27,15 @@ class Router : public RequestHandler {
   [[nodiscard]] std::string loggable(std::string_view target) const override;
 
  private:
-  // The reply of a route, without the fields that all replies share.
+  // The arguments of a route.
   struct Asked {
     const HttpRequest& request;
     const Target& target;
     RequestContext& context;
   };
+  // Returns a route's answer, without the fields common to all answers.
   asio::awaitable<Outcome> routed(const HttpRequest& request, RequestContext& context);
-  // The reply of the service, after the token was checked.
+  // Answers a request that uses the service, after checking its token.
   asio::awaitable<Answer> served(const Route& route, Asked asked);
   asio::awaitable<Answer> answer_by(const Route& route, Asked asked);
 

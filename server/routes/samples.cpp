@@ -18,7 +18,7 @@
 namespace multitetra {
 namespace {
 
-// The version of the output: increase it when equal queries give different bytes.
+// The version of the output. Increase it when equal queries give different bytes.
 constexpr std::string_view kSliceForm = "1";
 
 std::string text_of(const Vec3& v) {
@@ -30,7 +30,7 @@ std::string rgb_text(const Rgb& color) {
          std::to_string(color[2]) + ' ';
 }
 
-// The same exactly for the same bytes.
+// Returns a key that identifies the output bytes.
 std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const SliceQuery& query,
                    const ColorScale& scale) {
   const std::string plane = serialize(ClientMessage(Slice{.dataset = info.name, .slice = slice}));
@@ -42,10 +42,10 @@ std::string key_of(const DatasetInfo& info, const SliceRequest& slice, const Sli
          (query.no_value_color ? rgb_text(*query.no_value_color) : "") + key_of(info) + plane;
 }
 
-// Which values have which colors, and what those have that are none.
+// The colors of values and of void samples.
 struct PictureColors {
   ColorScale scale;
-  bool has_no_value = false;  // The scale's own; else they are transparent.
+  bool has_no_value = false;  // The scale has a color for void; otherwise it is transparent.
 };
 
 std::string picture_of(const SliceReply& slice, const PictureColors& colors) {
@@ -113,7 +113,7 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
     answer.is_length_known = false;
   } else {
     if (context.watch) context.watch();
-    // The bytes of a picture, as pixels and as a file; the service reserves those of the samples.
+    // Reserves the picture as pixels and as a file; the service reserves the samples.
     const std::size_t picture_bytes = 2 * sizeof(Pixel) * slice->width * slice->height;
     const auto reservation = context.client->reserve(is_raw ? 0 : picture_bytes);
     if (!reservation) co_return context.refused(reservation.error());

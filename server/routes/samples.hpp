@@ -1,5 +1,4 @@
-// The samples themselves over HTTP: slices as pictures or numbers, and what the field is at a
-// place.
+// The samples over HTTP: slices as pictures or numbers, and the field's value at given places.
 #pragma once
 
 #include <string>
@@ -14,16 +13,16 @@ namespace multitetra {
 
 class SamplesRoute {
  public:
-  // Makes nothing for HEAD, nor where the client has it already.
+  // Makes nothing for HEAD, nor if the client's copy is current.
   [[nodiscard]] asio::awaitable<Answer> slice(const std::string& dataset, const Target& target,
                                               const HttpRequest& request, RequestContext& context);
-  // {"places":[{"world","index","value","gradient"}]}; the latter two are null where there is no
-  // field.
+  // Returns {"places":[{"world","index","value","gradient"}]}; value and gradient are null in the
+  // void.
   [[nodiscard]] asio::awaitable<Answer> value(const std::string& dataset, const Target& target,
                                               RequestContext& context);
 
  private:
-  Workers drawing_{1};  // Makes pictures of values.
+  Workers drawing_{1};  // Colors slices.
 };
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// /v1/tiles/HASH: a cached tile, by its digest.
+// /v1/tiles/HASH: a cached tile by its digest.
 #pragma once
 
 #include "common/mesh/content_digest.hpp"
@@ -6,8 +6,7 @@
 
 namespace multitetra {
 
-// Tiles are visible to clients that may see their dataset. Where tokens decide that, the response
-// is private.
+// Serves tiles of datasets that the client may see. With an access list, the response is private.
 [[nodiscard]] Answer tile_answer(SurfaceService& service, const ContentDigest& digest,
                                  const HttpRequest& request, RequestContext& context);
 

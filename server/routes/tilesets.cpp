@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// The version of the output: increase it when equal paths give different bytes.
+// The version of the output. Increase it when equal paths give different bytes.
 constexpr std::string_view kTilesetForm = "2 ";
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";

@@ -1,4 +1,4 @@
-// Trees of cells over HTTP: 3D Tiles that are made on demand.
+// Trees of cells over HTTP, as 3D Tiles made on demand.
 #pragma once
 
 #include <optional>
@@ -15,15 +15,15 @@
 
 namespace multitetra {
 
-// On the executor's thread alone.
+// Used on the executor's thread only.
 class TilesetRoute {
  public:
-  // The options outlive the route.
+  // The options must outlive the route.
   explicit TilesetRoute(const RouteOptions& options) : options_(options) {}
 
-  // Every file costs no more than the surface in one cell, which the service makes like any other;
-  // nothing is made for HEAD, nor where the client has it already. Shared caches may keep a
-  // response if the permit is for all clients.
+  // A file costs at most the surface in one cell, made by the service like any other. Makes nothing
+  // for HEAD, nor if the client's copy is current. Shared caches may store a response if the permit
+  // is for all clients.
   [[nodiscard]] asio::awaitable<Answer> answer(const TilesetFile& file, const HttpRequest& request,
                                                RequestContext& context);
 
@@ -32,11 +32,11 @@ class TilesetRoute {
   struct Wanted {
     CellTree tree;
     OctreeCube cell;
-    bool is_surface = false;  // Else the cell's tileset.
-    bool is_first = false;    // tileset.json, of the dataset as it is now.
-    bool is_known = false;    // Whether the dataset has a digest of its content.
+    bool is_surface = false;  // Otherwise the cell's tileset.
+    bool is_first = false;    // tileset.json, of the current dataset.
+    bool is_known = false;    // The dataset has a content digest.
     std::string key;
-    // In quotes; empty where the dataset has no digest of its content.
+    // Quoted; empty if the dataset has no content digest.
     std::string tag;
   };
   using WantedPtr = std::shared_ptr<const Wanted>;
@@ -47,11 +47,11 @@ class TilesetRoute {
 
   static constexpr std::size_t kKeptPaths = 1024;
   static constexpr std::size_t kKeptBytes = std::size_t{64} << 20;
-  static constexpr std::size_t kWriting = 2;  // Files of cells that are made at the same time.
+  static constexpr std::size_t kWriting = 2;  // Files made at the same time.
 
   const RouteOptions& options_;
   LruMap<std::string, SharedBytes> kept_{kKeptBytes};
-  // What paths stand for, as long as their dataset is the same.
+  // Parsed paths, valid while their dataset is unchanged.
   LruMap<std::string, WantedPtr> paths_{kKeptPaths};
   Workers writing_{kWriting};
 };

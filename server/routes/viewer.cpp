@@ -7,14 +7,14 @@
 namespace multitetra {
 namespace {
 
-// The page connects to its own host only, so that no address can make it send data, such as a
-// token, elsewhere. 'self' includes WebSockets of that host in every browser that supports the
-// colors of the page's style.
+// The page may connect to its own host only, so no link can make it send data, such as a token,
+// elsewhere. 'self' includes WebSockets of that host in every browser that supports the page's
+// style.
 constexpr std::string_view kPolicy =
     "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; "
     "connect-src 'self'; img-src 'self' blob: data:; "
     "style-src 'self' 'unsafe-inline'; object-src 'none'; base-uri 'none'; form-action 'none'; "
-    "frame-ancestors 'self'";  // The last one: further origins are appended.
+    "frame-ancestors 'self'";  // Further origins are appended here.
 
 constexpr std::string_view kPage =
     "<!doctype html>\n"
@@ -39,8 +39,8 @@ bool accepts(const HttpRequest& request, std::string_view coding) {
   return !accepted.starts_with(";q=0,") && accepted != ";q=0";
 }
 
-// Allowed origins may also frame the page. "*" allows requests, not frames: an unknown page could
-// overlay the viewer and read what it shows.
+// Allowed origins may also frame the page. "*" does not apply to frames: an unknown page could
+// overlay the viewer and read its content.
 void say_policy(Answer& answer, const std::vector<std::string>& allowed_origins) {
   std::string policy(kPolicy);
   for (const std::string& origin : allowed_origins) {

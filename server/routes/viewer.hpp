@@ -1,4 +1,4 @@
-// Files of the viewer as answers.
+// Answers requests for viewer files.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace multitetra {
 
-// A file, or the page for "/" where there is no viewer; 404 otherwise. Pages of the allowed origins
-// may have it in a frame, as those of the server may; "*" is none of them.
+// Returns a file, or an explanatory page for "/" without a viewer; otherwise 404. Pages of the
+// server and of allowed origins may frame it; "*" does not count.
 [[nodiscard]] Answer viewer_answer(const ViewerFiles& files, std::string_view path,
                                    const HttpRequest& request,
                                    const std::vector<std::string>& allowed_origins,

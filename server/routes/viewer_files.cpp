@@ -48,7 +48,7 @@ const ViewerFileContent* ViewerFiles::find(std::string_view path) const {
 
 std::shared_ptr<const ViewerFiles> find_viewer(const std::filesystem::path& folder) {
   if (!folder.empty()) return std::make_shared<const ViewerFiles>(folder);
-  std::error_code unknown;  // Without /proc the place of this program is unknown.
+  std::error_code unknown;  // Without /proc the program's path is unknown.
   const auto program = std::filesystem::read_symlink("/proc/self/exe", unknown);
   const auto own = program.parent_path().parent_path() / "share" / "multitetra" / "viewer";
   if (unknown || !std::filesystem::is_directory(own)) return std::make_shared<const ViewerFiles>();

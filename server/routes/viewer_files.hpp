@@ -1,5 +1,5 @@
-// The files of the web viewer: one folder, read into memory at the start. Nothing outside of it,
-// and nothing that comes into it later, can be reached.
+// The files of the web viewer: one folder, read into memory at the start. No other file can be
+// reached, nor one added later.
 #pragma once
 
 #include <filesystem>
@@ -14,32 +14,33 @@ namespace multitetra {
 
 struct ViewerFileContent {
   SharedBytes bytes;
-  SharedBytes gzip;    // Null where there is no NAME.gz beside it.
-  SharedBytes brotli;  // Null where there is no NAME.br beside it.
+  SharedBytes gzip;    // Null if there is no NAME.gz.
+  SharedBytes brotli;  // Null if there is no NAME.br.
   std::string_view type;
-  // A digest of the content, in quotes; encodings have their own.
+  // A quoted digest of the content; encodings have separate tags.
   std::string tag;
-  bool is_named_by_content = false;  // Under /assets/: its name changes with its bytes.
+  bool is_named_by_content = false;  // Under /assets/: the name changes with the bytes.
 };
 
 class ViewerFiles {
  public:
-  // No files: a page that explains this.
+  // Contains no files.
   ViewerFiles() = default;
-  // Symbolic links are left out. Throws std::filesystem::filesystem_error or std::runtime_error
-  // when the folder cannot be read.
+  // Reads a folder, ignoring symbolic links. Throws std::filesystem::filesystem_error or
+  // std::runtime_error if it cannot be read.
   explicit ViewerFiles(const std::filesystem::path& folder);
 
   [[nodiscard]] bool is_empty() const { return files_.empty(); }
-  // By its path as it stands in a request, "/assets/index.js"; "/" is "/index.html". Null: none.
+  // Finds a file by request path, such as "/assets/index.js"; "/" is "/index.html". Null if
+  // missing.
   [[nodiscard]] const ViewerFileContent* find(std::string_view path) const;
 
  private:
   std::map<std::string, ViewerFileContent, std::less<>> files_;
 };
 
-// The files of `folder`; if that is empty, of the viewer that was built or installed beside this
-// program, "../share/multitetra/viewer" from its folder, or none. Throws as ViewerFiles does.
+// Returns the files of `folder`. If that is empty, uses "../share/multitetra/viewer" relative to
+// this program's folder, or no files. Throws like ViewerFiles.
 [[nodiscard]] std::shared_ptr<const ViewerFiles> find_viewer(const std::filesystem::path& folder);
 
 }  // namespace multitetra

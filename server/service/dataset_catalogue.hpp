@@ -1,5 +1,5 @@
-// The datasets that a server offers, by name. Filled once, then shared and only read: what changes
-// is which catalogue a server offers.
+// The datasets that a server offers, by name. A catalogue is filled once, then shared read-only; a
+// server changes its offer by replacing the catalogue.
 #pragma once
 
 #include <functional>
@@ -15,10 +15,10 @@ namespace multitetra {
 
 class DatasetCatalogue {
  public:
-  // Throws std::invalid_argument when a dataset of that name is there already.
+  // Throws std::invalid_argument if a dataset of that name exists.
   void add(std::shared_ptr<const SurfaceProvider> source);
 
-  // Null when there is no dataset of that name.
+  // Returns null if no dataset has that name.
   [[nodiscard]] std::shared_ptr<const SurfaceProvider> find(std::string_view name) const;
 
   [[nodiscard]] std::vector<DatasetInfo> infos() const;  // Sorted by name.

@@ -13,12 +13,12 @@
 namespace multitetra {
 namespace {
 
-// What a client can hold of a number that is only about right.
+// Rounds an estimate to the integer that a reply holds.
 std::uint64_t rounded(double value) {
   return static_cast<std::uint64_t>(std::min(value, 1e18) + 0.5);
 }
 
-// A source without samples cannot be sampled: an internal error for the client.
+// Fails with an internal error for a source without samples.
 Result<const PreparedVolume*> volume_of(const SurfaceProvider& source) {
   if (const PreparedVolume* volume = source.volume()) return volume;
   return fail(ErrorCode::kInternal, "This server has no samples of the dataset.");
@@ -88,7 +88,7 @@ const IsosurfaceRequest* request_of(const DatasetQuery& query) {
   return asked ? &asked->request : nullptr;
 }
 
-// To find what a budget allows takes as long as some steps, and so does simplifying a sample.
+// A budget search takes as long as several steps, and so does simplifying a sample of the surface.
 bool is_long(const DatasetQuery& query) {
   const IsosurfaceRequest* request = request_of(query);
   return request && (has_budget(*request) || request->simplify);

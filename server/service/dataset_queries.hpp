@@ -1,4 +1,4 @@
-// Requests about a dataset besides its surfaces, which are answered with one message by a worker.
+// Requests about a dataset other than for surfaces. A worker answers each with one message.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +17,15 @@ using DatasetQueryReply = std::variant<EstimateReply, SliceReply, ProbeReply>;
 [[nodiscard]] std::uint64_t request_id_of(const DatasetQuery& query);
 [[nodiscard]] const std::string& dataset_of(const DatasetQuery& query);
 [[nodiscard]] Priority priority_of(const DatasetQuery& query);
-// In a word, for the log: "estimate", "slice", "probe".
+// Returns the kind in one word for the log: "estimate", "slice" or "probe".
 [[nodiscard]] const char* kind_of(const DatasetQuery& query);
-// The isosurface of the query, null for other queries.
+// Returns the isosurface that an estimate is about; null for other queries.
 [[nodiscard]] const IsosurfaceRequest* request_of(const DatasetQuery& query);
-// Whether the answer may take as long as a step.
+// Returns whether the answer may take as long as a step.
 [[nodiscard]] bool is_long(const DatasetQuery& query);
 
-// Requires a query of the source's dataset, validated. Throws what the source throws; Cancelled
-// soon after `stop` is triggered.
+// Answers a query. Requires a validated query of the source's dataset. Throws what the source
+// throws, and Cancelled soon after `stop` is triggered.
 [[nodiscard]] Result<DatasetQueryReply> answered(const SurfaceProvider& source,
                                                  const DatasetQuery& query,
                                                  const std::stop_token& stop);

@@ -31,7 +31,7 @@ void sort_by_importance(std::vector<EncodedTile>& tiles, const ResolvedStep& spe
   tiles = std::move(sorted);
 }
 
-// On all threads; tiles that the cache has are not encoded again.
+// Encodes the tiles that are not in the cache, on all threads.
 std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shading,
                                 const std::string& dataset, TileCache& cache,
                                 const std::stop_token& stop) {
@@ -55,7 +55,7 @@ std::vector<EncodedTile> encode(const TiledSurface& surface, const Shading& shad
   return encoded;
 }
 
-// The tiles as they were extracted, without a payload; on all threads.
+// Adds the tiles as meshes, without payloads, on all threads.
 void add_meshes(TiledStep& step, TiledSurface surface, const Shading& shading,
                 const std::stop_token& stop) {
   step.tiles.resize(surface.tiles.size());
@@ -95,7 +95,7 @@ TiledStep ExtractedSurfaces::make(const StepRequest& step, std::stop_token stop)
   TiledStep made = cache_->get(key, stop, [&](const std::stop_token& all_stop) {
     return extract_in_shells(step, all_stop);
   });
-  // The order depends on the request.
+  // The cached step is in another order, as importance depends on the request.
   sort_by_importance(made.tiles, resolved_step(step, info(), stop));
   return made;
 }

@@ -1,4 +1,4 @@
-// The surfaces of a dataset of this process: extracted, and encoded unless the cache has them.
+// The surfaces of a local dataset: extracts and encodes them, or takes them from the cache.
 #pragma once
 
 #include <chrono>
@@ -17,14 +17,14 @@ class SurfaceExtractor;
 
 class ExtractedSurfaces : public SurfaceProvider {
  public:
-  // Providers may share a cache; their datasets need different names then. Null: nothing is kept.
+  // Providers that share a cache need datasets of different names. Null: no cache.
   explicit ExtractedSurfaces(std::shared_ptr<const SurfaceExtractor> extractor,
                              std::shared_ptr<SurfaceCache> cache = nullptr);
 
   [[nodiscard]] const DatasetInfo& info() const override;
   [[nodiscard]] TiledStep make(const StepRequest& step, std::stop_token stop) const override;
-  // Not kept; encoded tiles where the cache has them. Equal requests at the same time are made
-  // once.
+  // Does not cache the meshes; returns encoded tiles if the cache has them. Concurrent equal
+  // requests share one extraction.
   [[nodiscard]] TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const override;
   [[nodiscard]] bool remembers(const StepRequest& step) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;

@@ -1,20 +1,19 @@
-// Weighted fair queueing of jobs by the time that they take.
+// Weighted fair queueing of jobs by their duration.
 //
-// A *share* is what one client has, however many connections it opens: an address, or a token. If
-// all shares that have something to do were served at the same time, each with the same part of the
-// workers, a job would be done at its virtual finish time. Jobs are taken in the order of these
-// times. So a small job passes long ones of any client; a hundred connections from one
-// address get no more than a single one from another; and a long job is done about as soon as if
-// everything were served at the same time, however many small ones come. Within a share the same
-// holds for its clients. What a job is expected to take counts from its beginning, what it has
-// taken at its end.
+// A *share* is what one client gets, however many connections it opens: an address, or a token. A
+// job's virtual finish time is when it would be done if all busy shares were served at once, each
+// with an equal part of the workers. Jobs are taken in the order of these times. So a small job
+// passes long ones of any client; a hundred connections from one address get no more than a single
+// one from another; and a long job is done about as soon as with simultaneous service, however many
+// small ones arrive. The same rule orders the clients within a share. A job is charged its expected
+// time when it begins; the charge is corrected to its actual time when it ends.
 //
-// Virtual time passes with the work that is done, divided among the shares that have something to
-// do. A share that was idle begins at the present virtual time, so being idle saves nothing up.
-// Networks that belong together (see share_levels()) have the weight of a few shares together.
+// Virtual time advances with the work done, divided by the weight of the busy shares. An idle share
+// resumes at the current virtual time, so idling earns no credit. Related networks (see
+// share_levels()) have the joint weight of a few shares.
 //
-// Long jobs never take all workers, and a share runs at most one long job and one beside it: a
-// short job finds a worker. Background jobs run when no other job may.
+// Long jobs never take all workers, and a share runs at most one long job and one other, so a short
+// job finds a worker. Background jobs run when no other job can.
 //
 // Pure: no thread, no clock.
 #pragma once
@@ -39,17 +38,17 @@ class FairQueue {
  public:
   struct Client {
     std::string share = {};
-    std::uint64_t number = 0;  // Among all clients.
+    std::uint64_t number = 0;  // Unique among all clients.
 
     friend auto operator<=>(const Client&, const Client&) = default;
   };
   struct Job {
     std::function<void()> run;
     bool is_long = false;
-    bool is_background = false;  // Comes after all that is not.
-    std::string kind = {};       // For the statistics of what jobs take.
+    bool is_background = false;  // Runs only when no other job can.
+    std::string kind = {};       // For duration statistics.
     double expected_seconds = 0;
-    double following_seconds = 0;  // Expected of a job that this one will add.
+    double following_seconds = 0;  // Expected time of the job that this one will add.
   };
   struct DequeuedJob {
     Client client = {};
@@ -58,7 +57,7 @@ class FairQueue {
     double weight = 1;
   };
 
-  // At most `max_long` long jobs run at the same time; at least 1.
+  // Runs at most `max_long` long jobs (at least 1) at the same time.
   explicit FairQueue(std::size_t max_long) : max_long_(std::max<std::size_t>(max_long, 1)) {}
 
   void add(const Client& client, Job job) {
@@ -79,7 +78,7 @@ class FairQueue {
     ++waiting_;
   }
 
-  // The next job to run; nullopt when none may run now. done() must follow.
+  // Returns the next job to run, or nullopt if none may run now. done() must follow.
   [[nodiscard]] std::optional<DequeuedJob> take() {
     auto next = shares_.end();
     std::optional<ClientTurn> best;
@@ -110,7 +109,7 @@ class FairQueue {
     return taken;
   }
 
-  // The job that was taken has run for `seconds`.
+  // Reports that a taken job has run for `seconds`.
   void done(const DequeuedJob& taken, double seconds) {
     const auto at = shares_.find(taken.client.share);
     Share& share = at->second;
@@ -131,20 +130,20 @@ class FairQueue {
   }
 
   [[nodiscard]] std::size_t waiting() const { return waiting_; }
-  // Expected time of the waiting and running jobs of a share.
+  // Returns the expected time of a share's waiting and running jobs, in seconds.
   [[nodiscard]] double expected_seconds(const std::string& share) const {
     const auto found = shares_.find(share);
     return found == shares_.end() ? 0 : std::max(found->second.expected_seconds, 0.0);
   }
-  // The number of shares with waiting or running jobs.
+  // Returns the number of shares with waiting or running jobs.
   [[nodiscard]] std::size_t busy_shares() const { return busy_shares_; }
 
  private:
-  static constexpr std::size_t kMostOfAShare = 2;  // Jobs that run at the same time,
+  static constexpr std::size_t kMostOfAShare = 2;  // Concurrent jobs of one share.
   static constexpr std::size_t kMostLongOfAShare = 1;
 
   struct Served {
-    double served = 0;  // The virtual time until which it was served.
+    double served = 0;  // The virtual time up to which it has been served.
     std::uint64_t last_turn = 0;
     std::size_t running = 0;
     std::size_t waiting = 0;
@@ -154,19 +153,19 @@ class FairQueue {
   struct Queue : Served {
     std::deque<Job> jobs;
   };
-  // Counts the shares that have a network in common.
+  // The shares within one network.
   struct Network {
-    int shares = 1;  // For how many they count at most.
+    int shares = 1;  // The weight of all of them is at most this.
     std::size_t known = 0;
     std::size_t busy = 0;
   };
   using Networks = std::map<std::string, Network>;
   struct Share : Served {
-    std::vector<Networks::iterator> networks;  // None for most.
-    // The estimated seconds of all waiting and running jobs.
+    std::vector<Networks::iterator> networks;  // Empty for most shares.
+    // Expected seconds of all waiting and running jobs.
     double expected_seconds = 0;
     std::size_t running_long = 0;
-    double now = 0;  // The virtual time among its clients.
+    double now = 0;  // The virtual time among the share's clients.
     std::map<std::uint64_t, Queue> clients;
 
     [[nodiscard]] std::size_t busy_clients() const {
@@ -175,7 +174,7 @@ class FairQueue {
                         [](const auto& entry) { return !entry.second.is_idle(); }));
     }
   };
-  // The order: the least is next; among equal ones the least recently served.
+  // The least turn is next: among equal finish times, the least recently served.
   struct ClientTurn {
     bool is_background = false;
     double finish = 0;
@@ -187,7 +186,7 @@ class FairQueue {
   static ClientTurn turn_of(const Served& served, const Job& job, double weight) {
     return {job.is_background, served.served + job.expected_seconds / weight, served.last_turn};
   }
-  // At most 1: the shares of a network have at most its weight together.
+  // Returns a weight of at most 1. The busy shares of a network jointly have at most its weight.
   [[nodiscard]] double weight_of(const Share& share) const {
     double weight = 1;
     for (const auto& network : share.networks) {
@@ -198,7 +197,7 @@ class FairQueue {
   }
   void note_networks(Share& share, const std::string& name) {
     const std::vector<ShareLevel> levels = share_levels(name);
-    for (std::size_t i = 1; i < levels.size(); ++i) {  // The first one is the share itself.
+    for (std::size_t i = 1; i < levels.size(); ++i) {  // The first level is the share itself.
       const auto at = networks_.try_emplace(levels[i].name, Network{levels[i].shares}).first;
       ++at->second.known;
       share.networks.push_back(at);
@@ -212,7 +211,7 @@ class FairQueue {
     return weight;
   }
 
-  // The client of a share whose first job comes next, if one may run.
+  // Returns the client whose first job is next in a share, if one may run.
   [[nodiscard]] std::optional<std::pair<std::uint64_t, const Queue*>> next_of(
       const Share& share) const {
     if (share.waiting == 0 || share.running >= kMostOfAShare) return std::nullopt;
@@ -239,8 +238,8 @@ class FairQueue {
     served.served += (seconds - job.expected_seconds) / weight;
   }
 
-  // An idle share or client is remembered while it was served for longer than the others. When
-  // nothing is left to do, nothing is.
+  // Forgets idle shares and clients, except those that were served ahead of virtual time. Forgets
+  // all of them when no work is left.
   void drop_idle_clients(Share& share) {
     std::erase_if(share.clients, [&share](const auto& entry) {
       return entry.second.is_idle() && entry.second.served <= share.now;
@@ -260,7 +259,7 @@ class FairQueue {
   std::size_t running_long_ = 0;
   std::size_t waiting_ = 0;
   std::uint64_t turns_ = 0;
-  double now_ = 0;  // The virtual time.
+  double now_ = 0;
   std::map<std::string, Share> shares_;
   Networks networks_;
   std::size_t busy_shares_ = 0;

@@ -39,41 +39,40 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   class Stream;
   using StreamPtr = std::shared_ptr<Stream>;
 
-  // An answer that is made in one piece.
+  // A query or surface that is computed in one job.
   struct Job {
     explicit Job(std::stop_token left) : leave(std::move(left), [this] { stop.request_stop(); }) {}
     std::stop_source stop;
-    Deadline worker;  // Once a worker has begun with it.
+    Deadline worker;  // Set when a worker begins the job.
     bool is_late = false;
     std::stop_callback<std::function<void()>> leave;
   };
   using JobPtr = std::shared_ptr<Job>;
-  // `make(stop)` runs on a worker, and must not throw.
+  // Runs `make(stop)`, which must not throw, on a worker.
   template <typename T>
   void run(WorkKind work, Priority priority, std::stop_token left,
            std::function<Result<T>(const std::stop_token&)> make,
            std::function<void(Result<T>)> done, Forecast forecast = {});
 
-  // Unless one is being made: step_made() calls it again then.
+  // Does nothing while a step is being made; step_made() then calls it again.
   void make_next_step();
   void post(WorkKind work, Priority priority, std::function<void()> run, Forecast forecast = {});
-  // Why no more may wait, if so.
+  // Returns an error if the share has too much pending work.
   [[nodiscard]] std::optional<Error> check_backlog();
   [[nodiscard]] StepLimits step_limits() const;
-  // A worker begins with it: from now on its time counts.
+  // Starts the time limit of a step when a worker begins it.
   void step_begins(const StreamPtr& stream);
   void step_made(const StreamPtr& stream, Result<StepResult> step, double seconds);
 
   LocalService& service_;
   std::uint64_t queue_number_;
-  // The bandwidth to the client.
   double bytes_per_second_ = kUsualBytesPerSecond;
-  StreamPtr stream_;  // Null when none runs.
+  StreamPtr stream_;  // Null if none runs.
   std::set<JobPtr> jobs_;
-  bool is_making_ = false;  // A step is with the workers: of stream_, or of one that was stopped.
+  bool is_making_ = false;  // A worker has a step of stream_ or of a stopped stream.
 };
 
-// Workers hold it as well; they touch only action and stop.
+// Shared with workers, which use only `action` and `stop`.
 class LocalCaller::Stream : public ProgressiveStream {
  public:
   Stream(std::weak_ptr<LocalCaller> caller, StartStream started, std::function<void()> changed)
@@ -99,14 +98,14 @@ class LocalCaller::Stream : public ProgressiveStream {
     messages.fail(std::move(error));
     changed_();
   }
-  // A worker may hold it still; what it took of others is given back now.
+  // A worker may still hold the stream, so releases what it has reserved.
   void drop() override {
     stop.request_stop();
     memory = {};
     const auto caller = caller_.lock();
     if (caller && caller->stream_.get() == this) caller->stream_.reset();
   }
-  // Before the client received anything of the step.
+  // Fails before the client has received anything of the stream.
   void refuse(Error error) { messages.fail(std::move(error)); }
   void supply(StepResult step, double seconds) {
     messages.supply(std::move(step), seconds);
@@ -116,10 +115,10 @@ class LocalCaller::Stream : public ProgressiveStream {
   StreamMessages messages;
   const StartStream action;
   std::stop_source stop;
-  // The time of the steps that were made.
+  // Worker time of all finished steps.
   double worker_seconds = 0;
-  Deadline worker;  // While a step is with a worker.
-  // The memory of the step that is being sent.
+  Deadline worker;  // Set while a worker makes a step.
+  // Reserved for the step that is being sent.
   ByteReservations::Reservation memory = {};
 
  private:
@@ -183,8 +182,8 @@ void LocalCaller::make_next_step() {
   const auto state = stream_->messages.wanted();
   if (!state) return;
   stream_->memory = {};
-  // The guard keeps the executor running until the step has come back. What belongs to the
-  // executor's thread is given back to it, and let go there.
+  // The guard keeps the executor running until the step is back. References are posted back, to be
+  // released on the executor's thread.
   auto make = [self = shared_from_this(), stream = stream_, state = *state, limits = step_limits(),
                guard = asio::make_work_guard(service_.executor())]() mutable {
     const asio::any_io_executor executor = guard.get_executor();
@@ -217,7 +216,7 @@ void LocalCaller::step_made(const StreamPtr& stream, Result<StepResult> step, do
   is_making_ = false;
   stream->worker.clear();
   client()->admission().observer().step_made(seconds);
-  if (stream != stream_) {  // It was stopped; the stream after it, if any, has waited.
+  if (stream != stream_) {  // The stream was stopped; a newer one may be waiting.
     make_next_step();
     return;
   }
@@ -251,7 +250,7 @@ void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
   }
   const auto job = std::make_shared<Job>(std::move(left));
   jobs_.insert(job);
-  // What belongs to the executor's thread is given back to it, and let go there.
+  // References are posted back, to be released on the executor's thread.
   auto on_worker = [self = shared_from_this(), job, make = std::move(make), done = std::move(done),
                     guard = asio::make_work_guard(executor)]() mutable {
     const asio::any_io_executor back = guard.get_executor();

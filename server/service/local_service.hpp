@@ -1,9 +1,8 @@
-// The service of this process: its workers answer.
+// The service by the workers of this process.
 //
-// A step of a stream is made only when the messages of the one before have gone. At most one step
-// of a caller's stream is with the workers, also when streams supersede each other. Workers never
-// wait for a client, and touch only what makes the step; everything else happens on the executor's
-// thread.
+// A step of a stream is made only after the messages of the previous one were sent. At most one
+// step per caller is with the workers, even when streams supersede each other. Workers never wait
+// for a client, and touch only what makes the step; everything else runs on the executor's thread.
 #pragma once
 
 #include <cstddef>
@@ -19,11 +18,11 @@
 namespace multitetra {
 
 struct LocalServiceOptions {
-  std::size_t workers = 2;  // Steps that are made at the same time, at least 1.
+  std::size_t workers = 2;  // Number of worker threads, at least 1.
   ServiceLimits limits = {};
   RequestLimits requests = {};
-  std::shared_ptr<SurfaceCache> cache = nullptr;  // Whose tiles are found by their digest.
-  // Blocks of remote datasets, for the metrics. May be empty.
+  std::shared_ptr<SurfaceCache> cache = nullptr;  // For find_tile().
+  // Block statistics of remote datasets for the metrics. May be empty.
   std::function<BlockState()> blocks = {};
 };
 
@@ -38,7 +37,7 @@ class LocalService : public SurfaceService {
   [[nodiscard]] std::optional<TileCache::Found> find_tile(
       const ContentDigest& digest, const TileCache::MaySee& may_see) override;
 
-  // On the executor's thread: replaces the catalogue for later requests.
+  // Replaces the catalogue for later requests. Call on the executor's thread.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   [[nodiscard]] const CataloguePtr& catalogue() const { return catalogue_; }
   [[nodiscard]] Workers& workers() { return workers_; }

@@ -10,7 +10,7 @@
 namespace multitetra {
 namespace {
 
-// Previews that no stream of this dataset can have begun with.
+// Rejects previews that no stream of this dataset can have begun with.
 Result<void> check_begun(const OpenStream& open, const DatasetInfo& info, bool shells) {
   const std::vector<Preview>& begun = open.resumed_previews;
   if (!begun.empty() && begun.front().finest_spacing > 1 << info.grid_exponent) {
@@ -90,7 +90,7 @@ std::vector<PayloadCodec> Permit::codecs() const {
   return codecs;
 }
 
-// What a client may not see does not exist for it: neither is it named as what may have been meant.
+// A hidden dataset gets the same error as a missing one, and is never suggested as a correction.
 Result<SurfaceProviderPtr> Permit::find(const std::string& dataset) const {
   if (catalogue_ && rights_.may_see(dataset)) {
     if (SurfaceProviderPtr found = catalogue_->find(dataset)) return found;

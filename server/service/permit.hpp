@@ -1,6 +1,5 @@
-// Checks what a client may request with its token: the datasets that exist for it, and which
-// requests for them are valid. Every transport checks tokens and requests here, and nowhere else.
-// Pure.
+// Checks what a client may request with its token: which datasets it may see, and which requests
+// for them are valid. Every transport checks tokens and requests here, and only here. Pure.
 //
 //   const auto permit = Permit::of(token, admission.access(), catalogue);
 //   auto job = permit->accept(OpenStream{.dataset = "head", ...});
@@ -21,56 +20,56 @@ namespace multitetra {
 
 using SurfaceProviderPtr = std::shared_ptr<const SurfaceProvider>;
 
-// A stream whose request was found good.
+// A validated stream request.
 struct StartStream {
   OpenStream open;
   SurfaceProviderPtr source;
   // The provider of open.scalars; null without scalars.
   SurfaceProviderPtr scalars = nullptr;
-  bool shells = false;  // Its steps may have them.
+  bool shells = false;  // Steps may be sent as sample shells.
 };
-// A query that was found good.
+// A validated query.
 struct RunQuery {
   DatasetQuery query;
   SurfaceProviderPtr source;
 };
 
-// Limits of requests that are stricter than those of the protocol.
+// Request limits that are stricter than those of the protocol.
 struct RequestLimits {
   std::size_t max_regions = kMaxThresholdRegions;
-  bool surfaces_only = false;  // Nothing that holds samples, for anyone.
+  bool surfaces_only = false;  // Rejects requests whose replies hold samples.
 };
 
 class Permit {
  public:
-  Permit() = default;  // Allows nothing: no dataset exists.
+  Permit() = default;  // Allows nothing; all datasets are hidden.
 
-  // kUnauthenticated where the list does not contain the token. Without a list all datasets are
-  // visible.
+  // Returns kUnauthenticated if the list does not contain the token. Without a list, all datasets
+  // are visible.
   [[nodiscard]] static Result<Permit> of(std::string token, AccessListPtr access,
                                          CataloguePtr catalogue, RequestLimits limits = {});
 
-  // Another list holds from now on: an error where it does not know the token.
+  // Replaces the access list. Fails if it does not contain the token.
   [[nodiscard]] Result<void> renew(AccessListPtr access);
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
-  // Sets the codecs that the client decodes; Draco, unless this is called.
+  // Sets the codecs that the client decodes; initially Draco only.
   void decodes(const std::vector<PayloadCodec>& codecs);
-  // Those that its payloads may have.
+  // Returns the codecs that payloads for this client may have.
   [[nodiscard]] std::vector<PayloadCodec> codecs() const;
-  // From now on nothing is accepted, with this error.
+  // Rejects all further streams and queries with this error.
   void refuse_work(Error why) { no_work_ = std::move(why); }
 
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
   [[nodiscard]] const AccessRights& rights() const { return rights_; }
-  // Whether those are the rights of a token that was shown.
+  // Returns whether the rights come from a token that the client presented.
   [[nodiscard]] bool has_token() const { return access_ && !token_.empty(); }
-  // Whether all clients have the same permit.
+  // Returns whether all clients have the same permit.
   [[nodiscard]] bool is_for_all() const { return !access_ && token_.empty(); }
   [[nodiscard]] bool may_see(const std::string& dataset) const;
-  // Whether it may also have tiles of the dataset that hold samples.
+  // Returns whether tiles of the dataset may be sent as sample shells.
   [[nodiscard]] bool may_see_shells(const std::string& dataset) const;
 
-  // The datasets that there are for this client, by name; one of them, or kUnknownDataset.
+  // Returns all datasets visible to this client, by name, or one of them, else kUnknownDataset.
   [[nodiscard]] std::vector<DatasetInfo> describe() const;
   [[nodiscard]] Result<DatasetInfo> describe(const std::string& dataset) const;
 
@@ -79,15 +78,15 @@ class Permit {
 
  private:
   [[nodiscard]] Result<SurfaceProviderPtr> find(const std::string& dataset) const;
-  // The provider of a visible dataset.
+  // Returns the provider of a visible dataset, unless work is refused.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset) const;
-  // The same where a valid request for it can be met.
+  // Also checks that the dataset can serve a valid `request`.
   [[nodiscard]] Result<SurfaceProviderPtr> provider(const std::string& dataset,
                                                     const IsosurfaceRequest& request) const;
   [[nodiscard]] bool is_for_surfaces_only() const {
     return limits_.surfaces_only || rights_.surfaces_only();
   }
-  // The field that shall color a surface.
+  // Returns the provider of the field that colors a surface.
   [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
                                                      const DatasetInfo& surface) const;
 

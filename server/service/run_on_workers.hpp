@@ -15,7 +15,7 @@
 
 namespace multitetra {
 
-// Calls start(done), and waits until done(result) is called, on the thread of the executor.
+// Calls start(done), then waits on the executor until done(result) is called.
 template <typename T>
 [[nodiscard]] asio::awaitable<Result<T>> result_of(
     std::function<void(std::function<void(Result<T>)> done)> start) {
@@ -33,8 +33,8 @@ template <typename T>
   co_return *std::move(waiting->result);
 }
 
-// Runs `make`, which must not throw, on one of the workers, in its turn, and returns its result.
-// The executor keeps running until it has come back.
+// Runs `make`, which must not throw, on a worker through the fair queue and returns its result.
+// Keeps the executor running meanwhile.
 template <typename T>
 [[nodiscard]] asio::awaitable<Result<T>> run_on_workers(Workers& workers, std::string share,
                                                         std::string kind, bool is_long,

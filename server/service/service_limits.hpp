@@ -1,4 +1,4 @@
-// Limits of the worker time of one client. Zero is no limit.
+// Limits on the worker time of one client. Zero means no limit.
 #pragma once
 
 #include <chrono>

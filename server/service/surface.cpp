@@ -37,7 +37,7 @@ Result<LatticeMesh> tile_of(const SurfaceTiles& tiles, std::size_t i) {
   return mesh;
 }
 
-// Streams have tiles in an order of their own.
+// Makes the result independent of the tile order of the stream.
 std::vector<std::size_t> order_by_cube(const std::vector<TileSummary>& tiles) {
   std::vector<std::size_t> order(tiles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -77,7 +77,8 @@ Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop) {
       [&](std::size_t i) {
         made[i] = tile_of(tiles, order[i]);
         if (tiles.meshes.empty()) return;
-        tiles.meshes[order[i]].reset();  // Two meshes of everything would be one too many.
+        // Releases each tile early, to not hold two complete meshes.
+        tiles.meshes[order[i]].reset();
       },
       stop);
   std::vector<const LatticeMesh*> pointers;

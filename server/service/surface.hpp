@@ -1,4 +1,4 @@
-// A surface as one mesh, as those in this process use it.
+// A surface as one mesh, for use within this process.
 #pragma once
 
 #include <cstddef>
@@ -19,35 +19,35 @@
 
 namespace multitetra {
 
-// A complete final step in tiles, however it came here.
+// A complete final step in tiles, extracted here or received from an upstream.
 struct SurfaceTiles {
   StepBegin begin;
-  std::vector<std::shared_ptr<const std::string>> payloads = {};  // As in begin.tiles, or
-  std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};    // these in their place.
-  std::vector<std::shared_ptr<const std::string>> scalars = {};   // Codes; where it has some.
+  std::vector<std::shared_ptr<const std::string>> payloads = {};  // One per tile, or
+  std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};    // meshes instead.
+  std::vector<std::shared_ptr<const std::string>> scalars = {};   // Codes, if it has scalars.
   // The digest of all tiles together.
   ContentDigest digest = {};
 };
 [[nodiscard]] std::uint64_t triangles_of(const StepBegin& step);
 
 struct Surface {
-  IsosurfaceRequest request = {};  // As its budget allows it.
+  IsosurfaceRequest request = {};  // Its error is the one that the budget allows.
   double error_bound_world = 0;
   std::int32_t finest_spacing = 1;
-  std::uint32_t crossed_octants = 0;        // As in StepBegin,
-  std::optional<ScalarRange> scalars = {};  // and this as well.
+  std::uint32_t crossed_octants = 0;  // See StepBegin.
+  std::optional<ScalarRange> scalars = {};
   ContentDigest digest = {};
-  LatticeMesh mesh = {};  // Welded, in an order that the tiles alone decide.
-  // The reservation of the mesh's bytes.
+  LatticeMesh mesh = {};  // Welded; the order depends on the tiles only.
+  // Reserves the mesh's bytes.
   ByteReservations::Reservation memory = {};
 };
 [[nodiscard]] std::size_t bytes_of(const LatticeMesh& mesh);
 
-// kDamagedData when a tile is missing or not what it should be. On all threads; throws Cancelled
-// soon after `stop` is triggered. Reserves no memory.
+// Welds the tiles, on all threads. Returns kDamagedData if a tile is missing or differs from its
+// summary. Throws Cancelled soon after `stop` is triggered. Reserves no memory.
 [[nodiscard]] Result<Surface> assembled(SurfaceTiles tiles, const std::stop_token& stop);
 
-// kLimitExceeded, with what to do about it, for a step of more triangles.
+// Returns kLimitExceeded, with advice, for a step with more triangles.
 [[nodiscard]] Result<void> check_triangles(const StepBegin& step, std::uint64_t max_triangles);
 
 }  // namespace multitetra

@@ -1,7 +1,7 @@
-// A cache of steps: previews of popular isovalues, one surface for many clients at once.
+// A cache of steps, so that clients share previews and surfaces of popular isovalues.
 //
-// A step is cached as the list of its tiles; the tiles themselves lie in the TileCache, where steps
-// share them. A step with an evicted tile is made again, using the remaining ones.
+// A step is cached as the list of its tiles; the TileCache holds the tiles, shared between steps. A
+// step with an evicted tile is made again from the remaining ones.
 #pragma once
 
 #include <cstddef>
@@ -18,29 +18,29 @@
 
 namespace multitetra {
 
-// Safe to use from several threads at once.
+// Thread-safe.
 class SurfaceCache {
  public:
-  // Caches tiles and steps of at most `capacity` bytes together; 0 caches nothing, and equal
-  // requests at the same time are still made once.
+  // Caches tiles and steps of at most `capacity` bytes together. 0 caches nothing, but concurrent
+  // equal requests still share one computation.
   explicit SurfaceCache(std::size_t capacity)
       : tiles_(capacity - capacity / 16), outlines_(capacity / 16) {}
 
   using Make = std::function<TiledStep(std::stop_token)>;
-  // The step of that key, made by `make` unless it is remembered or being made; the same key always
-  // stands for the same step. Throws what `make` throws, and Cancelled soon after `stop` is
+  // Returns the step of that key, calling `make` unless it is cached or being made. A key must
+  // always identify the same step. Throws what `make` throws, and Cancelled soon after `stop` is
   // triggered.
   [[nodiscard]] TiledStep get(const std::string& key, const std::stop_token& stop,
                               const Make& make);
 
-  // Whether get() would have it at once.
+  // Returns whether get() would find the step in the cache.
   [[nodiscard]] bool remembers(const std::string& key);
 
   [[nodiscard]] TileCache& tiles() { return tiles_; }
 
  private:
   struct Outline {
-    TiledStep step;  // Without its tiles and meshes.
+    TiledStep step;  // Its tiles and meshes are empty.
     std::vector<TileKey> tiles;
   };
   [[nodiscard]] std::optional<TiledStep> remembered(const std::string& key);

@@ -1,16 +1,16 @@
-// The operations of a server, as functions: every transport calls these, and nothing else. The
-// workers of this process answer (local_service.hpp), or other servers
+// The operations of a server as functions, the only interface for all transports. Implemented by
+// the workers of this process (local_service.hpp) or by upstream servers
 // (gateway/remote_service.hpp).
 //
 //   const CallerPtr caller = service.open(client);
 //   if (auto known = co_await caller->log_in(token); !known) co_return refusal(known.error());
 //   auto surface = co_await caller->surface({.dataset = "head", .request = {.isovalue = 500.5}});
 //
-// Admission, the fair queue, memory, caches and limits of time are behind these functions. Values
-// go in and come out; where both sides are in one process nothing is serialized.
+// These functions cover admission, the fair queue, memory, caches and time limits. Arguments and
+// results are values; within one process nothing is serialized.
 //
-// Everything runs on one executor, of which one thread runs at a time. `changed` and `done` are
-// called there as well, never from inside the call that they were given to.
+// Everything runs on one executor with one thread at a time. `changed` and `done` are called on it
+// too, never from within the call that received them.
 #pragma once
 
 #include <chrono>
@@ -32,15 +32,15 @@
 
 namespace multitetra {
 
-// A progressive stream whose steps are being made. Call drop() to cancel it.
+// A progressive stream in progress. Call drop() to cancel it.
 class ProgressiveStream {
  public:
   virtual ~ProgressiveStream() = default;
 
-  // The next message, if there is one now. StreamEnd or ErrorReply is the last.
+  // Returns the next message, if one is ready. The last one is StreamEnd or ErrorReply.
   [[nodiscard]] virtual std::optional<ServerMessage> take() = 0;
-  // Drops messages that were not taken yet; the last one remains, to be taken at once. The first of
-  // these two decides.
+  // End the stream: drop the messages that were not taken, and leave a final one to take at once.
+  // Only the first call of either function has an effect.
   virtual void end(StreamOutcome outcome) = 0;
   virtual void fail(Error error) = 0;
   // Cancels the stream; its work ends soon.
@@ -55,8 +55,8 @@ struct SurfaceRequest {
   std::uint64_t max_triangles = std::numeric_limits<std::uint64_t>::max();
 };
 
-// The service for one client. It does one thing at a time for a coroutine; streams and queries of
-// a conversation may run beside each other.
+// The service for one client. A coroutine awaits one call at a time; the streams and queries of a
+// conversation may run concurrently.
 class Caller {
  public:
   Caller(ConnectionContextPtr client, RequestLimits limits)
@@ -65,43 +65,42 @@ class Caller {
   Caller(const Caller&) = delete;
   Caller& operator=(const Caller&) = delete;
 
-  // ---- for one request: by the rights of the client's token, with reservations for waiting work
+  // ---- for single requests: with the rights of the client's token, and memory reservations
 
-  // To be called first: checks the token and sets the client's name.
+  // Checks the token and sets the client's name. Must be called first.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
   [[nodiscard]] const Permit& permit() const { return permit_; }
 
-  // The final surface. kLimitExceeded for one of more than `max_triangles`.
+  // Returns the final surface, or kLimitExceeded above `max_triangles`.
   [[nodiscard]] asio::awaitable<Result<Surface>> surface(SurfaceRequest query);
   [[nodiscard]] asio::awaitable<Result<EstimateReply>> estimate(std::string dataset,
                                                                 IsosurfaceRequest request);
   [[nodiscard]] asio::awaitable<Result<SliceReply>> slice(std::string dataset, SliceRequest slice);
   [[nodiscard]] asio::awaitable<Result<ProbeReply>> probe(std::string dataset, ProbeRequest probe);
 
-  // ---- for conversations, which check with their permit and reserve memory themselves
+  // ---- for conversations, which check their permit and reserve memory themselves
 
-  // The datasets for the bearer of a token, where that takes a request to other servers; nullopt
-  // where catalogue() has them, and for a token that the access list does not contain, which is
-  // shown to no other server.
+  // Fetches the datasets that a token may see from upstream servers. Returns nullopt if catalogue()
+  // has them, and for a token that is not in the access list, which is not sent upstream.
   [[nodiscard]] std::optional<asio::awaitable<Result<CataloguePtr>>> find_catalogue(
       const std::string& token);
-  // The datasets on offer, as far as they are known.
+  // Returns the datasets currently known.
   [[nodiscard]] virtual CataloguePtr catalogue() const = 0;
-  // Begins a progressive stream; the one before was dropped. `changed` is called when there may be
-  // another message.
+  // Begins a progressive stream. The previous one must have been dropped. `changed` is called when
+  // another message may be ready.
   [[nodiscard]] virtual ProgressiveStreamPtr steps(StartStream action,
                                                    std::function<void()> changed) = 0;
-  // `done` is called exactly once; soon after `stop` is triggered.
+  // Answers a query. `done` is called exactly once, soon after `stop` is triggered at the latest.
   virtual void answer(RunQuery action, std::stop_token stop,
                       std::function<void(Result<DatasetQueryReply>)> done) = 0;
-  // The measured bandwidth to the client, by which streams are planned from now on.
+  // Sets the measured bandwidth to the client, used to plan further steps.
   virtual void set_bandwidth(double /*bytes_per_second*/) {}
 
   // ---- for both
 
-  // Ends what takes longer than it may.
+  // Ends work that exceeds its time limit.
   virtual void keep_time(std::chrono::steady_clock::time_point now) = 0;
-  // Cancels the client's work: it has left, or the server ends it for the reason `why`.
+  // Cancels the client's work because it disconnected, or for the reason `why`.
   void close(std::optional<Error> why = std::nullopt);
 
   [[nodiscard]] const RequestLimits& limits() const { return limits_; }
@@ -119,13 +118,13 @@ class Caller {
 
  private:
   [[nodiscard]] asio::awaitable<Result<DatasetQueryReply>> ask(DatasetQuery query);
-  // Why there is none, where that is because of close().
+  // Returns the reason of close() if that caused the error, else the error.
   [[nodiscard]] Error reason(const Error& error) const;
 
   ConnectionContextPtr client_;
   RequestLimits limits_;
   Permit permit_;
-  std::uint64_t surfaces_ = 0;  // The number of requested surfaces.
+  std::uint64_t surfaces_ = 0;
   std::stop_source stop_;
   std::optional<Error> closed_;
 };
@@ -136,33 +135,32 @@ class SurfaceService {
  public:
   virtual ~SurfaceService() = default;
 
-  // ---- its life beside the requests, as server.hpp calls it
+  // ---- life cycle, called by server.hpp
 
-  // The server begins to run.
+  // Called when the server begins to run.
   virtual void start() {}
-  // Reads again what may have changed, such as secrets.
+  // Reloads files such as secrets.
   virtual void reload() {}
-  // The server stops: what runs beside the requests ends.
+  // Stops background activity. Called when the server stops.
   virtual void stop() {}
-  // Ends its threads, whose work may still come back to the executor. No call may follow.
+  // Joins the threads, whose work may still be posted to the executor. Must be the last call.
   virtual void join() = 0;
-  // For the metrics.
   [[nodiscard]] virtual ServiceState state() const = 0;
 
   // ---- requests
 
   [[nodiscard]] virtual CallerPtr open(ConnectionContextPtr client) = 0;
-  // A tile without normals that is at hand and may be seen.
+  // Returns a cached tile without normals that the client may see.
   [[nodiscard]] virtual std::optional<TileCache::Found> find_tile(
       const ContentDigest& digest, const TileCache::MaySee& may_see) = 0;
-  // Whether new work is accepted, apart from the admission control.
+  // Returns whether new work is accepted, apart from admission control.
   [[nodiscard]] virtual bool is_ready() const { return true; }
 };
 
-// The owner of the executor makes its service. May throw ExitError when files cannot be used.
+// Makes the service for an executor. May throw ExitError if files cannot be used.
 using MakeService = std::function<std::unique_ptr<SurfaceService>(asio::any_io_executor)>;
 
-// What the metrics show of a cache.
+// Returns the state of a tile cache for the metrics.
 [[nodiscard]] ServiceState state_of(const TileCache& tiles);
 
 }  // namespace multitetra

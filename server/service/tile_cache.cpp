@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-// What an entry takes beside its payload: keys in both directions and the summary.
+// Bytes of an entry besides its payload: the summary, and the key in both directions.
 constexpr std::size_t kOverhead = 2 * sizeof(TileKey) + sizeof(EncodedTile) + 128;
 
 }  // namespace
@@ -30,7 +30,7 @@ std::optional<TileCache::Found> TileCache::find_by_digest(const ContentDigest& d
   constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
   const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}, .dataset = {}};
   const std::lock_guard lock(mutex_);
-  std::optional<bool> is_shell;  // Of the tile that is found.
+  std::optional<bool> is_shell;
   const EncodedTile* const found = tiles_.find_from(
       first, [&](const TileKey& key) { return key.digest == digest; },
       [&](const TileKey& key) {

@@ -1,5 +1,5 @@
-// Encoded tiles by what they contain, shared by all sessions: a tile that two requests have in
-// common is encoded once and lies in memory once.
+// Encoded tiles by content, shared by all sessions: a tile that several requests have in common is
+// encoded and stored once.
 #pragma once
 
 #include <compare>
@@ -16,25 +16,25 @@
 
 namespace multitetra {
 
-// The appearance of tiles in sample shells, which differ from plain triangles.
+// The `appearance` of sample shells.
 inline constexpr std::uint64_t kShellAppearance = ~std::uint64_t{0};
 
-// The key of an encoded tile: all that determines its bytes. The digest covers the lattice
+// The key of an encoded tile: everything that determines its bytes. The digest covers the lattice
 // resolution.
 struct TileKey {
   ContentDigest digest;
   OctreeCube cube;
-  // Identifies what is not geometry (normals); kShellAppearance for a sample shell; else 0.
+  // Identifies the normals; kShellAppearance for a sample shell, 0 for neither.
   std::uint64_t appearance = 0;
-  // The same triangles may be what is left of different ones.
+  // Part of the key because different surfaces may simplify to the same triangles.
   double simplification_bound = 0;
-  // Its dataset: not every client may see every dataset.
+  // Part of the key because clients may see different datasets.
   std::string dataset = {};
 
   friend auto operator<=>(const TileKey&, const TileKey&) = default;
 };
 
-// Safe to use from several threads at once.
+// Thread-safe.
 class TileCache {
  public:
   struct Counts {
@@ -44,13 +44,13 @@ class TileCache {
     std::size_t bytes = 0;
   };
 
-  // Keeps the tiles that were used last, of at most `capacity` bytes together.
+  // Keeps the most recently used tiles, up to `capacity` bytes.
   explicit TileCache(std::size_t capacity) : tiles_(capacity) {}
 
   [[nodiscard]] std::optional<EncodedTile> find(const TileKey& key);
-  // Without counting as a use.
+  // Does not count as a use.
   [[nodiscard]] bool has_all(std::span<const TileKey> keys) const;
-  // A tile without normals of that digest that may be seen.
+  // Finds a tile without normals by its digest, among those that may be seen.
   using MaySee = std::function<bool(const std::string& dataset, bool is_shell)>;
   struct Found {
     EncodedTile tile;

@@ -5,12 +5,12 @@
 namespace multitetra {
 namespace {
 
-// For any request: the records of session, service and log.
+// The session, service and log records of any request.
 constexpr std::size_t kOfAnyRequest = 4096;
-constexpr std::size_t kOfAHeldTile = 64;  // In a set.
+constexpr std::size_t kOfAHeldTile = 64;  // A set entry.
 
 std::size_t bytes_of(const IsosurfaceRequest& request) {
-  // One of the stream, and one of its next step.
+  // One in the stream, and one in its next step.
   constexpr std::size_t kCopies = 2;
   const LocalThresholds& thresholds = request.thresholds;
   const std::size_t grid =
@@ -41,7 +41,7 @@ std::size_t waiting_bytes(const DatasetQuery& query) {
   if (const auto* probe = std::get_if<Probe>(&query)) {
     return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
   }
-  // As the samples are, and as the reply has them.
+  // One copy as samples, and one in the reply.
   return kOfAnyRequest + 2 * bytes_of(std::get<Slice>(query).slice);
 }
 
@@ -50,7 +50,7 @@ std::size_t waiting_bytes(const ServerMessage& message) {
   if (list == nullptr) return 0;
   std::size_t bytes = 0;
   for (const DatasetInfo& info : list->datasets) bytes += bytes_of(info);
-  return 2 * bytes;  // As it is, and as it is sent.
+  return 2 * bytes;  // One copy as values, and one encoded.
 }
 
 }  // namespace multitetra

@@ -1,6 +1,5 @@
-// The memory of requests and their replies, from when a request waits for workers until its
-// answer has been sent. Rather too much than too little; what several share, such as a cached tile,
-// counts for each.
+// The memory to reserve for requests and replies, from when a request waits for workers until its
+// reply is sent. An upper estimate: shared data, such as a cached tile, counts once per user.
 #pragma once
 
 #include <cstddef>
@@ -10,12 +9,12 @@
 
 namespace multitetra {
 
-// As long as the request is not answered.
+// For a stream request, until it is answered.
 [[nodiscard]] std::size_t waiting_bytes(const OpenStream& open);
-// With its reply, whose size follows from the query: until that has been sent.
+// For a query and its reply, whose size follows from the query, until the reply is sent.
 [[nodiscard]] std::size_t waiting_bytes(const DatasetQuery& query);
-// For a reply without a query until it has been sent; 0 for those of a few bytes, of which only
-// so many may wait.
+// For a reply without a query, until it is sent. Returns 0 for messages of a few bytes, whose
+// number is limited.
 [[nodiscard]] std::size_t waiting_bytes(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -1,4 +1,4 @@
-// Estimates the time of work from earlier work of the same kind, recent work weighted most.
+// Estimates the duration of work from earlier work of the same kind, weighting recent work most.
 //
 //   WorkCosts costs;
 //   costs.expected("head final", /*unseen=*/1.0);   // Seconds.
@@ -15,12 +15,12 @@ namespace multitetra {
 
 class WorkCosts {
  public:
-  // `unseen` where there was no work of that kind.
+  // Returns the expected seconds, or `unseen` for an unknown kind.
   [[nodiscard]] double expected(const std::string& kind, double unseen) const {
     const auto known = seconds_.find(kind);
     return known == seconds_.end() ? unseen : known->second;
   }
-  // Work without a kind teaches nothing.
+  // Records a duration. Ignores work without a kind.
   void note(const std::string& kind, double seconds) {
     constexpr double kWeight = 0.25;
     if (kind.empty()) return;

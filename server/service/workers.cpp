@@ -11,7 +11,7 @@ namespace multitetra {
 
 namespace {
 
-// The default for unknown times, and the limit above which a job counts as long.
+// The time assumed for unknown jobs, and the time above which a job counts as long.
 constexpr double kShortSeconds = 0.1;
 constexpr double kLongSeconds = 0.5;
 constexpr double kForecastSeconds = 0.005;
@@ -57,7 +57,7 @@ void Workers::post(const FairQueue::Client& client, Work work) {
 void Workers::add(const FairQueue::Client& client, Work work, std::optional<double> seconds) {
   const double learned = costs_.expected(work.kind, work.is_long ? kLongSeconds : kShortSeconds);
   const double expected = seconds.value_or(learned);
-  // A forecast may be several times too small.
+  // Forecasts may be several times too small.
   const bool is_long = seconds ? expected > kShortSeconds : work.is_long || learned > kLongSeconds;
   queue_.add(client, {.run = std::move(work.run),
                       .is_long = is_long,
@@ -100,12 +100,12 @@ void Workers::work() {
     lock.unlock();
     const Clock::time_point start = Clock::now();
     taken->job.run();
-    taken->job.run = nullptr;  // Destroys what it holds before other jobs wait for it.
+    taken->job.run = nullptr;  // Releases its captures before others wait for them.
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     lock.lock();
     queue_.done(*taken, seconds);
     costs_.note(taken->job.kind, seconds);
-    // A long job that had to wait for this one may run now, on any thread.
+    // A long job that was held back may now run on any thread.
     something_to_do_.notify_all();
   }
 }

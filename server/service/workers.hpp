@@ -1,4 +1,4 @@
-// The threads that make steps, shared fairly among clients (see fair_queue.hpp).
+// The worker threads, shared fairly among clients (see fair_queue.hpp).
 #pragma once
 
 #include <condition_variable>
@@ -16,50 +16,48 @@
 
 namespace multitetra {
 
-// Seconds that work will take, found out in a small part of them; nullopt where that is not known.
+// Predicts the seconds that work will take, in a small fraction of that time; nullopt if unknown.
 // Must not throw.
 using Forecast = std::function<std::optional<double>()>;
 
-// A job of a worker.
 struct Work {
   std::function<void()> run;  // Must not throw.
-  // Work of one kind takes about as long each time, as far as is known: a dataset and what is made
-  // of it. Empty: nothing is known of it.
+  // Jobs of one kind, that is a dataset and an operation, are expected to take similar times.
+  // Empty: unknown.
   std::string kind = {};
-  bool is_long = false;        // Also what turns out to be, of its kind, is long.
-  bool is_background = false;  // Comes after all that is not.
-  // If there is one, a worker calls it first, in a job of its own; where it knows, `is_long` does
-  // not count.
+  bool is_long = false;        // Jobs whose kind proved long count as long too.
+  bool is_background = false;  // Runs only when no other job can.
+  // If set, runs first, in a job of its own. Its result, if known, overrides `is_long`.
   Forecast forecast = {};
 };
 
-// The waiting work of a share, and when it will be done.
+// The pending work of a share.
 struct Backlog {
-  double seconds = 0;  // Expected of what waits and runs,
-  // With the other jobs that run meanwhile.
+  double seconds = 0;  // Expected for its waiting and running jobs.
+  // The same including the other shares' jobs that run meanwhile.
   double seconds_until_done = 0;
 };
 
-// Safe to use from several threads at once.
+// Thread-safe.
 class Workers {
  public:
-  // `threads` jobs run at the same time, at least 1; all but one of them may be long.
+  // Runs `threads` jobs at the same time, at least 1; all but one of them may be long.
   explicit Workers(std::size_t threads);
-  // Runs what is waiting, then ends.
+  // Runs all waiting jobs before it returns.
   ~Workers();
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;
 
-  // A unique number for a client.
+  // Returns a unique number for a client.
   [[nodiscard]] std::uint64_t new_client();
   void post(const FairQueue::Client& client, Work work);
-  // Returns when all jobs have run and the threads have ended. Nothing may be posted afterwards.
+  // Runs all jobs and ends the threads. Nothing may be posted afterwards.
   void join();
   [[nodiscard]] std::size_t waiting() const;
   [[nodiscard]] Backlog backlog(const std::string& share) const;
 
  private:
-  // `seconds` is the forecast, if there is one.
+  // `seconds` is the forecast, if any.
   void add(const FairQueue::Client& client, Work work, std::optional<double> seconds);
   void work();
 

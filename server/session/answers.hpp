@@ -1,4 +1,4 @@
-// The request id of a server's message.
+// Properties of server messages.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,16 @@
 
 namespace multitetra {
 
-// The request that it answers; 0 when it is none's.
+// Returns the id of the request this message answers, or 0 if it answers none.
 [[nodiscard]] std::uint64_t request_id_of(const ServerMessage& message);
 
-// Whether nothing more of its stream follows.
+// Returns whether the message ends its stream.
 [[nodiscard]] bool is_last(const ServerMessage& message);
 
-// The outcome of a stream, from its last message: for the log and the metrics.
+// Returns the outcome of a stream from its last message, for log and metrics.
 [[nodiscard]] std::string_view outcome_of(const ServerMessage& last);
 
-// The server is shutting down and accepts no new requests.
+// Returns whether the server is shutting down and accepts no new requests.
 [[nodiscard]] bool is_shutdown_notice(const ServerMessage& message);
 
 }  // namespace multitetra

@@ -10,7 +10,7 @@ Action reply(Error error, std::uint64_t request_id = 0) {
   return Send{ErrorReply{.request_id = request_id, .error = std::move(error)}};
 }
 
-// Checks that hold for every stream.
+// Checks that apply to every stream.
 Result<void> check_stream(const OpenStream& open, std::uint64_t last_request_id,
                           std::size_t max_held_digests) {
   if (open.request_id <= last_request_id) {
@@ -125,7 +125,7 @@ Actions Session::answer(const OpenStream& open) {
   return actions;
 }
 
-// A Cancel that crosses the end of its stream on the wire is no mistake, so it has no answer.
+// A Cancel may cross the end of its stream on the wire, so an unknown id is not an error.
 Actions Session::answer(const Cancel& cancel) {
   if (running_ != cancel.request_id) return {};
   running_.reset();

@@ -1,12 +1,12 @@
-// One client's conversation as pure logic: messages in, actions out. It uses no socket, no thread
-// and no clock; the owner of the connection performs the actions in their order.
+// The protocol for one client as pure logic: messages in, actions out. It uses no socket, thread or
+// clock; the owner performs the actions in order.
 //
 //   Session session(catalogue, {});
 //   for (const Action& action : session.receive(message)) perform(action);
 //
-// Guarantees: at most one stream runs at a time, StopStream always names the one that runs, and
-// nothing follows a Close. A bad request is answered with an ErrorReply and changes nothing else:
-// not even its request id is used up.
+// Guarantees: at most one stream runs at a time, StopStream always names the running one, and
+// nothing follows a Close. An invalid request gets an ErrorReply and has no other effect; even its
+// request id stays unused.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ namespace multitetra {
 struct Send {
   ServerMessage message;
 };
-// Drop what is left of the running stream; its last message is StreamEnd with this outcome.
+// Drop the rest of the running stream and finish it with a StreamEnd of this outcome.
 struct StopStream {
   std::uint64_t request_id = 0;
   StreamOutcome outcome = StreamOutcome::kCancelled;
@@ -41,40 +41,37 @@ using Actions = std::vector<Action>;
 
 struct SessionOptions {
   std::string agent = "multitetra-server/" MULTITETRA_VERSION;  // Sent in Welcome.
-  // After Welcome.
+  // The limit after Welcome.
   std::size_t max_message_bytes = kMaxClientFrameBytes;
-  std::size_t max_held_digests = kMaxHeldDigests;  // In one OpenStream.
-  std::size_t max_queries = 4;                     // Answered at the same time.
+  std::size_t max_held_digests = kMaxHeldDigests;  // Per OpenStream.
+  std::size_t max_queries = 4;                     // Concurrent queries.
 };
 
 class Session {
  public:
-  // The catalogue that there is now, where it may change.
+  // Returns the current catalogue, if it can change.
   using LatestCatalogue = std::function<CataloguePtr()>;
 
-  // `access` has the datasets that each token may see; null: all. Without `latest` the catalogue is
-  // constant; with it a client has the datasets as they were when it last listed them.
+  // `access` lists the datasets that each token may see; null: all. Without `latest` the catalogue
+  // is constant; with it, a client keeps the datasets of its latest list.
   Session(CataloguePtr catalogue, SessionOptions options, AccessListPtr access = nullptr,
           LatestCatalogue latest = {}, RequestLimits limits = {});
 
-  // A message that parsed.
   [[nodiscard]] Actions receive(const ClientMessage& message);
-  // A whole frame whose content is no message, or has a field outside its range.
+  // Handles a complete frame with an invalid message or a field outside its range.
   [[nodiscard]] Actions receive(const ParseError& error);
-  // The connection must end: a broken frame, a handshake that takes too long, a server that
-  // stops.
+  // Ends the connection: after a broken frame, a handshake timeout, or when the server stops.
   [[nodiscard]] Actions end(const Error& error);
-  // Another list holds from now on: a client whose token it does not know any more is sent away.
-  // Running requests continue.
+  // Replaces the access list. Disconnects a client whose token is no longer in it; otherwise
+  // running requests continue.
   [[nodiscard]] Actions renew(AccessListPtr access);
-  // The catalogue of this client, where it is determined after its Hello: before that is received.
+  // Sets the client's catalogue. Must be called before receive(Hello), which uses it.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
-  // From now on every stream and query is refused with this error.
+  // Rejects all further streams and queries with this error.
   void refuse_work(Error why) { permit_.refuse_work(std::move(why)); }
 
-  // The running stream has sent its last message.
+  // Reports that the running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);
-  // A query was answered.
   void query_ended() { --queries_; }
 
   [[nodiscard]] std::uint32_t max_message_bytes() const {
@@ -83,7 +80,7 @@ class Session {
   [[nodiscard]] bool is_welcomed() const { return is_welcomed_; }
   [[nodiscard]] bool is_closed() const { return is_closed_; }
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
-  [[nodiscard]] const Permit& permit() const { return permit_; }  // After Welcome.
+  [[nodiscard]] const Permit& permit() const { return permit_; }  // Valid after Welcome.
 
  private:
   Actions answer(const Hello& hello);
@@ -101,13 +98,13 @@ class Session {
   SessionOptions options_;
   RequestLimits limits_;
   AccessListPtr access_;
-  Permit permit_;  // After Welcome.
+  Permit permit_;
   bool is_welcomed_ = false;
   bool is_closed_ = false;
-  // The largest id of all streams so far.
+  // The largest id of all previous streams.
   std::uint64_t last_request_id_ = 0;
-  std::optional<std::uint64_t> running_;  // The stream that runs.
-  std::size_t queries_ = 0;               // Queries that are being answered.
+  std::optional<std::uint64_t> running_;
+  std::size_t queries_ = 0;  // Queries in progress.
 };
 
 }  // namespace multitetra

@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-// Directions in which the field falls, of the world, as normals of the surface in grid coordinates.
+// Turns descent directions of the field in world space into surface normals in grid coordinates.
 void turn_to_grid(std::vector<UnitVector>& normals, const Affine& grid_to_world) {
   for (UnitVector& normal : normals) {
     Vec3 turned{};

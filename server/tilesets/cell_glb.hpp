@@ -1,4 +1,4 @@
-// A cell's surface as the content of its tile.
+// The glTF content of a cell's tile.
 #pragma once
 
 #include <string>
@@ -9,8 +9,7 @@
 
 namespace multitetra {
 
-// lattice_glb() in metres. The mesh's normals, if it has some, are of the world, as tiles have
-// them.
+// Returns lattice_glb() in metres. The mesh's normals, if any, are in world space, as in tiles.
 [[nodiscard]] std::string cell_glb(LatticeMesh mesh, const DatasetInfo& info,
                                    const OctreeCube& cell);
 

@@ -16,13 +16,13 @@
 namespace multitetra {
 namespace {
 
-// To be raised when the same cell of the same dataset gets other content.
+// Increase it when a cell's content changes for the same dataset.
 constexpr const char* kTreeForm = "1 ";
 
 constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
-constexpr int kLargestWholeExponent = 8;  // Larger ones would cost more than a first preview may.
-constexpr int kStepsOfPreview = 6;  // A preview's cell has 2^6 of its own steps a side, or less.
-constexpr double kLeastDoubled = 0.125;  // The error from which levels double, if leaves have none.
+constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
+constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
+constexpr double kLeastDoubled = 0.125;   // The base of error doubling if leaves have less.
 constexpr int kTreeNormalBits = 8;
 
 }  // namespace
@@ -94,7 +94,7 @@ std::int32_t CellTree::finest_spacing(int exponent) const {
 }
 
 int CellTree::lattice_resolution(int exponent) const {
-  constexpr int kOfPreviews = 3;  // Fine lattice steps are lost on coarse tetrahedra.
+  constexpr int kOfPreviews = 3;  // Coarse tetrahedra need no fine lattice.
   return std::min(is_preview(exponent) ? kOfPreviews : kDefaultLatticeResolution,
                   kMaxLatticeBits - info_.grid_exponent);
 }
@@ -109,7 +109,7 @@ double CellTree::threshold(int exponent) const {
 double CellTree::error_bound(int exponent) const {
   const Vec3& spacing = info_.spacing;
   const double longest = std::hypot(spacing[0], spacing[1], spacing[2]);
-  // What rounding to the lattice adds, and what is smaller than a preview's tetrahedra.
+  // Adds the rounding to the lattice, or features smaller than a preview's tetrahedra.
   const double step = is_preview(exponent)
                           ? static_cast<double>(finest_spacing(exponent))
                           : 1.0 / static_cast<double>(1 << lattice_resolution(exponent));

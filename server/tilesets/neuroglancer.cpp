@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 constexpr int kVertexBits = 16;
 constexpr std::int64_t kLastStep = (1 << kVertexBits) - 1;
 constexpr std::array<std::int32_t, 3> kChunk = {64, 64, 16};
-// The least voxels of the coarsest scale along the longest side.
+// The coarsest scale has at least this many voxels along the longest side.
 constexpr std::int32_t kLeastVoxels = 64;
 
 double nanometres_a_unit(const DatasetInfo& info) {
@@ -56,8 +56,8 @@ void append_f32(std::string& bytes, double value) {
   append_u32(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
 }
 
-// Whether a comes before b when the bits of x, y and z take turns, x lowest: the axis with the
-// highest bit that differs decides.
+// Returns whether a precedes b in Morton order (bits of x, y and z interleaved, x lowest). The axis
+// with the highest differing bit decides.
 bool comes_before(const OctreeCube& a, const OctreeCube& b) {
   const auto differing = [](std::int32_t p, std::int32_t q) {
     return static_cast<std::uint32_t>(p ^ q);
@@ -173,7 +173,7 @@ std::optional<ImageChunk> image_chunk_from(const DatasetInfo& info, std::string_
 
 std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell) {
   const std::int64_t side = std::int64_t{cell.side()} << mesh.resolution;
-  // Rounded to nearest: what lies between two octants is on either side's border.
+  // Rounds to nearest, so that a point between two octants lies on the border of both.
   const auto quantized = [side](std::int32_t at, std::int32_t position) {
     const std::int64_t local = at - position * side;
     return static_cast<std::int32_t>((2 * local * kLastStep + side) / (2 * side));
@@ -183,7 +183,7 @@ std::string mesh_fragment(const LatticeMesh& mesh, const OctreeCube& cell) {
   for (const LatticePoint& p : mesh.vertices) {
     positions.push_back({quantized(p.x, cell.x), quantized(p.y, cell.y), quantized(p.z, cell.z)});
   }
-  std::vector<TriangleIndices> triangles;  // Only a lattice finer than the steps loses any.
+  std::vector<TriangleIndices> triangles;  // Degenerates occur only if the lattice is finer.
   for (const TriangleIndices& t : mesh.triangles) {
     const auto& a = positions[t[0]];
     const auto& b = positions[t[1]];
@@ -232,8 +232,8 @@ MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
   return files;
 }
 
-// Places count from the end of the shard's index, those of a manifest from the end of the one
-// before it. Fragments lie right before their manifest.
+// Offsets count from the end of the shard's index; a manifest's offset from the end of the previous
+// manifest. Fragments directly precede their manifest.
 std::string mesh_shard(const std::map<std::uint64_t, MeshFiles>& segments) {
   std::string content;
   std::string keys;

@@ -20,7 +20,7 @@ double metres_a_unit(const DatasetInfo& info) {
 
 double length_of(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
 
-// Where a surface can be, in grid coordinates.
+// The bounds of all possible surfaces, in grid coordinates.
 Box surface_box(const DatasetInfo& info) {
   if (info.outside) return box_of(OctreeCube{info.grid_exponent, 0, 0, 0});
   const auto place = [](GridPoint p) {
@@ -29,14 +29,14 @@ Box surface_box(const DatasetInfo& info) {
   return {place(first_sample(info)), place(last_sample(info))};
 }
 
-// In metres along the axes: what a tile's surface lies in.
+// The axis-aligned bounds of a tile's surface, in metres.
 struct TileBox {
   Vec3 centre;
   Vec3 half;
 };
 
 TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
-  // A slice of samples has a thickness all the same: viewers divide by it.
+  // Boxes of flat data get a minimum thickness, as viewers divide by it.
   constexpr double kThinnest = 1.0 / 64;
   const Box box = clamped(box_of(cell), surface_box(info));
   const Vec3 step = grid_step_metres(info);
@@ -48,7 +48,6 @@ TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
   return tile;
 }
 
-// Centre and half axes.
 Json box_json(const TileBox& box) {
   Json numbers = Json::array();
   for (const double number : box.centre) numbers.push_back(number);
@@ -91,8 +90,8 @@ std::string tileset_json(const CellTree& tree, const OctreeCube& cell, const Cel
   const auto uri = [&](const OctreeCube& of, const char* suffix) {
     return std::string(folder) + cell_name(of) + suffix;
   };
-  // Nothing is shown until the tileset is: as wrong as it is large. The same where the first
-  // preview is too coarse for anything to be in it.
+  // Before the tileset is shown, the error is the size of the data. The same applies if the
+  // coarsest preview is empty.
   const double nothing_shown =
       std::max(2 * length_of(tile_box(tree.root(), info).half), error(tree.root()));
   const bool is_root = cell == tree.root();

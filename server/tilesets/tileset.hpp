@@ -1,10 +1,10 @@
 // A tree of cells as tilesets of 3D Tiles 1.1.
 //
-// Every cell has a tileset of its own, whose root is the cell: its surface is the content, and its
-// children lead to the tilesets of its octants, those where no surface can be left out. So a tree
-// grows only where one looks. Coordinates of tiles and their contents are metres along the grid's
-// axes from its origin; the transform of the first tileset's root turns and moves them to where the
-// data lies, and scales nothing: whether it would scale a geometricError is read in two ways.
+// Every cell has its own tileset: its root tile has the cell's surface as content, and as children
+// the tilesets of those octants that may contain a surface. So viewers load only the parts of the
+// tree that they look at. Coordinates are in metres along the grid's axes from its origin. The
+// transform of the first tileset's root rotates and translates them to world space. It has no
+// scale, as viewers differ in whether this scales geometricError.
 #pragma once
 
 #include <cstdint>
@@ -15,19 +15,18 @@
 
 namespace multitetra {
 
-// Facts about a cell's surface that are known once it is extracted.
+// Facts about a cell's surface that are known after extraction.
 struct CellFacts {
   bool is_empty = false;
-  std::uint32_t crossed_octants = 0;  // As in StepBegin.
+  std::uint32_t crossed_octants = 0;  // See StepBegin.
 };
 
-// The length of a grid step in metres along each axis; a dataset whose unit of length is not
-// known counts as being in metres.
+// Returns the length of a grid step along each axis, in metres. An unknown unit counts as metres.
 [[nodiscard]] Vec3 grid_step_metres(const DatasetInfo& info);
 
-// The file's text. Cells are at `folder` + cell_name() + ".json" and ".glb", seen from it. A tile's
-// geometricError is the error_bound() of its level in metres: what is wrong as long as its children
-// are not shown. Requires that the tree has the cell.
+// Returns the tileset's JSON. Cells are at `folder` + cell_name() + ".json" and ".glb", relative to
+// it. A tile's geometricError is the error_bound() of its level in metres: the error while its
+// children are not shown. The tree must contain the cell.
 [[nodiscard]] std::string tileset_json(const CellTree& tree, const OctreeCube& cell,
                                        const CellFacts& facts, std::string_view folder);
 

@@ -13,14 +13,15 @@ namespace multitetra {
 namespace {
 
 constexpr double kErrorRatio = 4;
-constexpr double kLeastError = 0.25;  // Voxels, of all levels but the finest.
-// The coarsest error, as a fraction of the longest side.
+constexpr double kLeastError = 0.25;  // Voxels; applies to all levels but the finest.
+// The coarsest error is at most the longest side divided by this.
 constexpr double kCoarsestShare = 16;
-constexpr int kNormalBits = 8;  // That there are normals; files of floats round none.
+constexpr int kNormalBits = 8;  // Enables normals; float formats do not round them.
 constexpr double kScreenLines = 1080;
 constexpr double kScreenAspect = 16.0 / 9;
 
-// The share of the screen's area that a ball around the surface has where `error` is a pixel.
+// Returns the screen coverage of a sphere around the surface at the distance where `error` is one
+// pixel.
 double coverage_where_pixel(double error, double diameter) {
   const double lines = diameter / (error * kScreenLines);
   return std::min(1.0, std::numbers::pi / 4 * lines * lines / kScreenAspect);

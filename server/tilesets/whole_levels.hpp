@@ -1,4 +1,4 @@
-// A surface as a few whole meshes of falling detail, for viewers that take one file.
+// A surface as a few whole meshes of decreasing detail, for viewers that load one file.
 #pragma once
 
 #include <span>
@@ -14,23 +14,23 @@ namespace multitetra {
 
 struct WholeLevel {
   IsosurfaceRequest request;
-  // World units: no point of the level is farther from the surface of the samples, nor the other
-  // way round; the lattice included.
+  // The bound of the two-sided Hausdorff distance to the full-resolution surface, including
+  // rounding to the lattice. In world units.
   double error_bound = 0;
 };
 
-// The levels, finest first. The first has the requested error; each next one four times the error
-// of the one before, up to a sixteenth of the volume's longest side. All keep the topology.
+// Returns the levels, finest first. The first one has the requested error; each further one four
+// times the previous error, up to a sixteenth of the volume's longest side. All keep the topology.
 [[nodiscard]] std::vector<WholeLevel> whole_levels(const DatasetInfo& info,
                                                    const TreeSettings& settings);
 
 struct LevelMesh {
-  LatticeMesh mesh;  // With triangles, and normals of the world.
+  LatticeMesh mesh;  // Not empty; with normals in world space.
   double error_bound = 0;
 };
 
-// One binary glTF in metres, see levels_glb(). A level is shown from where the error of the next
-// one is more than a pixel of a screen of 1080 lines; the coarsest always.
+// Returns one binary glTF in metres, see levels_glb(). A level is shown while the error of the next
+// one is more than a pixel on a screen of 1080 lines; the coarsest one always.
 [[nodiscard]] std::string whole_levels_glb(std::span<const LevelMesh> levels,
                                            const DatasetInfo& info);
 

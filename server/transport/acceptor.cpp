@@ -59,7 +59,7 @@ asio::awaitable<void> Acceptor::accept(OnAccept on_accept) {
     tcp::socket socket = co_await acceptor_.async_accept(use_error(error));
     if (is_closed_) break;
     if (error) {
-      // Out of descriptors, most likely: connections that end make room again.
+      // Most likely out of file descriptors: retry, as ending connections release some.
       log_line(LogLevel::kWarning, "cannot accept a connection: " + error.message(), {});
       retry_.expires_after(std::chrono::milliseconds(100));
       co_await wait_on(retry_);

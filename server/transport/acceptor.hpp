@@ -1,4 +1,4 @@
-// Accepts connections on one address; errors of one do not affect others.
+// Accepts connections on one address. An error of one connection does not affect others.
 #pragma once
 
 #include <functional>
@@ -12,21 +12,20 @@ namespace multitetra {
 
 // The other end of a connection.
 struct Peer {
-  std::string address;  // Without port.
-  std::string name;     // With port, for the log.
+  std::string address;  // Address without port.
+  std::string name;     // Address and port, for the log.
 };
 
 class Acceptor {
  public:
-  // Handles a connection. May throw: the connection is dropped then, and others are
-  // accepted.
+  // Handles a connection. If it throws, only that connection is dropped.
   using OnAccept = std::function<void(tcp::socket socket, const Peer& peer)>;
 
-  // Binds and listens. Throws AddressError that names the address, and `option`, where it can be
-  // changed, when that fails. Must outlive the io_context's last handler once it was opened.
+  // Binds and listens. On failure throws AddressError, which names the address and the `option`
+  // that sets it. Once opened, must outlive the io_context's last handler.
   Acceptor(asio::io_context& io, const Endpoint& at, const char* option);
 
-  // With the real port.
+  // Has the actual port.
   [[nodiscard]] const Endpoint& endpoint() const { return endpoint_; }
   void open(OnAccept on_accept);
   void close();

@@ -1,11 +1,11 @@
-// The rate at which a client takes bytes, measured at the socket by the bytes that wait to be sent.
-// Pure: the caller provides the clock.
+// Estimates the bandwidth to a client from the bytes that are queued in the socket. Pure: the
+// caller provides the clock.
 //
 //   rate.write_begins(now, unsent);  ...  rate.write_ends(now, bytes, unsent);
 //
-// Buffers on the way (of the client, of proxies) take the first bytes at once, whatever the rate of
-// the link behind them. So a low rate is accepted only where bytes have waited for a while, and a
-// high one only where many were sent.
+// Buffers along the path (of the client, of proxies) absorb the first bytes at any link rate. So a
+// low rate is accepted only after bytes were queued for a while, and a high one only after many
+// were sent.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class BandwidthEstimator {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // `unsent`: the bytes that wait in the socket then.
+  // `unsent`: bytes queued in the socket.
   void write_begins(Clock::time_point now, std::uint64_t unsent) {
     note(now, unsent);
     if (!has_waiting_) begin(now, unsent);
@@ -57,14 +57,14 @@ class BandwidthEstimator {
       begin(now, unsent);
     }
   }
-  // The link is the narrow place.
+  // Bytes are queued: the link limits the rate.
   void note_waiting(double rate) {
     bytes_per_second_ += (is_measured_ ? kWeight : 1) * (rate - bytes_per_second_);
     bytes_per_second_ = std::max(bytes_per_second_, 1000.0);
     is_measured_ = true;
     passed_bytes_ = passed_seconds_ = 0;
   }
-  // Nothing waits any more: it carries that, or more.
+  // The queue is empty: the link carries at least this rate.
   void note_passed(double bytes, double seconds) {
     passed_bytes_ += bytes;
     passed_seconds_ += seconds;
@@ -75,13 +75,13 @@ class BandwidthEstimator {
   }
 
   double bytes_per_second_ = kUsualBytesPerSecond;
-  bool is_measured_ = false;  // Where bytes waited.
+  bool is_measured_ = false;  // A rate was measured while bytes were queued.
   std::uint64_t written_ = 0;
 
-  bool has_waiting_ = false;  // Something is being written, or waits in the socket.
+  bool has_waiting_ = false;  // Bytes are being written or queued.
   Clock::time_point since_ = {};
-  std::uint64_t sent_ = 0;   // Until `since_`.
-  double passed_bytes_ = 0;  // Since the last measurement, without waiting for long.
+  std::uint64_t sent_ = 0;   // Bytes sent up to `since_`.
+  double passed_bytes_ = 0;  // Sent without long queueing since the last measurement.
   double passed_seconds_ = 0;
 };
 

@@ -14,18 +14,18 @@ class Connection {
  public:
   virtual ~Connection() = default;
 
-  // Since when it has had nothing to do; nullopt while it has.
+  // Returns the start of the idle time; nullopt if busy.
   [[nodiscard]] virtual std::optional<Clock::time_point> idle_since() const = 0;
-  // Sends the error if the protocol has one, then closes; within the linger time the connection is
-  // closed whatever the client does.
+  // Sends the error if the protocol supports it, then closes the connection, at the latest after
+  // the linger time.
   virtual void end(const Error& why) = 0;
-  // Ends what takes too long. Called again and again with the time that it is: so thousands of
-  // connections share one timer instead of arming several each for every message.
+  // Enforces the time limits. Called periodically, so thousands of connections share one timer
+  // instead of arming several for each message.
   virtual void keep_time(Clock::time_point now) = 0;
 };
 using ConnectionPtr = std::shared_ptr<Connection>;
 
-// A newcomer may take the client's place among the connections while this one rests.
+// Lets admission control evict the client while its connection is idle.
 inline void allow_idle_eviction(ConnectionContext& client, std::weak_ptr<Connection> connection) {
   client.set_evictable({.since =
                             [connection] {

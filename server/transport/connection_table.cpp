@@ -9,8 +9,7 @@
 
 namespace multitetra {
 
-// Often enough that no limit is exceeded by more than a tenth or so, and seldom enough to cost
-// nothing.
+// Polls often enough to exceed no limit by much more than a tenth, at negligible cost.
 ConnectionTable::ConnectionTable(asio::io_context& io, std::chrono::milliseconds shortest)
     : pause_(std::clamp<std::chrono::milliseconds>(shortest / 8, std::chrono::milliseconds(5),
                                                    std::chrono::milliseconds(250))),
@@ -33,7 +32,7 @@ void ConnectionTable::remove(std::uint64_t id) {
 void ConnectionTable::close(const Error& why) {
   closed_ = why;
   timer_.cancel();
-  // A connection that ends at once is removed from the map while it is walked.
+  // A connection that ends at once is removed from the map, so iterate over a copy.
   std::vector<ConnectionPtr> all;
   for (const auto& [id, connection] : connections_) all.push_back(connection);
   for (const ConnectionPtr& connection : all) connection->end(why);
@@ -44,7 +43,7 @@ asio::awaitable<void> ConnectionTable::keep_time() {
     timer_.expires_after(pause_);
     co_await wait_on(timer_);
     const Clock::time_point now = Clock::now();
-    // No connection leaves the map here: coroutines report their ends later.
+    // Connections are not removed during this loop, as coroutines report their ends later.
     for (const auto& [id, connection] : connections_) connection->keep_time(now);
   }
 }

@@ -1,4 +1,4 @@
-// The connections that one listener holds, and the one timer by which they keep their limits.
+// The connections of one listener, with one timer for all their time limits.
 #pragma once
 
 #include <chrono>
@@ -13,17 +13,17 @@ namespace multitetra {
 
 class ConnectionTable {
  public:
-  // `shortest` is the shortest time that a connection limits. Must outlive the io_context's last
-  // handler once it was started.
+  // `shortest` is the shortest time limit of the connections. Once started, must outlive the
+  // io_context's last handler.
   ConnectionTable(asio::io_context& io, std::chrono::milliseconds shortest);
 
-  // Keeps time until it is closed and all connections have ended.
+  // Runs the timer until the table is closed and all connections have ended.
   void start();
-  // By a number of its own; a connection that speaks something else from now on takes the place of
-  // the one before.
+  // Adds a connection under a unique id. After a protocol upgrade the new connection replaces the
+  // old one.
   void put(std::uint64_t id, ConnectionPtr connection);
   void remove(std::uint64_t id);
-  // Ends all open connections, and later ones.
+  // Ends all connections, including any added later.
   void close(const Error& why);
 
  private:

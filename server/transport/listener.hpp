@@ -1,6 +1,6 @@
-// A listener: accepts connections on an address and owns them.
+// Accepts connections on an address and owns them.
 //
-// Everything but endpoint() runs on the one thread of the server's io_context.
+// Except endpoint(), everything runs on the thread of the server's io_context.
 #pragma once
 
 #include <functional>
@@ -21,24 +21,24 @@ class Listener {
  public:
   virtual ~Listener() = default;
 
-  // The address it listens on, with the real port.
+  // Returns the address with the actual port.
   [[nodiscard]] virtual Endpoint endpoint() const = 0;
-  // The same as clients write it, "tls://HOST:PORT" for example.
+  // Returns the address as clients write it, for example "tls://HOST:PORT".
   [[nodiscard]] virtual std::string url() const = 0;
-  // Begins to accept.
+  // Begins to accept connections.
   virtual void open() = 0;
-  // Stops accepting, and ends the open connections with an error. The listener keeps the io_context
-  // at work until the last of them has ended.
+  // Stops accepting, and ends open connections with an error. Keeps the io_context running until
+  // the last one has ended.
   virtual void close(const Error& why) = 0;
 };
 
-// The server as its listeners see it; it outlives them.
+// The server as seen by its listeners. Outlives them.
 struct ServerContext {
   asio::io_context& io;
   AdmissionControl& admission;
   SurfaceService& service;
   std::function<ConversationPtr(ConnectionContextPtr client)> new_conversation;
-  std::function<std::string()> metrics = {};  // Prometheus text; empty: none are kept.
+  std::function<std::string()> metrics = {};  // Returns Prometheus text; empty: no metrics.
 };
 
 using MakeListener = std::function<std::unique_ptr<Listener>(const ServerContext&)>;

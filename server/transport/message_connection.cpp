@@ -51,7 +51,7 @@ void MessageConnection::keep_time(Clock::time_point now) {
     hello_.clear();
     if (!conversation_->is_welcomed()) {
       end({ErrorCode::kUnavailable, "No Hello arrived in time."});
-      return;  // The time to read that begins now.
+      return;  // The linger time begins now.
     }
   }
   if (write_.is_past(now) || linger_.is_past(now)) {
@@ -87,7 +87,7 @@ asio::awaitable<void> MessageConnection::read() {
       co_await transport_->drain();
       break;
     }
-    if (conversation_->is_over()) continue;  // What comes after the end is dropped.
+    if (conversation_->is_over()) continue;  // Drops input after the end.
     conversation_->receive(*content);
     if (conversation_->is_welcomed()) transport_->set_limit(conversation_->max_message_bytes());
   }

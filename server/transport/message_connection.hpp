@@ -1,5 +1,4 @@
-// A conversation over one connection: one coroutine reads messages, one writes them, over TCP and
-// WebSockets alike.
+// A conversation over one connection, TCP or WebSocket: one coroutine reads messages, one writes.
 #pragma once
 
 #include <functional>
@@ -15,8 +14,7 @@
 
 namespace multitetra {
 
-// Makes of a stream that was accepted what messages travel on; a failure is logged, and ends the
-// connection.
+// Opens the message transport on an accepted stream. A failure is logged and ends the connection.
 using OpenTransport = std::function<asio::awaitable<Result<std::unique_ptr<MessageTransport>>>(
     ByteStream& stream, TransportOptions options)>;
 
@@ -27,7 +25,7 @@ class MessageConnection : public Connection,
                     ConnectionContextPtr client, ConversationPtr conversation,
                     ConnectionOptions options);
 
-  // Both coroutines keep the connection alive; `on_closed` is called once when they are done.
+  // Both coroutines keep the connection alive. Calls `on_closed` once, when both are done.
   void start(std::function<void()> on_closed);
 
   [[nodiscard]] std::optional<Clock::time_point> idle_since() const override {

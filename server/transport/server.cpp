@@ -18,7 +18,7 @@ namespace multitetra {
 
 namespace {
 
-// Other observers besides the metrics are kept.
+// Adds the metrics to any other observer.
 AdmissionOptions observed(const ServerOptions& options) {
   AdmissionOptions admission = options.admission;
   if (!options.metrics) return admission;
@@ -29,7 +29,7 @@ AdmissionOptions observed(const ServerOptions& options) {
   return admission;
 }
 
-// Logs the patterns of the tokens file that match no dataset: most are typing errors.
+// Logs patterns of the tokens file that match no dataset, as most are typing errors.
 void warn_of_idle_patterns(const AccessList& list, const DatasetCatalogue& catalogue) {
   const std::vector<DatasetInfo> infos = catalogue.infos();
   const auto warn = [&](const AccessRights& rights) {
@@ -48,7 +48,7 @@ void warn_of_idle_patterns(const AccessList& list, const DatasetCatalogue& catal
 
 }  // namespace
 
-// Members of one thread: everything but stop(), drain() and reload() runs in run().
+// Single-threaded: everything but stop(), drain() and reload() runs in run().
 class Server::Running {
  public:
   Running(const MakeService& make_service, ServerOptions options,
@@ -111,7 +111,7 @@ class Server::Running {
       warn_about(*catalogue);
     });
   }
-  // Logs what the tokens file says about datasets that are not there.
+  // Logs patterns of the tokens file that match no dataset.
   void warn_about(const DatasetCatalogue& catalogue) const {
     if (admission_.access()) warn_of_idle_patterns(*admission_.access(), catalogue);
   }
@@ -148,8 +148,7 @@ class Server::Running {
 
   void await_signal() {
     signals_.async_wait([this](error_code cancelled, int signal) {
-      // A signal that came before the last one was handled is delivered even after stop_now's
-      // cancel.
+      // A signal that is already queued is delivered even after stop_now() cancels the wait.
       if (cancelled || is_stopping_) return;
       if (signal == SIGHUP) {
         reload_now();
@@ -158,7 +157,7 @@ class Server::Running {
       } else {
         drain_now();
       }
-      if (!is_stopping_) await_signal();  // Else it would keep the server running.
+      if (!is_stopping_) await_signal();  // Waiting would keep the server running.
     });
   }
 
@@ -174,7 +173,7 @@ class Server::Running {
              {{"connections", static_cast<std::uint64_t>(admission_.connections())}});
     drain_timer_.expires_after(options_.drain_time);
     when_expired(drain_timer_, [this] { stop_now(); });
-    // Not from inside the request that ends.
+    // Posted, as it may be called from within the ending request.
     admission_.drain([this] { stop(); });
   }
 
@@ -200,8 +199,8 @@ class Server::Running {
   asio::steady_timer memory_timer_;
   bool is_stopping_ = false;
   std::vector<std::unique_ptr<Listener>> listeners_;
-  std::unique_ptr<SurfaceService>
-      service_;  // Its threads end before what their work comes back to.
+  // Destroyed first: joins threads that post to the members above.
+  std::unique_ptr<SurfaceService> service_;
 };
 
 Server::Server(const MakeService& make_service, ServerOptions options,

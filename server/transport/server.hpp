@@ -1,11 +1,11 @@
-// A service behind its listeners: the datasets of this process, or those of other servers.
+// A service with its listeners: for the datasets of this process, or of other servers.
 //
 //   Server server(catalogue, {.listen = {"127.0.0.1", 7410}});
 //   Server gateway(remote_service({.upstream = ...}), {.has_tcp_listener = false}, {http_listener({})});
-//   server.run();  // Until stop() or drain() is called from another thread, or a signal comes.
+//   server.run();  // Until stop() or drain() is called from another thread, or a signal arrives.
 //
-// One thread, the caller of run(), does all input and output; the service has threads of its own.
-// Slow clients cost memory for one step each and no thread.
+// The thread that calls run() does all input and output; the service has its own threads. A slow
+// client costs memory for one step and no thread.
 #pragma once
 
 #include <chrono>
@@ -28,52 +28,52 @@
 namespace multitetra {
 
 struct ServerOptions {
-  Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: the system chooses one.
+  Endpoint listen{.host = "127.0.0.1", .port = kDefaultPort};  // Port 0: any free port.
   bool has_tcp_listener = true;
-  // SIGINT and SIGTERM drain, a second one stops at once; SIGHUP reloads.
+  // SIGINT and SIGTERM drain, and a second one stops at once. SIGHUP reloads.
   bool heed_signals = false;
-  std::chrono::milliseconds drain_time{30'000};  // For requests that run when it drains.
+  std::chrono::milliseconds drain_time{30'000};  // For running requests when draining.
   AdmissionOptions admission = {};
-  LocalServiceOptions service = {};  // Of a server of datasets.
+  LocalServiceOptions service = {};  // For a server of datasets.
   SessionOptions session = {};
-  // The longest time without messages or work; 0: no limit.
+  // Connections without messages or work are closed after this time; 0: no limit.
   std::chrono::milliseconds idle_time{0};
   ConnectionOptions connection = {};
-  // On the thread of run(), when certificate and tokens were read again.
+  // Called on the thread of run() after certificate and tokens were reloaded.
   std::function<void()> when_reloaded = {};
   // Exposed at /metrics by every listener. Null: no metrics.
   std::shared_ptr<PrometheusMetrics> metrics = {};
-  bool returns_memory = false;  // Memory that is free goes back to the system now and then.
+  bool returns_memory = false;  // Periodically returns free memory to the system.
 };
 
 class Server {
  public:
-  // All listeners are bound and listen: the one for TCP, if there is one, then `more`. Throws
-  // AddressError that names the address when that fails, and ExitError when certificate or tokens
-  // cannot be used, or what the service needs.
+  // Binds all listeners: TCP, unless disabled, then `more`. Throws AddressError, which names the
+  // address, if that fails, and ExitError if certificate, tokens or files of the service cannot be
+  // used.
   Server(const MakeService& make_service, ServerOptions options,
          const std::vector<MakeListener>& more = {});
   // A server of datasets.
   Server(CataloguePtr catalogue, ServerOptions options, const std::vector<MakeListener>& more = {});
   ~Server();
 
-  // The address of the listener for TCP, if there is one, then of the others in their order.
+  // Returns the address of a listener: first TCP, unless disabled, then the others in order.
   [[nodiscard]] Endpoint endpoint(std::size_t listener = 0) const;
-  // The addresses of all listeners, for the log.
+  // Returns the addresses of all listeners, for the log.
   [[nodiscard]] std::vector<std::string> urls() const;
 
-  // Serves until stopped. Returns when all connections are closed and all work has ended.
+  // Serves until stopped. Returns after all connections are closed and all work has ended.
   void run();
-  // From any thread. Clients are informed; after the linger time connections are closed.
+  // Notifies clients, and closes connections after the linger time. Callable from any thread.
   void stop();
-  // From any thread. Nothing new is begun; stops when no request is under way any more, or the
-  // drain time is over.
+  // Starts nothing new, and stops after the last request or the drain time. Callable from any
+  // thread.
   void drain();
-  // From any thread. Reads certificate, tokens and what the service needs again (see
-  // admission_control.hpp).
+  // Reloads certificate, tokens and files of the service (see admission_control.hpp). Callable from
+  // any thread.
   void reload();
-  // From any thread, of a server of datasets. Replaces the offered datasets for new connections and
-  // lists; running streams continue, and clients keep the datasets of their last list.
+  // Replaces the datasets offered to new connections and lists, for a server of datasets. Running
+  // streams continue, and clients keep the datasets of their latest list. Callable from any thread.
   void offer(CataloguePtr catalogue);
 
  private:

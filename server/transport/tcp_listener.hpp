@@ -1,4 +1,4 @@
-// Conversations in frames over TCP, or TLS over TCP.
+// Serves conversations in frames over TCP or TLS.
 #pragma once
 
 #include "server/transport/acceptor.hpp"
@@ -10,7 +10,7 @@ namespace multitetra {
 
 class TcpListener : public Listener {
  public:
-  // Binds and listens. Throws AddressError that names the address when that fails.
+  // Binds and listens. Throws AddressError, which names the address, if that fails.
   TcpListener(const ServerContext& server, TcpListenerOptions options);
 
   [[nodiscard]] Endpoint endpoint() const override { return acceptor_.endpoint(); }

@@ -1,4 +1,4 @@
-// Detects clients without a request for a long time. The caller provides the clock.
+// Detects idle clients. The caller provides the clock.
 //
 //   IdleWatch idleness(/*limit=*/600s, now);     // 0: no limit.
 //   idleness.note(now);                          // A message arrived, or work finished.
@@ -17,7 +17,7 @@ class IdleWatch {
 
   void note(Clock::time_point now) { last_ = now; }
   [[nodiscard]] Clock::time_point last() const { return last_; }
-  // Whether nothing was noted for longer than the limit. Being busy counts as being noted.
+  // Returns whether the last note() is longer ago than the limit. Being busy counts as a note.
   [[nodiscard]] bool is_exceeded(Clock::time_point now, bool is_busy) {
     if (is_busy) last_ = now;
     return limit_.count() > 0 && last_ + limit_ <= now;

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// A message that makes work, and the memory that it takes while it waits.
+// A message that requests work, and the memory to reserve while it waits.
 struct CountedRequest {
   std::uint64_t id = 0;
   std::size_t waiting_bytes = 0;
@@ -28,7 +28,7 @@ std::optional<CountedRequest> counted_request(const ClientMessage& message) {
   return CountedRequest{.id = request_id_of(*query), .waiting_bytes = waiting_bytes(*query)};
 }
 
-// Room for what waits, or why there shall be nothing to wait for.
+// Checks the rate limit and reserves memory for the request, or returns the error to reply.
 tl::expected<ByteReservations::Reservation, ErrorReply> admit(ConnectionContext& client,
                                                               const Session& session,
                                                               const ClientMessage& message,

@@ -1,5 +1,5 @@
-// A session under the admission control's eyes: what holds before a message reaches it, and how its
-// requests are reported. For all kinds of sessions.
+// Applies admission control before a message reaches a session, and describes requests for logs.
+// For all kinds of sessions.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace multitetra {
 
-// The actions that follow from a client's message.
+// The outcome of a client's message.
 struct Received {
   Actions actions;
-  ByteReservations::Reservation reservation =
-      {};                  // For the request that one of the actions begins.
-  double retry_after = 0;  // Seconds, of a request that was refused before the session saw it.
+  // For the request that an action begins.
+  ByteReservations::Reservation reservation = {};
+  double retry_after = 0;  // Seconds, if the request was refused before it reached the session.
 };
 
-// A draining admission lets no new work begin, another list of tokens holds at once, and requests
-// beyond the client's rate, or for which no memory can be reserved, are answered without the
-// session. `message_bytes` is how long the message was.
+// Passes a message of `message_bytes` bytes to the session. First applies a new token list and
+// draining to the session; requests that exceed the rate limit or the memory for reservations are
+// answered without the session.
 [[nodiscard]] Received receive_from(ConnectionContext& client, Session& session,
                                     const tl::expected<ClientMessage, ParseError>& message,
                                     std::size_t message_bytes);

@@ -1,6 +1,5 @@
-// The part of a stream that a client has received, so that another server can continue it: the same
-// request has the same answer everywhere, so what was forwarded already is skipped the second time.
-// Pure.
+// Tracks what a client has received of a stream, so that another server can continue it. Equal
+// requests have equal answers on every server, so the part already forwarded is skipped. Pure.
 #pragma once
 
 #include <cstddef>
@@ -15,27 +14,27 @@ class ForwardedStream {
  public:
   explicit ForwardedStream(OpenStream open) : open_(std::move(open)) {}
 
-  // The request to send to an upstream, for the first time or again: it contains what was received
-  // already.
+  // Returns the request to send to an upstream, first or again. It includes what the client already
+  // has.
   [[nodiscard]] const OpenStream& open() const { return open_; }
-  // Another server begins from the start.
+  // Another server starts the stream from the beginning.
   void restart() { position_ = 0; }
 
   enum class Verdict {
-    kForward,  // The client has not seen it.
+    kForward,  // New to the client.
     kPassOver,
-    kDiffers,  // It differs from what the client has received: the stream ends.
+    kDiffers,  // Differs from what the client has received; ends the stream.
   };
-  // The next message of the stream: StepBegin, Tile or StepEnd.
+  // Classifies the next message: StepBegin, Tile or StepEnd.
   [[nodiscard]] Verdict next(const ServerMessage& message);
 
   [[nodiscard]] std::uint32_t steps_ended() const { return steps_ended_; }
-  // The step that is being sent to the client.
+  // Returns the step that is being sent to the client.
   [[nodiscard]] const StepBegin& step() const { return step_; }
 
  private:
   OpenStream open_;
-  std::vector<std::uint64_t> forwarded_;  // A checksum of each message, times left out.
+  std::vector<std::uint64_t> forwarded_;  // One checksum per message, without times.
   std::size_t position_ = 0;
   std::uint32_t steps_ended_ = 0;
   StepBegin step_;

@@ -1,5 +1,4 @@
-// What a client of a gateway asks for apart from streams: queries, and surfaces put together
-// here.
+// A gateway's requests other than streams: queries, and surfaces assembled by the gateway.
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,7 +14,7 @@
 namespace multitetra {
 namespace {
 
-// The reply of a server, if it has the kind that answers the query.
+// Returns the server's reply if its type matches the query.
 std::optional<DatasetQueryReply> reply_to(const DatasetQuery& query, ServerMessage message) {
   if (std::holds_alternative<Estimate>(query)) {
     if (auto* reply = std::get_if<EstimateReply>(&message)) return *reply;
@@ -27,7 +26,7 @@ std::optional<DatasetQueryReply> reply_to(const DatasetQuery& query, ServerMessa
   return std::nullopt;
 }
 
-// A mesh of so many triangles takes noticeable time.
+// Assembling a mesh of this size takes noticeable time.
 constexpr std::uint64_t kManyTriangles = 200'000;
 
 }  // namespace
@@ -73,7 +72,7 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
     auto message = stream->take();
     if (is_closed_) co_return fail(ErrorCode::kCancelled, "The client has disconnected.");
     if (!message) {
-      // Closing this changes the stream as well.
+      // close() triggers `changed` as well.
       co_await changed->wait();
     } else if (const auto* error = std::get_if<ErrorReply>(&*message)) {
       co_return tl::unexpected(error->error);

@@ -13,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// A server must have what colors a surface as well. False where none has both.
+// Keeps only the servers that also have the coloring dataset. Returns false if there are none.
 bool keep_holders_of_scalars(StartStream& action) {
   if (!action.scalars) return true;
   const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
@@ -39,7 +39,7 @@ asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
 }
 
 UpstreamClient RemoteCaller::upstream_client() const {
-  constexpr std::size_t kMostOfAName = 256;  // Names of tokens may be long.
+  constexpr std::size_t kMostOfAName = 256;  // Token names may be long.
   return {.token = token_,
           .share = client()->share().substr(0, kMostOfAName),
           .address = client()->facts().peer};
@@ -114,7 +114,7 @@ asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   if (reached_) reached_->link->close();
   reached_.reset();
   std::function<bool()> is_wanted = [this, stream] { return !stream->is_stopped && !is_closed_; };
-  UpstreamClient client = upstream_client();  // Not in the awaiting expression: see upstream_pool.
+  UpstreamClient client = upstream_client();  // Not in the awaiting expression; see upstream_pool.
   client.shells = stream->shells;
   auto reached = co_await upstreams_->reach(stream->dataset, std::move(client), is_wanted);
   if (!is_wanted()) {
@@ -131,7 +131,7 @@ asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
 
 asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
   while (!stream->is_stopped && co_await reach_holder(stream)) {
-    // A link that has been idle may have been closed since; that says nothing about its server.
+    // An idle link may have been closed meanwhile, which says nothing about its server.
     const bool may_be_stale = std::exchange(reached_->was_used, true);
     stream->forwarded.restart();
     reached_->link->send(stream->forwarded.open());
@@ -157,7 +157,7 @@ asio::awaitable<bool> RemoteCaller::forward(StreamPtr stream) {
     auto message = co_await link->receive();
     if (!message) co_return stream->is_stopped || is_closed_;
     const bool is_end = is_last(*message);
-    // A stopping server sends an error and closes the connection: treated as lost.
+    // An error without a request id comes from a stopping server: treated as lost.
     if (is_end && request_id_of(*message) == 0) {
       link->close();
       co_return stream->is_stopped || is_closed_;
@@ -194,9 +194,9 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
   stream->put(std::move(message));
 }
 
-// Checked on another thread: what passes does not wait for it.
+// The check runs on another thread; forwarding does not wait for it.
 void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
-  constexpr std::size_t kMostUnchecked = 64;  // Beyond that a tile is kept another time.
+  constexpr std::size_t kMostUnchecked = 64;  // Tiles beyond that are not cached.
   const StepBegin& step = stream.forwarded.step();
   if (step.request.normal_bits != 0 || tile.index >= step.tiles.size()) return;
   const TileSummary& summary = step.tiles[tile.index];

@@ -1,5 +1,4 @@
-// One client of a gateway: its streams and queries, forwarded to the servers that have the
-// dataset.
+// One client of a gateway: forwards its streams and queries to the servers that have the dataset.
 #pragma once
 
 #include <cstdint>
@@ -48,15 +47,15 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   using StreamPtr = std::shared_ptr<RemoteStream>;
 
   asio::awaitable<Result<CataloguePtr>> offered(std::string token);
-  // Brings all streams, one after the other, until it is closed.
+  // Forwards all streams, one after the other, until closed.
   asio::awaitable<void> bring_streams();
   asio::awaitable<void> bring(StreamPtr stream);
-  // Makes sure that reached_ has the dataset; false when the stream cannot continue.
+  // Ensures that reached_ has the dataset. Returns false if the stream cannot continue.
   asio::awaitable<bool> reach_holder(StreamPtr stream);
-  // Until the stream is over (true) or the server lost (false).
+  // Forwards until the stream is over (true) or the server is lost (false).
   asio::awaitable<bool> forward(StreamPtr stream);
   void take(const StreamPtr& stream, ServerMessage message);
-  // For clients that ask for it by its digest, unless it is damaged.
+  // Caches a tile for find_tile(), unless it is damaged.
   void keep(const RemoteStream& stream, const Tile& tile);
   void cancel(RemoteStream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
@@ -65,7 +64,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   asio::awaitable<void> bring_surface(StartStream action, std::uint64_t max_triangles,
                                       std::stop_token stop,
                                       std::function<void(Result<Surface>)> done);
-  // All tiles of a stream's only step, and the memory that they take.
+  // All tiles of a single-step stream, with their memory reservation.
   struct Collected {
     SurfaceTiles tiles;
     ByteReservations::Reservation memory = {};
@@ -81,8 +80,8 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   std::string token_;
   bool is_closed_ = false;
   bool is_bringing_ = false;
-  StreamPtr stream_;  // Null when none runs.
-  // The connection of the last stream, reused by the next one.
+  StreamPtr stream_;  // Null if none runs.
+  // The connection of the previous stream, reused by the next one.
   std::optional<UpstreamPool::Reached> reached_;
   AsyncEvent change_;
 };

@@ -1,5 +1,5 @@
-// One stream that a server behind the gateway makes: the messages that wait for the client, and how
-// far the forwarding has come. It knows no connection.
+// One stream that is forwarded from a server: the messages queued for the client, and the progress
+// of forwarding. Independent of connections.
 #pragma once
 
 #include <chrono>
@@ -21,10 +21,10 @@ namespace multitetra {
 class RemoteStream : public ProgressiveStream {
  public:
   using Clock = std::chrono::steady_clock;
-  // Called from inside the call that causes them.
+  // Called synchronously from within the causing call.
   struct Events {
-    std::function<void()> changed;  // For the client: there may be another message.
-    std::function<void()> taken;    // There is room for another message.
+    std::function<void()> changed;  // The client may have another message to take.
+    std::function<void()> taken;    // The queue has space.
     std::function<void(RemoteStream&)> stopped;
   };
 
@@ -54,12 +54,12 @@ class RemoteStream : public ProgressiveStream {
     stop();
   }
 
-  // Before the client received anything of the step.
+  // Fails before the client has received anything of the stream.
   void refuse(Error error) {
     waiting_.push_back(ErrorReply{.request_id = id(), .error = std::move(error)});
     is_finished_ = is_stopped = true;
   }
-  // A message of the server; the last one ends the stream behind those that wait.
+  // Queues a message of the server. The last one ends the stream.
   void put(ServerMessage message) {
     const bool is_end = is_last(message);
     waiting_.push_back(std::move(message));
@@ -71,14 +71,15 @@ class RemoteStream : public ProgressiveStream {
 
   ForwardedStream forwarded;
   std::shared_ptr<const UpstreamDataset> dataset;
-  const bool shells;  // Its steps may have them; the same for all streams of a client.
-  // A server is working on it.
+  const bool shells;  // Sample shells allowed; constant per client.
+  // A server is making the stream.
   bool is_asked = false;
   bool is_stopped = false;
-  std::optional<Clock::time_point> lost_at = {};  // Its server; none since a message was passed on.
+  // When the server was lost; reset once a message is forwarded.
+  std::optional<Clock::time_point> lost_at = {};
 
  private:
-  // The last message, in the place of what waits.
+  // Replaces the queued messages with the final one.
   void finish(ServerMessage last) {
     if (std::exchange(is_finished_, true)) return;
     waiting_.clear();
@@ -86,16 +87,15 @@ class RemoteStream : public ProgressiveStream {
     stop();
     events_.changed();
   }
-  // Cancels the stream at the server. Then its link is free for the
-  // next stream.
+  // Cancels the stream at the server, which frees the link for the next stream.
   void stop() {
     is_stopped = true;
     events_.stopped(*this);
   }
 
-  static constexpr std::size_t kMaxWaiting = 4;  // Beyond that nothing is read from a server.
+  static constexpr std::size_t kMaxWaiting = 4;  // Reading from the server pauses beyond that.
 
-  bool is_finished_ = false;  // The last message was decided here.
+  bool is_finished_ = false;  // The final message was set here.
   std::deque<ServerMessage> waiting_;
   std::uint32_t steps_sent_ = 0;
   Events events_;

@@ -1,5 +1,5 @@
-// Rendezvous hashing: every candidate has a score for a name, and the highest is used. All gateways
-// agree without a shared table, and when a candidate is lost only its own names move. Pure.
+// Rendezvous hashing: each candidate has a score for a name, and the highest one is chosen. All
+// gateways agree without a shared table, and losing a candidate moves only its own names. Pure.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace multitetra {
   return checksum(std::as_bytes(std::span(both)));
 }
 
-// Indices into `candidates`, the first choice first.
+// Returns indices into `candidates`, best first.
 [[nodiscard]] inline std::vector<std::size_t> rendezvous_order(
     std::string_view name, const std::vector<std::string>& candidates) {
   std::vector<std::pair<std::uint64_t, std::size_t>> scores;

@@ -1,5 +1,4 @@
-// Whether a server was reachable, and when it is tried again. Pure: the time
-// is passed by the caller.
+// Tracks whether a server is reachable, and when to retry it. Pure: the caller provides the clock.
 #pragma once
 
 #include <algorithm>
@@ -13,12 +12,12 @@ class UpstreamHealth {
   using Clock = std::chrono::steady_clock;
   enum class Change { kNone, kThere, kLost };
 
-  // After its first failure a server is left alone for `least`, after each further one for twice
-  // as long as before, up to `most`.
+  // After the first failure a server is not contacted for `least`. Each further failure doubles the
+  // time, up to `most`.
   UpstreamHealth(std::chrono::milliseconds least, std::chrono::milliseconds most)
       : least_(least), most_(most) {}
 
-  // It answered. kThere when it did not the last time, or was never tried.
+  // Records success. Returns kThere if the previous attempt failed or there was none.
   Change reached() {
     const bool is_new = !std::exchange(was_tried_, true) || has_failed();
     backoff_ = {};
@@ -26,7 +25,8 @@ class UpstreamHealth {
     return is_new ? Change::kThere : Change::kNone;
   }
 
-  // It did not answer, or went. kLost when it did not fail the last time.
+  // Records a failure to answer or a lost connection. Returns kLost if the previous attempt did not
+  // fail.
   Change failed(Clock::time_point now) {
     const bool is_news = !has_failed();
     was_tried_ = true;
@@ -35,8 +35,8 @@ class UpstreamHealth {
     return is_news ? Change::kLost : Change::kNone;
   }
 
-  // It sent damaged data: it is quarantined until then. kLost when it was not
-  // left out before.
+  // Excludes a server that sent damaged data, for the given time. Returns kLost unless it was
+  // excluded already.
   Change quarantine(Clock::time_point now, Clock::duration how_long) {
     const bool is_news = !is_left_out(now);
     quarantined_until_ = now + how_long;
@@ -51,14 +51,14 @@ class UpstreamHealth {
   [[nodiscard]] bool may_be_asked(Clock::time_point now) const {
     return now >= not_before_ && !is_left_out(now);
   }
-  // The time at which a failed server is tried again.
+  // Returns when a failed server may be retried.
   [[nodiscard]] Clock::time_point next_try() const { return not_before_; }
 
  private:
   std::chrono::milliseconds least_;
   std::chrono::milliseconds most_;
   bool was_tried_ = false;
-  std::chrono::milliseconds backoff_{0};  // 0: it could be reached when it was last tried.
+  std::chrono::milliseconds backoff_{0};  // 0: the last attempt succeeded.
   Clock::time_point not_before_ = {};
   Clock::time_point quarantined_until_ = {};
 };

@@ -74,7 +74,7 @@ asio::awaitable<Result<void>> UpstreamLink::ping(asio::any_io_executor executor,
   co_return alive;
 }
 
-// Errors of the connection: another server can serve the request.
+// Connection errors are kUnavailable, as another server may serve the request.
 asio::awaitable<Result<void>> UpstreamLink::open() {
   const auto opened = co_await channel_.open();
   if (opened) co_return Result<void>();
@@ -117,7 +117,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamLink::receive_any() {
   co_return lost_link(message.error().error.text);
 }
 
-// A Pong has done its work when it has come.
+// Discards Pongs, which have already reset the silence timer.
 asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
   for (;;) {
     auto message = co_await receive_any();
@@ -125,7 +125,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
   }
 }
 
-// Bytes that came count, also where they are no whole message yet.
+// Any received bytes are a sign of life, even an incomplete message.
 void UpstreamLink::await_sign() {
   silence_timer_.expires_after(silence_ / 2);
   silence_timer_.async_wait(

@@ -1,8 +1,8 @@
-// One connection to a server, as its client: Hello and Welcome, pings, messages in the order in
-// which they are sent. Runs on the caller's executor.
+// One client connection to a server: handshake, pings, ordered messages. Runs on the caller's
+// executor.
 //
-// A server that is silent while a reply is expected is pinged, and counts as lost without a reply:
-// its machine has vanished, or the process hangs.
+// If a server is silent while a reply is pending, it is pinged. Without a reply it counts as lost:
+// its machine is down, or the process hangs.
 #pragma once
 
 #include <chrono>
@@ -16,42 +16,42 @@
 namespace multitetra {
 
 struct LinkOptions {
-  TlsContextPtr tls = nullptr;                       // Needed for tls://.
-  std::chrono::milliseconds connect_timeout{3'000};  // Until Welcome.
-  // The longest wait for a reply.
+  TlsContextPtr tls = nullptr;                       // Required for tls://.
+  std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
+  // The longest wait for any bytes.
   std::chrono::milliseconds silence{10'000};
 };
 
 class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
  public:
-  // Connects and exchanges Hello and Welcome. kUnavailable without a reply in time, or when the
-  // certificate is refused; the server's own error when it sends one instead of Welcome. Requires
-  // options.tls for a secure address.
+  // Connects and exchanges Hello and Welcome. Returns kUnavailable after a timeout or if the
+  // certificate is refused, or the error that the server sends instead of Welcome. Secure addresses
+  // require options.tls.
   [[nodiscard]] static asio::awaitable<Result<std::shared_ptr<UpstreamLink>>> connect(
       asio::any_io_executor executor, Endpoint server, Hello hello, LinkOptions options);
 
-  // Whether the server answers a Ping, on a connection of its own and without a token. kUnavailable
-  // without a reply in time.
+  // Pings the server on a separate connection without a token. Returns kUnavailable after a
+  // timeout.
   [[nodiscard]] static asio::awaitable<Result<void>> ping(asio::any_io_executor executor,
                                                           Endpoint server, LinkOptions options);
 
   UpstreamLink(asio::any_io_executor executor, Endpoint server, const LinkOptions& options);
 
-  // In the order of the calls; what cannot be sent shows in receive().
+  // Sends in the order of the calls. Failures are reported by receive().
   void send(const ClientMessage& message);
-  // The next message, from one coroutine at a time. kUnavailable, and from then on, when the server
-  // is gone.
+  // Returns the next message. Only one coroutine may call it at a time. Returns kUnavailable,
+  // permanently, once the server is lost.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> receive();
   void close();
   [[nodiscard]] bool is_lost() const { return !channel_.is_open(); }
-  // Whether Hello offered sample shells and the server may send them to the bearer of its token.
+  // Returns whether Hello offered sample shells and the server may send them for its token.
   [[nodiscard]] bool sends_shells() const { return sends_shells_; }
 
  private:
   // Closes the link after the connect timeout unless connect_timer_ is canceled.
   void limit_connecting();
   asio::awaitable<Result<void>> open();
-  // The next message, also a Pong.
+  // Returns the next message, including Pongs.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> receive_any();
   asio::awaitable<void> write();
   void await_sign();
@@ -61,9 +61,9 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   std::chrono::milliseconds connect_timeout_;
   MessageChannel channel_;
   asio::steady_timer connect_timer_;
-  asio::steady_timer silence_timer_;  // Runs while something is received.
+  asio::steady_timer silence_timer_;  // Runs while receiving.
   bool is_ping_pending_ = false;
-  bool is_silent_ = false;  // For too long: that is why it is closed.
+  bool is_silent_ = false;  // Closed because of a silence timeout.
   std::deque<std::string> to_send_;
   bool is_writing_ = false;
   bool sends_shells_ = false;

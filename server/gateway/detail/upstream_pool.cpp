@@ -47,7 +47,7 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
   const Change change = is_reached ? one.health.reached() : one.health.failed(Clock::now());
   if (!is_reached) {
     catalogues_.clear();
-    // The watching link may not have noticed yet; look_after() makes another one.
+    // The monitoring link may not have noticed yet; monitor() makes another one.
     if (one.watched) one.watched->close();
   }
   if (change == Change::kLost) {
@@ -96,7 +96,7 @@ LinkOptions UpstreamPool::link_options() const {
           .silence = options_.silence};
 }
 
-// A server that refuses us is there all the same.
+// A server that refuses the client still counts as reachable.
 asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
                                                        UpstreamClient client) {
   Hello hello{.token = shown(client.token),
@@ -107,11 +107,11 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
   LinkOptions options = link_options();
   auto link = co_await UpstreamLink::connect(executor_, options_.upstreams[upstream],
                                              std::move(hello), std::move(options));
-  // A token of our own that is refused is no client's concern.
+  // If the gateway's own token is refused, clients get a general error.
   const bool is_ours = options_.secrets.token.has_value();
   const bool is_there = link || (link.error().code != ErrorCode::kUnavailable && !is_ours);
   note(upstream, is_there, is_there ? "" : link.error().text);
-  // The log has addresses and reasons; clients need neither.
+  // Addresses and reasons are for the log only.
   if (!is_there) co_return fail(ErrorCode::kUnavailable, kNoUpstream);
   if (link && is_stopped_) (*link)->close();
   co_return link;
@@ -130,8 +130,8 @@ asio::awaitable<void> UpstreamPool::ping(std::size_t upstream) {
   note(upstream, alive.has_value(), alive ? "" : alive.error().text);
 }
 
-// Connects again after a moment, or when the server may be tried again. A server that requires a
-// client's token refuses the gateway once; from then on it is pinged after each silence.
+// Reconnects after a pause, or when the server may be retried. A server that requires a client's
+// token refuses the gateway once; afterwards it is pinged after each silence.
 asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
@@ -139,7 +139,7 @@ asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
     if (one.requires_token) {
       co_await ping(upstream);
     } else {
-      const UpstreamClient no_client;  // Named for the same reason as below.
+      const UpstreamClient no_client;  // A named variable, for the reason given below.
       const auto link = co_await link_to(upstream, no_client);
       one.requires_token = !link && link.error().code == ErrorCode::kUnauthenticated;
       if (link) {
@@ -171,7 +171,7 @@ void UpstreamPool::use(UpstreamSecrets secrets) {
   catalogues_.clear();
 }
 
-// ---- what they offer
+// ---- listing datasets
 
 asio::awaitable<Result<UpstreamPool::Listing>> UpstreamPool::list_of(std::size_t upstream,
                                                                      std::string token) {
@@ -225,7 +225,7 @@ asio::awaitable<Result<CataloguePtr>> UpstreamPool::list_all(std::string token) 
   std::map<std::string, std::shared_ptr<UpstreamDataset>> merged;
   std::optional<Error> failure;
   bool has_list = false;
-  // Servers that failed lately come last, and are left alone where another one has answered.
+  // Servers that failed recently come last, and are skipped if another one has answered.
   for (const bool is_late : {false, true}) {
     for (std::size_t i = 0; i < upstreams_.size(); ++i) {
       if (upstreams_[i].health.has_failed() != is_late || (is_late && has_list)) continue;
@@ -276,7 +276,7 @@ asio::awaitable<std::vector<std::size_t>> UpstreamPool::reachable_replicas(
   co_return now && now->info() == dataset->info() ? now->replicas : dataset->replicas;
 }
 
-// A server that was just lost may be retried in a moment, but after the reachable ones.
+// A recently lost server may be retried soon, but after the reachable ones.
 std::vector<std::size_t> UpstreamPool::by_preference(std::vector<std::size_t> replicas) const {
   std::stable_partition(replicas.begin(), replicas.end(),
                         [this](std::size_t i) { return !upstreams_[i].health.has_failed(); });

@@ -1,6 +1,6 @@
-// Tracks the upstreams: which are reachable, what they serve, and which one serves a request.
+// Tracks the upstreams: which ones are reachable, what they offer, and which one serves a request.
 //
-// One thread: everything runs on the executor.
+// Single-threaded: everything runs on the executor.
 #pragma once
 
 #include <chrono>
@@ -24,7 +24,7 @@
 
 namespace multitetra {
 
-// A dataset as several servers offer it. The servers make its steps.
+// A dataset offered by one or more servers, which make its steps.
 class UpstreamDataset : public SurfaceProvider {
  public:
   explicit UpstreamDataset(DatasetInfo info) : info_(std::move(info)) {}
@@ -36,7 +36,7 @@ class UpstreamDataset : public SurfaceProvider {
 
   // Upstreams with exactly this dataset, the preferred one first.
   std::vector<std::size_t> replicas = {};
-  // Whether each of them sends sample shells to the clients that it was listed for.
+  // Whether all replicas send sample shells to the clients that they listed the dataset for.
   bool shells = true;
 
  private:
@@ -46,49 +46,49 @@ class UpstreamDataset : public SurfaceProvider {
 // The client on whose behalf a request is forwarded.
 struct UpstreamClient {
   std::string token = {};
-  std::string share = {};    // As ConnectionContext::share(); empty: for the gateway itself.
-  std::string address = {};  // For the servers' logs.
-  bool shells = false;       // It decodes them, and may.
+  std::string share = {};    // ConnectionContext::share(); empty for the gateway itself.
+  std::string address = {};  // Address for the servers' logs.
+  bool shells = false;       // Decodes sample shells and may receive them.
 };
 
 class UpstreamPool {
  public:
   UpstreamPool(asio::any_io_executor executor, UpstreamOptions options);
 
-  // Lists the datasets of the reachable servers for the bearer of the token (unless the gateway has
-  // its own): of datasets with the same name that differ, that of the first server. An error when
-  // none can be reached, or all refuse the token. Concurrent callers are answered
-  // together.
+  // Lists the datasets of the reachable servers for a token (or the gateway's own token, if it has
+  // one). If datasets of one name differ, that of the first server is used. Fails if no server can
+  // be reached, or all refuse the token. Concurrent callers share one listing.
   [[nodiscard]] asio::awaitable<Result<CataloguePtr>> catalogue(std::string token);
 
-  // A link to the first server with the dataset that can be reached, also to one that was away when
-  // the catalogue was made; waits at most the failover timeout, and while is_wanted() is true.
+  // Returns a link to the first reachable server with the dataset, including servers that were
+  // unreachable when the catalogue was made. Waits at most for the failover timeout, and only while
+  // is_wanted() is true.
   struct Reached {
     LinkPtr link;
     std::size_t upstream = 0;
-    // An earlier stream used it: it may have closed unnoticed.
+    // Used by an earlier stream, so it may have been closed unnoticed.
     bool was_used = false;
   };
   [[nodiscard]] asio::awaitable<Result<Reached>> reach(
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
       std::function<bool()> is_wanted);
-  // The link to it was lost: others are preferred for a moment.
+  // Reports that the link to a server was lost: others are preferred for a while.
   void lost(std::size_t upstream);
-  // It sent a tile that is not what it promised: it is left out for a while.
+  // Excludes a server for a while because it sent a tile that differs from its summary.
   void sent_damaged_tile(std::size_t upstream, const std::string& why);
   [[nodiscard]] bool may_be_asked(std::size_t upstream) const {
     return upstreams_[upstream].health.may_be_asked(Clock::now());
   }
 
-  // Whether a server is there.
+  // Returns whether any server is reachable.
   [[nodiscard]] bool is_ready() const;
   [[nodiscard]] std::vector<UpstreamState> upstreams() const;
-  // The number of datasets in the last listing.
+  // Returns the number of datasets in the last listing.
   [[nodiscard]] std::size_t datasets() const { return datasets_; }
-  // Keeps a link to every server, to know at once when it goes and when it is back. Until stop().
+  // Keeps a link to every server until stop(), to detect at once when one is lost or back.
   void monitor_upstreams();
   void stop();
-  // For links from now on.
+  // Sets the secrets for further links.
   void use(UpstreamSecrets secrets);
   [[nodiscard]] TileCache& tiles() { return tiles_; }
   [[nodiscard]] const UpstreamOptions& options() const { return options_; }
@@ -98,10 +98,10 @@ class UpstreamPool {
   struct Upstream {
     std::string name;
     UpstreamHealth health;
-    std::uint64_t damaged_tiles = 0;  // Damaged tiles that it has sent.
+    std::uint64_t damaged_tiles = 0;
     LinkPtr watched = nullptr;
-    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Until it is tried again.
-    bool requires_token = false;  // It refused the gateway, which has none of its own.
+    std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
+    bool requires_token = false;  // The server refused a gateway without a token.
   };
   struct CachedCatalogue {
     Clock::time_point at = {};
@@ -118,12 +118,12 @@ class UpstreamPool {
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
                                                          UpstreamClient client);
   [[nodiscard]] LinkOptions link_options() const;
-  // Whether a server that requires a token of the gateway's clients answers; needs no token.
+  // Pings a server that requires a client's token; this needs no token.
   [[nodiscard]] asio::awaitable<void> ping(std::size_t upstream);
-  // What one server offers to the bearer of a token.
+  // The datasets that one server offers for a token.
   struct Listing {
     std::vector<DatasetInfo> datasets;
-    bool shells = false;  // It sends sample shells.
+    bool shells = false;  // The server sends sample shells.
   };
   [[nodiscard]] asio::awaitable<Result<Listing>> list_of(std::size_t upstream, std::string token);
   [[nodiscard]] std::vector<std::size_t> by_preference(std::vector<std::size_t> replicas) const;
@@ -136,7 +136,7 @@ class UpstreamPool {
   asio::any_io_executor executor_;
   UpstreamOptions options_;
   std::vector<Upstream> upstreams_;
-  std::map<std::string, CachedCatalogue> catalogues_;  // By token.
+  std::map<std::string, CachedCatalogue> catalogues_;  // Keyed by token.
   std::map<std::string, std::shared_ptr<PendingListing>> pending_listings_;
   std::size_t datasets_ = 0;
   TileCache tiles_;

@@ -1,4 +1,4 @@
-// Queries (estimates, slices, probes) that servers answer for one client of a gateway.
+// Forwards one client's queries (estimates, slices, probes) to servers.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ class UpstreamQueries {
   explicit UpstreamQueries(std::shared_ptr<UpstreamPool> upstreams)
       : upstreams_(std::move(upstreams)) {}
 
-  // The reply of a server that has the dataset, or of another one when it is lost; kUnavailable
-  // when none does, and for all that are waited for after close(). This must outlive the call.
+  // Returns the reply of a server that has the dataset, retrying with another one if that is lost;
+  // kUnavailable if none replies or after close(). This object must outlive the call.
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask(
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client, DatasetQuery query);
   void close();
@@ -26,7 +26,7 @@ class UpstreamQueries {
   [[nodiscard]] asio::awaitable<Result<ServerMessage>> ask_one(LinkPtr link, DatasetQuery query);
 
   std::shared_ptr<UpstreamPool> upstreams_;
-  std::set<LinkPtr> links_;  // An answer is waited for on each.
+  std::set<LinkPtr> links_;  // Links with a pending reply.
   bool is_closed_ = false;
 };
 

@@ -12,7 +12,7 @@
 namespace multitetra {
 
 std::size_t bytes_of_tiles(const StepBegin& step) {
-  constexpr std::size_t kBytesOfAScalar = 2;  // At a vertex.
+  constexpr std::size_t kBytesOfAScalar = 2;  // Per vertex.
   std::size_t bytes = 0;
   for (const TileSummary& tile : step.tiles) {
     bytes += tile.bytes + (step.scalars ? kBytesOfAScalar * tile.vertices : 0);

@@ -1,4 +1,4 @@
-// Tiles received from a server: checked against their step, and assembled to one mesh.
+// Tiles received from a server: checks them against their step, and assembles them to a mesh.
 #pragma once
 
 #include <cstddef>
@@ -10,14 +10,14 @@
 
 namespace multitetra {
 
-// Encoded, with their scalars.
+// Returns the encoded size of all tiles with their scalars.
 [[nodiscard]] std::size_t bytes_of_tiles(const StepBegin& step);
 
-// kDamagedData, naming the first difference, where the payload is not the step's tile of the
-// summary. Decodes it, which takes a few milliseconds. Never throws.
+// Returns kDamagedData, naming the first difference, if the payload does not match the step's tile
+// summary. Decodes the payload, which takes a few milliseconds. Does not throw.
 [[nodiscard]] Result<void> check_tile(const EncodedTile& tile, const StepBegin& step);
 
-// As assembled(), with an error where that throws.
+// Same as assembled(), but returns exceptions as errors.
 [[nodiscard]] Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& stop);
 
 }  // namespace multitetra

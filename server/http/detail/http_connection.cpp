@@ -14,8 +14,7 @@
 namespace multitetra {
 namespace {
 
-// Names a request in its answer and in the log. Begins anywhere, so that ids of two runs do not
-// meet.
+// Returns an id for answers and the log. The first one is random, to avoid repetition between runs.
 std::string new_request_id() {
   static std::atomic<std::uint64_t> next = (std::uint64_t{std::random_device{}()} << 32) | 1;
   return hex_text(next++);
@@ -68,7 +67,7 @@ std::optional<Clock::time_point> HttpConnection::idle_since() const {
 
 void HttpConnection::end(const Error& why) {
   is_ending_ = true;
-  if (!is_answering_) {  // Idle, or inside a request that will not be answered.
+  if (!is_answering_) {  // Idle, or reading a request that will not be answered.
     stream_->close();
   } else if (context_ && context_->caller) {
     context_->caller->close(why);
@@ -150,7 +149,7 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
 
 Result<void> HttpConnection::check_admission(const HttpRequest& request) {
   if (refusal_) return tl::unexpected(*refusal_);
-  std::string hops;  // Proxies add to the last line, or another line.
+  std::string hops;  // Proxies append to the last line or add one.
   const auto lines = request.equal_range("X-Forwarded-For");
   for (auto line = lines.first; line != lines.second; ++line) {
     if (!hops.empty()) hops += ',';
@@ -160,7 +159,7 @@ Result<void> HttpConnection::check_admission(const HttpRequest& request) {
 }
 
 asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
-  // The timeout after a request is longer than that before the first one.
+  // The timeout between requests is longer than the one before the first request.
   deadline_.set(std::exchange(has_asked_, true) ? options_.keep_alive_timeout
                                                 : options_.connection.handshake_timeout);
   std::array<char, 8 * 1024> buffer;  // NOLINT: it is read into before it is looked at.
@@ -239,7 +238,7 @@ void HttpConnection::watch() {
                                });
 }
 
-// Something can be read: the next request, or the end.
+// Readable bytes are the next request; end of file or an error is a disconnect.
 bool HttpConnection::is_disconnected() {
   char byte = 0;
   error_code error;
@@ -249,8 +248,8 @@ bool HttpConnection::is_disconnected() {
   return error != asio::error::would_block && (error || size == 0);
 }
 
-// What the client still sends is read and dropped for a moment: closing with unread bytes would
-// reset the connection and take our last words away from it.
+// Reads and drops remaining input for a while: closing with unread bytes would reset the
+// connection, and the client could lose the response.
 asio::awaitable<void> HttpConnection::close_connection() {
   deadline_.set(options_.connection.linger);
   const error_code error = co_await stream_->shut_down();
@@ -258,7 +257,7 @@ asio::awaitable<void> HttpConnection::close_connection() {
   co_await drop_the_rest();
 }
 
-// Below TLS, which has failed.
+// Bypasses TLS, whose handshake has failed.
 asio::awaitable<void> HttpConnection::refuse_plain_http() {
   deadline_.set(options_.connection.linger);
   constexpr std::string_view kWords =
@@ -274,7 +273,7 @@ asio::awaitable<void> HttpConnection::refuse_plain_http() {
   co_await drop_the_rest();
 }
 
-// Until the other side closes, or the deadline: closing a socket before that may lose the response.
+// Reads until the peer closes or the deadline passes; closing earlier may lose the response.
 asio::awaitable<void> HttpConnection::drop_the_rest() {
   error_code error;
   std::array<char, 1024> dropped;  // NOLINT: the content is ignored.

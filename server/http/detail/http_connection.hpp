@@ -1,4 +1,4 @@
-// HTTP/1.1 on one connection: a coroutine that reads and answers requests, one after the other.
+// HTTP/1.1 on one connection: a coroutine reads and answers requests sequentially.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@ namespace multitetra {
 
 class HttpConnection : public Connection, public std::enable_shared_from_this<HttpConnection> {
  public:
-  // Handler and options outlive the connection. With a `refusal` the first request is answered so,
-  // whatever it is.
+  // Handler and options outlive the connection. If set, `refusal` is the answer to the first
+  // request.
   HttpConnection(std::unique_ptr<ByteStream> stream, ConnectionContextPtr client,
                  std::optional<Error> refusal, RequestHandler& handler, const HttpOptions& options);
 
-  // Takes over the stream of a connection that becomes a WebSocket.
+  // Takes over the stream when the connection becomes a WebSocket.
   using Upgrade = std::function<void(std::unique_ptr<ByteStream>, HttpRequest)>;
-  // Exactly one of both is called, once, when the coroutine is done.
+  // Calls exactly one of both, once, when the coroutine is done.
   void start(Upgrade on_upgrade, std::function<void()> on_closed);
 
   [[nodiscard]] std::optional<Clock::time_point> idle_since() const override;
@@ -33,22 +33,22 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
 
  private:
   asio::awaitable<void> run();
-  // The next request; nullopt when there is none, or what came cannot be followed: then that was
-  // answered.
+  // Returns the next request; nullopt at the end of input or after it has answered a malformed
+  // request.
   asio::awaitable<std::optional<HttpRequest>> read_request();
-  // Whether this request is answered.
+  // Returns the error for a request that may not be answered.
   [[nodiscard]] Result<void> check_admission(const HttpRequest& request);
-  // Whether it was written.
+  // Returns whether everything was written.
   asio::awaitable<bool> write(const Answer& answer, bool with_body, bool keep_alive);
   asio::awaitable<bool> write_file(const ScratchFile& file, std::uint64_t first,
                                    std::uint64_t length);
   asio::awaitable<void> close_connection();
   asio::awaitable<void> refuse_plain_http();
   asio::awaitable<void> drop_the_rest();
-  // Reports an answered request to the observer. `request` is null where the bytes were none.
+  // Reports an answered request to the observer. `request` is null if the bytes were malformed.
   void send(const HttpRequest* request, const RequestContext& context, const Answer& answer,
             bool with_body);
-  // Cancels the request when the client closes the connection meanwhile.
+  // Cancels the request if the client closes the connection meanwhile.
   void watch();
   [[nodiscard]] bool is_disconnected();
 
@@ -61,8 +61,8 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
   Upgrade on_upgrade_;
   std::function<void()> on_closed_;
   RequestReader requests_;
-  std::shared_ptr<RequestContext> context_;         // While a request is answered.
-  Clock::time_point resting_since_ = Clock::now();  // While no request is answered.
+  std::shared_ptr<RequestContext> context_;         // Set while answering.
+  Clock::time_point resting_since_ = Clock::now();  // Valid while idle.
   bool is_watching_ = false;
   bool is_answering_ = false;
   bool has_asked_ = false;

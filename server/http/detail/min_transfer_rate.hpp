@@ -1,5 +1,5 @@
-// The minimum transfer rate of a file that blocks others while it is sent. The clock is the
-// caller's.
+// The minimum transfer rate for a file that occupies shared resources while it is sent. The caller
+// provides the clock.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,12 @@ class MinTransferRate {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // Each piece has `patience`, and all of them together that and what they take at so many bytes a
-  // second (0: as long as they like).
+  // Each piece must be sent within `timeout`, and all pieces within `timeout` plus their duration
+  // at `bytes_per_second` (0: no limit).
   MinTransferRate(Clock::time_point began, Clock::duration timeout, std::uint64_t bytes_per_second)
       : began_(began), timeout_(timeout), bytes_per_second_(bytes_per_second) {}
 
-  // Until when so many bytes must have left, of which the last piece begins now.
+  // Returns when `bytes` bytes must have been sent, if the last piece of them begins now.
   [[nodiscard]] Clock::time_point deadline(Clock::time_point now, std::uint64_t bytes) const {
     const Clock::time_point of_the_piece = now + timeout_;
     if (bytes_per_second_ == 0) return of_the_piece;

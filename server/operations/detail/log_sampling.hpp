@@ -1,7 +1,7 @@
 // Limits log lines per name (an address) and in total, so that clients cannot flood the log. The
-// next line that is written has the number of those that were not.
+// next line written has the number of omitted ones.
 //
-// Pure: the clock is the caller's, in seconds that never go back. One thread at a time.
+// Pure: the caller provides the clock, in monotonic seconds. Not thread-safe.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,7 @@ class LogSampler {
   explicit LogSampler(const LogRates& rates = {})
       : of_a_name_(rates.of_a_name, kMostNames), all_(rates.of_all), of_all_(rates.of_all, 0) {}
 
-  // The number of omitted lines of that name since the last one; nullopt when this one is as well.
+  // Returns the number of lines omitted for the name since its last one; nullopt to omit this line.
   [[nodiscard]] std::optional<std::uint64_t> admit(const std::string& name, double now) {
     if (of_a_name_.take(name, now) > 0 || of_all_.take(all_, now, 1) > 0) {
       const bool is_known = left_out_.contains(name) || left_out_.size() < kMostNames;
@@ -44,7 +44,7 @@ class LogSampler {
   RatePerName of_a_name_;
   RequestRate all_;
   RateAllowance of_all_;
-  std::unordered_map<std::string, std::uint64_t> left_out_;  // Those of names too many under "".
+  std::unordered_map<std::string, std::uint64_t> left_out_;  // Names above kMostNames share "".
 };
 
 }  // namespace multitetra

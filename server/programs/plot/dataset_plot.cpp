@@ -15,17 +15,17 @@ namespace {
 constexpr double kWidth = 960;
 constexpr double kHeight = 720;
 constexpr double kLeft = 84;
-constexpr double kRight = 800;  // The legend stands to the right of it.
+constexpr double kRight = 800;  // The legend is to the right of it.
 constexpr std::string_view kInk = "#333d49";
 constexpr std::string_view kQuiet = "#66717e";
 constexpr std::string_view kGrid = "#e3e7ec";
 constexpr std::string_view kSamples = "#8fa6bd";
 constexpr std::string_view kMark = "#b8691b";
-// From few triangles to many, apart in lightness too.
+// From few triangles to many, also distinguishable by lightness.
 constexpr std::array<std::string_view, 8> kCurves = {"#3b1f6b", "#31508f", "#1f7f86", "#3aa655",
                                                      "#b5b12a", "#dd7f2e", "#c23b3b", "#7a7a7a"};
 
-// One of the two plots: where it is and which range of values lies in it.
+// The position and ranges of one of the two plots.
 struct Frame {
   double top = 0;
   double bottom = 0;
@@ -49,7 +49,7 @@ std::string count_text(double count) {
   return count >= 1e3 ? human_number(count / 1e3) + " k" : human_number(count);
 }
 
-// 1, 2 or 5 times a power of ten: about six of them to the range.
+// Returns 1, 2 or 5 times a power of ten, for about six ticks.
 double tick_distance(double range) {
   const double rough = range / 6;
   const double power = std::pow(10, std::floor(std::log10(rough)));
@@ -112,7 +112,7 @@ void draw_curve(Svg& svg, const Frame& frame, const SizeCurves& curves, std::siz
 void draw_suggestions(Svg& svg, const Frame& above, const Frame& below, const DatasetInfo& info) {
   std::vector<double> sorted = info.suggested_isovalues;
   std::sort(sorted.begin(), sorted.end());
-  double free_from = 0;  // Where the row of labels has room.
+  double free_from = 0;  // Left end of the free space in the lower row of labels.
   for (const double isovalue : sorted) {
     const double x = above.x(isovalue);
     svg.line(x, above.top - 6, x, below.bottom, kMark, 1.2, "4 4");
@@ -161,7 +161,7 @@ std::string dataset_plot(const DatasetInfo& info, const SizeCurves& curves) {
                  .high = end,
                  .least = 1,
                  .most = next_power(most_triangles)};
-  // Surfaces of a few triangles, at the ends of the range, need no room.
+  // Limits the range, so that surfaces of few triangles at the ends take no space.
   below.least =
       std::max(std::pow(10, std::floor(std::log10(std::min(least_triangles, most_triangles)))),
                below.most / 1e5);

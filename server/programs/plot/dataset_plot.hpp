@@ -1,5 +1,5 @@
-// A dataset at a glance: how often its values occur, and below, on the same axis, how many
-// triangles the surface of each value has.
+// Draws an overview of a dataset: the histogram of its values, and on the same axis the number of
+// triangles of the surface at each value.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace multitetra {
 
-// An SVG file on a light ground, 960 x 720. Both ordinates are logarithmic; the suggested isovalues
-// are marked. Curves may be missing, as for data with one value only.
+// Returns an SVG file of 960 x 720 with a light background. Both ordinates are logarithmic; the
+// suggested isovalues are marked. `curves` may be empty, as for data with a single value.
 [[nodiscard]] std::string dataset_plot(const DatasetInfo& info, const SizeCurves& curves);
 
 }  // namespace multitetra

@@ -15,12 +15,12 @@
 namespace multitetra {
 namespace {
 
-// For each of many isovalues and errors: far fewer than for an estimate of one.
+// Used for each isovalue and error, so far fewer blocks than for a single estimate.
 constexpr BlockCounts kBlocks = {.blocks = 8, .joined = 1};
 
-// At one isovalue, for every error. All errors are counted in the same cubes, those of the least
-// one's sample: a refined cube of a larger error is refined for a smaller one too, and what one
-// sample has by chance all curves have.
+// Estimates the triangles at one isovalue for every error. All errors use the sample cubes of the
+// smallest error: cubes refined for a larger error are also refined for a smaller one, and all
+// curves share the sampling error.
 std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double isovalue,
                                       const std::vector<double>& errors,
                                       const SizeCurvesOptions& options) {
@@ -57,7 +57,7 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
   return triangles;
 }
 
-// A grid that has no spectrum: a pass over it costs nothing.
+// Counts exactly on a grid without a spectrum, which is small.
 std::vector<double> exact_triangles(const PreparedVolume& dataset, double isovalue,
                                     const std::vector<double>& errors, bool simplify) {
   std::vector<double> triangles;
@@ -96,7 +96,7 @@ SizeCurves size_curves(const SurfaceExtractor& extractor, std::vector<double> is
   const std::size_t count = curves.isovalues.size();
   curves.triangles.resize(curves.errors.size(), std::vector<double>(count));
   if (curves.errors.empty()) return curves;
-  // Guards `done` and the calls of the progress function.
+  // Guards `done` and serializes the progress function.
   std::mutex mutex;
   std::size_t done = 0;
   in_parallel(count, [&](std::size_t i) {
@@ -105,7 +105,8 @@ SizeCurves size_curves(const SurfaceExtractor& extractor, std::vector<double> is
             ? sampled_triangles(extractor, curves.isovalues[i], curves.errors, options)
             : exact_triangles(dataset, curves.isovalues[i], curves.errors, options.simplify);
     for (std::size_t j = 0; j < triangles.size(); ++j) {
-      // What simplification leaves in a sample may be a little more for a larger error.
+      // Makes the curves monotone: after simplification, a sample of a larger error may have
+      // slightly more triangles.
       double least = triangles[j];
       for (std::size_t k = 0; k < triangles.size(); ++k) {
         if (curves.errors[k] <= curves.errors[j]) least = std::min(least, triangles[k]);

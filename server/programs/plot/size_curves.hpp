@@ -1,4 +1,4 @@
-// Estimated triangles of a dataset's surfaces, over its isovalues and for several errors,
+// Estimates the triangles of a dataset's surfaces over its isovalues and for several errors,
 // without extracting them.
 #pragma once
 
@@ -14,26 +14,27 @@ class SurfaceExtractor;
 
 struct SizeCurves {
   std::vector<double> isovalues;  // Ascending.
-  // In voxels, as requested.
+  // Requested errors, in voxels.
   std::vector<double> errors;
-  std::vector<std::vector<double>> triangles;  // By error, then by isovalue.
+  std::vector<std::vector<double>> triangles;  // Indexed by error, then isovalue.
 };
 
-// `count` isovalues spread evenly over the range of values; of integer data between two integers,
-// each once, so there may be fewer. None when all samples are equal.
+// Returns `count` isovalues, evenly spaced over the range of values. For integer data they are
+// midpoints between integers without repetition, so there may be fewer. Empty if all samples are
+// equal.
 [[nodiscard]] std::vector<double> even_isovalues(const DatasetInfo& info, std::size_t count);
 
 struct SizeCurvesOptions {
-  // The cubes of the sample at each isovalue and error.
+  // Sampled cubes per isovalue and error.
   std::size_t cubes = 256;
-  bool simplify = false;  // Count what simplification leaves, as some blocks show.
-  std::function<void(std::size_t done, std::size_t all)> progress =
-      {};  // Isovalues; one call at a time.
+  bool simplify = false;  // Count triangles after simplification, estimated from blocks.
+  // Receives numbers of isovalues; calls are serialized.
+  std::function<void(std::size_t done, std::size_t all)> progress = {};
 };
 
-// With the certified bound and the exact rule of topology. From the error spectrum and, for what is
-// finer than it, a sample of the surface's octree cubes: the same numbers for the same dataset,
-// with any number of threads. A larger error never has more triangles.
+// Uses the certified bound and the exact topology rule. Estimates from the error spectrum and,
+// below its spacing, from a sample of the surface's octree cubes. Deterministic for a dataset, with
+// any number of threads. A larger error never has more triangles.
 [[nodiscard]] SizeCurves size_curves(const SurfaceExtractor& extractor,
                                      std::vector<double> isovalues, std::vector<double> errors,
                                      const SizeCurvesOptions& options = {});

@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-// Hundredths of a pixel are enough.
+// Formats to hundredths of a pixel.
 std::string number(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2f", value);

@@ -1,4 +1,4 @@
-// A drawing of lines, areas and words as SVG text.
+// Draws lines, areas and text as SVG.
 #pragma once
 
 #include <string>
@@ -17,20 +17,20 @@ class Svg {
     std::string_view color = "#333d49";
     Anchor anchor = Anchor::kStart;
     bool is_bold = false;
-    bool is_upwards = false;  // Turned by a quarter, read from below.
+    bool is_upwards = false;  // Rotated by 90 degrees, reading upwards.
   };
 
-  // On a white ground; lengths are pixels where it is shown as it is.
+  // Makes a white image; lengths are pixels at its natural size.
   Svg(double width, double height);
 
   void line(double x0, double y0, double x1, double y1, std::string_view color, double width,
             std::string_view dashes = {});
   void polyline(const Points& points, std::string_view color, double width);
   void area(const Points& outline, std::string_view color);
-  // Any text: what means something in XML is escaped, control characters are left out.
+  // Draws any text: escapes XML, and drops control characters.
   void text(double x, double y, std::string_view words, const TextStyle& style);
 
-  // The whole file. `title` is shown by browsers and screen readers.
+  // Returns the complete file. Browsers and screen readers show `title`.
   [[nodiscard]] std::string file(std::string_view title) const;
 
  private:

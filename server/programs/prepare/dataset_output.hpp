@@ -1,8 +1,8 @@
-// The output of `prepare`: a file, or into a bucket (s3://bucket/head.mtd), through a
-// file in the temporary folder.
+// The output of `prepare`: a file, or an object in a bucket (s3://bucket/head.mtd), uploaded from a
+// temporary file.
 //
 //   DatasetOutput output("s3://volumes/head.mtd", force);
-//   ... output.file() is written ...
+//   ... write output.file() ...
 //   output.finish();
 #pragma once
 
@@ -15,28 +15,28 @@ namespace multitetra {
 
 class DatasetOutput {
  public:
-  // Throws ExitError unless a dataset may take this name: without `force` only an older dataset is
-  // replaced, and the name ends in .mtd. Throws StoreError when a bucket cannot be read.
+  // Throws ExitError unless the name ends in .mtd and, without `force`, is unused or belongs to an
+  // older dataset. Throws StoreError if a bucket cannot be read.
   DatasetOutput(const std::filesystem::path& output, bool force);
   ~DatasetOutput();
   DatasetOutput(const DatasetOutput&) = delete;
   DatasetOutput& operator=(const DatasetOutput&) = delete;
 
-  // What is to be written.
+  // The file to write.
   [[nodiscard]] const std::filesystem::path& file() const { return file_; }
 
-  // Puts the file into its bucket, where it goes to one. It appears whole or not at all, and only
-  // over what was there in the beginning. Throws StoreError.
+  // Uploads the file if the output is in a bucket. The upload is atomic, and replaces only the
+  // object found by the constructor. Throws StoreError.
   void finish(const std::function<void(double fraction)>& progress = {});
 
  private:
   std::filesystem::path output_;
   std::filesystem::path file_;
-  std::filesystem::path temporary_;  // A folder; empty where none is needed.
+  std::filesystem::path temporary_;  // A folder; empty if unused.
   UploadCondition condition_;
 };
 
-// A folder of this machine for what waits while datasets are made that go to `output`.
+// Returns a local folder for temporary files of datasets for `output`.
 [[nodiscard]] std::filesystem::path scratch_folder(const std::filesystem::path& output);
 
 }  // namespace multitetra

@@ -70,9 +70,9 @@ std::vector<PrepareJob> LabelJobs::of_layers(const PrepareJob& volume) const {
   }
   std::vector<PrepareJob> jobs;
   for (const auto& [layer, segments] : layers) {
-    PrepareJob map = volume;  // A layer is one.
+    PrepareJob map = volume;  // Each layer is a label map.
     map.choice.component = {.kind = ComponentChoice::Kind::kIndex, .index = layer};
-    // With "all", empty labels are skipped.
+    // --label all skips empty labels.
     std::vector<double> there;
     if (arguments_.series.wants_all_labels()) there = found_in(map);
     for (const auto& [label, stored, of_layer] : segments) {
@@ -101,7 +101,7 @@ std::vector<SourceLabel> LabelJobs::wanted_segments(const std::string& input) co
   return segments;
 }
 
-// As the source names it, or by its number.
+// Returns the label named by the source, or one named by its number.
 Label LabelJobs::label_of(double value, int layer) const {
   const auto found = std::find_if(named_.begin(), named_.end(), [&](const SourceLabel& segment) {
     return segment.stored == value && segment.layer == layer;

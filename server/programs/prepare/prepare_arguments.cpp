@@ -3,7 +3,7 @@
 namespace multitetra {
 namespace {
 
-// A label ends where the data do: most segmentations are of things that are whole.
+// Labels end at the border of the data, as most segmented objects are complete.
 const char* usual_outside(const SeriesArguments& series) {
   return series.labels.empty() ? "void" : "0";
 }

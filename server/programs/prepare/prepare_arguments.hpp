@@ -17,8 +17,8 @@ struct PrepareArguments {
   std::vector<std::string> inputs;
   std::string output;
   std::string name;
-  std::string outside;        // Empty: void, and 0 around labels.
-  std::optional<int> margin;  // None: 0, and 1 around labels: they close.
+  std::string outside;        // Empty: void; 0 around labels.
+  std::optional<int> margin;  // None: 0; 1 around labels, closing them.
   VolumeOptions volume;
   SeriesArguments series;
   PartsArguments parts;
@@ -28,10 +28,10 @@ struct PrepareArguments {
   bool json = false;
   bool quiet = false;
 
-  // Throws std::invalid_argument unless `outside` is "void" (none) or a number.
+  // Throws std::invalid_argument unless `outside` is "void" (returns none) or a number.
   [[nodiscard]] std::optional<double> outside_value() const;
   [[nodiscard]] std::int32_t margin_steps() const;
-  // The options that change the dataset, as text: another text, another dataset.
+  // Returns the options that affect the dataset, as text for comparison.
   [[nodiscard]] std::string command_line() const;
 };
 

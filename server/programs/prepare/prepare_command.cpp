@@ -22,7 +22,7 @@
 namespace multitetra {
 namespace {
 
-// --plan, --part, --merge.
+// Runs --plan, --part or --merge.
 int prepare_in_parts(const PrepareArguments& arguments) {
   const PartsReport report{.json = arguments.json, .quiet = arguments.quiet};
   const PartsArguments& parts = arguments.parts;
@@ -61,8 +61,8 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   }
 }
 
-// Several volumes, or members of series, become datasets in a folder. It is gone in the end if it
-// is new and nothing came into it.
+// The output folder for several volumes or members of series. Removed at the end if it is new and
+// empty.
 class OutputFolder {
  public:
   explicit OutputFolder(const std::string& output) : path_(output) {
@@ -130,7 +130,7 @@ void require_one_way(const PrepareArguments& arguments) {
 int prepare_series(const PrepareArguments& arguments) {
   require_one_way(arguments);
   const std::filesystem::path output = arguments.output;
-  const bool is_file = output.extension() == ".mtd";  // One label or field needs no folder.
+  const bool is_file = output.extension() == ".mtd";  // A single label or field needs no folder.
   std::optional<OutputFolder> folder;
   if (!is_file) folder.emplace(arguments.output);
   const auto notice = [&](const std::string& text) {
@@ -151,7 +151,7 @@ int prepare_series(const PrepareArguments& arguments) {
   }
 }
 
-// "0,1,magnitude" chooses several components, each a field of a series.
+// Splits a list of components, such as "0,1,magnitude"; each is a field of a series.
 void split_components(PrepareArguments& arguments) {
   std::string& component = arguments.volume.component;
   if (component.find(',') == std::string::npos) return;

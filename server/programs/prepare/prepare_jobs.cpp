@@ -20,7 +20,7 @@ bool is_folder_of_many(const std::string& input) {
   return !is_address(input) && fs::is_directory(input, error) && !recognized_format(input);
 }
 
-// Two volumes of one name, such as hydrogen.vti and hydrogen.vtk, become hydrogen and hydrogen_vtk.
+// Returns a unique name: hydrogen.vti and hydrogen.vtk become hydrogen and hydrogen_vtk.
 std::string free_name(const fs::path& input, std::set<std::string>& taken) {
   std::string name = default_dataset_name(input);
   if (taken.contains(name) && input.has_extension())
@@ -84,7 +84,7 @@ bool is_up_to_date(const PrepareJob& job, const Provenance& note) {
       }
     }
     return !error;
-  } catch (const std::exception&) {  // No dataset, or a damaged one.
+  } catch (const std::exception&) {  // Not a dataset, or damaged.
     return false;
   }
 }

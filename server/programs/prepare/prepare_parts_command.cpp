@@ -17,7 +17,7 @@
 namespace multitetra {
 namespace {
 
-// As a shell takes it.
+// Quotes a word for the shell.
 std::string quoted(const std::string& word) {
   constexpr const char* kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:-";
@@ -27,7 +27,7 @@ std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-// Part 3 of 8 is "3/8"; from 0 on here.
+// Parses a part such as "3/8"; returns its index, from 0.
 std::size_t part_number(std::string_view text, std::size_t parts) {
   const auto numbers = parse_numbers<std::size_t>(text, 2, '/');
   if (numbers && (*numbers)[0] >= 1 && (*numbers)[0] <= parts && (*numbers)[1] == parts) {

@@ -1,4 +1,4 @@
-// `prepare` over several machines: --plan, --part and --merge.
+// `prepare` on several machines: --plan, --part and --merge.
 #pragma once
 
 #include <cstddef>
@@ -11,32 +11,32 @@
 namespace multitetra {
 
 struct PartsArguments {
-  // The number of parts to plan; 0: no plan.
+  // The number of parts to plan; 0: none.
   int plan = 0;
-  // The part to prepare, as "3/8"; empty: none.
+  // The part to prepare, such as "3/8"; empty: none.
   std::string part;
   bool merge = false;
 
   [[nodiscard]] bool are_given() const { return plan > 0 || !part.empty() || merge; }
 };
 
-// The output of all three commands.
 struct PartsReport {
   bool json = false;
   bool quiet = false;
 };
 
-// Reads the volume once, writes the plan, and prints one line for each part: its command and
-// expected cost.
+// Reads the volume, writes the plan, and prints one line per part with its command and expected
+// cost.
 int plan_parts(VolumeSource& source, const PrepareOptions& options, Provenance note,
                const std::string& input, const std::string& output, std::size_t parts,
                const PartsReport& report);
 
-// Makes one part, "3/8" as it is written. Throws ExitError when it is none of the plan.
+// Prepares one part, such as "3/8". Throws ExitError if the plan does not have it.
 int make_part(VolumeSource& source, const std::string& output, const std::string& part,
               const PartsReport& report);
 
-// Makes the dataset. Throws DatasetFileError, with their numbers, when parts are missing.
+// Merges the parts into the dataset. Throws DatasetFileError, with their numbers, if parts are
+// missing.
 int merge(const std::string& output, const PartsReport& report);
 
 }  // namespace multitetra

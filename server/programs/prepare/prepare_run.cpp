@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-// What a job is called in lines for people.
+// Returns a job's name for messages.
 std::string shown_name(const PrepareJob& job) {
   return printable(without_password(job.member ? job.name : job.input), /*keeps_lines=*/false);
 }
@@ -51,7 +51,7 @@ void hint_at_labels(const PrepareArguments& arguments, const PrepareJob& job,
             << std::endl;
 }
 
-// Members that a series no longer has; those of an earlier run would be shown with the new ones.
+// Removes members of a previous run that the series no longer has, and returns messages for them.
 std::string remove_stale_members(const PrepareArguments& arguments,
                                  const std::vector<PrepareJob>& jobs) {
   std::string lines;
@@ -111,7 +111,7 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
     } catch (const MissingLabel& missing) {
       const bool comes_and_goes = job.member && job.member->time;
       failed += comes_and_goes ? 0 : 1;
-      // Removes the dataset of an earlier run.
+      // Removes the dataset of a previous run.
       if (comes_and_goes) std::filesystem::remove(job.output);
       report((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
       if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";

@@ -1,4 +1,4 @@
-// Prepares volumes one after another and prints the results: prepared, up to date or failed.
+// Prepares volumes one after the other and prints the results.
 #pragma once
 
 #include <vector>
@@ -7,10 +7,11 @@
 
 namespace multitetra {
 
-// One volume, into one dataset. Returns the exit code. Throws ExitError when it cannot be read.
+// Prepares one dataset. Returns the exit code. Throws ExitError if the volume cannot be read.
 int prepare_single(const PrepareArguments& arguments, const PrepareJob& job);
 
-// Continues after a failure; datasets that are up to date are skipped. Prints a table at the end.
+// Prepares all jobs, continues after a failure, and skips datasets that are up to date. Prints a
+// table at the end.
 int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>& jobs,
                 LatestLabelMap& maps);
 

@@ -99,7 +99,7 @@ std::vector<double> SeriesArguments::label_values() const {
     if (!value || std::trunc(*value) != *value || std::abs(*value) > 16'777'216) {
       wrong_use("--label is \"" + label + "\"; it must be whole numbers such as 3,7, or all.");
     }
-    values.push_back(*value + 0.0);  // No -0.
+    values.push_back(*value + 0.0);  // Turns -0 into 0.
   }
   return values;
 }

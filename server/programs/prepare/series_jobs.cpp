@@ -16,10 +16,10 @@ namespace {
 
 using Notice = std::function<void(const std::string&)>;
 
-// One time of a series: a volume, or one of those in it.
+// One time of a series: a volume, or a frame of one.
 struct Moment {
   std::string input;
-  std::optional<std::int64_t> index = std::nullopt;  // In the input.
+  std::optional<std::int64_t> index = std::nullopt;  // The frame in the input.
   std::optional<double> time = std::nullopt;
 };
 
@@ -27,11 +27,10 @@ struct SeriesSource {
   std::string name;
   std::vector<Moment> moments;
   std::string time_unit = {};
-  // The members of the first volume.
   VolumeContents members = {};
 };
 
-// What a volume holds.
+// Returns the contents of a volume.
 VolumeContents members_of(const std::string& input, const PrepareArguments& arguments) {
   VolumeFileOptions options = arguments.volume.parsed();
   options.choice.first = true;
@@ -107,7 +106,7 @@ SeriesSource series_of_files(const PrepareArguments& arguments) {
 
 // ---- fields
 
-// A field, and how its samples are chosen.
+// A field, and the choice of its samples.
 struct FieldChoice {
   std::string name;  // Empty: the only one.
   SourceField source = {};
@@ -181,7 +180,7 @@ std::vector<FieldChoice> field_choices(const SeriesSource& series,
   return choices;
 }
 
-// As part of a file's name: letters, digits and what is harmless stay.
+// Makes a part of a file name: keeps letters, digits and harmless characters.
 std::string name_part(const std::string& text) {
   std::string part;
   for (const char c : text) {
@@ -194,7 +193,7 @@ std::string name_part(const std::string& text) {
   return part;
 }
 
-// A part of a name for each of the fields, no two the same.
+// Returns a unique part of a name for each field.
 std::vector<std::string> field_parts(const std::vector<FieldChoice>& fields) {
   std::set<std::string> taken;
   std::vector<std::string> parts;
@@ -207,7 +206,7 @@ std::vector<std::string> field_parts(const std::vector<FieldChoice>& fields) {
   return parts;
 }
 
-// ---- all of them
+// ---- all jobs
 
 std::string time_part(std::size_t frame) {
   char text[24];

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whether a job, or what the arguments ask for as a whole, has the member's place in its series.
+// Returns whether the jobs, or options such as --label all, cover the member's place in its series.
 bool is_asked_for(const SeriesMember& member, const SeriesArguments& asked,
                   const std::vector<PrepareJob>& jobs) {
   const bool has_times = asked.all_times || !asked.time_series.empty();
@@ -28,7 +28,7 @@ bool is_asked_for(const SeriesMember& member, const SeriesArguments& asked,
 std::optional<SeriesMember> member_in(const fs::path& dataset) {
   try {
     return PreparedFile(dataset.string()).info().member;
-  } catch (const std::exception&) {  // No dataset, or a damaged one: it stays.
+  } catch (const std::exception&) {  // Keep a file that is not a dataset or is damaged.
     return std::nullopt;
   }
 }

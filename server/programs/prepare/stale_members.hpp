@@ -1,4 +1,4 @@
-// Files of a series on disk that were not prepared in this run.
+// Finds datasets of a series that are left from a previous run.
 #pragma once
 
 #include <filesystem>
@@ -10,10 +10,9 @@
 
 namespace multitetra {
 
-// The datasets in `folder` that an earlier run of the same preparation left: members of a series of
-// `jobs`, of one of their fields, at times and with labels that `arguments` ask for, which are no
-// longer among the jobs. Other fields of a series, and labels or times that were not asked for, are
-// not among them. Requires a folder on this machine.
+// Returns the datasets in `folder` that an earlier run of the same preparation made and that are
+// not among `jobs`: members of the same series and fields, with times and labels that `arguments`
+// select. Excludes other fields, labels and times. Requires a local folder.
 [[nodiscard]] std::vector<std::filesystem::path> stale_members(const PrepareArguments& arguments,
                                                                const std::vector<PrepareJob>& jobs,
                                                                const std::filesystem::path& folder);

@@ -1,7 +1,7 @@
-// A task that runs again on request, on a thread of its own.
+// A task that runs on its own thread, and again on request.
 //
 //   CoalescingTask rescan([&] { server.offer(datasets.read()); });
-//   rescan.ask();  // From any thread; returns at once.
+//   rescan.ask();  // Thread-safe; does not block.
 #pragma once
 
 #include <condition_variable>
@@ -13,8 +13,8 @@
 
 namespace multitetra {
 
-// Requests during a run cause one more run. Ends after what is under
-// way. The work must not throw.
+// Requests during a run cause one more run. The destructor waits for the current run. The work must
+// not throw.
 class CoalescingTask {
  public:
   explicit CoalescingTask(std::function<void()> work)
@@ -41,7 +41,7 @@ class CoalescingTask {
   std::mutex mutex_;  // Guards is_asked_.
   std::condition_variable_any asked_;
   bool is_asked_ = false;
-  std::jthread thread_;  // Ends before what it uses.
+  std::jthread thread_;  // Joined first.
 };
 
 }  // namespace multitetra

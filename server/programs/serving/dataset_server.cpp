@@ -13,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// After SIGHUP. What cannot be read changes nothing but the log.
+// Reloads the datasets after SIGHUP. A failure is only logged.
 void offer_again(Server& server, ServedDatasets& datasets) {
   try {
     const CataloguePtr catalogue = datasets.read();
@@ -55,10 +55,10 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   }
   server_with.service.cache = cache;
   server_with.service.blocks = [files] { return state_of(files->counts()); };
-  CoalescingTask* asked = nullptr;  // There before the server runs.
+  CoalescingTask* asked = nullptr;  // Set before the server runs.
   server_with.when_reloaded = [&asked] { asked->ask(); };
   Server server(catalogue, server_with, listeners);
-  // Datasets may be many, and on slow disks: they are not read by the thread that serves.
+  // Reloading may take long with many datasets or slow disks, so it has its own thread.
   CoalescingTask rescan([&] { offer_again(server, datasets); });
   asked = &rescan;
   std::shared_ptr<void> work;

@@ -1,4 +1,4 @@
-// A server of datasets at work, with the listeners, limits and caches that its options name.
+// Runs a server of datasets with the listeners, limits and caches of its options.
 #pragma once
 
 #include <functional>
@@ -10,21 +10,21 @@
 
 namespace multitetra {
 
-// A server whose listeners are open.
+// A server with open listeners.
 struct OpenServer {
-  // The listeners' addresses: TCP first if there is one, then HTTP.
+  // The listeners' addresses: first TCP, unless disabled, then HTTP.
   std::vector<std::string> urls;
-  // Reads the folders of datasets again, on a thread of its own. From any thread, until the work
-  // that was given this has returned.
+  // Reloads the folders of datasets on a separate thread. Callable from any thread, until the
+  // background task has ended.
   std::function<void()> read_again;
 };
 
-// Work beside the serving. It is called once, before the first connection is taken, and what it
-// returns is destroyed when the server has stopped: a std::shared_ptr<std::jthread>, for example.
+// Starts work in the background. Called once, before the first connection is accepted; the result,
+// such as a std::shared_ptr<std::jthread>, is destroyed when the server has stopped.
 using BackgroundTask = std::function<std::shared_ptr<void>(const OpenServer&)>;
 
-// Serves until SIGINT or SIGTERM. Returns the exit code. Throws ExitError when there is no dataset
-// to serve or the secrets cannot be used, AddressError when a listener cannot be opened.
+// Serves until SIGINT or SIGTERM. Returns the exit code. Throws ExitError if there is no dataset to
+// serve or the secrets cannot be used, AddressError if a listener cannot be opened.
 int serve_until_stopped(const ServeOptions& options, const BackgroundTask& beside = {});
 
 }  // namespace multitetra

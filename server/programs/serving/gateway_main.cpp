@@ -1,4 +1,4 @@
-// multitetra-gateway: the listeners of a server in front of several servers.
+// multitetra-gateway: serves the datasets of several servers.
 #include <iostream>
 #include <utility>
 
@@ -21,12 +21,12 @@ int serve(const GatewayOptions& options) {
   return kOk;
 }
 
-// After parsing: what the file says, and whether all of it makes sense. Wrong usage is thrown.
+// Reads the configuration file and checks the options. Throws UsageError.
 void complete(const Command& program, const OptionSources& sources, const GatewayOptions& options) {
   if (!sources.config_file.empty()) read_config_file(program, sources.config_file);
   if (sources.print_config) return;
   if (options.upstreams.empty()) throw UsageError("--upstream", "name a server.");
-  (void)remote_service_options(options);  // What is wrong with them is wrong usage.
+  (void)remote_service_options(options);  // Throws for invalid options.
   (void)server_options(options.listeners);
   (void)http_options(options.listeners);
 }

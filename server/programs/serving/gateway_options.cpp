@@ -44,8 +44,7 @@ void add_gateway_options(Command& command, GatewayOptions& o) {
 }
 
 RemoteServiceOptions remote_service_options(const GatewayOptions& o) {
-  // Assigned one by one: what throws halfway through an aggregate makes GCC 12 destroy members that
-  // were never constructed.
+  // Not an aggregate: GCC 12 destroys members that were never constructed if an initializer throws.
   RemoteServiceOptions options;
   options.upstream.tile_bytes = o.cache_bytes;
   options.files.ca = o.upstream_ca;

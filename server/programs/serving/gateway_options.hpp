@@ -11,7 +11,7 @@
 
 namespace multitetra {
 
-// As users write it.
+// Values as given by the user.
 struct GatewayOptions {
   ListenerOptions listeners = {.tcp = "off"};
   std::vector<std::string> upstreams = {};
@@ -22,7 +22,7 @@ struct GatewayOptions {
 
 void add_gateway_options(Command& command, GatewayOptions& options);
 
-// Throws UsageError that names the option.
+// Throws UsageError, which names the option.
 [[nodiscard]] RemoteServiceOptions remote_service_options(const GatewayOptions& options);
 
 }  // namespace multitetra

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kLongestSeconds = 1e7;
 
-// A limit that must be finite: no limit means a hundred days.
+// Returns a finite limit; no limit becomes a hundred days.
 std::chrono::milliseconds bounded(double seconds) {
   return milliseconds(seconds > 0 ? seconds : kLongestSeconds);
 }
@@ -161,8 +161,8 @@ void add_operations(Command& command, ListenerOptions& o) {
       ->group(group);
 }
 
-// A page of another site could otherwise give this machine a name of its own, and read what is
-// meant for those on this machine alone: nothing else keeps it out there.
+// Restricts host names on loopback without other protection: a web page could otherwise resolve its
+// own name to this machine (DNS rebinding) and read local data.
 std::vector<std::string> allowed_hosts(const ListenerOptions& o, const Endpoint& listen) {
   for (const std::string& host : o.allowed_hosts) {
     if (!is_host_pattern(host)) {
@@ -293,7 +293,7 @@ void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
                  ": set --tokens to restrict that",
              {});
   }
-  // With a proxy in front TLS may be its business.
+  // A proxy in front may provide TLS.
   if (is_open && o.tls_certificate.empty() && o.trusted_proxies.empty()) {
     log_line(LogLevel::kWarning,
              "other machines can connect, and their traffic is not encrypted: set --tls-cert and "
@@ -311,7 +311,7 @@ void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
 }
 
 void make_room_for(const ListenerOptions& o) {
-  // Beside connections: datasets, meshes that are kept, pollers.
+  // Files besides connections: datasets, cached meshes, pollers.
   constexpr std::uint64_t kOthers = 512;
   const std::uint64_t allowed = allow_most_open_files();
   if (o.max_connections == 0 || allowed >= o.max_connections + kOthers) return;

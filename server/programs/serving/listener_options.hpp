@@ -1,5 +1,4 @@
-// The options of programs with listeners, and what follows from them: addresses,
-// security, limits, and how they are operated.
+// The options of programs with listeners: addresses, security, limits, operation.
 #pragma once
 
 #include <chrono>
@@ -18,7 +17,7 @@
 
 namespace multitetra {
 
-// As users write it. Numbers of 0 mean no limit where that makes sense.
+// Values as given by the user. 0 means no limit where that makes sense.
 struct ListenerOptions {
   std::string tcp = to_string(Endpoint{.host = "127.0.0.1"});
   std::string http = "http://127.0.0.1:" + std::to_string(kDefaultHttpPort);
@@ -42,7 +41,7 @@ struct ListenerOptions {
   double handshake_seconds = 10;
   double write_seconds = 60;
   double idle_seconds = 600;
-  RouteOptions routes = {};  // The viewer's files are read at the start.
+  RouteOptions routes = {};  // Viewer files are read at the start.
   std::size_t min_mesh_bytes_per_second = HttpOptions{}.min_file_bytes_per_second;
 
   double drain_seconds = 30;
@@ -50,12 +49,12 @@ struct ListenerOptions {
   std::string log_level = "info";
 };
 
-// The group of --help that limits stand in.
+// The group of limits in --help.
 inline constexpr const char* kLimitsGroup = "Limits (0 means no limit where that makes sense)";
 
 void add_listener_options(Command& command, ListenerOptions& options);
 
-// An option in bytes ("512MiB"), and one in seconds.
+// Add an option in bytes ("512MiB"), and one in seconds.
 Option* add_bytes(Command& command, const std::string& name, std::size_t& value,
                   const std::string& help);
 Option* add_seconds(Command& command, const std::string& name, double& value,
@@ -63,22 +62,21 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 
 [[nodiscard]] std::chrono::milliseconds milliseconds(double seconds);
 
-// These throw UsageError that names the option.
+// The following functions throw UsageError, which names the option.
 //
-// Empty where there shall be no such listener.
+// Empty if the listener is disabled.
 [[nodiscard]] std::optional<TcpListenerOptions> tcp_options(const ListenerOptions& options);
 [[nodiscard]] std::optional<HttpOptions> http_options(const ListenerOptions& options);
-// All but the service, with metrics; the admission control's observer is the request log.
+// All options except the service's, with metrics; the request log observes admission control.
 [[nodiscard]] ServerOptions server_options(const ListenerOptions& options);
-// The listener for HTTP, if there shall be one, with the viewer's files, which are read now.
+// Returns the HTTP listener, unless disabled. Reads the viewer's files.
 [[nodiscard]] std::vector<MakeListener> http_listeners(const ListenerOptions& options);
 
-// Starts the log, allows this process as many open files as the system does, and warns of what
-// others could do because of the options: every client may see everything, everything can be read
-// on its way, the key can be read by others on this machine. A gateway's clients may see what the
-// servers behind it let them see.
+// Starts the log, raises the limit of open files to the system's maximum, and warns of insecure
+// options: no access control (except for a gateway, whose upstreams may have it), no encryption, or
+// a key readable by other users.
 void begin_serving(const ListenerOptions& options, bool is_gateway = false);
-// Logs the server's addresses, serves until it is stopped, and logs that.
+// Serves until stopped; logs the server's addresses at the start, and the end.
 void serve_with_log(Server& server);
 
 }  // namespace multitetra

@@ -49,7 +49,7 @@ void add_serve_command(Command& program, Run& run) {
     }
     if (a->options.datasets.empty())
       throw UsageError("datasets", "name a dataset file or a folder of them.");
-    (void)server_options(a->options);  // What is wrong with them is wrong usage.
+    (void)server_options(a->options);  // Throws for invalid options.
     (void)http_options(a->options.listeners);
     run = [a] { return serve_until_stopped(a->options); };
   });

@@ -77,8 +77,8 @@ RemoteFilesOptions file_options(const ServeOptions& o) {
 ServerOptions server_options(const ServeOptions& o) {
   ServerOptions options = server_options(o.listeners);
   options.admission.queue_bytes = o.queue_bytes == 0 ? SIZE_MAX : o.queue_bytes;
-  // Each step uses all threads. One address has two of the workers at most; the others are there so
-  // that other requests do not wait for them.
+  // Each step uses all threads. An address has at most two workers; the others keep other clients
+  // from waiting.
   options.service.workers = o.threads == 1 ? 1 : 4;
   options.service.limits = {.request_time = milliseconds(o.max_request_seconds),
                             .max_triangles = o.max_triangles,

@@ -13,7 +13,7 @@
 
 namespace multitetra {
 
-// As users write it. Numbers of 0 mean no limit.
+// Values as given by the user. 0 means no limit.
 struct ServeOptions {
   ListenerOptions listeners = {};
   std::vector<std::string> datasets = {};
@@ -34,7 +34,7 @@ void add_serve_options(Command& command, ServeOptions& options);
 
 [[nodiscard]] RemoteFilesOptions file_options(const ServeOptions& options);
 
-// Throws UsageError that names the option.
+// Throws UsageError, which names the option.
 [[nodiscard]] ServerOptions server_options(const ServeOptions& options);
 
 }  // namespace multitetra

@@ -36,7 +36,7 @@ ServedDatasets::Identity ServedDatasets::identity_of(const std::string& place) c
     try {
       return {.version = files_->version_of(place)};
     } catch (const StoreError&) {
-      return {};  // Opening it gives the reason.
+      return {};  // Opening it reports the reason.
     }
   }
   struct stat status {};
@@ -47,7 +47,7 @@ ServedDatasets::Identity ServedDatasets::identity_of(const std::string& place) c
           .modified = std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec};
 }
 
-// Each once, those of a folder by name.
+// Returns all dataset paths without repetition, those of a folder sorted by name.
 std::vector<std::string> ServedDatasets::places() const {
   std::vector<std::string> places;
   for (const auto& [input, is_folder] : inputs_) {

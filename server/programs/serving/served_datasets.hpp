@@ -1,8 +1,8 @@
-// The datasets of `serve`: files and folders of them, which may change while they are served.
+// The datasets of `serve`: files, and folders whose content may change while they are served.
 //
 //   ServedDatasets datasets({"/srv/volumes"}, cache);
 //   Server server(datasets.read(), ...);
-//   ... server.offer(datasets.read());  // After files came, went or were replaced.
+//   ... server.offer(datasets.read());  // After files were added, removed or replaced.
 #pragma once
 
 #include <sys/types.h>
@@ -20,33 +20,31 @@
 
 namespace multitetra {
 
-// To be used by one thread at a time.
+// Not thread-safe.
 class ServedDatasets {
  public:
-  // Files and addresses, and folders, here or in buckets, whose files *.mtd are meant.
+  // `inputs` are files, addresses, and folders or buckets, which stand for their files *.mtd.
   ServedDatasets(const std::vector<std::string>& inputs, std::shared_ptr<SurfaceCache> cache,
                  std::shared_ptr<RemoteFiles> files);
 
-  // All datasets that can be served now. An unchanged file stays open; one that cannot be used is
-  // logged and left out, but a dataset that was served under its name stays served. New and removed
-  // datasets are logged, too. Throws std::filesystem::filesystem_error or StoreError when a folder
-  // cannot be read; then nothing changes.
+  // Returns all datasets that can be served now. Unchanged files stay open. A dataset that cannot
+  // be read is logged and omitted, or keeps its previous version if it has one. Logs new and
+  // removed datasets. Throws std::filesystem::filesystem_error or StoreError if a folder cannot be
+  // read, without any effect.
   [[nodiscard]] CataloguePtr read();
 
  private:
   struct Input {
     std::string place;
-    bool is_folder =
-        // A folder of datasets. Determined at the start: a folder that is gone for a while is no
-        // file.
-        false;
+    // Determined at the start, so that a temporarily missing folder is not taken for a file.
+    bool is_folder = false;
   };
-  // Another one under the same name is another file.
+  // Detects whether a path has another file.
   struct Identity {
     dev_t device = 0;
     ino_t inode = 0;
     off_t size = 0;
-    std::int64_t modified = 0;  // Nanoseconds.
+    std::int64_t modified = 0;  // In nanoseconds.
     // The version of a remote file, from its store.
     std::string version = {};
 
@@ -58,7 +56,7 @@ class ServedDatasets {
   };
   [[nodiscard]] Identity identity_of(const std::string& place) const;
   [[nodiscard]] std::vector<std::string> places() const;
-  // Null when it cannot be used, and nothing was served from under its name.
+  // Returns null if the dataset cannot be read and no previous version was served.
   [[nodiscard]] std::shared_ptr<const SurfaceProvider> source_of(const std::string& place);
 
   std::vector<Input> inputs_;

@@ -15,10 +15,10 @@ std::string variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
-// Empty where there is no graphical session.
+// Returns the program that opens addresses; empty without a graphical session.
 std::string opener() {
   if (const std::string own = variable("BROWSER"); !own.empty()) {
-    return own.substr(0, own.find(':'));  // A list, the preferred one first.
+    return own.substr(0, own.find(':'));  // The first of a list.
   }
 #ifdef __APPLE__
   return "open";
@@ -35,7 +35,7 @@ bool open_in_browser(const std::string& address) {
   if (program.empty()) return false;
   std::string argument = address;
   std::array<char*, 3> words = {program.data(), argument.data(), nullptr};
-  // A session of its own: Ctrl-C in this terminal does not end the browser.
+  // A new session, so Ctrl-C in this terminal does not end the browser.
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_t actions;
   posix_spawnattr_init(&attributes);

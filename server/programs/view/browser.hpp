@@ -1,13 +1,12 @@
-// The user's web browser, where this machine has one.
+// Opens the user's web browser.
 #pragma once
 
 #include <string>
 
 namespace multitetra {
 
-// Opens an address with $BROWSER, else with `open` (macOS) or `xdg-open` where there is a graphical
-// session. Returns false where there is none or no such program; what the browser does with the
-// address is not known.
+// Opens an address with $BROWSER, else with `open` (macOS) or, in a graphical session, `xdg-open`.
+// Returns false if there is no session or program; does not detect whether the page loads.
 bool open_in_browser(const std::string& address);
 
 }  // namespace multitetra

@@ -24,7 +24,7 @@ struct Entry {
 
 std::uint64_t bytes_below(const fs::path& folder) {
   std::uint64_t bytes = 0;
-  std::error_code gone;  // Other processes may remove what is listed here.
+  std::error_code gone;  // Other processes may remove files meanwhile.
   for (fs::recursive_directory_iterator at(folder, gone), end; !gone && at != end;
        at.increment(gone)) {
     std::error_code ignored;
@@ -48,7 +48,7 @@ std::vector<Entry> entries_in(const fs::path& folder) {
   return entries;
 }
 
-// The folder, opened and locked; -1 when another process has a lock that excludes this one.
+// Opens and locks a folder; returns -1 if another process has a conflicting lock.
 int locked(const fs::path& folder, int kind) {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0) return -1;
@@ -88,7 +88,7 @@ fs::path DatasetCache::entry(const std::string& key) {
   const int descriptor = locked(path, LOCK_SH);
   if (descriptor < 0) throw std::system_error(errno, std::generic_category(), path.string());
   open_.emplace(key, descriptor);
-  fs::create_directories(path);  // Another process may have evicted it before it was locked.
+  fs::create_directories(path);  // May have been evicted before the lock.
   fs::last_write_time(path, fs::file_time_type::clock::now());
   return path;
 }

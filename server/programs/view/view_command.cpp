@@ -50,7 +50,7 @@ struct ViewArguments {
   int threads = 0;
 };
 
-// Where datasets are written: the cache, or a temporary folder that goes with this.
+// Provides folders for datasets: in the cache, or in a temporary folder that is removed at the end.
 class DatasetFolders {
  public:
   explicit DatasetFolders(const ViewArguments& arguments) {
@@ -104,7 +104,7 @@ std::vector<PrepareJob> jobs_of(const PrepareArguments& arguments, LatestLabelMa
   return jobs;
 }
 
-// All that is to be shown, in the order in which it is prepared. One thread at a time.
+// All volumes to show, in the order of preparation. Not thread-safe.
 class ViewedVolumes {
  public:
   ViewedVolumes(const ViewArguments& arguments, std::vector<std::string> inputs)
@@ -131,14 +131,14 @@ class ViewedVolumes {
     }
   }
 
-  // Whether some of the inputs were datasets already.
+  // Returns whether any input was already a dataset.
   [[nodiscard]] bool has_datasets() const { return has_datasets_; }
 
-  // Where the datasets are, or will be.
+  // Returns the places of the datasets, including those not yet prepared.
   [[nodiscard]] const std::vector<std::string>& places() const { return places_; }
 
-  // Prepares until a dataset is there. Returns its name; none where all is prepared that can be.
-  // Prints what cannot be prepared to the standard error. Throws PreparationStopped.
+  // Prepares volumes until one succeeds. Returns its name, or none at the end. Prints failures to
+  // stderr. Throws PreparationStopped.
   std::optional<std::string> prepare_next(const std::stop_token& stop) {
     for (; !waiting_.empty(); waiting_.pop_front()) {
       PrepareArguments& arguments = waiting_.front();
@@ -161,7 +161,7 @@ class ViewedVolumes {
   }
 
  private:
-  // The preparation in work.
+  // The preparation in progress.
   struct Work {
     Work(const PrepareArguments& arguments, const std::stop_token& stop)
         : maps(arguments.output), preparation(arguments, maps, stop) {
@@ -182,7 +182,7 @@ class ViewedVolumes {
     wait_for(std::move(arguments));
   }
 
-  // Labels that are found in a volume after serving has begun: below a folder that is served.
+  // Adds labels found while serving, in a subfolder of a folder that is served.
   void add_labels_of(const std::string& input) {
     print_line("'" + input +
                "' looks like labels; their surfaces appear in the list when they are ready "
@@ -200,7 +200,7 @@ class ViewedVolumes {
     waiting_.push_back(std::move(arguments));
   }
 
-  // False where there is no dataset of the job afterwards.
+  // Returns false if the dataset could not be prepared.
   bool prepare(const PrepareJob& job) {
     try {
       (void)work_->preparation.prepare_unless_up_to_date(job);
@@ -219,11 +219,11 @@ class ViewedVolumes {
   DatasetFolders folders_;
   std::vector<std::string> places_;
   bool has_datasets_ = false;
-  std::deque<PrepareArguments> waiting_;  // The first one is in work.
+  std::deque<PrepareArguments> waiting_;  // The first one is in progress.
   std::unique_ptr<Work> work_;
 };
 
-// Returns an address that works on this machine, also for a listener on all addresses.
+// Returns an address that works on this machine, even for a listener on all interfaces.
 std::string local(std::string url) {
   for (const std::string all : {"//0.0.0.0:", "//[::]:"}) {
     if (const std::size_t at = url.find(all); at != std::string::npos) {
@@ -252,7 +252,7 @@ int view(const ViewArguments& arguments) {
   }
   ViewedVolumes& volumes = *made;
   const std::optional<std::string> first = volumes.prepare_next({});
-  if (!first && !volumes.has_datasets()) return kUsage;  // Each problem has been printed.
+  if (!first && !volumes.has_datasets()) return kUsage;  // Every problem was printed.
   ServeOptions options;
   options.listeners.tcp = "off";
   options.listeners.http = arguments.http;

@@ -61,7 +61,7 @@ bool are_times(const std::vector<std::string>& volumes, const VolumeFileOptions&
          have_one_grid(volumes.front(), volumes.back(), options);
 }
 
-// "flow" of "flow_0012.vti"; the folder's name where the file has only a number.
+// Returns "flow" for "flow_0012.vti"; the folder's name if the file name is only a number.
 std::string series_name(const fs::path& volume) {
   std::string name = default_dataset_name(volume);
   const auto ends_here = [](char c) { return is_digit(c) || c == '_' || c == '-' || c == '.'; };
@@ -87,7 +87,7 @@ bool is_volume(const fs::path& file) {
   }
 }
 
-// Those of an OME-Zarr: the groups in its folder "labels".
+// Returns the label images of an OME-Zarr: the groups in its folder "labels".
 std::vector<std::string> label_images_in(const fs::path& folder) {
   std::vector<std::string> images;
   std::error_code error;
@@ -131,7 +131,7 @@ std::optional<std::string> label_map_beside(const fs::path& volume) {
 
 // ---- keys
 
-// Larger files hold their samples themselves; a smaller one may be a header that names others.
+// Larger files contain their samples; a smaller one may be a header for other files.
 constexpr std::uintmax_t kMostHeaderBytes = 1 << 20;
 
 }  // namespace

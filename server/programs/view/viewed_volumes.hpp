@@ -1,5 +1,5 @@
-// The inputs of `view`: which of them are datasets already, which
-// volumes belong together, and how they are prepared.
+// Classifies the inputs of `view`: which ones are datasets, which volumes belong together, and how
+// to prepare them.
 #pragma once
 
 #include <filesystem>
@@ -12,38 +12,37 @@
 
 namespace multitetra {
 
-// The volume that is shown when none is named: a file beside the programs. Throws ExitError when it
-// is not there.
+// Returns the volume to show by default, a file installed with the programs. Throws ExitError if it
+// is missing.
 [[nodiscard]] std::filesystem::path demo_volume();
 
-// The first view, as a part of an address: bone behind translucent skin.
-// demo.sh has the same words.
+// The initial view, as address parameters: bone behind translucent skin. Also in demo.sh.
 inline constexpr std::string_view kDemoLook =
     "&isovalue=-300.5&color=e0ac8d&opacity=0.45&min_component=20&surfaces=300.5,f3ead6,,,,,20"
     "&axes=false";
 
-// Whether the input is a dataset, or a folder of datasets that has no volumes; neither needs any
+// Returns whether the input is a dataset, or a folder of datasets without volumes; neither needs
 // preparation.
 [[nodiscard]] bool is_prepared(const std::string& input);
 
-// How the inputs are prepared, each result into a folder of its own; `output` is not set yet. Files
-// numbered alike on the same grid are one time series, of all their fields; a file with several
-// times, fields or named labels becomes a series of them unless `volume` chooses one. Opens
-// volumes, but reads headers only. Throws VolumeFileError, ExitError.
+// Returns the preparations of the inputs, each for a separate folder; `output` is left empty.
+// Numbered files on the same grid become one time series of all their fields; a file with several
+// times, fields or named labels becomes a series unless `volume` chooses one. Reads headers only.
+// Throws VolumeFileError, ExitError.
 [[nodiscard]] std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& inputs,
                                                             const VolumeOptions& volume);
 
-// Every label of a label map as a surface of its own.
+// Returns the preparation of every label of a label map as a separate surface.
 [[nodiscard]] PrepareArguments preparation_of_labels(const std::string& input);
 
-// The label maps that belong to a volume: the label images in the folder of an OME-Zarr, or a file
-// beside the volume that is known by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or "ct.seg.nrrd"
-// beside "ct.nii.gz", or "labels.nii.gz" where only one other volume is in the folder.
+// Returns the label maps of a volume: the label images in the folder of an OME-Zarr, or a file
+// recognized by its name: "ct_seg.nii.gz", "ct-labels.nrrd" or "ct.seg.nrrd" next to "ct.nii.gz",
+// or "labels.nii.gz" if the folder has only one other volume.
 [[nodiscard]] std::vector<std::string> label_maps_of(const std::filesystem::path& volume);
 
-// The name of a cache entry for what a preparation reads and the options it reads it with. Reads
-// all bytes of its inputs. An address, and a file small enough to be a header of samples elsewhere,
-// counts by its place as well.
+// Returns the name of a cache entry, from the content of the inputs and the options. Reads all
+// input bytes. For addresses, and for files that may be headers of other files, it also depends on
+// the place.
 [[nodiscard]] std::string cache_key(const PrepareArguments& arguments);
 
 }  // namespace multitetra

@@ -15,7 +15,6 @@
 namespace multitetra {
 namespace {
 
-// The file owns its disk reservation.
 struct ReservedFile {
   ReservedFile(const std::filesystem::path& folder, ByteReservations::Reservation reserved)
       : reservation(std::move(reserved)), file(folder) {}
@@ -32,7 +31,7 @@ Result<MeshTopology> checked(const Surface& surface, const DatasetInfo& info) {
   return fail(ErrorCode::kDamagedData, "Internal error: the mesh has a crack.");
 }
 
-// Why a mesh may not be what its reader meant, a field each.
+// Adds a field for each reason why a mesh may differ from what the user expects.
 void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceRequest& request,
                  const DatasetInfo& info) {
   std::vector<std::string> notices = request_notices(request, info);
@@ -43,7 +42,7 @@ void add_notices(Answer& answer, const MeshTopology& mesh, const IsosurfaceReque
   for (const std::string& notice : notices) add_field(answer, "Multitetra-Notice", notice);
 }
 
-// What all surfaces of a file are together.
+// Totals over all surfaces of a file.
 struct Totals {
   MeshTopology topology;
   double error_bound = 0;

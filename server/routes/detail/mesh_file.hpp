@@ -1,4 +1,4 @@
-// Surfaces as one file: checked, and written where they take no memory.
+// Surfaces as one file: checks them, and writes them to disk.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-// A mesh in its file format, in a file without a name, with a reservation of disk space.
+// A mesh in its file format, in an unnamed file with a reservation of disk space.
 struct StoredMesh {
   SharedFile file;
   std::uint64_t bytes = 0;
@@ -27,23 +27,24 @@ struct StoredMesh {
 
 struct MeshForm {
   MeshFormat format = MeshFormat::kGlb;
-  bool is_in_world = true;  // Else in sample indices.
-  // The color map of scalars, if any; its ends are those of the step's scalars.
+  bool is_in_world = true;  // Otherwise in sample indices.
+  // The color map for scalars, if any. Its range is that of the step's scalars.
   ColorScale colors = {.map = ColorMap::kViridis};
-  double min_component = 0;  // Components of a shorter diagonal, in samples, are left out.
+  double min_component = 0;  // Diagonal in samples below which components are removed.
 };
 
-// The file that is written, and its memory reservation.
+// The storage for a mesh file.
 struct MeshPlace {
   std::filesystem::path folder;
-  // Room for so many bytes, as long as the reservation lives.
+  // Reserves disk space for a number of bytes.
   std::function<Result<ByteReservations::Reservation>(std::uint64_t)> reservation;
 };
 
-// Takes about 120 bytes of memory a triangle while it works. kDamagedData when the mesh has a
-// crack; what place.room() says where there is none. kCancelled soon after `stop` is triggered.
-// Throws std::system_error when the folder cannot take it. Several surfaces, of one dataset, become
-// one GLB with a part for each, named by its isovalue; requires that format for them.
+// Checks and writes the surfaces. Takes about 120 bytes of memory per triangle meanwhile. Returns
+// kDamagedData if a mesh has a crack, the error of place.reservation() if it fails, and kCancelled
+// soon after `stop` is triggered. Throws std::system_error if the folder is not writable. Several
+// surfaces of one dataset become one GLB with a part for each, named by isovalue; requires that
+// format.
 [[nodiscard]] Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& info,
                                             const MeshForm& form, const MeshPlace& place,
                                             const std::stop_token& stop);

@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-constexpr double kPartOfAShare = 0.25;  // Of the disk that the others leave.
+constexpr double kPartOfAShare = 0.25;  // Fraction of the unreserved disk space.
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }
@@ -49,8 +49,8 @@ void MeshFileCache::keep(const std::string& key, const StoredMesh& mesh) {
   kept_.add(key, mesh, weight_of(mesh));
 }
 
-// Each is an open file, of which a process has not many: small ones weigh so much that there are
-// never more than kMostFiles.
+// Each entry is an open file, and file descriptors are scarce: the minimum weight limits the cache
+// to kMostFiles files.
 std::size_t MeshFileCache::weight_of(const StoredMesh& mesh) const {
   constexpr std::uint64_t kMostFiles = 128;
   return std::max({mesh.bytes, capacity_ / kMostFiles, std::uint64_t{1}});

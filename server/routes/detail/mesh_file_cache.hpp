@@ -1,11 +1,10 @@
-// The files of meshes on the disk: those that are being sent, and in the space that they leave,
-// those that are kept for the next request.
+// Mesh files on disk: those that are being sent, and in the remaining space those that are cached.
 //
-//   auto reserved = files.reserve(share, bytes);  // Evicts cached files for it, the oldest first.
+//   auto reserved = files.reserve(share, bytes);  // Evicts the least recently used files for it.
 //   if (reserved) files.keep(key, store(std::move(*reserved)));
 //   if (auto mesh = files.find(key)) send(*mesh);
 //
-// Safe to use from several threads at once. What it hands out may outlive it.
+// Thread-safe. Returned objects may outlive the cache.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +20,19 @@ namespace multitetra {
 
 class MeshFileCache {
  public:
-  // Holds at most `capacity` bytes; one share may have a quarter of what the others leave.
-  // 0: none are kept, and as many as are wanted are being sent.
+  // Holds at most `capacity` bytes; one share may have a quarter of the unreserved space. 0 caches
+  // nothing and does not limit the files being sent.
   explicit MeshFileCache(std::uint64_t capacity);
 
   [[nodiscard]] std::optional<StoredMesh> find(const std::string& key);
-  // For a file that is about to be written. kLimitExceeded when it is larger than one may be,
-  // kUnavailable while files that are being sent leave no space for it.
+  // Reserves space for a new file. Returns kLimitExceeded if it exceeds the largest allowed file,
+  // kUnavailable if files being sent leave too little space.
   [[nodiscard]] Result<ByteReservations::Reservation> reserve(const std::string& share,
                                                               std::uint64_t bytes);
   void keep(const std::string& key, const StoredMesh& mesh);
 
  private:
-  // The weight of a cached mesh.
+  // Returns the weight of a cached mesh.
   [[nodiscard]] std::size_t weight_of(const StoredMesh& mesh) const;
 
   const std::uint64_t capacity_;

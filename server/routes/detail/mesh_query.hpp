@@ -1,5 +1,5 @@
-// A query as a request for a file with meshes: the fields of common/request/surface_query.hpp, and
-// the file's format. Pure.
+// Parses a query for a mesh file: the fields of common/request/surface_query.hpp, and the file's
+// format. Pure.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMaxSurfaces = 16;  // In one file.
+inline constexpr std::size_t kMaxSurfaces = 16;  // Per file.
 
 struct MeshQuery {
   SurfaceQuery surface = {};
-  std::optional<MeshFormat> format = {};  // None: what the client accepts.
+  std::optional<MeshFormat> format = {};  // None: chosen by the Accept header.
 };
 
-// kInvalidArgument, naming the parameter, when one is unknown, given twice or not understood, or
+// Returns kInvalidArgument, naming the parameter, if one is unknown, repeated or invalid, or if
 // there are more than kMaxSurfaces isovalues.
 [[nodiscard]] Result<MeshQuery> parse_mesh_query(
     const std::vector<std::pair<std::string, std::string>>& query);

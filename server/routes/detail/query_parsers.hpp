@@ -1,5 +1,4 @@
-// Parses a query's parameters into the members of a struct: each at most once, valid, or refused by
-// its name. Pure.
+// Parses a query's parameters into the members of a struct. Pure.
 #pragma once
 
 #include <functional>
@@ -26,7 +25,7 @@ struct Setter {
 template <typename Query>
 using Setters = std::map<std::string_view, Setter<Query>>;
 
-// Sets what `member` of the query refers to, a number or an optional one.
+// Sets the number, optional or not, that `member` of the query returns.
 template <typename Query, typename Member>
 [[nodiscard]] Setter<Query> number(Member member) {
   return {[member](std::string_view text, Query& query) -> FieldError {
@@ -44,7 +43,7 @@ template <typename Query, typename Member>
   }};
 }
 
-// The same for a value that is one of a few words; `read` gives nullopt for others.
+// Sets an enumeration from one of a few words. `read` returns nullopt for others.
 template <typename Query, typename Member, typename Read>
 [[nodiscard]] Setter<Query> word(Member member, Read read, std::string words) {
   return {[=](std::string_view text, Query& query) -> FieldError {
@@ -55,8 +54,8 @@ template <typename Query, typename Member, typename Read>
   }};
 }
 
-// kInvalidArgument, naming the parameter, when one is unknown, not understood, or given twice
-// without being repeatable.
+// Returns kInvalidArgument, naming the parameter, if one is unknown, invalid, or repeated without
+// being repeatable.
 template <typename Query>
 [[nodiscard]] Result<Query> parse_query(
     const std::vector<std::pair<std::string, std::string>>& query, const Setters<Query>& setters) {

@@ -1,4 +1,4 @@
-// A query as a slice, or as places to be probed. Pure.
+// Parses queries for slices and probes. Pure.
 #pragma once
 
 #include <optional>
@@ -21,27 +21,27 @@ enum class SliceFormat {
 struct SliceQuery {
   NamedSlice slice = {};
   SliceFormat format = SliceFormat::kPng;
-  std::optional<double> window = {}, level = {};  // Width and center of the range of shown values.
+  std::optional<double> window = {}, level = {};  // Width and center of the displayed range.
   ColorMap colors = ColorMap::kGray;
   bool is_logarithmic = false;
-  std::optional<Rgb> no_value_color = {};  // Absent: transparent.
+  std::optional<Rgb> no_value_color = {};  // None: transparent.
 };
 
-// axis, at, centre, normal, up, extent, origin, right, down, coordinates, width, height,
-// interpolation, detail, format, window, level, colors, color_scale, no_value_color.
-// kInvalidArgument, naming the parameter, when one is unknown, repeated or invalid.
+// Parameters: axis, at, centre, normal, up, extent, origin, right, down, coordinates, width,
+// height, interpolation, detail, format, window, level, colors, color_scale, no_value_color.
+// Returns kInvalidArgument, naming the parameter, if one is unknown, repeated or invalid.
 [[nodiscard]] Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 
-// The slice of a dataset, checked as one that came over the wire. Without any plane it is the
-// middle layer along the third axis.
+// Returns the slice of a dataset after the same checks as for one received by wire. Without a
+// plane, it is the middle layer along the third axis.
 [[nodiscard]] Result<SliceRequest> slice_for(const SliceQuery& query, const DatasetInfo& info);
 
-// The range of values of the colors: the window, or all that there are. kInvalidArgument where a
+// Returns the range of the color map: the window, or all values. Returns kInvalidArgument if a
 // logarithmic scale would begin at or below 0.
 [[nodiscard]] Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info);
 
-// at=X,Y,Z once for each place, coordinates.
+// Parameters: at=X,Y,Z, once per place; coordinates.
 [[nodiscard]] Result<ProbeRequest> parse_probe_query(
     const std::vector<std::pair<std::string, std::string>>& query);
 

@@ -1,8 +1,8 @@
-// One computation for all concurrent callers with the same key.
+// Shares one computation among all concurrent callers with the same key.
 //
-// The first caller computes, on its own thread; the others wait for its result. A caller that is
-// stopped leaves at once, and the computation itself is stopped when no caller is left. So a client
-// that disconnects takes nothing from another with the same request.
+// The first caller computes on its own thread; the others wait for its result. A stopped caller
+// returns at once; the computation is stopped when it has no callers left. So a client that
+// disconnects does not affect another with the same request.
 #pragma once
 
 #include <condition_variable>
@@ -19,13 +19,13 @@
 
 namespace multitetra {
 
-// Safe to use from several threads at once. Every caller gets a copy of the Value.
+// Thread-safe. Every caller gets a copy of the Value.
 template <typename Key, typename Value>
 class SingleFlight {
  public:
-  // Returns compute(stop), or the result of a computation that runs already; an exception reaches
-  // all callers. Throws Cancelled soon after `stop` is triggered. A Value may throw when it is
-  // copied, then the caller of that copy gets the exception; not when it is moved.
+  // Returns compute(stop), or the result of a running computation; an exception reaches all
+  // callers. Throws Cancelled soon after `stop` is triggered. Moving a Value must not throw.
+  // Copying may: the exception then reaches only the caller of that copy.
   [[nodiscard]] Value get(const Key& key, const std::stop_token& stop,
                           const std::function<Value(std::stop_token)>& compute) {
     std::unique_lock lock(mutex_);
@@ -33,14 +33,14 @@ class SingleFlight {
     if (found != calls_.end() && found->second->interested > 0) {
       return wait_for(found->second, stop, lock);
     }
-    // A computation without callers ends by itself.
+    // Any computation found above has no callers and is stopping: starts another.
     const auto call = std::make_shared<Call>();
     calls_[key] = call;
     lock.unlock();
     return compute_for_all(key, call, stop, compute);
   }
 
-  // The number of callers for that key.
+  // Returns the number of callers for that key.
   [[nodiscard]] std::size_t interested(const Key& key) const {
     const std::lock_guard lock(mutex_);
     const auto found = calls_.find(key);
@@ -68,7 +68,7 @@ class SingleFlight {
       call->abandon();
       throw Cancelled{};
     }
-    lock.unlock();  // A finished result does not change any more.
+    lock.unlock();  // A finished result is immutable.
     if (call->failure) std::rethrow_exception(call->failure);
     return *call->value;
   }
@@ -90,7 +90,7 @@ class SingleFlight {
       }
     }
     {
-      // Nothing here may throw: a flight that is never done would be waited for until the end.
+      // Nothing here may throw: waiters of a flight that is never done would hang.
       const std::lock_guard lock(mutex_);
       call->value = std::move(value);
       call->failure = failure;
@@ -100,10 +100,10 @@ class SingleFlight {
       call->done.notify_all();
     }
     if (failure) std::rethrow_exception(failure);
-    return *call->value;  // Which does not change any more.
+    return *call->value;
   }
 
-  mutable std::mutex mutex_;  // Guards the flights and what they hold.
+  mutable std::mutex mutex_;  // Guards calls_ and the flights' contents.
   std::map<Key, std::shared_ptr<Call>> calls_;
 };
 

@@ -51,7 +51,7 @@ auto guarded(const SurfaceProvider& source, const char* what, const std::stop_to
   }
 }
 
-// The scalars of a step that was made.
+// Adds the scalars to a finished step.
 Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
                                 const SurfaceProvider& field, const ScalarRange& range,
                                 const std::stop_token& stop) {
@@ -67,7 +67,7 @@ Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
   });
 }
 
-// What takes longer with every place that is to be looked at.
+// Evaluation time of these maps grows with the number of places.
 bool has_large_map(const IsosurfaceRequest* request) {
   constexpr std::size_t kMany = 64;
   return request && (request->thresholds.regions.size() > kMany || request->thresholds.grid);
@@ -92,12 +92,11 @@ SurfaceTiles tiles_of(StepResult step, const DatasetInfo& info, std::optional<Sc
 
 }  // namespace
 
-// What was made before is quickly found, and so is a first preview; what follows may take as long
-// as the whole.
+// Cached steps and first previews are fast. A later step may take as long as the whole surface.
 WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   const std::string& dataset = source.info().name;
   const IsosurfaceRequest& request = state.request;
-  // What another budget gives is only known when it was made.
+  // The final step of any other budget is known only once it is made.
   const bool is_known = !has_budget(request) || has_own_budget(final_step(request));
   if (is_known && source.remembers(final_step(request))) {
     return {.kind = dataset + " remembered", .is_long = false};
@@ -129,7 +128,7 @@ Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop
   };
 }
 
-// What takes about as long as others of its kind.
+// Queries of one kind take similar times.
 WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query) {
   return {.kind = source.info().name + (is_long(query) ? " long " : " short ") + kind_of(query) +
                   (has_large_map(request_of(query)) ? " of a map" : ""),
@@ -158,7 +157,6 @@ std::optional<ScalarRange> range_of(const StartStream& action) {
   return range_for(*action.open.scalars, action.scalars->info());
 }
 
-// The next step of a stream, with its scalars.
 Result<StepResult> make_step(const StartStream& action, const StreamState& state,
                              const StepLimits& limits, const std::stop_token& stop) {
   const SurfaceProvider& source = *action.source;
@@ -168,7 +166,6 @@ Result<StepResult> make_step(const StartStream& action, const StreamState& state
   return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
 }
 
-// The final surface of a request.
 Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
                           const std::stop_token& stop) {
   limits.as_meshes = true;

@@ -1,5 +1,5 @@
-// The workers' jobs for the service of this process, with estimates of their time. Nothing here
-// throws: the client receives a general error, and the log has the cause.
+// The workers' jobs for the service of this process, with estimates of their time. Functions do not
+// throw: the client gets a general error, and the log has the cause.
 #pragma once
 
 #include <chrono>
@@ -15,8 +15,8 @@
 
 namespace multitetra {
 
-// Kinds of work that take about as long each time, and whether that is long, as far as is known at
-// once.
+// A kind of work whose jobs take similar times, and whether these are long, as far as is known in
+// advance.
 struct WorkKind {
   std::string kind;
   bool is_long = false;
@@ -24,26 +24,26 @@ struct WorkKind {
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const StreamState& state);
 [[nodiscard]] WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query);
 
-// For a step that may be long: what the final step takes, from the spectrum alone, where that need
-// not be fetched. None for a cell, which is small, nor within a budget, which many steps may be
-// made for.
+// Returns a forecast for steps that may be long: the time of the final step, computed from the
+// spectrum alone. The forecast is nullopt if the spectrum would have to be fetched. Returns none
+// for a cell, which is small, and for a budget, which may need many steps.
 [[nodiscard]] Forecast forecast_for(const WorkKind& work, const StartStream& action,
                                     std::stop_token stop);
 
-// The range of the codes of a stream's scalars, if it has any.
+// Returns the range of a stream's scalar codes, if it has scalars.
 [[nodiscard]] std::optional<ScalarRange> range_of(const StartStream& action);
 
-// The next step of a stream, with its scalars.
+// Makes the next step of a stream, with its scalars.
 [[nodiscard]] Result<StepResult> make_step(const StartStream& action, const StreamState& state,
                                            const StepLimits& limits, const std::stop_token& stop);
-// The final surface of a request. kLimitExceeded for one of more than `max_triangles`.
+// Makes the final surface of a request. Fails with kLimitExceeded above `max_triangles`.
 [[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
                                         StepLimits limits, const std::stop_token& stop);
 [[nodiscard]] Result<DatasetQueryReply> make_answer(const RunQuery& action,
                                                     const std::stop_token& stop);
 
-// The error for a client that has requested more than `limit` seconds of work already, or for
-// something that takes too long.
+// Return the errors for a share whose pending work exceeds `limit` seconds, and for a request that
+// takes longer than `limit`.
 [[nodiscard]] Error come_again(const Backlog& backlog, double limit);
 [[nodiscard]] Error too_long(std::chrono::milliseconds limit);
 

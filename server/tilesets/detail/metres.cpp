@@ -23,7 +23,7 @@ std::optional<double> metres_of(std::string_view unit) {
        {"millimeter", 1e-3},
        {"millimetre", 1e-3},
        {"um", 1e-6},
-       {"\xC2\xB5m", 1e-6},  // With the micro sign, and with the Greek letter.
+       {"\xC2\xB5m", 1e-6},  // Micro sign, then Greek mu.
        {"\xCE\xBCm", 1e-6},
        {"micron", 1e-6},
        {"micrometer", 1e-6},

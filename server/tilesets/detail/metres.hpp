@@ -1,4 +1,4 @@
-// The length of a dataset's unit in metres.
+// Lengths of units in metres.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 
 namespace multitetra {
 
-// The metres of a unit given by name, such as "mm" or "micrometer"; none if it is no known length.
+// Returns the length of a unit such as "mm" or "micrometer", or none if it is unknown.
 [[nodiscard]] std::optional<double> metres_of(std::string_view unit);
 
 }  // namespace multitetra

@@ -36,10 +36,10 @@ namespace {
       (there.empty() ? "All of its samples are 0" : "Its labels are " + there) + ".");
 }
 
-// Simplification takes volume from thin parts before its error is a quarter of their thickness.
+// Simplification shrinks thin parts even if its error is less than a quarter of their thickness.
 void warn_of_thin_parts(const PrepareJob& job, const LabelSummary& label,
                         const VolumeFileOptions& options) {
-  constexpr std::uint64_t kWorthANotice = 10;  // One part of so many.
+  constexpr std::uint64_t kWorthANotice = 10;  // A part of 1 / 10 or more.
   if (!options.notice || label.thin_samples * kWorthANotice < label.samples) return;
   options.notice(
       "'" + job.input + "': of the " + std::to_string(label.samples) + " voxels of label " +
@@ -101,15 +101,14 @@ void require_free_output(const PrepareJob& job) {
 
 namespace {
 
-// A dataset that was made of something else is not replaced by mistake. One of the same name, or of
-// the same series, is made again.
+// Prevents accidental replacement of a dataset from another source, except one of the same series.
 void require_same_source(const PrepareJob& job, const Provenance& note) {
   if (is_address(job.output.string()) || !std::filesystem::exists(job.output)) return;
   std::optional<DatasetMetadata> there;
   try {
     there = PreparedFile(job.output.string()).metadata();
   } catch (const std::exception&) {
-    return;  // A damaged one may be replaced.
+    return;  // A damaged dataset may be replaced.
   }
   const bool has_same_source = there->source.file == note.file ||
                                (!note.digest.empty() && there->source.digest == note.digest);
@@ -195,7 +194,7 @@ void Preparation::see_prepared(const PrepareJob& job) {
   see(job, {info.dims, info.index_to_world, info.meaning});
 }
 
-// The note in the table for a member that lies elsewhere than the first.
+// Fails for a member whose grid differs from that of the first one.
 void Preparation::require_same_places(const PrepareJob& job, const Places& found,
                                       const Places& first, const std::string& first_input) {
   const auto size = [](const Places& places) {

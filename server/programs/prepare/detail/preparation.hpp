@@ -1,4 +1,4 @@
-// A volume into a dataset: one job of `prepare`.
+// Prepares a dataset from a volume: one job of `prepare`.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@
 
 namespace multitetra {
 
-// The label map that was read last: labels of one map are prepared one after another.
+// Caches the latest label map, as labels of one map are prepared one after the other.
 class LatestLabelMap {
  public:
   explicit LatestLabelMap(std::filesystem::path scratch_folder)
@@ -38,22 +38,22 @@ class LatestLabelMap {
   std::optional<LabelMap> map_;
 };
 
-// The label of a job does not occur in its map. In a time series that is no failure.
+// A job's label does not occur in its map. Not a failure in a time series.
 class MissingLabel : public VolumeFileError {
  public:
   using VolumeFileError::VolumeFileError;
 };
 
-// A preparation ended because its stop token was set; nothing was written.
+// The stop token ended a preparation; nothing was written.
 class PreparationStopped : public std::runtime_error {
  public:
   PreparationStopped() : std::runtime_error("The preparation was stopped.") {}
 };
 
-// Few different values in an integer volume are mostly labels.
+// Returns whether the data has integers with few distinct values, as most label maps do.
 [[nodiscard]] bool looks_like_labels(const DatasetInfo& info);
 
-// Throws ExitError (kUsage) when the job's output is its input, or cannot be written.
+// Throws ExitError (kUsage) if the job's output is its input or cannot be written.
 void require_free_output(const PrepareJob& job);
 
 struct PrepareResult {
@@ -63,32 +63,32 @@ struct PrepareResult {
   Json seconds;
 };
 
-// Prepares jobs one by one. Those of one series must lie on the same places. Keeps references to
-// its arguments.
+// Prepares jobs one by one. Members of one series must have the same grid. Keeps references to its
+// arguments.
 class Preparation {
  public:
   Preparation(const PrepareArguments& arguments, LatestLabelMap& maps, std::stop_token stop = {})
       : arguments_(arguments), maps_(maps), stop_(std::move(stop)) {}
 
-  // Throws VolumeFileError or MissingLabel when the source cannot be read, PreparationStopped,
+  // Throws VolumeFileError or MissingLabel if the source cannot be read; PreparationStopped,
   // DatasetFileError, StoreError.
   PrepareResult prepare_one(const PrepareJob& job, const Provenance& note, DatasetOutput& output);
 
-  // The same unless the job's dataset is up to date, where `force` does not ask for a new one.
+  // Skips a dataset that is up to date, unless `force` is set.
   std::optional<PrepareResult> prepare_unless_up_to_date(const PrepareJob& job);
 
-  // The note of a job's source. The bytes of a source are read once, however many jobs it has.
+  // Returns the provenance of a job's source. Reads each source once for all its jobs.
   [[nodiscard]] Provenance note_of(const PrepareJob& job);
 
  private:
-  // The placement of a series' members, which share their grid.
+  // The placement of samples, common to the members of a series.
   struct Places {
     std::array<std::int32_t, 3> dims{};
     Affine index_to_world;
     PhysicalMeaning meaning;
   };
   void see(const PrepareJob& job, const Places& places);
-  // A job whose dataset is there already. Throws unless it lies on the same places.
+  // Checks the placement of a dataset that is up to date. Throws if it differs.
   void see_prepared(const PrepareJob& job);
   static void require_same_places(const PrepareJob& job, const Places& found, const Places& first,
                                   const std::string& first_input);
@@ -97,7 +97,8 @@ class Preparation {
   LatestLabelMap& maps_;
   std::stop_token stop_;
   std::map<std::string, Provenance> notes_;
-  std::map<std::string, std::pair<Places, std::string>> first_;  // By series, with its input.
+  // The first member's placement and input, by series.
+  std::map<std::string, std::pair<Places, std::string>> first_;
 };
 
 }  // namespace multitetra
