@@ -16,14 +16,14 @@
 namespace multitetra {
 namespace {
 
-// The first surface is to be larger than the budget by this factor, as far as a quick estimate
-// shows, and may be smaller by the other one: then its last collapses are undone.
+// By a quick estimate, the first surface exceeds the budget by at most the first factor. It may
+// fall below it by the second: then its last collapses are undone.
 constexpr double kFirstPart = 1.5;
 constexpr double kLeastFirstPart = 0.5;
-// A model of so few triangles is made at once: that takes less time than estimates.
+// Models with fewer triangles are built at once: that is faster than estimating.
 constexpr double kSmall = 150'000;
-constexpr double kLittleLess = 0.985;  // A smaller surface has a few more bytes a triangle.
-// The share of a byte budget that is enough.
+constexpr double kLittleLess = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
+// The share of a byte budget at which the search stops.
 constexpr double kEnoughBytes = 0.93;
 constexpr int kMostCorrections = 8;
 
@@ -55,12 +55,12 @@ class BudgetedSimplification {
 
   [[nodiscard]] double most() const { return most_; }
   void set_most(double triangles) { most_ = triangles; }
-  // Whether a surface of fewer triangles than this can be made.
+  // Returns whether a surface with fewer triangles than this is possible.
   [[nodiscard]] bool can_have_less_than(double triangles) const {
     return left() < triangles || level_ < schedule_.last();
   }
 
-  // Until `most` triangles are left at most, if possible.
+  // Simplifies further until at most `most` triangles are left, if possible.
   void go_on() {
     std::optional<TriedLevel> before;
     while (left() > most_ && level_ < schedule_.last()) {
@@ -68,13 +68,13 @@ class BudgetedSimplification {
       level_ = coarser_level(std::exchange(before, now), now, schedule_.last());
       simplifier_->simplify(options(), stop_);
     }
-    // What is left of a coarser model is less, where only the topology keeps it.
+    // A coarser model leaves fewer triangles where only the topology preserves them.
     if (left() > most_ && first_level_ < level_) {
       first_level_ = level_;
       begin();
     }
   }
-  // With `most` triangles, or as few as are left; the request's own surface where that fits.
+  // Returns the surface with `most` triangles, or as few as are left; the request's own if it fits.
   [[nodiscard]] const TiledSurface& surface() {
     surface_.tiles = simplifier_->tiles(level_ == 0 ? 0 : static_cast<std::size_t>(most_));
     return surface_;
@@ -97,14 +97,14 @@ class BudgetedSimplification {
     return options;
   }
 
-  // Makes the surface of the level.
+  // Builds the surface of the current level.
   void begin() {
     surface_ = extractor_.extract_model(spec(), stop_);
     const SimplificationOptions how = options();
     simplifier_.emplace(std::move(surface_.tiles), how.lattice_step, info_.grid_exponent);
     simplifier_->simplify(how, stop_);
   }
-  // A budget of bytes in triangles, until some are encoded.
+  // Returns the budget in triangles; one of bytes by an estimate, until a surface is encoded.
   [[nodiscard]] double first_most() const {
     double most = std::numeric_limits<std::uint32_t>::max();
     if (request_.max_triangles > 0) {
@@ -119,8 +119,9 @@ class BudgetedSimplification {
     return std::max(most, 1.0);
   }
 
-  // Where no more is allowed than at the first level, the model moved the surface by its share of
-  // that and simplification by the bound; elsewhere both keep to their shares.
+  // Returns the smallest floor that the surface meets. Where the thresholds are at the floor of the
+  // first level, the model moved the surface by its share of that and simplification by at most the
+  // bound; elsewhere both stay within their shares.
   [[nodiscard]] double reached() const {
     const double own = request_.thresholds.at_least;
     if (level_ == 0) return own;

@@ -1,9 +1,9 @@
 // A simplified surface within its request's budget of triangles and bytes.
 //
-// The thresholds are raised to a common floor until the budget is met, as ErrorSchedule does, but
-// in one simplification: it begins where an estimate says that the surface is still too large, goes
-// on from level to level, and its last collapses are undone as far as the budget allows. The floor
-// that is returned is the least that the surface keeps to.
+// Like ErrorSchedule, raises the thresholds to a common floor until the budget is met, but in one
+// simplification: it starts where an estimate is still above the budget, continues from level to
+// level, and undoes the last collapses as far as the budget allows. It returns the smallest floor
+// that the surface meets.
 //
 //   BudgetedSurface made = surface_within_budget(extractor, request, bytes_of, stop);
 //   request.thresholds.at_least = made.at_least;
@@ -23,13 +23,12 @@ struct BudgetedSurface {
   double at_least = 0;  // As LocalThresholds::at_least, in the request's unit.
 };
 
-// The encoded size of a surface in bytes. Called where the request has a budget of bytes, last with
-// the surface that is returned.
+// Returns the encoded bytes of a surface. Called for budgets of bytes, last with the returned one.
 using BytesOf = std::function<double(const TiledSurface&)>;
 
-// Requires a validated request that has a budget and is simplified. A function of the dataset and
-// the request alone, as `bytes_of` is of the surface. Throws Cancelled soon after `stop` is
-// triggered, and DatasetFileError when the dataset turns out to be damaged.
+// Requires a validated request with a budget and simplification. The result depends only on the
+// dataset and the request, if `bytes_of` depends only on the surface. Throws Cancelled soon after
+// `stop` is triggered, and DatasetFileError if the dataset is damaged.
 [[nodiscard]] BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
                                                     const IsosurfaceRequest& request,
                                                     const BytesOf& bytes_of,

@@ -22,7 +22,7 @@ std::int32_t size_of(const Tetrahedron& t) {
 struct CellCorner {
   GridPoint at;
   float value = 0;
-  bool is_pushed = false;  // From the void beyond the data to the sample at `at`.
+  bool is_pushed = false;  // Moved from the void beyond the data to the sample at `at`.
 };
 using CellCorners = std::array<CellCorner, 4>;
 
@@ -54,7 +54,7 @@ class CellCollector {
 
     const std::int64_t volume =
         six_volumes(corners[0].at, corners[1].at, corners[2].at, corners[3].at);
-    if (volume == 0) return;  // Wholly beyond the data.
+    if (volume == 0) return;  // Entirely beyond the data.
     if (volume < 0) std::swap(corners[2], corners[3]);
     if (reaches_beyond) keep_to_one_side(corners);
     result_.cells.push_back(
@@ -78,7 +78,7 @@ class CellCollector {
     return {.at = nearest, .value = sampled_.at(nearest), .is_pushed = true};
   }
 
-  // Corners that were not pushed are on one side already, and decide if there are any.
+  // Corners that were not pushed already agree, so one of them decides if there is any.
   void keep_to_one_side(CellCorners& corners) const {
     const auto own = std::find_if(corners.begin(), corners.end(),
                                   [](const CellCorner& c) { return !c.is_pushed; });
@@ -88,7 +88,7 @@ class CellCollector {
     }
   }
 
-  // Cells share a point when they see it on the same side of the isovalue.
+  // Cells share a point only if its value is on the same side of the isovalue in both.
   std::int64_t number(const CellCorner& c) {
     const std::uint64_t side = is_positive(c) ? std::uint64_t{1} << 63 : 0;
     const auto [at, is_new] =

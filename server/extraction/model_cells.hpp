@@ -1,5 +1,4 @@
-// The tetrahedra of a model as cells with values at their corners: what is written to a file for
-// volume rendering.
+// The tetrahedra of a model as cells with values at their corners, for files for volume rendering.
 #pragma once
 
 #include <array>
@@ -13,29 +12,26 @@ namespace multitetra {
 
 enum class ModelScope {
   kAll,      // The whole volume.
-  kSurface,  // Only what the surface crosses.
+  kSurface,  // Only cells that the surface crosses.
 };
 
 struct ModelCells {
   std::vector<GridPoint> points;
   std::vector<float> values;  // The values at the points.
-  // Corners as indices of points, the fourth on the side that the first three, turning
-  // counter-clockwise, face.
+  // Corners as indices of points. The first three, counter-clockwise, face the side of the fourth.
   std::vector<std::array<std::int64_t, 4>> cells;
-  std::vector<std::int32_t>
-      // For each cell the largest extent of its tetrahedron in grid steps.
-      sizes;
+  std::vector<std::int32_t> sizes;  // Largest extent of each cell's tetrahedron, in grid steps.
 };
 
-// The cells fill the data without gap or overlap where void lies around it, the whole grid where a
-// value does, and the surface of `isovalue` in them is the model's. Grid and data seldom end
-// together: a tetrahedron that reaches beyond the last samples is pushed back to them, corner by
-// corner, which turns none over. A corner that was pushed has the value there or, if the surface
-// would then cross the cell, one from the cell's own side.
+// Returns the cells of a model. They fill the data, or the whole grid if the field has a value
+// outside, without gaps or overlaps, and the surface of `isovalue` in them is the model's. The grid
+// usually extends beyond the data: if it is void there, corners of tetrahedra beyond the last
+// samples are pushed back to them, which reverses no cell. A pushed corner has the value there or,
+// if the surface would then cross the cell, one from the cell's own side.
 //
-// Left out is what has a void sample of the data (a mask) at a corner and, where a topology
-// tolerance or a level lets the surface run into the void, cells with both sides in them: the
-// surface is not drawn there either. Cells come in the order of visit_leaves().
+// Cells with a void sample of the data (a mask) at a corner are omitted. So are pushed cells with
+// both sides in them, which occur where a topology tolerance or a level lets the surface extend
+// into the void: the surface is not drawn there either. Cells are in the order of visit_leaves().
 [[nodiscard]] ModelCells model_cells(const Model& model, const Field& field, double isovalue,
                                      ModelScope scope);
 

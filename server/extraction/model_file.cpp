@@ -34,7 +34,7 @@ std::vector<std::array<std::int64_t, 4>> turned(std::vector<std::array<std::int6
   return cells;
 }
 
-// The part behind the XML: each array behind its length in bytes.
+// The data after the XML: each array is preceded by its length in bytes.
 class Appended {
  public:
   template <typename Value>

@@ -1,5 +1,4 @@
-// The tetrahedra of a model as a file for volume rendering in ParaView: VTK XML UnstructuredGrid
-// (.vtu).
+// A model's tetrahedra as a file for volume rendering in ParaView: VTK XML UnstructuredGrid (.vtu).
 #pragma once
 
 #include <string>
@@ -9,8 +8,8 @@
 
 namespace multitetra {
 
-// The whole file's bytes: points mapped by `grid_to_output`, with the point array "value" (float32)
-// and the cell array "size" (grid steps). Encoding: appended raw, little endian, 64-bit counts.
+// Returns the bytes of the file: points mapped by `grid_to_output`, with the point array "value"
+// (float32) and the cell array "size" (grid steps). Appended raw, little endian, 64-bit counts.
 [[nodiscard]] std::string vtu_file(const ModelCells& model, const Affine& grid_to_output);
 
 }  // namespace multitetra

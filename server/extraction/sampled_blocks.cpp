@@ -27,7 +27,7 @@ void add(SimplifiedBlocks& all, const SimplifiedBlocks& one) {
   all.border_edges += one.border_edges;
 }
 
-// Blocks of one surface, each by itself.
+// Processes blocks of one surface, each by itself.
 class BlockSampler {
  public:
   BlockSampler(const SurfaceExtractor& extractor, const PreparedModel& model,
@@ -61,7 +61,7 @@ class BlockSampler {
     return block;
   }
 
-  // All that is in a cube: its halves apart, and joined.
+  // The whole surface in a cube: with its octants simplified separately, and joined.
   struct Halves {
     SimplifiedBlocks apart, joined;
   };
@@ -99,7 +99,7 @@ class BlockSampler {
     CubeMemoryPool::Lease lease(extractor_.pool());
     return surface_in_cube(model_, cube, options_, lease.memory()).rest;
   }
-  // Where the data ends, tiles have their border as well.
+  // Tiles also have a border where the data ends.
   [[nodiscard]] SimplifiedBlocks counted(double before, const LatticeMesh& left) const {
     return {.count = 1,
             .before = before,
@@ -116,7 +116,7 @@ class BlockSampler {
   SurfaceOptions options_;
 };
 
-// Cubes around some of these, each once.
+// Returns the distinct ancestors, `levels_up` levels up, of `count` evenly spaced cubes.
 std::vector<OctreeCube> spread(std::span<const OctreeCube> cubes, std::size_t count,
                                int levels_up) {
   std::vector<OctreeCube> around;

@@ -1,4 +1,4 @@
-// Extracts, simplifies and encodes some blocks of a surface as they would be sent.
+// Extracts, simplifies and encodes a few blocks of a surface as they would be sent.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,21 @@
 namespace multitetra {
 
 struct SampledBlocks {
-  SimplifiedBlocks triangles;  // Nothing is lost without simplification.
+  SimplifiedBlocks triangles;  // Without simplification, `left` equals `before`.
   double bytes = 0;            // Encoded.
-  double a_border_edge = 1;    // Triangles that an edge of a simplified border keeps.
+  double a_border_edge = 1;    // Triangles per edge of a simplified border.
 };
 
 struct BlockCounts {
-  std::size_t blocks = 0;  // Twice as large as the cubes that are given, spread over them.
-  // So many of them with their neighbours, joined to ones that are twice as large once more: what
-  // a border keeps is seen there.
+  std::size_t blocks = 0;  // Blocks of twice the side of the given cubes, spread over them.
+  // Blocks of four times the side, simplified in octants and then joined: these show how many
+  // triangles a border keeps.
   std::size_t joined = 0;
 };
 
-// Around some of the `cubes`, which are of CubeSample::kExponent and in octree order. nullopt when
-// the blocks hold nothing, or the grid is too small for them. Throws Cancelled soon after `stop` is
-// triggered.
+// Samples blocks around some of the `cubes`, which must be of CubeSample::kExponent and in octree
+// order. Returns nullopt if the blocks are empty or the grid is too small for them. Throws
+// Cancelled soon after `stop` is triggered.
 [[nodiscard]] std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
                                                           const PreparedModel& model,
                                                           std::span<const OctreeCube> cubes,

@@ -12,7 +12,7 @@ namespace multitetra {
 
 Result<SampledSlice> sampled_slice(const PreparedVolume& volume, const SliceRequest& slice,
                                    std::stop_token stop) {
-  constexpr std::uint32_t kRows = 16;  // The rows of a piece: about as many as a brick has.
+  constexpr std::uint32_t kRows = 16;  // Rows of a task, as many as a brick has.
   const SliceRequest plane = in_indices(slice, volume.info);
   SampledSlice sampled{.spacing = slice_spacing(plane, volume.info), .values = {}};
   const double bricks = bricks_crossed(plane, volume.info);

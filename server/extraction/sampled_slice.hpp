@@ -1,4 +1,4 @@
-// The field on a plane, made on all threads.
+// The field on a plane, computed on all threads.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,9 @@ struct SampledSlice {
   std::vector<float> values;  // Row by row; NaN where there is no field.
 };
 
-// Requires a validated slice. kLimitExceeded when all samples are requested and there are more than
-// kMostSliceBricks. Throws Cancelled soon after `stop` is triggered, and DatasetFileError when the
-// dataset is damaged.
+// Requires a validated slice. Fails with kLimitExceeded if all samples are requested and need more
+// than kMostSliceBricks bricks. Throws Cancelled soon after `stop` is triggered, and
+// DatasetFileError if the dataset is damaged.
 [[nodiscard]] Result<SampledSlice> sampled_slice(const PreparedVolume& volume,
                                                  const SliceRequest& slice, std::stop_token stop);
 

@@ -16,7 +16,7 @@ Shading::Shading(const PreparedVolume& volume, const StepRequest& step)
       source_(step.finest_spacing >= kSpectrumSpacing ? NormalSource::kCoarseSamples
                                                       : NormalSource::kSamples) {}
 
-// A hash that identifies the shading; a collision would affect the shading only.
+// A hash that identifies the shading; a collision would affect only the shading.
 std::uint64_t Shading::appearance() const {
   if (bits_ == 0) return 0;
   const std::uint64_t dataset = std::hash<std::string>{}(key_of(volume_.info));

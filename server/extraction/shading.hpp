@@ -14,14 +14,14 @@ namespace multitetra {
 
 class Shading {
  public:
-  // The volume must outlive it.
+  // The volume must outlive this object.
   Shading(const PreparedVolume& volume, const StepRequest& step);
 
   // As in TileKey.
   [[nodiscard]] std::uint64_t appearance() const;
-  // One a vertex, or none: rounded as by encoding and decoding the tile.
+  // Returns one normal per vertex, or none, rounded as by encoding and decoding the tile.
   [[nodiscard]] std::vector<UnitVector> decoded_normals(const TileMesh& tile) const;
-  // The tile as it is sent; `content` is the digest of its mesh.
+  // Returns the encoded tile; `content` must be the digest of its mesh.
   [[nodiscard]] EncodedTile encoded(const TileMesh& tile, const ContentDigest& content) const;
 
  private:

@@ -15,7 +15,7 @@
 namespace multitetra {
 namespace {
 
-// What a thread works with, some 3 MB: kept from tile to tile.
+// Working memory of a thread, about 3 MB, reused for all tiles.
 struct ShellMemory {
   shell::ShellEncoder encoder;
   SampleArray samples;
@@ -34,14 +34,14 @@ class ShellTiles {
         samples_(volume, level.isovalue, level.finest_spacing),
         max_triangles_(max_triangles) {}
 
-  // The cubes of so many cells that can have a surface.
+  // Returns the cubes of `max_cells` cells a side that may contain a surface.
   [[nodiscard]] std::vector<OctreeCube> cubes(int max_cells) const {
     const DatasetInfo& info = volume_.info;
     const int exponent =
         std::min(info.grid_exponent, std::countr_zero(static_cast<unsigned>(max_cells)) +
                                          exponent_of(level_.finest_spacing));
     const GridPoint last = last_sample(info);
-    // Where the surface closes beyond the data, it does so within a cell of it.
+    // Surfaces that close beyond the data do so within one cell of it.
     const auto first_cube = [&](std::int32_t v) { return std::max(v - 1, 0) >> exponent; };
     const auto last_cube = [&](std::int32_t v) {
       return std::min(v, (1 << info.grid_exponent) - 1) >> exponent;
@@ -71,7 +71,7 @@ class ShellTiles {
     volume_.samples->prefetch(bricks);
   }
 
-  // Makes the tiles of one cube: none, one, or several smaller ones.
+  // Appends the tiles of one cube: none, one, or several smaller ones.
   void add_tiles(const OctreeCube& cube, std::vector<EncodedTile>& tiles) const {
     const auto box = level_box(volume_.info, cube, level_.finest_spacing);
     if (!box) return;

@@ -39,14 +39,14 @@ class PreparedCubes : public CubeExtractor {
   CubeMemoryPool& pool_;
 };
 
-// Cubes large enough that the errors around them, which neighbours compute once more, cost little,
-// and enough of them to keep all threads busy to the end.
+// Cubes are large enough that the errors around them, which neighbours compute too, cost little,
+// and numerous enough to keep all threads busy to the end.
 int cube_exponent(int grid_exponent) {
-  constexpr int kCubeExponent = 6;  // What FineErrors needs for it stays near the processor.
+  constexpr int kCubeExponent = 6;  // The data of FineErrors then fits into processor caches.
   return std::clamp(grid_exponent - 2, kSpectrumExponent + 1, kCubeExponent);
 }
 
-// All that is extracted lies in it.
+// Returns a cube that contains everything extracted.
 OctreeCube root_of(const ResolvedStep& spec, const DatasetInfo& info) {
   const std::optional<SurfaceCell>& cell = spec.request().cell;
   return cell && info.grid_exponent > kSpectrumExponent ? cell->cube
@@ -103,7 +103,7 @@ TiledSurface SurfaceExtractor::extract_model(const ResolvedStep& spec, std::stop
   const SurfaceOptions options{.isovalue = spec.request().isovalue,
                                .lattice_resolution = spec.request().lattice_resolution};
   if (info.grid_exponent <= kSpectrumExponent) {
-    // A grid of eight steps or fewer has no spectrum, and a pass over it costs nothing.
+    // A grid of at most eight steps has no spectrum, and a pass over it is cheap.
     const ReferenceExtractor reference(*dataset_);
     return reference.surface(*reference.exact_model(spec, stop), options, stop);
   }

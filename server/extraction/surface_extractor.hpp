@@ -1,9 +1,8 @@
-// The isosurface of a prepared dataset for one step, cut into tiles: the pure parts of core, run on
-// all threads.
+// The isosurface of a prepared dataset for one step, divided into tiles: runs the pure parts of
+// core on all threads.
 //
-// Every answer is a function of the dataset and the step alone: errors come from the error spectrum
-// and, where the model goes below its spacing, from the samples there. Nothing is kept from one
-// isovalue to the next.
+// Results depend only on the dataset and the step: errors come from the error spectrum and, below
+// its spacing, from the samples. No state is kept between isovalues.
 #pragma once
 
 #include <memory>
@@ -19,10 +18,10 @@
 
 namespace multitetra {
 
-// A pool of working memory, shared by all threads.
+// A thread-safe pool of working memory.
 class CubeMemoryPool {
  public:
-  // Owns memory while it is in use; gives it back at its end.
+  // Owns memory while it is in use and returns it when destroyed.
   class Lease {
    public:
     explicit Lease(CubeMemoryPool& pool);
@@ -41,13 +40,13 @@ class CubeMemoryPool {
   std::vector<std::unique_ptr<CubeMemory>> free_;
 };
 
-// The model of a step. The volume must outlive it; requires a grid of more than kSpectrumSpacing
-// steps a side.
+// Returns the model of a step. The volume must outlive it. Requires a grid of more than
+// kSpectrumSpacing steps a side.
 [[nodiscard]] PreparedModel prepared_model(
     const PreparedVolume& volume, const ResolvedStep& spec,
     std::shared_ptr<const SpectrumErrors> spectrum = nullptr);
 
-// Safe to use from several threads at once.
+// Thread-safe.
 class SurfaceExtractor {
  public:
   // Extractors may share a pool.
@@ -57,10 +56,10 @@ class SurfaceExtractor {
   [[nodiscard]] CubeMemoryPool& pool() const { return *pool_; }
 
   // Requires a validated request. Throws Cancelled soon after `stop` is triggered, and
-  // DatasetFileError when the dataset turns out to be damaged.
+  // DatasetFileError if the dataset is damaged.
   [[nodiscard]] TiledSurface extract(const ResolvedStep& spec, std::stop_token stop = {}) const;
   [[nodiscard]] TiledSurface extract(const StepRequest& step, std::stop_token stop = {}) const;
-  // The same before it is simplified.
+  // Returns the surface before simplification.
   [[nodiscard]] TiledSurface extract_model(const ResolvedStep& spec,
                                            std::stop_token stop = {}) const;
 

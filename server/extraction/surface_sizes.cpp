@@ -28,20 +28,20 @@ namespace {
 constexpr std::size_t kQuickCubes = 32;
 constexpr std::size_t kCarefulCubes = 256;
 constexpr BlockCounts kQuickBlocks = {.blocks = 4};
-// A surface of so few triangles before simplification is made: its tiles are small, and no blocks
-// stand for them.
+// Surfaces with fewer triangles before simplification are built to measure their size: their tiles
+// are small, so sampled blocks would not represent them.
 constexpr double kMadeToSee = 80'000;
-constexpr double kBytesABlock = 60;  // Encoded, whatever is in it.
-// A simplified triangle in a tile, of the bytes of one in a block, where more of them are small
-// ones at the border: 0.7 to 0.9 on public volumes.
+constexpr double kBytesABlock = 60;  // Encoded, independent of the content.
+// Bytes of a simplified triangle in a tile relative to one in a block, which has more small
+// triangles at its border: 0.7 to 0.9 on public volumes.
 constexpr double kBytesInTiles = 0.82;
 // Triangles of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
 constexpr double kTrianglesAPreviewCube = 16;
 
-// The fewer, the more there is to simplify in each.
+// Returns fewer blocks the more there is to simplify in each.
 BlockCounts careful_blocks(double triangles_a_cube) {
   constexpr double kTrianglesToSimplify = 120'000;
-  constexpr double kCubesABlock = 5;  // That hold any of the surface, on average.
+  constexpr double kCubesABlock = 5;  // The average number of cubes with any surface in a block.
   return {.blocks = static_cast<std::size_t>(
               std::clamp(kTrianglesToSimplify / (kCubesABlock * triangles_a_cube), 12.0, 24.0)),
           .joined = 3};
@@ -54,7 +54,7 @@ SurfaceSize size_with(double triangles, double extracted, const StepRequest& ste
           .extracted = extracted};
 }
 
-// The size of a surface that was extracted.
+// Returns the size of an extracted surface.
 SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume,
                        const StepRequest& step) {
   const Shading shading(volume, step);
@@ -68,7 +68,8 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
   return size;
 }
 
-// The size of a surface with so many triangles before simplification, if any, like those blocks.
+// Returns the size of a surface with this number of triangles before simplification, if its density
+// is that of the sampled blocks.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
   const double left = step.request.simplify
                           ? remaining_share(blocks.triangles, blocks.a_border_edge, triangles)
@@ -83,7 +84,7 @@ SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepR
           .extracted = triangles};
 }
 
-// A preview whose finest spacing is the spectrum's or coarser, from the spectrum alone.
+// Returns the size of a preview from the spectrum alone. Requires at least its finest spacing.
 SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
                          const std::stop_token& stop) {
   const int exponent = std::countr_zero(static_cast<unsigned>(step.finest_spacing)) + 1;
@@ -95,8 +96,8 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
   return size_with(step.request.simplify ? kLeftOfPreview * triangles : triangles, triangles, step);
 }
 
-// Estimates the whole surface from the spectrum and the thresholds alone: where a map allows less,
-// there is more.
+// Estimates the size of the whole surface from the spectrum and the thresholds alone: smaller
+// thresholds leave more triangles.
 SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
                        const std::stop_token& stop) {
   double extracted = 0;
@@ -108,7 +109,7 @@ SurfaceSize rough_size(const PreparedModel& model, const StepRequest& step,
   return size_with(triangles, extracted, step);
 }
 
-// The spectrum for one request after another; most of them ask for the same isovalue.
+// The decoded spectrum, shared by successive requests, most of which have the same isovalue.
 class SharedSpectrum {
  public:
   explicit SharedSpectrum(const PreparedVolume& volume) : volume_(volume) {}
@@ -130,8 +131,7 @@ class SharedSpectrum {
   std::shared_ptr<const SpectrumErrors> spectrum_;
 };
 
-// The size of a surface under a threshold map: blocks of each threshold stand for what is
-// simplified with it.
+// Returns the size of a surface under a threshold map, from blocks of each group of thresholds.
 SurfaceSize size_by_threshold(const SurfaceExtractor& extractor, const PreparedModel& model,
                               const ResolvedStep& spec, const BlockCounts& counts, double triangles,
                               const std::stop_token& stop) {
@@ -208,7 +208,7 @@ SizeEstimates surface_sizes(const SurfaceExtractor& extractor, std::stop_token s
   const auto spectrum = std::make_shared<SharedSpectrum>(dataset);
   const bool has_spectrum = dataset.info.grid_exponent > kSpectrumExponent;
   const auto on_small_grid = [&dataset, stop](const StepRequest& step) {
-    // A pass over it costs nothing.
+    // A pass over it is cheap.
     return exact_size(
         ReferenceExtractor(dataset).extract(resolved_step(step, dataset.info, stop), stop), dataset,
         step);

@@ -1,6 +1,5 @@
-// Estimates the sizes of a dataset's surfaces without extracting them: core's samples of octree
-// cubes, counted on all threads. With simplification the sample is simplified, and a small surface
-// is made.
+// Estimates the sizes of a dataset's surfaces without extracting them, by sampling octree cubes on
+// all threads. With simplification, sampled blocks are simplified, and small surfaces are built.
 #pragma once
 
 #include <stop_token>
@@ -12,16 +11,15 @@ namespace multitetra {
 class SurfaceExtractor;
 
 enum class SizeAccuracy {
-  // To plan a stream with: within about two thirds and three halves, in milliseconds; with
-  // simplification, from four blocks, rougher (at most three times too large on public volumes) and
-  // slower.
+  // For planning a stream: within about a factor of 1.5, in milliseconds. With simplification, from
+  // four blocks, less accurate (at most three times too large on public volumes) and slower.
   kQuick,
-  // An estimate for clients: a larger sample, and its blocks are encoded to count bytes.
+  // For estimates shown to clients: a larger sample, whose blocks are encoded to measure bytes.
   kCareful,
 };
 
-// For one thread at a time. The functions throw Cancelled soon after `stop` is triggered; the
-// extractor must outlive them.
+// Returns functions that are not thread-safe and throw Cancelled soon after `stop` is triggered.
+// The extractor must outlive them.
 [[nodiscard]] SizeEstimates surface_sizes(const SurfaceExtractor& extractor,
                                           std::stop_token stop = {},
                                           SizeAccuracy accuracy = SizeAccuracy::kQuick);

@@ -13,19 +13,18 @@ namespace multitetra {
 struct TiledSurface {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
-  // Those that the surface crosses.
+  // Those crossed by the surface.
   std::uint64_t active_tetrahedra = 0;
-  std::vector<TileMesh> tiles;  // Sorted by cube; the same for any number of threads.
+  std::vector<TileMesh> tiles;  // Sorted by cube; independent of the number of threads.
 };
 
-// Draco's, for a tile: a simplified one is worth more time. A mesh that simplification leaves as it
-// is has the digest, and so the bytes, of one without.
+// Returns the Draco speed for a tile: simplified ones are worth more time. A mesh that
+// simplification leaves unchanged keeps the digest, and so the bytes, of an unsimplified one.
 [[nodiscard]] inline int encoding_speed(const TileMesh& tile) {
   return tile.simplification_bound > 0 ? kSimplifiedEncodingSpeed : kDefaultEncodingSpeed;
 }
 
-// The tiles as Draco bytes, in the same order, encoded on all threads. Throws Cancelled soon after
-// `stop` is triggered.
+// Encodes the tiles with Draco, in order, on all threads. Throws Cancelled soon after a stop.
 [[nodiscard]] std::vector<EncodedTile> encode_tiles(const TiledSurface& surface,
                                                     std::stop_token stop = {});
 

@@ -22,7 +22,7 @@ Result<std::vector<ScalarsOfTile>> step_scalars(const TiledStep& step,
         const EncodedTile& tile = step.tiles[i];
         Result<LatticeMesh> decoded;
         if (step.meshes.empty()) {
-          // Caches hold encoded tiles alone; decoding takes a small part of what sampling does.
+          // Caches contain only encoded tiles; decoding takes much less time than sampling.
           decoded = decode_tile(*tile.payload, tile.summary, request.lattice_resolution,
                                 request.normal_bits);
           if (!decoded) {

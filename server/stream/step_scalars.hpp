@@ -17,14 +17,14 @@ struct ScalarsOfTile {
   double largest_deviation = 0;
 };
 
-// The scalars of all tiles, in their order, on all threads. `request` is that of the step,
-// `surface` its dataset. kDamagedData where a tile cannot be decoded, an internal error. Throws
-// Cancelled soon after `stop` is triggered, and what the field throws when it is damaged.
+// Computes the scalars of all tiles, in order and on all threads, for a step of `request` on the
+// dataset `surface`. Fails with kDamagedData, an internal error, if a tile cannot be decoded.
+// Throws Cancelled soon after `stop` is triggered, and rethrows exceptions from reading the field.
 [[nodiscard]] Result<std::vector<ScalarsOfTile>> step_scalars(
     const TiledStep& step, const IsosurfaceRequest& request, const DatasetInfo& surface,
     const PreparedVolume& field, const ScalarRange& range, std::stop_token stop);
 
-// The size of all of them.
+// Returns the total size of the codes.
 [[nodiscard]] std::size_t bytes_of(const std::vector<ScalarsOfTile>& scalars);
 
 }  // namespace multitetra

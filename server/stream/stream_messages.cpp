@@ -76,7 +76,7 @@ StepBegin StreamMessages::step_begin() const {
       .tetrahedra = current_.encoded.tetrahedra,
       .active_tetrahedra = current_.encoded.active_tetrahedra,
       .tiles = {}};
-  // Clients find the request as they made it; what the preview omits is in separate fields.
+  // Reports the request as the client sent it; separate fields describe what the preview omits.
   begin.is_unsimplified = state_.request.simplify && !step.request.simplify && !step.shell;
   begin.request.simplify = state_.request.simplify;
   begin.crossed_octants = current_.encoded.crossed_octants;

@@ -15,10 +15,10 @@
 namespace multitetra {
 namespace {
 
-// How much larger than the surface itself a quick estimate may be (see SizeAccuracy).
+// Returns the factor by which a quick estimate may exceed the actual size (see SizeAccuracy).
 double quick_is_within(const IsosurfaceRequest& request) { return request.simplify ? 3 : 1.6; }
 
-// A surface is never planned to be larger than its budget.
+// Limits rough sizes to the budget, as no surface is planned to exceed it.
 SizeEstimates within(const SizeEstimates& sizes, const IsosurfaceRequest& budget) {
   SurfaceSize most = {.triangles = std::numeric_limits<double>::infinity(),
                       .bytes = std::numeric_limits<double>::infinity()};
@@ -44,7 +44,7 @@ std::string counted(double triangles, double bytes) {
     return std::to_string(static_cast<std::uint64_t>(std::ceil(number)));
   };
   const std::string text = rounded(triangles) + " triangles";
-  return bytes > 0 ? text + " in " + rounded(bytes) + " bytes" : text;  // Meshes have none.
+  return bytes > 0 ? text + " in " + rounded(bytes) + " bytes" : text;  // Meshes have no bytes.
 }
 
 std::string budget_of(const IsosurfaceRequest& request) {
@@ -54,13 +54,13 @@ std::string budget_of(const IsosurfaceRequest& request) {
   return request.max_triangles == 0 ? bytes : triangles + " and " + bytes;
 }
 
-// What a final step is, with the thresholds that its budget needed.
+// A final step, and its request with the thresholds that the budget required.
 struct FinalStep {
   IsosurfaceRequest request;
   TiledStep tiled;
 };
 
-// An estimate, as much larger or smaller as it was wrong about a surface that was made.
+// Returns the estimate scaled by its error for a surface that was built.
 ErrorSchedule::SizeOf corrected(ErrorSchedule::SizeOf estimated, const IsosurfaceRequest& request,
                                 const SurfaceSize& made) {
   const SurfaceSize expected = estimated({.request = request});
@@ -77,7 +77,7 @@ ErrorSchedule::SizeOf corrected(ErrorSchedule::SizeOf estimated, const Isosurfac
       };
 }
 
-// Not even the coarsest surface is within the budget.
+// Returns the error for a budget that not even the coarsest surface fits.
 tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
                                        const IsosurfaceRequest& request,
                                        const ErrorSchedule::SizeOf& estimated,
@@ -88,7 +88,7 @@ tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
               : "topology kept";
   text +=
       " the surface has at least " + counted(coarsest.triangles, coarsest.bytes) + ". Allow more";
-  // The thresholds are those of the coarsest surface already.
+  // The thresholds are already those of the coarsest surface.
   IsosurfaceRequest tolerant = request;
   const int octaves = info.grid_exponent;
   for (int octave = 0; octave <= octaves; ++octave) {
@@ -103,23 +103,23 @@ tl::unexpected<Error> budget_too_small(const SurfaceSize& coarsest,
   return fail(ErrorCode::kLimitExceeded, text + ".");
 }
 
-// Bytes are known of encoded tiles alone.
+// Builds a step. Budgets of bytes require encoded tiles.
 TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_meshes,
                const std::stop_token& stop) {
   const bool has_meshes = as_meshes && step.request.max_bytes == 0;
   return has_meshes ? source.make_meshes(step, stop) : source.make(step, stop);
 }
 
-// Estimates only choose where on the schedule to look: what is given was made, is within the
-// budget, and has most of it, unless the request itself has less. Begins at `level`. kLimitExceeded
-// when not even the coarsest surface fits.
+// Searches the schedule from `level` on for a surface within the budget that uses most of it,
+// unless the request's own surface uses less. Estimates only guide the search: the result is always
+// built and measured. Fails with kLimitExceeded if not even the coarsest surface fits.
 Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorSchedule& schedule,
                                      int level, bool as_meshes, const std::stop_token& stop) {
   constexpr double kMostOfIt = 0.7;
   constexpr double kHalfOfIt = 0.5;
   constexpr double kAimedAt = 0.9;
   constexpr int kFewSurfaces = 4;
-  constexpr int kMostSurfaces = 7;  // That are made where little of the budget is used.
+  constexpr int kMostSurfaces = 7;  // The maximum if little of the budget is used.
   std::optional<TriedLevel> too_large, fitting;
   std::optional<FinalStep> best;
   for (int surfaces = 1;; ++surfaces) {
@@ -145,12 +145,13 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     const int to = fitting ? fitting->level : schedule.size();
     level = next_level(too_large, fitting, schedule.lowest_fitting(expected, from, to, kAimedAt),
                        schedule.last());
-    // Where that was wrong again and again: halfway.
+    // After repeated failures of the estimate, bisects.
     if (!best && surfaces >= kFewSurfaces) level = std::max(level, (from + schedule.last()) / 2);
   }
 }
 
-// Simplification keeps to a budget by itself. kLimitExceeded as above.
+// Builds a simplified step, for which the source enforces the budget. Fails with kLimitExceeded if
+// not even the coarsest surface fits.
 Result<FinalStep> make_simplified(const SurfaceProvider& source, const IsosurfaceRequest& request,
                                   bool as_meshes, const std::stop_token& stop) {
   FinalStep last{.request = request, .tiled = made(source, {.request = request}, as_meshes, stop)};
@@ -163,14 +164,14 @@ Result<FinalStep> make_simplified(const SurfaceProvider& source, const Isosurfac
   return last;
 }
 
-// The most triangles that a server gives in a final step.
+// The server's limit of triangles in a final step.
 class TriangleLimit {
  public:
   TriangleLimit(const SurfaceProvider& source, std::uint64_t most, std::stop_token stop)
       : source_(source), most_(most), stop_(std::move(stop)) {}
 
-  // Refuses where a quick estimate is sure of it. Looks at samples only where the
-  // spectrum alone, which may be wrong in both directions, gives reason to.
+  // Rejects requests that a quick estimate shows to exceed the limit for certain. Reads samples
+  // only if the spectrum's estimate, which may err either way, exceeds it.
   [[nodiscard]] Result<void> check_estimate(const IsosurfaceRequest& request,
                                             const SizeEstimates& sizes) const {
     if (most_ == 0 || request.max_bytes > 0) return {};
@@ -203,7 +204,7 @@ class TriangleLimit {
     return source_.sizes(stop_, SizeAccuracy::kCareful).of;
   }
 
-  // `error_of_estimates`: by what they are to be multiplied.
+  // `error_of_estimates` is the factor by which estimates are too small.
   [[nodiscard]] std::string words(const std::string& about, double triangles,
                                   IsosurfaceRequest request, double error_of_estimates) const {
     request.max_triangles =
@@ -241,7 +242,7 @@ PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
   return of_plan;
 }
 
-// A cell is made as requested: it is too small for previews, and has no budget.
+// Builds a cell as requested: it is too small for previews, and has no budget.
 Result<StepResult> make_cell(const SurfaceProvider& source, const StreamState& state,
                              const std::stop_token& stop, const StepLimits& limits) {
   StepResult cell{
@@ -268,7 +269,7 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
   StepResult made;
   made.after = state;
   const ErrorSchedule schedule(state.request, info);
-  // Estimating the threshold of a budget reads samples; a first preview must not wait for that.
+  // Estimating the threshold for a budget reads samples; the first preview must not wait for it.
   const bool is_repeated = state.shown.size() < state.resumed_previews.size();
   const bool has_previews = state.steps != StepPolicy::kFinalOnly;
   const bool is_first_preview = state.shown.empty() && (has_previews || is_repeated);
@@ -297,14 +298,14 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
   if (made.is_over) return made;
   if (!made.is_final || next.step.shell) {
     made.encoded = source.make(next.step, stop);
-    // The plan keeps to the limit as far as it can estimate; requests that name steps may not.
+    // Planned steps respect the estimated limit; explicitly requested ones may not.
     Result<void> allowed;
     if (made.is_final || (is_repeated && next.step.finest_spacing == 1)) {
       allowed = limit.check_made(next.step.request, made.encoded);
     }
     if (allowed) return made;
     if (is_repeated) return tl::unexpected(allowed.error());
-    made.step = final_step(request);  // Which may have fewer triangles.
+    made.step = final_step(request);  // It may have fewer triangles.
   }
   Result<FinalStep> last =
       state.request.simplify

@@ -1,4 +1,4 @@
-// The source of a dataset's surfaces: for planning streams a dataset is what makes steps.
+// The interface through which streams obtain the steps of a dataset.
 #pragma once
 
 #include <cstdint>
@@ -16,53 +16,52 @@
 
 namespace multitetra {
 
-// A complete conforming model in tiles: encoded to be sent, or as meshes to be used in this
-// process.
+// A complete conforming model in tiles: encoded for sending, or as meshes for use in this process.
 struct TiledStep {
   // Tetrahedra of the model.
   std::uint64_t tetrahedra = 0;
-  // Those that the surface crosses.
+  // Those crossed by the surface.
   std::uint64_t active_tetrahedra = 0;
-  std::vector<EncodedTile> tiles;  // In the order they are sent.
-  std::uint64_t appearance = 0;    // As in TileKey,
+  std::vector<EncodedTile> tiles;  // In the order of sending.
+  std::uint64_t appearance = 0;    // As in TileKey.
   // As in TileKey.
   std::string dataset = {};
   std::uint32_t crossed_octants = 0;  // As in StepBegin.
   bool is_in_shells = false;
-  // With a budget and simplification: the least threshold that the budget needed.
+  // With a budget and simplification: the smallest floor of thresholds that the budget required.
   double at_least = 0;
-  // Either none, or one a tile, whose payload is null then. Its normals are what decoding gives.
+  // Empty, or one per tile, whose payload is then null. Normals are as decoded.
   std::vector<std::shared_ptr<const LatticeMesh>> meshes = {};
 };
 
-// The size of all tiles together; meshes have no bytes.
+// Returns the total size of all tiles; meshes have no bytes.
 [[nodiscard]] SurfaceSize size_of(const TiledStep& step);
 
-// Immutable as seen from outside, and used by all clients at once. What it takes long for throws
-// Cancelled (of in_parallel.hpp) soon after `stop` is triggered.
+// Logically immutable and thread-safe; shared by all clients. Long operations throw Cancelled
+// (in_parallel.hpp) soon after `stop` is triggered.
 class SurfaceProvider {
  public:
   virtual ~SurfaceProvider() = default;
 
   [[nodiscard]] virtual const DatasetInfo& info() const = 0;
 
-  // Requires a validated request. The same step gives the same tiles, on any thread. A simplified
-  // final step keeps to its request's budget, or is the coarsest that there is.
+  // Builds a step. Requires a validated request. The same step gives the same tiles, on any thread.
+  // A simplified final step is within its request's budget, or is the coarsest possible one.
   [[nodiscard]] virtual TiledStep make(const StepRequest& step, std::stop_token stop) const = 0;
-  // The same, with meshes where that is less work than encoded tiles.
+  // The same, with meshes where these are cheaper than encoded tiles.
   [[nodiscard]] virtual TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const {
     return make(step, std::move(stop));
   }
-  // Whether make() has this step in a cache, as far as known.
+  // Returns whether make() is known to have this step in a cache.
   [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
-  // Size estimates of steps; valid while the provider lives.
+  // Returns size estimates of steps; valid while the provider lives.
   [[nodiscard]] virtual SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
-  // The costs of steps on this machine, without the link.
+  // Returns the costs of steps on this machine, without the link.
   [[nodiscard]] virtual CostEstimates costs() const { return {}; }
-  // The samples, while the provider lives; null where they are not here.
+  // Returns the volume, valid while the provider lives; null if it is not on this server.
   [[nodiscard]] virtual const PreparedVolume* volume() const { return nullptr; }
-  // Whether steps may have sample shells for the clients of its catalogue. Without a volume here:
-  // whether the servers that make the steps send shells to these clients.
+  // Returns whether steps may have sample shells for the clients of its catalogue. Without a local
+  // volume: whether the upstream servers send shells to these clients.
   [[nodiscard]] virtual bool sends_shells() const { return true; }
 };
 

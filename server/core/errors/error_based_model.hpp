@@ -1,8 +1,8 @@
-// Models of the framework: which of its dividing points take part.
+// Models: selections of the framework's dividing points.
 //
-// A model is a predicate, not a data structure: a tetrahedron of it is bisected exactly when its
-// dividing point is kept. The model is *conforming* (no vertex in the middle of another
-// tetrahedron's edge, hence no crack) exactly when a kept point has kept parents.
+// A model is a predicate, not a data structure: it bisects a tetrahedron exactly when it keeps the
+// tetrahedron's dividing point. A model is *conforming* (no vertex lies inside another
+// tetrahedron's edge, so there are no cracks) exactly when every kept point has kept parents.
 #pragma once
 
 #include <cmath>
@@ -21,12 +21,12 @@ namespace multitetra {
 class Model {
  public:
   virtual ~Model() = default;
-  // Whether the point takes part. The grid's centre always does.
+  // Returns whether the model keeps the point. The centre of the grid is always kept.
   [[nodiscard]] virtual bool kept(const DividingPoint& point) const = 0;
 };
 
-// The places that depend on a point: B(p) contains every diamond of p and of its descendants, and B
-// of a child lies inside B of its parents.
+// Returns the box B(p) that a point influences. It contains every diamond of p and of its
+// descendants, and B of a child lies inside B of its parents.
 [[nodiscard]] inline Box region(const DividingPoint& point) {
   // Half-widths per axis: cube 3s; face 3s in its plane and 2s along its normal; edge 2s.
   const GridPoint p = point.at();
@@ -44,16 +44,15 @@ class Model {
 
 struct ModelOptions {
   ThresholdMap thresholds = ThresholdMap::everywhere(0);
-  double topology_tolerance = 0;  // Grid steps; flips of at most this spacing do not keep a point.
-  std::int32_t finest_spacing = 1;  // No point of a smaller spacing is kept.
-  // Every point of this spacing or a larger one is kept: then all tetrahedra lie in one octree cube
-  // of twice that side each. A point's spacing is at most its parents', so the model still
-  // conforms.
+  double topology_tolerance = 0;    // In grid steps: flips of at most this spacing may be fused.
+  std::int32_t finest_spacing = 1;  // Points of a smaller spacing are fused.
+  // Points of at least this spacing are kept, so every tetrahedron lies in an octree cube of at
+  // most twice that side. A point's spacing is at most its parents', so the model conforms.
   std::int32_t refined_to = std::numeric_limits<std::int32_t>::max();
 
-  // Here a threshold meets an error: whether that of a point is above the least threshold in its
-  // region, which `region_of_point()` gives if it matters. `>` is strict: at threshold 0 all points
-  // are fused that change nothing.
+  // Here a threshold meets an error: returns whether `error` exceeds the least threshold in a
+  // point's region. `region_of_point()` is called only if the result depends on it. `>` is strict:
+  // at threshold 0, points that change nothing are fused.
   template <typename RegionOfPoint>
   [[nodiscard]] bool is_exceeded_by(float error, const RegionOfPoint& region_of_point) const {
     const auto e = static_cast<double>(error);
@@ -74,9 +73,8 @@ class ErrorBasedModel final : public Model {
   ErrorBasedModel(std::shared_ptr<const SaturatedErrors> errors, ModelOptions options)
       : errors_(std::move(errors)), options_(std::move(options)) {}
 
-  // The error of a parent is at least its children's, its region contains theirs and its spacing is
-  // not smaller, so a point that stays has parents that stay: the model conforms without any
-  // repair.
+  // A parent's error is at least that of its children, its region contains theirs and its spacing
+  // is not smaller. So a kept point has kept parents: the model conforms without repair.
   [[nodiscard]] bool kept(const DividingPoint& point) const override {
     return options_.keeps(point, errors_->bound(point));
   }
@@ -86,7 +84,7 @@ class ErrorBasedModel final : public Model {
   ModelOptions options_;
 };
 
-// All tetrahedra of one depth: the paper's "certain level", 0 to 3 N.
+// All tetrahedra of one depth from 0 to 3 N: the paper's "certain level".
 class UniformModel final : public Model {
  public:
   UniformModel(const Grid& grid, int depth) : grid_(grid), depth_(depth) {}

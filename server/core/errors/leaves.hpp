@@ -1,4 +1,4 @@
-// Walks the tetrahedra of a model: those that no kept point divides.
+// Traversal of a model's tetrahedra: those that no kept point divides.
 #pragma once
 
 #include "common/mesh/octree_cube.hpp"
@@ -7,32 +7,32 @@
 
 namespace multitetra {
 
-// The whole grid as an octree cube.
+// Returns the octree cube that covers the whole grid.
 [[nodiscard]] constexpr OctreeCube root_cube(const Grid& grid) {
   return {grid.exponent(), 0, 0, 0};
 }
 
-// Whether the cube is filled with twelve tetrahedra of its own that the model divides further or
-// not: its centre is kept.
+// Returns whether the model fills the cube with twelve tetrahedra (or refinements of them), that
+// is, whether it keeps the cube's centre.
 [[nodiscard]] inline bool is_refined(const Model& model, const Grid& grid, const OctreeCube& cube) {
   return cube.exponent >= 1 && (cube == root_cube(grid) || model.kept(centre(cube)));
 }
 
-// Calls `visit(tetrahedron)` for the tetrahedra of the model that lie in `cube` but in no refined
-// child of it, in a fixed order. At most 48. Requires is_refined(model, grid, cube).
+// Calls `visit(tetrahedron)` in a fixed order for the tetrahedra of the model that lie in `cube`
+// but not in a refined child of it; there are at most 48. Requires is_refined(model, grid, cube).
 template <typename Visit>
 void visit_own_leaves(const Model& model, const OctreeCube& cube, const Visit& visit) {
   const auto walk = [&](const auto& self, const Tetrahedron& t) -> void {
     if (!t.is_divisible() || !model.kept(t.dividing_point())) {
       visit(t);
-    } else if (t.kind != PointKind::kCube) {  // Beyond a cube point lies a refined child.
+    } else if (t.kind != PointKind::kCube) {  // Those of a cube point lie in a refined child.
       for (const Tetrahedron& half : t.bisect()) self(self, half);
     }
   };
   for (const Tetrahedron& t : tetrahedra_of(cube)) walk(walk, t);
 }
 
-// Calls `visit(tetrahedron)` for all tetrahedra of the model inside a refined cube, children first.
+// Calls `visit(tetrahedron)` for all tetrahedra of the model in a refined cube, children first.
 template <typename Visit>
 void visit_leaves(const Model& model, const Grid& grid, const OctreeCube& cube,
                   const Visit& visit) {

@@ -1,17 +1,16 @@
-// The error that fusing one dividing point makes, before that of its descendants is added (Zhou,
+// The own error of a dividing point: the error of fusing it, without that of its descendants (Zhou,
 // Chen and Kaufman 1997, section 4).
 //
 // Fusing a point replaces its value m by v = (a + b) / 2, the mean of the ends of its split edge.
-// On every segment from the point to a corner X of its diamond the surface's crossing moves by
-// |t(m) - t(v)| |pX|, where t(y) = (c - y) / (x - y) if x and y are on different sides of the
-// isovalue c, else 0: a crossing that appears or vanishes does so at the point.
+// On the segment from the point to a corner X of its diamond, the crossing moves by |t(m) - t(v)|
+// |pX|, where t(y) = (c - y) / (x - y) if x and y lie on different sides of the isovalue c, else 0:
+// a crossing appears or vanishes at the point.
 //
-// The sign of a point is "positive" when its value is greater than c. If a and b agree and m does
-// not, fusing is a *flip*. If a, b and m agree no sign changes. If a and b differ, the positive
-// part of the link is a cone over the positive end, the negative part one over the negative end,
-// and nothing changes whatever the sign of m. So only flips can change the topology, and a flip
-// does exactly when the signs on the ring around the split edge do not change exactly twice: it is
-// then *critical*.
+// A point is *positive* if its value is greater than c. If a and b have the same sign and m has the
+// other, fusing is a *flip*. If a, b and m have the same sign, no sign changes. If a and b differ,
+// the positive and the negative part of the link are cones over the positive and the negative end,
+// whatever the sign of m. So only flips can change the topology, and a flip does unless the signs
+// on the ring around the split edge change exactly twice. Such a flip is *critical*.
 #pragma once
 
 #include <algorithm>
@@ -25,15 +24,15 @@
 namespace multitetra {
 
 struct OwnError {
-  double displacement = 0;  // The paper's error without its treatment of flips, in world units.
-  double certified =
-      0;  // As above, but where m and v lie on different sides of c the surface passes through the
-          // point: the largest t(m)|pX| plus the largest t(v)|pX|. In world units.
+  double displacement = 0;  // The paper's error without its treatment of flips. World units.
+  // As above; but if m and v lie on different sides of c, the surface passes through the point: the
+  // largest t(m)|pX| plus the largest t(v)|pX|. World units.
+  double certified = 0;
   bool flip = false;
   bool critical = false;  // Implies flip.
 };
 
-// The largest |t(m) - t(v)| L when m and v are on one side of c: corners on the other side count.
+// Returns the largest |t(m) - t(v)| L over the corners beyond c. Requires m and v on one side.
 [[nodiscard]] inline double largest_displacement(const DiamondValues<double>& d, double v,
                                                  double c) {
   using Vector = Lanes<double>::Vector;
@@ -53,8 +52,8 @@ struct OwnError {
   return largest_of<double>(largest);
 }
 
-// The largest t(m) L and the largest t(v) L when m and v are on different sides of c: every corner
-// is crossed from one of them.
+// The largest t(m) L and the largest t(v) L for m and v on different sides of c: each corner has a
+// crossing with one of the two.
 struct Crossings {
   double from_m = 0;
   double from_v = 0;
@@ -78,9 +77,8 @@ struct Crossings {
   return {largest_of<double>(from_m), largest_of<double>(from_v)};
 }
 
-// Exact for the isovalue c, in double precision. A diamond with void corners is a critical flip
-// when its other values are not all on one side, so that the surface ends exactly at the last
-// samples; otherwise its error is 0. Requires values on both sides.
+// Returns the error for the isovalue c, exact in double. A diamond with void corners is a critical
+// flip, so that the surface ends at the last samples. Requires values on both sides of c.
 [[nodiscard]] inline OwnError own_error_of_mixed(const DiamondValues<double>& d, double c) {
   auto sum = all(d.centre);
   for (std::size_t i = 0; i < d.vectors; ++i) sum += d.value.vectors[i];
@@ -116,13 +114,13 @@ struct Crossings {
   return result;
 }
 
-// The same for any values.
+// Returns the own error for any values; 0 unless they lie on both sides of c.
 [[nodiscard]] inline OwnError own_error(const DiamondValues<double>& d, double c) {
   const ValueRange<double> range = range_of(d);
   return range.high > c && range.low <= c ? own_error_of_mixed(d, c) : OwnError{};
 }
 
-// The same, with the values taken from a field.
+// Returns the own error of a point of a field.
 template <typename Sample>
 [[nodiscard]] OwnError own_error(const SampledField<Sample>& field, const Grid& grid,
                                  const StepLengths& lengths, const DividingPoint& point, double c) {

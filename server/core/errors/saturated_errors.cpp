@@ -17,8 +17,8 @@ SaturatedErrors::Level SaturatedErrors::level_for(const Field& field, int expone
   return level;
 }
 
-// Fills one level, whose finer neighbour is complete. All values are 0 before, so that only points
-// whose own error or children's errors are not 0 cost more than a glance.
+// Fills one level of the pyramid; the next finer level must be complete. All values are 0 before,
+// so only points whose own error or children's errors are not 0 cost time.
 template <typename Sample>
 class SaturatedErrors::Pass {
  public:

@@ -1,16 +1,16 @@
 // The exact errors of all dividing points for one isovalue, each at least as large as those of its
-// descendants (Zhou, Chen and Kaufman 1997, section 4). The reference that faster ways are compared
-// with.
+// descendants (Zhou, Chen and Kaufman 1997, section 4). The reference for faster methods.
 //
-// Errors are pushed from the points to their parents in the order spacing 1, 2, 4, ..., and within
-// a spacing edge, face, cube, so that every child is ready before its parent:
+// Errors are propagated from points to their parents in the order of spacing 1, 2, 4, ..., and
+// within a spacing edge, face, cube, so that children are complete before their parents:
 //
 //   paper      E(p) = max(own error, E of the children)
 //   certified  E(p) = certified own error + max(E of the children)
 //
-// The certified error bounds the two-sided distance between the mesh and the full-resolution
-// isosurface: within a phase in which no sign changes, every point of the surface in a tetrahedron
-// moves at most as far as the crossings on its edges; phases, and fusions along a chain, add up.
+// The certified error bounds the two-sided Hausdorff distance between the mesh and the
+// full-resolution isosurface. Within a phase in which no sign changes, every surface point in a
+// tetrahedron moves at most as far as the crossings on its edges; the displacements of phases, and
+// of fusions along a chain, add up.
 #pragma once
 
 #include <cstdint>
@@ -24,21 +24,21 @@
 
 namespace multitetra {
 
-// Bounds of a dividing point and all its descendants.
+// Bounds for a dividing point and all its descendants.
 struct ErrorBound {
   float error = 0;  // World units.
-  std::int32_t flip_spacing =
-      0;  // The largest spacing of a flip that the topology rule forbids; 0 without one.
+  // The largest spacing of a flip that the topology rule forbids, or 0.
+  std::int32_t flip_spacing = 0;
 };
 
 class SaturatedErrors {
  public:
-  // One pass over the field: time O(samples), 5 bytes a sample. The same result for any `for_each`.
-  // Points of a spacing below `finest_spacing` have no error.
+  // Takes one pass over the field: O(samples) time and 5 bytes a sample. The result does not depend
+  // on `for_each`. Points of a spacing below `finest_spacing` get no error.
   SaturatedErrors(const Field& field, double isovalue, ErrorMeasure measure, TopologyRule rule,
                   const ForEach& for_each = sequentially, std::int32_t finest_spacing = 1);
 
-  // Never smaller than the exact value: errors are rounded up to float.
+  // Returns the errors rounded up to float, so never less than the exact value.
   [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;
 
   [[nodiscard]] std::size_t bytes() const;

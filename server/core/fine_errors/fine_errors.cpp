@@ -21,7 +21,7 @@ using Float4 = Lanes<float>::Vector;
 using Mask = std::int32_t __attribute__((vector_size(16)));
 constexpr Mask kLowBits = {1, 2, 4, 8};
 constexpr Mask kHighBits = {16, 32, 64, 128};
-// A bit for each of eight points in four rows, a byte a row.
+// Bits of eight points in each of four rows, one byte a row.
 struct RowSigns {
   std::uint32_t above = 0;
   std::uint32_t below = 0;
@@ -41,7 +41,7 @@ RowSigns signs_of_rows(const float* values, std::ptrdiff_t row, float isovalue_b
   return {.above = joined(above), .below = joined(below)};
 }
 
-// The bits of the points at low, low + 1, ..., low + 7 that lie from `first` to `last`.
+// Returns the bits of those points low, low + 1, ..., low + 7 that lie in [first, last].
 unsigned bits_between(std::int32_t low, std::int32_t first, std::int32_t last) {
   const std::int32_t begin = std::max(0, first - low);
   const std::int32_t end = std::min(kSpectrumSpacing, last - low + 1);
@@ -107,7 +107,7 @@ void FineErrors::begin_arrays() {
   }
 }
 
-// Where corners and children lie in the arrays, whose strides depend on the cube's size.
+// Computes the array offsets of corners and children; strides depend on the cube's size.
 void FineErrors::make_offsets() {
   const auto offset_of = [this](GridPoint p) { return p.x + row_ * p.y + slice_ * p.z; };
   for (std::size_t shape = 0; shape < kDiamonds.size(); ++shape) {
@@ -119,7 +119,7 @@ void FineErrors::make_offsets() {
     for (const PointKind kind : {PointKind::kEdge, PointKind::kFace, PointKind::kCube}) {
       for (std::int32_t row = 0; row < 4; ++row) {
         const RowKind& shape = row_kind(kind, row & 1, row >> 1);
-        // Children of an edge have half the spacing; at spacing 1 there are none.
+        // Children of an edge have half the spacing; at spacing 1 it has none.
         if (!shape.exists || (shape.is_edge && exponent == 0)) continue;
         Children& children =
             children_[static_cast<std::size_t>(exponent)][row_index(kind, {0, row & 1, row >> 1})];
@@ -140,7 +140,7 @@ std::size_t FineErrors::bits_of(const FineCell& cell) const {
   return arrays_.above.cell(at.x / kCell, at.y / kCell, at.z / kCell);
 }
 
-// All errors are 0 at first.
+// Initializes the cell's errors to 0 and computes the signs of its points.
 void FineErrors::load_signs(const FineCell& cell) {
   const std::size_t bits = bits_of(cell);
   for (std::int32_t z = 0; z < kCell; ++z) {
@@ -158,7 +158,7 @@ void FineErrors::load_signs(const FineCell& cell) {
   }
 }
 
-// All levels and kinds at once: their points are different ones, so their bits are too.
+// Handles all spacings and kinds at once: their points are disjoint, so their bits are too.
 void FineErrors::find_mixed_diamonds(const FineCell& cell) {
   const std::size_t bits = bits_of(cell);
   const std::array<BitPlane, kCell> mixed = mixed_diamonds(arrays_.above, arrays_.below, bits);
@@ -180,7 +180,7 @@ float FineErrors::error(GridPoint p) const {
 std::uint32_t FineErrors::exceeding_around(GridPoint p, std::int32_t step,
                                            const std::array<std::int32_t, 3>& turned) const {
   const GridPoint at = p - origin_;
-  // The lower ends of the octree cube lie in the cell of its centre, the upper ones perhaps behind.
+  // The cube's lower ends lie in the cell of its centre, the upper ones possibly in the next.
   const int first = at.x % kCell - step * turned[0];
   const int middle = at.x % kCell;
   const int last = at.x % kCell + step * turned[0];
@@ -215,7 +215,7 @@ void FineErrors::compute_kind(const FineCell& cell, int exponent, PointKind kind
   const std::int32_t step = 1 << exponent;
   const std::int32_t reach = kReach[static_cast<std::size_t>(exponent)];
   const std::int32_t last = 1 << volume_.info.grid_exponent;
-  // Only where points were requested, and within the grid.
+  // Restricted to the needed points inside the grid.
   const auto needed = [&](std::int32_t low, std::int32_t origin) {
     return bits_between(low, std::max(origin + kCell - reach, 0),
                         std::min(origin + kCell + side_ + reach, last));
@@ -238,7 +238,7 @@ void FineErrors::compute_kind(const FineCell& cell, int exponent, PointKind kind
   }
 }
 
-// Those of a layer that may have an error and no child that exceeds the threshold.
+// Computes the points of a layer that may have an error but no child above the threshold.
 void FineErrors::compute_points(const FineCell& cell, std::int32_t z, BitPlane points,
                                 BitPlane mixed, int exponent, PointKind kind) {
   BitPlane active = 0;
@@ -260,8 +260,7 @@ void FineErrors::compute_points(const FineCell& cell, std::int32_t z, BitPlane p
   arrays_.exceeding.plane(bits, z) |= exceeding;
 }
 
-// The largest error of the children of the point at `at`. Requires that none of them exceeds the
-// threshold.
+// Returns the largest error of the children of the point at `at`. None may exceed the threshold.
 float FineErrors::largest_error(const Children& children, std::ptrdiff_t at) const {
   float largest = 0;
   for (std::size_t i = 0; i < children.count; ++i) {

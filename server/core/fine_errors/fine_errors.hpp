@@ -1,9 +1,9 @@
-// The field and the exact errors of spacings 1, 2 and 4 in one octree cube, for one isovalue: what
-// the error spectrum leaves out, computed from the samples when a query needs it.
+// The field and the exact errors of spacings 1, 2 and 4 in one octree cube, for one isovalue. They
+// are not in the error spectrum but computed from the samples during a query.
 //
 // Errors above the largest threshold are not computed: such a point *exceeds the threshold*, and so
-// do its parents. That is decided by bits of whole layers, without arithmetic. The same bits skip
-// the points whose diamond the surface misses.
+// do its parents. Bit operations on whole layers decide this without arithmetic, and also skip
+// points whose diamond the surface does not cross.
 #pragma once
 
 #include <array>
@@ -27,53 +27,53 @@ struct FineErrorsOptions {
   double isovalue = 0;
   ErrorMeasure measure = ErrorMeasure::kCertified;
   TopologyRule rule = TopologyRule::kExact;
-  double topology_tolerance = 0;  // Grid steps.
-  // World units. Errors above it are only known to be above it.
+  double topology_tolerance = 0;  // In grid steps.
+  // In world units. Errors above it are not computed exactly.
   double largest_threshold = std::numeric_limits<double>::infinity();
-  // Grid steps, a power of two. Finer points have no error: they take no part in their parents'.
+  // In grid steps, a power of two. Finer points have error 0 and add nothing to their parents.
   std::int32_t finest_spacing = 1;
 };
 
-// The memory of FineErrors, some 30 MB for the largest cubes: worth to be used again. What it holds
-// between two uses means nothing.
+// The working memory of FineErrors, about 30 MB for the largest cubes; reuse it. Its contents
+// between uses are meaningless.
 struct FineArrays {
   std::vector<float> values;
-  // The errors of points that do not exceed the threshold.
+  // Errors of points that do not exceed the threshold.
   std::vector<float> errors;
   BitGrid above;   // The value is greater than the isovalue.
-  BitGrid below;   // It is not, and it is not void.
-  BitGrid mixed;   // The diamond has values of both kinds.
+  BitGrid below;   // The value is neither above nor void.
+  BitGrid mixed;   // The diamond has values on both sides.
   BitGrid active;  // The error is not 0.
   // The error is greater than the largest threshold.
   BitGrid exceeding;
 };
 
-// One thread at a time.
+// Not thread-safe.
 class FineErrors {
  public:
-  // Cubes of at most this exponent.
+  // The largest supported exponent of a cube.
   static constexpr int kMaxExponent = 7;
 
-  // The volume and the arrays must outlive it.
+  // The volume and the arrays must outlive this object.
   FineErrors(const PreparedVolume& volume, const FineErrorsOptions& options, FineArrays& arrays);
 
-  // Loads and computes what is wanted in `cube`; `is_wanted` takes cells as octree cubes of
+  // Loads and computes the wanted cells of `cube`; `is_wanted` takes cells as octree cubes of
   // exponent kSpectrumExponent. Requires an exponent from kSpectrumExponent to kMaxExponent.
   void load(const OctreeCube& cube, const std::function<bool(const OctreeCube&)>& is_wanted);
 
-  // Whether a cell of the cube is wanted.
+  // Returns whether a cell of the cube is wanted.
   [[nodiscard]] bool is_wanted(const OctreeCube& cell) const { return cells_.is_wanted(cell); }
 
-  // The value of a point in a wanted closed cell, by index().
+  // Returns the value of a point in a wanted closed cell, given its index().
   [[nodiscard]] float value(std::ptrdiff_t at) const {
     return arrays_.values[static_cast<std::size_t>(at)];
   }
-  // The error of such a point of spacing 1, 2 or 4; infinite when it exceeds the threshold, or when
-  // a flip that is not tolerated keeps the point or a descendant.
+  // Returns the error of such a point of spacing 1, 2 or 4; infinite if it exceeds the threshold,
+  // or if a flip that is not tolerated keeps the point or a descendant.
   [[nodiscard]] float error(GridPoint p) const;
-  // Bit i + 3 j + 9 k: whether the point p + step * turned (i - 1, j - 1, k - 1) exceeds the
-  // threshold. Requires p to be the centre of an octree cube in a wanted cell, and a step of at
-  // most half its side.
+  // Returns a mask whose bit i + 3 j + 9 k is set if the point p + step * turned (i - 1, j - 1, k -
+  // 1) exceeds the threshold. Requires p to be the centre of an octree cube in a wanted cell, and a
+  // step of at most half its side.
   [[nodiscard]] std::uint32_t exceeding_around(GridPoint p, std::int32_t step,
                                                const std::array<std::int32_t, 3>& turned) const;
   [[nodiscard]] std::ptrdiff_t index(GridPoint p) const {
@@ -86,7 +86,7 @@ class FineErrors {
  private:
   static constexpr std::int32_t kCell = kSpectrumSpacing;
 
-  // Offsets in the arrays to the children of one kind of point.
+  // Array offsets to the children of one kind of point.
   struct Children {
     std::size_t count = 0;
     std::array<std::ptrdiff_t, 8> offsets{};
@@ -112,11 +112,11 @@ class FineErrors {
 
   const PreparedVolume& volume_;
   const FineErrorsOptions options_;
-  const float isovalue_below_;   // A float is above the isovalue exactly when it is above this one.
+  const float isovalue_below_;   // A float exceeds the isovalue exactly if it exceeds this.
   const float threshold_below_;  // The same for the largest threshold.
   FineCells cells_;
   GridPoint origin_;  // Grid coordinates of the arrays' first point: one cell below the cube.
-  // The side of the cube in grid steps.
+  // Side of the cube in grid steps.
   std::int32_t side_ = 0;
   std::ptrdiff_t row_ = 0;  // Strides of the arrays.
   std::ptrdiff_t slice_ = 0;

@@ -14,13 +14,13 @@
 
 namespace multitetra {
 
-// Immutable; safe to use from several threads at once. Conforms for any threshold map: the spectrum
-// is never smaller than the exact errors that take over below it, so a kept point has kept parents.
+// Immutable and thread-safe. Conforms for any threshold map: the spectrum is never smaller than the
+// exact errors used below it, so a kept point has kept parents.
 class PreparedModel {
  public:
   // The volume must outlive the model. Requires a grid of more than kSpectrumSpacing steps a side.
   // `spectrum` may be shared by models of the same isovalue, measure and rule, which then decode
-  // its bricks once; null: the model has its own.
+  // its bricks once; if null, the model creates its own.
   PreparedModel(const PreparedVolume& volume, const FineErrorsOptions& errors, ModelOptions options,
                 std::shared_ptr<const SpectrumErrors> spectrum = nullptr)
       : volume_(volume),
@@ -37,27 +37,27 @@ class PreparedModel {
   [[nodiscard]] const ThresholdMap& thresholds() const { return options_.thresholds; }
   [[nodiscard]] const FineErrorsOptions& fine_options() const { return fine_; }
 
-  // For points of spacing kSpectrumSpacing and more.
-  // A point below the finest spacing is not looked up: its brick may be far away.
+  // For points of spacing kSpectrumSpacing or more. Does not look up points below the finest
+  // spacing, as their bricks may be remote.
   [[nodiscard]] bool kept(const DividingPoint& point) const {
     return may_keep(point.spacing()) && options_.keeps(point, spectrum_->bound(point));
   }
 
-  // For a finer point p of spacing s, whose error is known: infinite when a flip keeps it.
+  // For a finer point p of spacing s with a known error, which is infinite if a flip keeps it.
   [[nodiscard]] bool kept(GridPoint p, std::int32_t s, float error) const {
     return s >= options_.finest_spacing &&
            options_.is_exceeded_by(error, [&] { return region(DividingPoint(p)); });
   }
 
-  // Whether points of spacing s may be kept at all.
+  // Returns whether points of spacing s may be kept at all.
   [[nodiscard]] bool may_keep(std::int32_t s) const { return s >= options_.finest_spacing; }
-  // Whether one threshold holds everywhere: then a finer point is kept exactly when its error is
-  // above the largest threshold, and no exact value is needed.
+  // Returns whether the threshold is the same everywhere. Then a finer point is kept exactly if its
+  // error exceeds the largest threshold, and no exact value is needed.
   [[nodiscard]] bool has_one_threshold() const {
     return options_.thresholds.least() == options_.thresholds.largest();
   }
 
-  // Whether the cell's centre may be kept: all its parents are.
+  // Returns whether the cell's centre may be kept, that is, whether all its parents are.
   [[nodiscard]] bool is_wanted(const OctreeCube& cell) const {
     if (options_.finest_spacing >= kSpectrumSpacing) return false;
     const PointList<4> parents = centre(cell).parents(Grid(volume_.info.grid_exponent));

@@ -1,5 +1,4 @@
-// The model of PreparedModel, with the exact errors of all points at hand: slow to make, and good
-// to compare with.
+// The model of PreparedModel with the exact errors of all points: slow to compute, for comparison.
 #pragma once
 
 #include <memory>
@@ -10,8 +9,8 @@
 
 namespace multitetra {
 
-// Errors from the spectrum for points of spacing kSpectrumSpacing and more, exact ones for the
-// others. It conforms for the same reason as PreparedModel does.
+// Uses the spectrum for points of spacing kSpectrumSpacing or more and exact errors for the others.
+// Conforms for the same reason as PreparedModel.
 class SpectrumModel final : public Model {
  public:
   SpectrumModel(std::shared_ptr<const SaturatedErrors> exact,

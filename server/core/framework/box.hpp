@@ -1,8 +1,7 @@
-// Boxes of places, and what they become under an affine map.
+// Axis-aligned boxes, and their images under affine maps.
 //
-// Nested boxes stay nested, also as computed: rounded sums, products with one fixed factor, minima
-// and maxima are monotone in each operand, so no rounding can push an inner box out of an outer
-// one.
+// Nested boxes stay nested in floating point: rounded sums, products with a fixed factor, minima
+// and maxima are monotone in each operand, so rounding keeps an inner box inside.
 #pragma once
 
 #include <algorithm>
@@ -37,7 +36,7 @@ struct Box {
          b.low[1] <= a.high[1] && a.low[2] <= b.high[2] && b.low[2] <= a.high[2];
 }
 
-// Each end of `box` moved into `bounds`: the places they share, or the nearest ones of `bounds`.
+// Returns `box` clamped to `bounds`: their intersection, or the nearest part of `bounds`.
 [[nodiscard]] inline Box clamped(const Box& box, const Box& bounds) {
   Box inside = box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -47,7 +46,7 @@ struct Box {
   return inside;
 }
 
-// The least box of the other coordinates that holds the image of `box`.
+// Returns the smallest box that contains the image of `box`.
 [[nodiscard]] inline Box image_of(const Affine& map, const Box& box) {
   Box image{map.translation, map.translation};
   for (std::size_t column = 0; column < 3; ++column) {
@@ -77,7 +76,7 @@ struct Extent {
   return extent;
 }
 
-// Squares of the distances from a place to the nearest and to the farthest place of the box.
+// Return the squared distance from a point to the nearest and to the farthest point of the box.
 [[nodiscard]] inline double squared_distance(const Vec3& place, const Box& box) {
   double sum = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -90,7 +89,7 @@ struct Extent {
 [[nodiscard]] inline double largest_squared_distance(const Vec3& place, const Box& box) {
   double sum = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // One of the two is the distance to the farther end, so neither sign nor order matters.
+    // The larger one is the distance to the farther end, wherever the place lies.
     const double d = std::max(place[axis] - box.low[axis], box.high[axis] - place[axis]);
     sum += d * d;
   }

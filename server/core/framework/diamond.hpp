@@ -1,8 +1,7 @@
-// The shape of a dividing point's diamond, ready to be laid over an array of samples.
+// The shape of a dividing point's diamond, as offsets into an array of samples.
 //
-// Where the ends of the split edge and the link of a point lie depends only on which of its
-// coordinates are odd and, for each of these, on which side the odd end of the split edge is: 64
-// shapes at most, for every spacing the same.
+// The offsets depend only on which coordinates of the point are odd and, for each of these, on
+// which side the odd end of the split edge lies. So there are at most 64 shapes.
 #pragma once
 
 #include <array>
@@ -13,8 +12,8 @@
 
 namespace multitetra {
 
-// Corner offsets in units of the point's spacing, each coordinate -1, 0 or 1: the ends of the split
-// edge, then the link in cyclic order.
+// Corner offsets in units of the point's spacing, with coordinates -1, 0 and 1: the ends of the
+// split edge, then the link in cyclic order.
 struct Diamond {
   static constexpr std::size_t kMaxCorners = 10;
 
@@ -23,11 +22,12 @@ struct Diamond {
   std::array<GridPoint, kMaxCorners> offsets{};
 };
 
-// The index of a point's shape. Requires a point in units of its spacing: one coordinate is odd.
+// Returns the index of a point's shape. Requires a point in units of its spacing, so at least one
+// coordinate is odd.
 [[nodiscard]] constexpr std::size_t diamond_index(GridPoint unit_point) {
   const auto bit = [](std::int32_t v, unsigned position) {
     const auto u = static_cast<unsigned>(v);
-    // Odd or not; when odd, whether the odd end, in units of twice the spacing, is the upper one.
+    // Bit 0: the coordinate is odd. Bit 3: its odd end, in units of 2 spacings, is the upper one.
     return (u & 1U) << position | ((u & 1U) & ((u + 1) >> 1)) << (position + 3);
   };
   return bit(unit_point.x, 0) | bit(unit_point.y, 1) | bit(unit_point.z, 2);

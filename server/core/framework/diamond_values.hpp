@@ -1,4 +1,4 @@
-// The field's values in a diamond, side by side in registers.
+// The field's values in a diamond, in vector registers.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@
 
 namespace multitetra {
 
-// Up to twelve numbers. Comparing and choosing give the same bits on every machine. Real is float
-// where the arithmetic on the values is exact in it (16-bit integers), double otherwise.
+// Vectors of up to twelve numbers. Comparisons and selections give the same bits on every machine.
+// Real is float if arithmetic on the values is exact in it (16-bit integers), else double.
 template <typename Vector>
 [[nodiscard]] inline Vector larger(Vector a, Vector b) {
   return a > b ? a : b;
@@ -65,18 +65,19 @@ template <typename Real>
 struct DiamondValues {
   Real centre;
   std::size_t corners;  // At most 10.
-  std::size_t vectors;  // Vectors that hold them; lanes behind the last corner repeat `centre`.
-  bool ring_is_open;    // Corners beyond the grid's border were left out.
-  // The values of the corners, ends of the split edge first.
+  // The number of vectors in use; lanes after the last corner repeat `centre`.
+  std::size_t vectors;
+  bool ring_is_open;  // Set if corners beyond the grid's border were omitted.
+  // The corners' values, ends of the split edge first.
   Lanes<Real> value;
-  const Lanes<Real>* length;     // From the point to the corners, world units.
-  Lanes<Real> length_at_border;  // What `length` refers to when corners were left out.
+  const Lanes<Real>* length;     // Distances from the point to the corners, in world units.
+  Lanes<Real> length_at_border;  // The target of `length` if corners were omitted.
 };
 
-// Properties of a diamond's values that hold for all bins.
+// The range of a diamond's values; the same for all bins.
 template <typename Real>
 struct ValueRange {
-  // The least value that is not void.
+  // The least value that is not void, as `high` is the largest.
   Real low;
   Real high;
   bool any_void;
@@ -89,7 +90,7 @@ template <typename Real>
   auto low = all(kInfinity);
   auto high = all(-kInfinity);
   bool any_void = false;
-  const auto include = [&](auto x) {  // Comparing with NaN is false: it changes neither end.
+  const auto include = [&](auto x) {  // Comparisons with NaN are false, so it changes neither end.
     low = x < low ? x : low;
     high = x > high ? x : high;
   };
@@ -103,8 +104,7 @@ template <typename Real>
   return {.low = least_of<Real>(low), .high = largest_of<Real>(high), .any_void = any_void};
 }
 
-// The lengths of the steps to the corners, in world units, by the index of the shape; for points of
-// spacing 2^exponent.
+// Distances to the corners in world units, by index of the shape, for points of spacing 2^exponent.
 template <typename Real>
 using DiamondLengths = std::array<Lanes<Real>, 64>;
 
@@ -120,9 +120,8 @@ template <typename Real>
   return result;
 }
 
-// Fills `d` for a point on the grid's border: corners beyond it are left out. `unit_point` and
-// `last`, the grid's largest coordinate, are in units of the spacing; `value(i)` is that of corner
-// i.
+// Fills `d` for a point on the grid's border, omitting corners beyond it. `unit_point` and `last`,
+// the grid's largest coordinate, are in units of the spacing; `value(i)` is that of corner i.
 template <typename Real, typename Value>
 void load_at_border(GridPoint unit_point, std::int32_t last, Real centre,
                     const DiamondLengths<Real>& lengths, const Value& value,

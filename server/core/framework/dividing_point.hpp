@@ -1,19 +1,16 @@
-// Dividing points: where the framework bisects its tetrahedra (Zhou, Chen and Kaufman 1997, section
-// 3).
+// Dividing points: where the framework bisects tetrahedra (Zhou, Chen and Kaufman 1997, section 3).
 //
-// Every grid point but the eight corners of the grid divides the tetrahedra that share one edge AB,
-// its *split edge*, at their midpoint. What kind of point it is follows from its coordinates alone:
-// with its spacing s, the largest power of two that divides them all, count the odd ones among x/s,
-// y/s, z/s.
+// Every grid point except the grid's eight corners divides the tetrahedra that share an edge AB,
+// its *split edge*, at the midpoint of AB. Its coordinates determine its kind: its spacing s is the
+// largest power of two that divides them all; count the odd numbers among x/s, y/s, z/s.
 //
 //   odd   kind   dividing point of             split edge        tetrahedra   in the paper
 //   2     face   a square face of side 2s      its diagonal      4            case 1, step 1
 //   1     edge   an axis-parallel edge, 2s     the edge          8            case 2, step 2
 //   3     cube   a cube of side 2s             its diagonal      6            case 3, step 3
 //
-// The tetrahedra around AB form the diamond of the point. Their corners other than A and B are its
-// *link*, a closed ring around AB (open where the grid ends). Everything lies in the 3 x 3 x 3
-// neighbourhood of step s.
+// The tetrahedra around AB form the point's *diamond*. Their other corners form its *link*, a
+// closed ring around AB (open at the grid's border). All are in the 3 x 3 x 3 points of step s.
 #pragma once
 
 #include <array>
@@ -26,7 +23,7 @@ namespace multitetra {
 
 enum class PointKind : std::uint8_t { kEdge, kFace, kCube };
 
-// A few grid points without an allocation.
+// A list of grid points with a fixed capacity; does not allocate.
 template <std::size_t Capacity>
 class PointList {
  public:
@@ -58,8 +55,8 @@ class DividingPoint {
   [[nodiscard]] constexpr std::int32_t spacing() const { return spacing_; }
   [[nodiscard]] constexpr PointKind kind() const { return kind_; }
 
-  // Depth of the tetrahedra that the point divides: 0 for the twelve of the whole grid's cube. The
-  // grid's centre, which creates those, has depth -1.
+  // Returns the depth of the tetrahedra that the point divides: 0 for the twelve of the root cube.
+  // The grid's centre, which creates those, has depth -1.
   [[nodiscard]] constexpr int depth(const Grid& grid) const {
     int level = 0;
     for (std::int32_t s = grid.side() / 2; s > spacing_; s /= 2) ++level;
@@ -68,31 +65,30 @@ class DividingPoint {
 
   [[nodiscard]] constexpr SplitEdge split_edge() const;
 
-  // The link in cyclic order around the split edge: 4, 8 or 6 points, those outside the grid
-  // included.
+  // Returns the link, cyclic around the split edge: 4, 8 or 6 points, some perhaps outside the
+  // grid.
   [[nodiscard]] constexpr PointList<8> ring() const;
 
-  // The points whose insertion creates the tetrahedra that this point divides; a point may be kept
-  // only if all its parents are. At most 4; points outside the grid are left out. The grid's centre
-  // has none.
+  // Returns the points whose insertion creates the tetrahedra that this point divides; a point may
+  // be kept only if all its parents are. At most 4, inside the grid; its centre has none.
   [[nodiscard]] constexpr PointList<4> parents(const Grid& grid) const;
 
-  // The points that this one is a parent of: 8 for an edge, 4 for a face, 6 for a cube, within the
-  // grid.
+  // Returns the points inside the grid that have this one as a parent: up to 8 for an edge, 4 for a
+  // face, 6 for a cube.
   [[nodiscard]] constexpr PointList<8> children(const Grid& grid) const;
 
  private:
-  // Whether the coordinate, in units of the spacing, is odd.
+  // Returns whether the coordinate is odd in units of the spacing.
   [[nodiscard]] constexpr bool is_odd(int axis) const { return (at_[axis] & spacing_) != 0; }
-  // Whether the coordinate (at_ + sign * spacing), in units of twice the spacing, is odd.
+  // Returns whether the coordinate of at_ + sign * spacing is odd in units of twice the spacing.
   [[nodiscard]] constexpr bool is_odd_end(int axis, int sign) const {
     return ((at_[axis] + sign * spacing_) & (2 * spacing_)) != 0;
   }
   [[nodiscard]] constexpr int only_axis(bool odd) const {
     return is_odd(0) == odd ? 0 : is_odd(1) == odd ? 1 : 2;
   }
-  // Offset of length `spacing` per odd axis to the end with odd coordinates (in units of twice the
-  // spacing).
+  // Returns the offset to the end with odd coordinates (in units of twice the spacing): +-spacing
+  // along every odd axis.
   [[nodiscard]] constexpr GridPoint to_odd_end() const {
     const auto step = [this](int axis) {
       return !is_odd(axis) ? 0 : is_odd_end(axis, 1) ? spacing_ : -spacing_;
@@ -106,8 +102,7 @@ class DividingPoint {
 };
 
 constexpr DividingPoint::SplitEdge DividingPoint::split_edge() const {
-  // Face and cube: the diagonal whose ends, in units of 2s, are all even and all odd. Edge: its two
-  // ends.
+  // Face and cube: the diagonal with ends all even and all odd in units of 2s. Edge: its ends.
   const GridPoint offset = to_odd_end();
   return {at_ - offset, at_ + offset};
 }
@@ -119,7 +114,7 @@ constexpr PointList<8> DividingPoint::ring() const {
       const int normal = only_axis(false);
       const GridPoint up = spacing_ * unit(normal);
       const GridPoint diagonal = to_odd_end();
-      // The face's other diagonal: one of the two in-face components turned around.
+      // The face's other diagonal: one in-face component reversed.
       const int turned = (normal + 1) % 3;
       const GridPoint across = diagonal - 2 * (diagonal[turned] * unit(turned));
       for (const GridPoint offset : {across, up, -1 * across, -1 * up})
@@ -137,7 +132,7 @@ constexpr PointList<8> DividingPoint::ring() const {
     }
     case PointKind::kCube: {
       // From the end B = at + (x, y, z) to A = at - (x, y, z), the six other corners alternate
-      // between those that differ from B along one axis and along two.
+      // between those that differ from B along one axis and along two axes.
       const GridPoint b = to_odd_end();
       const GridPoint x = 2 * (b.x * unit(0));
       const GridPoint y = 2 * (b.y * unit(1));

@@ -1,8 +1,7 @@
-// The scalar field that the framework sees: a volume placed in the grid, and what lies outside of
-// it.
+// The scalar field of the framework: a volume placed in the grid, and the values outside of it.
 //
-// A value is a float; NaN means void: no field there. Beyond the data lies either void, or one
-// value for all.
+// A value is a float; NaN means void, a place without a value. Beyond the data the field is either
+// void or has one constant value.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +17,7 @@ namespace multitetra {
 
 [[nodiscard]] inline bool is_void(float value) { return value != value; }
 
-// The field over samples of one type. A small value that refers to the volume, which must outlive
-// it.
+// A view of the field with one sample type. The volume must outlive it.
 template <typename Sample>
 class SampledField {
  public:
@@ -32,7 +30,7 @@ class SampledField {
         row_(volume.dims[0]),
         slice_(static_cast<std::ptrdiff_t>(volume.dims[0]) * volume.dims[1]) {}
 
-  // Any point, inside or outside the data.
+  // Returns the value at any point, inside or outside the data.
   [[nodiscard]] float at(GridPoint p) const {
     const std::int32_t x = p.x - margin_;
     const std::int32_t y = p.y - margin_;
@@ -41,8 +39,8 @@ class SampledField {
     return static_cast<float>(samples_[x + row_ * y + slice_ * z]);
   }
 
-  // Whether the values at the points p + step * offset are on different sides of c, or any of them
-  // is void. `offsets` have coordinates -1, 0 and 1.
+  // Returns whether the points p + step * offset have values on different sides of c or include
+  // void. `offsets` have coordinates -1, 0 and 1.
   template <typename Offsets>
   [[nodiscard]] bool is_mixed(GridPoint p, std::int32_t step, const Offsets& offsets,
                               double c) const {

@@ -1,5 +1,4 @@
-// The interface by which core runs independent tasks: core says what is independent, the caller
-// decides on threads.
+// The interface through which core runs independent tasks; the caller chooses the threads.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +6,8 @@
 
 namespace multitetra {
 
-// Calls body(0) ... body(count - 1), in any order and possibly at the same time, and returns when
-// all have returned. An exception of a body leaves the call.
+// Calls body(0) ... body(count - 1) in any order, possibly concurrently, and returns when all have
+// returned. Rethrows an exception of a body.
 using ForEach =
     std::function<void(std::size_t count, const std::function<void(std::size_t)>& body)>;
 

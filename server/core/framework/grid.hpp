@@ -1,5 +1,5 @@
 // The grid of the framework: points (x, y, z) with 0 <= x, y, z <= n, n = 2^N. It is virtual: only
-// the data's own extent is stored anywhere.
+// the extent of the data is stored.
 #pragma once
 
 #include <cassert>
@@ -25,7 +25,7 @@ struct GridPoint {
   friend constexpr GridPoint operator*(std::int32_t factor, GridPoint a) {
     return {factor * a.x, factor * a.y, factor * a.z};
   }
-  // Coordinate along axis 0, 1 or 2.
+  // Returns the coordinate along axis 0, 1 or 2.
   [[nodiscard]] constexpr std::int32_t operator[](int axis) const {
     return axis == 0 ? x : axis == 1 ? y : z;
   }
@@ -35,12 +35,12 @@ struct GridPoint {
   return {(a.x + b.x) / 2, (a.y + b.y) / 2, (a.z + b.z) / 2};
 }
 
-// The unit step along axis 0, 1 or 2.
+// Returns the unit step along axis 0, 1 or 2.
 [[nodiscard]] constexpr GridPoint unit(int axis) {
   return {axis == 0 ? 1 : 0, axis == 1 ? 1 : 0, axis == 2 ? 1 : 0};
 }
 
-// Six times the signed volume of the tetrahedron p, q, r, s: positive when q, r, s turn
+// Returns six times the signed volume of the tetrahedron p, q, r, s: positive if q, r, s turn
 // counter-clockwise seen from the side away from p. Exact for points of any grid.
 [[nodiscard]] constexpr std::int64_t six_volumes(GridPoint p, GridPoint q, GridPoint r,
                                                  GridPoint s) {
@@ -53,7 +53,7 @@ struct GridPoint {
          a.z * (product(b.x, c.y) - product(b.y, c.x));
 }
 
-// The largest power of two that divides all coordinates. Requires p other than the origin.
+// Returns the largest power of two that divides all coordinates. Requires p other than the origin.
 [[nodiscard]] constexpr std::int32_t spacing_of(GridPoint p) {
   const std::int32_t bits = p.x | p.y | p.z;
   return bits & -bits;

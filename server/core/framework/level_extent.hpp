@@ -1,4 +1,4 @@
-// The dividing points of one spacing that can have an error, as a box of a regular array.
+// The array extent of the dividing points of one spacing that can have an error.
 #pragma once
 
 #include <algorithm>
@@ -44,9 +44,9 @@ struct LevelExtent {
   }
 };
 
-// The points of spacing 2^exponent, over the box of data from `first` to `last` and three units
-// around it: the error of a point farther away is 0, since the diamonds of all its descendants lie
-// within three units of it.
+// Returns the extent of the points of spacing 2^exponent: the box of data from `first` to `last`,
+// enlarged by three units. Points farther away have error 0, since the diamonds of all their
+// descendants lie within three units of them.
 [[nodiscard]] constexpr LevelExtent level_extent(const Grid& grid, GridPoint first, GridPoint last,
                                                  int exponent) {
   const std::int32_t end = grid.side() >> exponent;
@@ -59,7 +59,7 @@ struct LevelExtent {
   return level;
 }
 
-// The grid and the data's place in it, of a dataset.
+// Return a dataset's grid and the position of its data in it.
 [[nodiscard]] inline Grid grid_of(const DatasetInfo& info) { return Grid(info.grid_exponent); }
 [[nodiscard]] constexpr GridPoint first_sample(const DatasetInfo& info) {
   return {info.margin, info.margin, info.margin};

@@ -1,4 +1,4 @@
-// Rounding that never makes a bound smaller.
+// Rounding that never decreases a bound.
 #pragma once
 
 #include <bit>
@@ -7,15 +7,15 @@
 
 namespace multitetra {
 
-// The smallest float that is not below `value`. Requires value >= 0.
+// Returns the smallest float that is not below `value`. Requires value >= 0.
 [[nodiscard]] inline float rounded_up(double value) {
   const float nearest = static_cast<float>(value);
   if (static_cast<double>(nearest) >= value) return nearest;
   return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + 1);
 }
 
-// The largest float that is not above `value`: for every float x, x > value exactly when x is
-// greater than it. Requires a value that is not NaN.
+// Returns the largest float that is not above `value`: a float exceeds `value` exactly when it
+// exceeds the result. Requires a value that is not NaN.
 [[nodiscard]] inline float rounded_down(double value) {
   constexpr float kMax = std::numeric_limits<float>::max();
   if (value >= static_cast<double>(kMax)) return kMax;

@@ -1,5 +1,5 @@
-// The dividing points of one kind in a row along x: their diamonds and children lie at the same
-// offsets, whichever diagonal of a face or cube is the split edge.
+// Rows of dividing points of one kind along x: their diamonds and children have the same offsets,
+// whichever diagonal of a face or cube is the split edge.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-// The points of one kind in a row along x: every second one, or none.
+// The points of one kind in a row along x: every second point, or none.
 struct RowKind {
   bool exists = false;
   bool is_edge = false;
@@ -19,7 +19,7 @@ struct RowKind {
   PointList<8> children;  // In units of the children's spacing.
 };
 
-// By kind and by 2 * (z is odd) + (y is odd), in units of the spacing.
+// Indexed by kind and by 2 * (z is odd) + (y is odd), in units of the spacing.
 [[nodiscard]] constexpr std::array<std::array<RowKind, 4>, 3> make_row_kinds() {
   std::array<std::array<RowKind, 4>, 3> rows{};
   for (int kind = 0; kind < 3; ++kind) {
@@ -36,7 +36,7 @@ struct RowKind {
       for (std::size_t i = 0; i < diamond.corners; ++i) {
         shape.diamond.push_back(diamond.offsets[i]);
       }
-      // Twice the units, so that the children of an edge are grid points.
+      // Doubled, so that the children of an edge are grid points.
       const DividingPoint point(2 * unit_point);
       const PointList<8> children = point.children(Grid(5));
       for (const GridPoint child : children) {
@@ -51,7 +51,7 @@ struct RowKind {
 }
 inline constexpr std::array<std::array<RowKind, 4>, 3> kRowKinds = make_row_kinds();
 
-// The points of `kind` in the row (y, z), in units of their spacing.
+// Returns the points of `kind` in the row (y, z), in units of their spacing.
 [[nodiscard]] constexpr const RowKind& row_kind(PointKind kind, std::int32_t y, std::int32_t z) {
   return kRowKinds[static_cast<std::size_t>(kind)]
                   [static_cast<std::size_t>((y & 1) | (z & 1) << 1)];

@@ -1,4 +1,4 @@
-// World lengths of the steps between grid points.
+// World lengths of steps between grid points.
 #pragma once
 
 #include <array>
@@ -11,8 +11,7 @@
 
 namespace multitetra {
 
-// Lengths of the 26 steps to the neighbours of a point, in world units, for a step of one grid
-// step.
+// The world lengths of the 26 steps from a grid point to its neighbours.
 class StepLengths {
  public:
   explicit StepLengths(const Vec3& spacing) {
@@ -26,7 +25,7 @@ class StepLengths {
       lengths_[static_cast<std::size_t>(code)] = std::sqrt(square);
     }
   }
-  // The length of `offset`, whose coordinates are each 0 or +-spacing.
+  // Returns the length of `offset`, whose coordinates are each 0 or +-spacing.
   [[nodiscard]] double operator()(GridPoint offset, std::int32_t spacing) const {
     const auto sign = [](std::int32_t v) { return v > 0 ? 2 : v < 0 ? 0 : 1; };
     return spacing * lengths_[static_cast<std::size_t>(sign(offset.x) + 3 * sign(offset.y) +

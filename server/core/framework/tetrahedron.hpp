@@ -1,16 +1,15 @@
-// Tetrahedra of the framework, and how they are bisected (Zhou, Chen and Kaufman 1997, section 3).
+// Tetrahedra of the framework and their bisection (Zhou, Chen and Kaufman 1997, section 3).
 //
 // A tetrahedron is written kind[a,b | k,d]: the kind of its dividing point, its split edge ab, its
-// other corners. A cube with centre d starts as twelve: per face, its diagonal ab with each of the
-// face's other corners k. Then
+// other corners. A cube with centre d starts as twelve tetrahedra: for each face, its diagonal ab
+// with either of the face's other corners k. Then
 //
 //   face[a,b | k,d]   f = mid(a,b):   edge[a,k | f,d]   edge[b,k | f,d]
 //   edge[a,k | f,d]   m = mid(a,k):   cube[a,d | m,f]   cube[k,d | m,f]
 //   cube[a,d | m,f]   o = mid(a,d):   face[a,f | m,o]   face[d,m | f,o]
 //
-// until the split edge's largest coordinate extent is 1. After each cube step twelve tetrahedra
-// again fill an octree cube, so every tetrahedron lies in exactly one octree cube of each size at
-// or above its own.
+// until the split edge's largest coordinate extent is 1. After each cube step, twelve tetrahedra
+// again fill an octree cube, so every tetrahedron lies in one octree cube of each size >= its own.
 #pragma once
 
 #include <array>
@@ -28,7 +27,7 @@ struct Tetrahedron {
   GridPoint k;
   GridPoint d;
 
-  // Whether it can be divided: the midpoint of its split edge is a grid point.
+  // Returns whether the midpoint of the split edge is a grid point.
   [[nodiscard]] constexpr bool is_divisible() const {
     const GridPoint e = b - a;
     return ((e.x | e.y | e.z) & 1) == 0;
@@ -55,15 +54,15 @@ struct Tetrahedron {
   }
 };
 
-// The centre of a cube with an even side: the cube point whose insertion fills it with twelve
-// tetrahedra.
+// Returns the centre of a cube with an even side: the cube point whose insertion fills it with
+// twelve tetrahedra.
 [[nodiscard]] constexpr DividingPoint centre(const OctreeCube& cube) {
   const std::int32_t side = cube.side();
   const auto middle = [side](std::int32_t position) { return position * side + side / 2; };
   return DividingPoint({middle(cube.x), middle(cube.y), middle(cube.z)});
 }
 
-// The twelve tetrahedra of a cube. Requires exponent >= 1.
+// Returns the twelve tetrahedra of a cube. Requires exponent >= 1.
 [[nodiscard]] constexpr std::array<Tetrahedron, 12> tetrahedra_of(const OctreeCube& cube) {
   const GridPoint d = centre(cube).at();
   const std::int32_t s = cube.side() / 2;
@@ -73,7 +72,7 @@ struct Tetrahedron {
     for (const std::int32_t sign : {-1, 1}) {
       const DividingPoint face(d + (sign * s) * unit(axis));
       const auto [a, b] = face.split_edge();
-      const PointList<8> ring = face.ring();  // Its elements 0 and 2 are the face's other corners.
+      const PointList<8> ring = face.ring();  // Elements 0 and 2 are the face's other corners.
       result[count++] = {PointKind::kFace, a, b, ring[0], d};
       result[count++] = {PointKind::kFace, a, b, ring[2], d};
     }

@@ -1,4 +1,4 @@
-// A regular scalar volume: samples on a grid with world spacing.
+// A regular scalar volume: samples on a grid with spacing in world units.
 #pragma once
 
 #include <array>
@@ -13,8 +13,7 @@
 
 namespace multitetra {
 
-// Samples in x-fastest order, in the type they were stored in. The alternatives are in the order of
-// SampleType.
+// Samples, x fastest, in their stored type. The alternatives have the order of SampleType.
 using Samples =
     std::variant<std::vector<std::uint8_t>, std::vector<std::int8_t>, std::vector<std::uint16_t>,
                  std::vector<std::int16_t>, std::vector<float>>;
@@ -22,9 +21,9 @@ using Samples =
 struct Volume {
   std::array<std::int32_t, 3> dims{};  // Samples along x, y, z; each at least 1.
   Vec3 spacing = {1, 1, 1};            // World units between samples, > 0.
-  Affine index_to_world;               // Sample index -> world, the spacing included.
+  Affine index_to_world;  // Maps sample indices to world coordinates, spacing included.
   PhysicalMeaning meaning = {};
-  Samples samples;  // dims[0] * dims[1] * dims[2] of them; a NaN is void.
+  Samples samples;  // dims[0] * dims[1] * dims[2] samples; NaN is void.
 
   [[nodiscard]] SampleType type() const { return static_cast<SampleType>(samples.index()); }
   [[nodiscard]] std::size_t size() const {

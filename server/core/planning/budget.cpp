@@ -8,27 +8,27 @@ namespace {
 
 constexpr int kRungsAnOctave = 4;
 constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
-// Estimates are some ten percent off: the target leaves a margin for it.
+// Estimates are off by about ten percent: the target leaves a margin.
 constexpr double kBudgetMargin = 0.9;
-// What the search among surfaces that were made aims at.
+// The target of the search among surfaces that were actually built.
 constexpr double kGoal = 0.85;
 
-// Voxels. Products of exact numbers: the same bits on every machine.
+// In voxels. Products of exact numbers, which give the same bits on every machine.
 double floor_of(int index) {
   constexpr double kParts[kRungsAnOctave] = {1, 1.189207115002721, 1.4142135623730951,
                                              1.681792830507429};
   return std::ldexp(kParts[index % kRungsAnOctave], kFirstOctave + index / kRungsAnOctave);
 }
 
-// The binary logarithm, linear between powers of two: within 0.09, and the same bits on every
-// machine. Requires x > 0.
+// Returns the binary logarithm, linear between powers of two: within 0.09 of the exact value, with
+// the same bits on every machine. Requires x > 0.
 double rough_log2(double x) {
   int exponent = 0;
   const double mantissa = std::frexp(x, &exponent);
   return exponent - 1 + (2 * mantissa - 1);
 }
 
-// No threshold of the request is smaller.
+// Returns a lower bound of the request's thresholds.
 double least_threshold(const IsosurfaceRequest& request) {
   double least = request.error;
   const LocalThresholds& local = request.thresholds;
@@ -92,7 +92,7 @@ int ErrorSchedule::lowest_fitting(const SizeOf& estimate) const {
 
 int next_level(const std::optional<TriedLevel>& too_large, const std::optional<TriedLevel>& fitting,
                int estimated, int last) {
-  // An empty surface has no logarithm.
+  // Avoids the logarithm of an empty surface.
   const auto octaves = [](const TriedLevel& made) {
     return rough_log2(std::max(made.part, 1e-9) / kGoal);
   };

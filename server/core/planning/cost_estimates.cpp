@@ -6,8 +6,8 @@ namespace multitetra {
 namespace {
 
 constexpr double kWeight = 0.3;
-constexpr double kLeastTriangles = 2000;  // Fewer are no basis for the cost of each.
-constexpr double kMostAtOnce = 3;         // One step that had to wait is no new machine.
+constexpr double kLeastTriangles = 2000;  // Fewer give no reliable cost per triangle.
+constexpr double kMostAtOnce = 3;         // Limits the effect of a single delayed step.
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Estimates of a step's time: on the server, on the link and at the client.
+// Estimates of a step's time: on the server, on the link and in the client.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +7,8 @@ namespace multitetra {
 
 struct SurfaceSize {
   double triangles = 0;
-  double bytes = 0;      // Encoded.
-  double extracted = 0;  // Triangles before simplification, which cost the time.
+  double bytes = 0;      // Encoded size.
+  double extracted = 0;  // Triangles before simplification, which determine the time.
 };
 
 // Assumed bandwidth before the first measurement: 10 Mbit/s.
@@ -21,17 +21,17 @@ enum class StepForm { kPlain, kSimplified, kEmbedded, kShells };
   return form == StepForm::kSimplified || form == StepForm::kEmbedded;
 }
 
-// In seconds, for each triangle that is extracted; all threads together.
+// Seconds per extracted triangle, summed over all threads.
 struct CostEstimates {
-  // Seconds a triangle to extract and encode it.
+  // To extract and encode it.
   double plain = 0.4e-6;
-  // Seconds a triangle to extract, simplify and encode it.
+  // To extract, simplify and encode it.
   double simplified = 2.5e-6;
-  // The same, but without self-intersections.
+  // The same, keeping the surface embedded.
   double embedded = 5e-6;
-  double shells = 0.03e-6;  // to encode the samples around it.
+  double shells = 0.03e-6;  // To encode the samples around it.
   double bytes_per_second = kUsualBytesPerSecond;
-  double client_triangles_per_second = 0;  // 0: it takes no time.
+  double client_triangles_per_second = 0;  // 0 if the client's time is ignored.
 
   [[nodiscard]] double a_triangle(StepForm form) const {
     switch (form) {
@@ -51,19 +51,19 @@ struct CostEstimates {
   [[nodiscard]] double link_seconds(const SurfaceSize& size) const {
     return size.bytes / bytes_per_second;
   }
-  // To decode, to check and to show it.
+  // Returns the time to decode, check and display it.
   [[nodiscard]] double client_seconds(const SurfaceSize& size) const {
     if (client_triangles_per_second <= 0) return 0;
     return size.triangles / std::max(client_triangles_per_second, 1.0);
   }
 
-  static constexpr double kSecondsAStep = 2e-3;  // Whatever is in it.
+  static constexpr double kSecondsAStep = 2e-3;  // Independent of the step's content.
 };
 
 // Measured costs of past steps on this machine, recent ones weighted most. Pure.
 class MeasuredCosts {
  public:
-  // A step of so many extracted triangles took so long.
+  // Records that a step with `extracted` extracted triangles took `seconds`.
   void note(StepForm form, double extracted, double seconds);
   [[nodiscard]] const CostEstimates& costs() const { return costs_; }
 

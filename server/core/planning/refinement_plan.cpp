@@ -14,10 +14,9 @@
 namespace multitetra {
 namespace {
 
-// The least steps a side of a preview's own grid.
+// Minimum steps a side of a preview's own grid.
 constexpr std::int32_t kLeastStepsASide = 8;
-// A preview with half the finest spacing has so many times the triangles: 3.5 to 5 on public
-// volumes.
+// Growth in triangles when a preview's finest spacing is halved: 3.5 to 5 on public volumes.
 constexpr double kTrianglesAHalving = 4.5;
 
 bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
@@ -52,7 +51,7 @@ Candidate candidate(const StepRequest& step, const SurfaceSize& size, const Cost
           .is_within_budget = fits(size, step.request)};
 }
 
-// The steps that might be shown of one request.
+// The possible steps for one request.
 class Candidates {
  public:
   Candidates(const IsosurfaceRequest& request, const PlanLimits& limits, const DatasetInfo& info,
@@ -63,7 +62,7 @@ class Candidates {
     has_shells_ = true;
   }
 
-  // What the stream ends with.
+  // Returns the step that ends the stream.
   [[nodiscard]] Candidate final_step(const DeliveredStep* shown = nullptr) const {
     const Candidate itself = request_itself(shown);
     if (!may_end_with_shells()) return itself;
@@ -72,14 +71,14 @@ class Candidates {
     return is_possible && shells.seconds() <= itself.seconds() ? shells : itself;
   }
   [[nodiscard]] bool has_certified_shells() const { return certified_shells_.has_value(); }
-  // Whether shells that meet the request are a final step, never a preview.
+  // Returns whether shells that meet the request are a final step instead of a preview.
   [[nodiscard]] bool may_end_with_shells() const {
     return limits_.is_display && certified_shells_ &&
            is_enough_to_display(*certified_shells_, request_, info_);
   }
 
-  // Its size as the spectrum has it, or as what was shown lets expect, whichever is more: neither
-  // looks at fine samples.
+  // Returns the request with its size from the spectrum or extrapolated from the delivered step,
+  // whichever is larger: neither reads fine samples.
   [[nodiscard]] Candidate request_itself(const DeliveredStep* shown) const {
     const StepRequest step = {.request = request_};
     SurfaceSize size = sizes_.rough(request_);
@@ -91,12 +90,12 @@ class Candidates {
     return candidate(step, size, costs_);
   }
 
-  // The candidate with that finest spacing, measured from the spectrum.
+  // Returns the candidate with that finest spacing, with its size measured in the spectrum.
   [[nodiscard]] Candidate measured(std::int32_t finest) const {
     return quicker(finest, [this](const StepRequest& step) { return sizes_.of(step); });
   }
-  // The request's own model without simplification, or the full resolution in shells, by what was
-  // shown.
+  // Returns the request's own model without simplification, or the full resolution in shells, with
+  // its size extrapolated from the delivered step.
   [[nodiscard]] Candidate certified(const DeliveredStep* shown) const {
     const StepRequest step =
         certified_shells_
@@ -110,7 +109,7 @@ class Candidates {
                       .extracted = triangles},
                      costs_);
   }
-  // By what a coarser one had.
+  // Returns the candidate with that finest spacing, with its size extrapolated from a coarser step.
   [[nodiscard]] Candidate refined(const DeliveredStep& shown, std::int32_t finest) const {
     const double factor = growth(shown, finest);
     return quicker(finest, [&](const StepRequest& step) {
@@ -164,11 +163,11 @@ class Candidates {
   std::optional<StepRequest> certified_shells_;
 };
 
-// nullopt: the final step comes as soon.
+// Returns nullopt if the final step is as fast.
 std::optional<StepRequest> first_preview(const Candidates& candidates, const DatasetInfo& info,
                                          const SizeEstimates& sizes) {
   std::int32_t finest = kSpectrumSpacing;
-  // Remote data are not fetched only to estimate sizes.
+  // Does not fetch remote data only to estimate sizes.
   while (sizes.to_fetch && is_worth_showing(2 * finest, info) &&
          sizes.to_fetch(finest) > kFirstFetchedBytes) {
     finest *= 2;
@@ -191,7 +190,7 @@ double seconds_of(std::span<const DeliveredStep> shown, const CostEstimates& cos
   return seconds;
 }
 
-// nullopt: none is worth its time.
+// Returns nullopt if no preview is worth its time.
 std::optional<StepRequest> further_preview(const Candidates& candidates,
                                            std::span<const DeliveredStep> shown,
                                            const CostEstimates& costs) {
@@ -209,7 +208,8 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
   return best;
 }
 
-// The request's own bound sooner than simplification gets there. nullopt: it is not worth its time.
+// Returns a step that meets the request's own bound before simplification does, or nullopt if that
+// is not worth its time.
 std::optional<StepRequest> certified_preview(const Candidates& candidates,
                                              const DeliveredStep& shown, const PlanLimits& limits) {
   if (shown.step.finest_spacing == 1 || candidates.may_end_with_shells()) return std::nullopt;
@@ -237,7 +237,7 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
   double& floor = step.request.thresholds.at_least;
   floor = std::min(std::max(floor, finest / 2.0 * unit), std::numeric_limits<double>::max());
   step.request.topology_tolerance = std::max(request.topology_tolerance, finest / 2.0);
-  // Fine lattice steps are lost on coarse tetrahedra; shells pay nothing for them.
+  // Coarse tetrahedra do not benefit from fine lattice steps; shells encode them for free.
   if (!preview.shell)
     step.request.lattice_resolution = std::min(request.lattice_resolution, finest >= 8 ? 3 : 4);
   return step;
@@ -280,7 +280,7 @@ double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolu
 
 double estimated_bytes(double triangles, const StepRequest& step, SampleType type) {
   if (step.shell) {
-    // There is half a vertex a triangle; coarse levels are less smooth.
+    // There is half a vertex per triangle; coarse levels are less smooth.
     const double coarse = step.finest_spacing > 1 ? 1.4 : 1;
     const double bits = bits_a_vertex(*step.shell, type, step.request.lattice_resolution);
     return triangles * coarse * bits / 16 + kBytesATile;

@@ -1,35 +1,33 @@
-// The models that a progressive stream shows before the requested one, so that a useful preview is
-// seen at once, and the final step soon.
+// Plans the models that a progressive stream shows before the requested one, so that a useful
+// preview appears at once and the final step soon.
 //
-// A preview ends the hierarchy at a *finest spacing* f: noise keeps most triangles of a model at
-// any error while its topology is preserved, and a certified bound adds up along sharp borders, so
-// it is f that makes a preview small, and a topology tolerance of f / 2 lets go what f cannot show.
-// A preview is simplified only where the bytes that this saves on the link are worth the time.
-// Steps are planned by time, of the server, on the link and of the client (CostEstimates):
+// A preview ends the hierarchy at a *finest spacing* f. While topology is preserved, noise keeps
+// most triangles of a model at any error, and certified bounds accumulate along sharp borders: so
+// previews become small through f, with a topology tolerance of f / 2 to remove what f cannot
+// resolve. A preview is simplified only if the bytes saved on the link are worth the time. Steps
+// are planned by their time on the server, on the link and in the client (CostEstimates):
 //
-//     first      f = 8, 16, 32, ...    the finest that is there within kFirstServerSeconds and
+//     first      f = 8, 16, 32, ...    the finest that takes at most kFirstServerSeconds,
 //                                      kFirstLinkSeconds and kFirstClientSeconds, and needs at most
-//                                      kFirstFetchedBytes of what the server must fetch from a
-//                                      store itself
-//     next       at most half of f     the finest that takes no longer than all before, else the
-//                                      next one if it takes at most kPatience times as long; none
-//                                      where the final step is there within kSoonSeconds anyway
-//     certified  f = 1                 the request's own model, where it is only simplification
-//                                      that takes so long, or the full resolution in shells: it
-//                                      keeps the same bound, in more triangles
-//     final      f = 1                 the request itself, when another preview would delay it by
+//                                      kFirstFetchedBytes from the server's own remote store
+//     next       at most half of f     the finest that takes no longer than all previous steps, or
+//                                      else the next one if it takes at most kPatience times as
+//                                      long; none if the final step takes at most kSoonSeconds
+//     certified  f = 1                 if only simplification is slow: the request's own model, or
+//                                      the full resolution in shells, with the same bound but more
+//                                      triangles
+//     final      f = 1                 the request itself, once another preview would delay it by
 //                                      more than kPreviewShare of its own time, or the certified
-//                                      one by more than kCertifiedShare: what it delays has nothing
-//                                      new to show
+//                                      one by more than kCertifiedShare
 //
-// Where the client decodes sample shells, previews have these, which take a part of the time and
-// the bytes; and where it keeps no mesh, the certified one is the final step unless the request
-// itself is complete sooner.
+// If the client decodes sample shells, previews use them, which takes a fraction of the time and
+// bytes. If it also keeps no mesh, the certified step is the final one, unless the request itself
+// is complete sooner.
 //
-// Previews also keep to the request's budget, as far as estimates go. The first one never reads
-// samples that are finer than the spectrum. Which steps come depends on the machines and the link;
-// the content of a step never does. So the steps of a stream are named (Preview), and a stream that
-// continues elsewhere requests exactly those.
+// Previews also stay within the request's budget, as estimated. The first one never reads samples
+// finer than the spectrum. The choice of steps depends on machines and link, but the content of a
+// step never does. So the steps of a stream have names (Preview), and a stream resumed on another
+// server requests exactly those.
 #pragma once
 
 #include <cstdint>
@@ -44,12 +42,11 @@
 
 namespace multitetra {
 
-// One step of a stream: a request, and where its hierarchy ends.
+// One step of a stream: a request, and the finest spacing of its hierarchy.
 struct StepRequest {
   IsosurfaceRequest request;
-  std::int32_t finest_spacing =
-      1;  // Grid steps, a power of two: no finer dividing point takes part.
-  // The surface is that of the uniform level of the spacing, in sample shells; none: in meshes.
+  std::int32_t finest_spacing = 1;  // Grid steps, a power of two. No finer point is kept.
+  // If set, the surface of the uniform level of this spacing, in sample shells; otherwise meshes.
   std::optional<ShellStep> shell = {};
 
   friend bool operator==(const StepRequest&, const StepRequest&) = default;
@@ -61,26 +58,26 @@ struct StepRequest {
   return step.request.embedded ? StepForm::kEmbedded : StepForm::kSimplified;
 }
 
-// The request itself as a step.
+// Returns the request itself as a step.
 [[nodiscard]] inline StepRequest final_step(const IsosurfaceRequest& request) {
   return {.request = request, .finest_spacing = request.cell ? request.cell->finest_spacing : 1};
 }
 
-// Where the plan learns how large a step would be. Both may be estimates.
+// Sources of step sizes for the plan; they may be estimates.
 struct SizeEstimates {
-  // The size of any step; costs a small part of making it.
+  // Returns the size of any step, at a fraction of the cost of building it.
   std::function<SurfaceSize(const StepRequest&)> of;
-  // The size of the request itself, from the spectrum alone; a lower estimate.
+  // Returns a lower estimate of the size of the request itself, from the spectrum alone.
   std::function<SurfaceSize(const IsosurfaceRequest&)> rough;
-  // The bytes to fetch from a remote store before the spectrum of that spacing and of coarser ones
-  // can be looked at. Empty: none.
+  // Returns the bytes that must be fetched from a remote store to read the spectrum of that spacing
+  // and coarser ones. Empty if there are none.
   std::function<std::uint64_t(std::int32_t finest)> to_fetch = {};
 };
 
 struct DeliveredStep {
   StepRequest step;
   SurfaceSize size = {};
-  double seconds = 0;  // The server's, to make it.
+  double seconds = 0;  // The server's time to build it.
 };
 
 struct PlannedStep {
@@ -96,46 +93,46 @@ inline constexpr double kPatience = 5;
 inline constexpr double kPreviewShare = 0.2;
 inline constexpr double kSoonSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
-// More are not worth decoding and drawing for a moment.
+// More triangles are not worth decoding and drawing for a moment.
 inline constexpr double kMostCertifiedTriangles = 2.5e6;
-// The most triangles of a certified step of shells, which is quickly made and decoded.
+// Maximum triangles of a certified step of shells, which are fast to encode and decode.
 inline constexpr double kMostShellTriangles = 12e6;
-// The levels an octave of previews, the fewest bytes: what they move, 0.29 of the spacing, is small
-// beside what the spacing leaves out.
+// Levels per octave of previews. One needs the fewest bytes: its displacement of 0.29 of the
+// spacing is small compared to what the spacing itself omits.
 inline constexpr int kPreviewLevels = 1;
 
 // Further inputs of a plan.
 struct PlanLimits {
   bool previews = true;
-  // For the certified preview; 0 disables it.
+  // Maximum triangles of the certified preview; 0 disables it.
   double certified_triangles = kMostCertifiedTriangles;
-  bool shells = false;      // The client decodes them.
-  bool is_display = false;  // It keeps no mesh.
-  // The most triangles of a final step of shells.
+  bool shells = false;      // The client decodes shells.
+  bool is_display = false;  // The client keeps no mesh.
+  // Maximum triangles of a final step of shells.
   double shell_triangles = kMostShellTriangles;
 };
 
-// The preview of a request that a Preview names.
+// Returns the preview of a request that a Preview identifies.
 [[nodiscard]] StepRequest preview_step(const IsosurfaceRequest& request, const Preview& preview,
                                        const DatasetInfo& info);
 
-// The step after those that were shown, of which none is final: a preview or exactly `request`.
-// The same arguments give the same step. Each step refines the one before.
+// Returns the step after the delivered ones, none of which is final: a preview or exactly
+// `request`. The same arguments give the same step. Each step refines the previous one.
 [[nodiscard]] PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
                                     std::span<const DeliveredStep> shown, const DatasetInfo& info,
                                     const SizeEstimates& sizes, const CostEstimates& costs);
 
-// Whatever is in it; and what it has on average.
+// Bytes of a tile independent of its content, and the average triangles of a tile.
 inline constexpr double kBytesATile = 250;
 inline constexpr double kTrianglesATile = 10'000;
 
-// Bits of a vertex in sample shells of spacing 1, as measured on public volumes. `type` is that
-// of the dataset's samples: the more bits exact ones have, the more of these are noise.
+// Returns the bits per vertex in sample shells of spacing 1, as measured on public volumes. `type`
+// is that of the dataset's samples: the more bits exact samples have, the more of these are noise.
 [[nodiscard]] double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution);
 
-// Encoded bytes of a mesh of so many triangles, as measured on public volumes: about
-// 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with normals of
-// 8 bits 0.6 more, and 0.15 for every bit beyond. In sample shells bits_a_vertex().
+// Returns the encoded bytes of a mesh with this number of triangles, as measured on public volumes:
+// about 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with
+// normals of 8 bits 0.6 more, and 0.15 for every further bit. In sample shells bits_a_vertex().
 [[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step,
                                      SampleType type = SampleType::kU16);
 

@@ -1,6 +1,5 @@
-// A step with all that follows from it and the dataset, found out once: the thresholds of the
-// model, what is left of them for simplification, which tiles come first, and what the step is
-// known by.
+// A step together with everything derived from it and the dataset: the thresholds of the model, the
+// rest of them for simplification, the order of tiles, and the step's key.
 //
 //   const ResolvedStep spec(step, info);
 //   const PreparedModel model(volume, ..., spec.model());
@@ -19,23 +18,23 @@
 
 namespace multitetra {
 
-// Immutable; safe to use from several threads at once.
+// Immutable and thread-safe.
 class ResolvedStep {
  public:
-  // Requires a validated request. With very many regions that takes long: `check`, if there is one,
-  // is called again and again meanwhile and may throw.
+  // Requires a validated request. Takes long for very many regions; `check`, if set, is called
+  // repeatedly meanwhile and may throw.
   ResolvedStep(const StepRequest& step, const DatasetInfo& info,
                const std::function<void()>& check = {});
 
   [[nodiscard]] const StepRequest& step() const { return step_; }
   [[nodiscard]] const IsosurfaceRequest& request() const { return step_.request; }
 
-  // The thresholds of the model: with simplification its part of them.
+  // Returns options with the thresholds of the model: its share of them with simplification.
   [[nodiscard]] ModelOptions model() const;
-  // The options of simplification: the rest of the thresholds.
+  // Returns options with the rest of the thresholds.
   [[nodiscard]] SimplificationOptions simplification() const;
-  // Whether some places are more important than others; and the tile with the least number comes
-  // first: where the least error is allowed, which is near the eye or in the finest region.
+  // Returns whether tiles differ in importance. The tile with the smallest importance() comes
+  // first: the smallest error is allowed there, as near the eye or in the finest region.
   [[nodiscard]] bool has_important_places() const;
   [[nodiscard]] double importance(const OctreeCube& cube) const;
 
@@ -44,11 +43,11 @@ class ResolvedStep {
   Vec3 lattice_step_;
   // The request's threshold map.
   ThresholdMap thresholds_;
-  ThresholdMap model_thresholds_;  // The same without simplification.
+  ThresholdMap model_thresholds_;  // Equal to `thresholds_` without simplification.
 };
 
-// Everything that a step of a dataset is a function of, in bytes: equal exactly for equal steps.
-// The order of a step's tiles does not count where it has shells.
+// Returns a key of everything that determines a step of a dataset: equal exactly for equal steps.
+// For shells, the order of tiles is not included.
 [[nodiscard]] std::string key_of(const StepRequest& step, const DatasetInfo& info);
 
 }  // namespace multitetra

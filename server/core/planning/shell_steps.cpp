@@ -20,7 +20,7 @@ bool has_shells(const DatasetInfo& info, const ShellLevel& level) {
       level.finest_spacing << level.lattice_resolution > shell::kMaxExactSteps) {
     return false;
   }
-  // Distances to floats span at most 282 octaves then, of the 320 that a shell has room for.
+  // Then distances to floats span at most 282 octaves of the 320 that shells can represent.
   return level.isovalue == 0 ||
          (std::abs(level.isovalue) >= 0x1p-100 && std::abs(level.isovalue) <= 0x1p200);
 }

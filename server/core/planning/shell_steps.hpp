@@ -1,4 +1,4 @@
-// Steps of sample shells: which a request can have, and which of them meets it.
+// Steps of sample shells: which ones a request can have, and which of them meets it.
 #pragma once
 
 #include <cstdint>
@@ -24,23 +24,23 @@ struct ShellLevel {
           .shell = *step.shell};
 }
 
-// Whether the dataset has such shells: exact ones need integer samples, lattice-exact ones at most
-// 256 lattice steps an edge, and the format has a largest spacing and isovalues that it can hold.
+// Returns whether the dataset has such shells: exact ones require integer samples, lattice-exact
+// ones at most 256 lattice steps an edge, and the format limits spacings and isovalues.
 [[nodiscard]] bool has_shells(const DatasetInfo& info, const ShellLevel& level);
 
-// Whether a request can have steps of shells, which are whole surfaces without normals.
+// Returns whether a request can have steps of shells, which are whole surfaces without normals.
 [[nodiscard]] inline bool allows_shells(const IsosurfaceRequest& request) {
   return !request.cell && request.normal_bits == 0;
 }
 
-// The full-resolution shells with the fewest bytes that are within all thresholds of the request;
-// none where the dataset has none.
+// Returns the full-resolution shells with the fewest bytes that meet all thresholds of the request,
+// or nullopt if the dataset has none.
 [[nodiscard]] std::optional<StepRequest> certified_shells(const IsosurfaceRequest& request,
                                                           const DatasetInfo& info);
 
-// Whether a step of shells is all that a client needs that keeps no mesh: full resolution, within
-// all thresholds, where these allow less than a voxel and there is no budget. A function of request
-// and step alone, so that a stream that is resumed elsewhere ends with the same step.
+// Returns whether a step of shells suffices for a client that keeps no mesh: full resolution,
+// within all thresholds, which are below a voxel somewhere, and no budget. Depends only on request
+// and step, so that a stream resumed on another server ends with the same step.
 [[nodiscard]] bool is_enough_to_display(const StepRequest& step, const IsosurfaceRequest& request,
                                         const DatasetInfo& info);
 

@@ -9,7 +9,7 @@ namespace multitetra {
 namespace {
 
 constexpr double kFewBorderEdges = 50;  // Fewer are no basis for an estimate.
-// A part of the triangles that are left in blocks: every tile keeps some.
+// Minimum fraction of the triangles left in blocks: every tile keeps some.
 constexpr double kLeastInner = 0.05;
 
 }  // namespace
@@ -28,7 +28,7 @@ double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge, dou
   const double at_border = a_border_edge * blocks.border_edges / blocks.before;
   const double inner = std::max(left - at_border, kLeastInner * left);
   const SimplifiedTileLimits limits;
-  // Tiles as full as they are on average; one that takes all has no border.
+  // The average fill of tiles. A tile that contains everything has no border.
   const double triangles = 0.6 * static_cast<double>(limits.triangles);
   if (inner * before <= static_cast<double>(limits.triangles) &&
       before <= 2 * static_cast<double>(limits.vertices_before)) {
@@ -43,7 +43,7 @@ double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge, dou
 }
 
 double rough_remaining_share(double voxels) {
-  // The power of 5/4, by roots: the same bits on every machine.
+  // The power 5/4 by roots, which give the same bits on every machine.
   const double at_least = std::max(voxels, 0.01);
   return std::min(0.018 / (at_least * std::sqrt(std::sqrt(at_least))), 0.5);
 }

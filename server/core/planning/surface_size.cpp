@@ -9,7 +9,7 @@ OctreeCube root_of(const PreparedModel& model) {
   return {.exponent = model.volume().info.grid_exponent};
 }
 
-// Calls visit(cube) for the refined cubes of at least `exponent`, children after their parent.
+// Calls visit(cube) for the refined cubes of at least `exponent`, parents before children.
 template <typename Visit>
 void visit_refined(const PreparedModel& model, const OctreeCube& cube, int exponent,
                    const Visit& visit) {

@@ -7,14 +7,14 @@
 namespace multitetra {
 namespace {
 
-// Per sample step; 0 where nothing is known on either side.
+// Returns the slope per sample step; 0 if neither neighbour has a value.
 double slope(double below, double here, double above) {
   if (!std::isnan(below) && !std::isnan(above)) return 0.5 * (above - below);
   if (!std::isnan(above)) return above - here;
   return std::isnan(below) ? 0 : here - below;
 }
 
-// A covector of sample indices in the world: the inverse transpose of the map.
+// Transforms a covector of sample indices to the world: by the inverse transpose of the map.
 Vec3 world_gradient(const Vec3& gradient, const Affine& world_to_index) {
   return {dot(world_to_index.columns[0], gradient), dot(world_to_index.columns[1], gradient),
           dot(world_to_index.columns[2], gradient)};

@@ -6,10 +6,11 @@
 
 namespace multitetra {
 
-// Requires a dataset whose map to the world can be inverted. There is no field outside of the
-// data's box, nor where a sample that counts is void. The gradient is the central difference of the
-// trilinear field over a sample step to either side, one-sided where there is no field on the
-// other, and 0 along an axis where there is none on both. Throws what reading a brick throws.
+// Returns the value and gradient of the field at `place`. Requires a dataset with an invertible map
+// to the world. There is no field outside of the data's box, nor where a sample with nonzero weight
+// is void. The gradient is the central difference of the trilinear field over a sample step on
+// either side; one-sided if the other side has no field, and 0 along an axis if neither has.
+// Rethrows exceptions from reading a brick.
 [[nodiscard]] ProbedPlace probed(const PreparedVolume& volume, CoordinateSystem coordinates,
                                  const Vec3& place);
 

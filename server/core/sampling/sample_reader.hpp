@@ -1,8 +1,8 @@
-// Samples one at a time, from the bricks of a prepared dataset: for looks along planes and
-// surfaces, which touch few of them.
+// Random access to samples in the bricks of a prepared dataset, for planes and surfaces, which
+// touch few of them.
 //
-// Two kinds of samples look alike here: all of them, and every eighth along each axis, which lie
-// together and cost no brick. Places are sample indices for both.
+// Two readers have the same interface: one for all samples, and one for every eighth along each
+// axis, which are stored together and need no bricks. Places are sample indices for both.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +20,11 @@
 
 namespace multitetra {
 
-// The value of places where there is no field.
+// The value of places without a field.
 inline constexpr float kNoField = std::numeric_limits<float>::quiet_NaN();
 
-// A place this near to a plane of samples counts as on it, so that converting a sample's position
-// to world coordinates and back selects that sample.
+// A place this near to a plane of samples is treated as on it, so that converting a sample's
+// position to world coordinates and back selects that sample.
 inline constexpr double kOnSample = 1e-6;
 
 [[nodiscard]] inline double onto_sample(double coordinate) {
@@ -32,7 +32,7 @@ inline constexpr double kOnSample = 1e-6;
   return std::abs(coordinate - nearest) <= kOnSample ? nearest : coordinate;
 }
 
-// Whether there are samples on both sides of the place, or at it: the data's box, closed.
+// Returns whether the place lies in the data's closed box.
 [[nodiscard]] inline bool is_in_data(const Vec3& index, const DatasetInfo& info) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double at = onto_sample(index[axis]);
@@ -41,8 +41,8 @@ inline constexpr double kOnSample = 1e-6;
   return true;
 }
 
-// All samples. Remembers which bricks it has looked at last; one for each thread. The volume must
-// outlive it. Throws what reading a brick throws.
+// Reads all samples and caches the last bricks used. Not thread-safe. The volume must outlive it.
+// Rethrows exceptions from reading a brick.
 template <typename Sample>
 class BrickReader {
  public:
@@ -51,7 +51,7 @@ class BrickReader {
     known_.fill({kNone, {}});
   }
 
-  // In units of the samples that there are here. Requires a place in the data.
+  // Returns the place in units of this reader's samples. Requires a place in the data.
   [[nodiscard]] Vec3 unit_place(const Vec3& index) const {
     return {onto_sample(index[0]), onto_sample(index[1]), onto_sample(index[2])};
   }
@@ -85,15 +85,15 @@ class BrickReader {
   std::array<Known, 61> known_;
 };
 
-// Whether the samples at multiples of 8 are enough for an overview of the volume.
+// Returns whether there are samples at multiples of 8 for an overview of the volume.
 [[nodiscard]] inline bool has_coarse_samples(const DatasetInfo& info) {
   const GridPoint extent = coarse_extent(info).extent;
   return std::min({extent.x, extent.y, extent.z}) > 0;
 }
 
-// Every eighth sample along each axis: those at multiples of kSpectrumSpacing in the grid. Between
-// the outermost of them and the end of the data the outermost count. The volume must outlive it;
-// requires has_coarse_samples().
+// Reads every eighth sample along each axis: those at multiples of kSpectrumSpacing in the grid.
+// Beyond the outermost of these, uses the outermost. The volume must outlive it. Requires
+// has_coarse_samples().
 template <typename Sample>
 class CoarseReader {
  public:
@@ -126,15 +126,15 @@ class CoarseReader {
   std::int32_t margin_;
 };
 
-// The sample nearest to a place in units of the reader.
+// Returns the sample nearest to a place in units of the reader.
 template <typename Reader>
 [[nodiscard]] float nearest_value(Reader& reader, const Vec3& unit_place) {
   const auto rounded = [](double v) { return static_cast<std::int32_t>(std::floor(v + 0.5)); };
   return reader.at({rounded(unit_place[0]), rounded(unit_place[1]), rounded(unit_place[2])});
 }
 
-// Trilinear between the samples around a place in units of the reader. Samples without weight do
-// not count, so at a sample it is that sample; NaN where one that counts is void.
+// Returns the trilinear value at a place in units of the reader. Ignores samples with weight 0, so
+// a place at a sample gives that sample; NaN if a sample with nonzero weight is void.
 template <typename Reader>
 [[nodiscard]] double linear_value(Reader& reader, const Vec3& unit_place) {
   std::array<std::int32_t, 3> low{};

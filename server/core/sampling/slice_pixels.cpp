@@ -33,8 +33,8 @@ void fill_rows(Reader reader, const DatasetInfo& info, const SliceRequest& plane
 
 double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info) {
   constexpr double kBrickFace = BrickLayout::kSampleSide * BrickLayout::kSampleSide;
-  // A plane crosses a layer of bricks for each axis that its normal has a part along; and no more
-  // of them than the data has.
+  // For each axis along which its normal has a component, a plane crosses a layer of bricks, but no
+  // more bricks than the data has there.
   const Vec3 area = scaled(cross(plane.right, plane.down), static_cast<double>(plane.pixels()));
   double faces = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -42,7 +42,7 @@ double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info) {
                           static_cast<double>(info.dims[(axis + 2) % 3]);
     faces += std::min(std::abs(area[axis]), widest) / kBrickFace;
   }
-  // A pixel lies between eight bricks at most.
+  // A pixel lies between at most eight bricks.
   return std::min(faces, 8.0 * static_cast<double>(plane.pixels()));
 }
 

@@ -13,7 +13,7 @@ class ScalarField {
  public:
   explicit ScalarField(const PreparedVolume& field) : info_(field.info), reader_(field) {}
 
-  // At a place in sample indices of the field.
+  // Returns the value at a place in sample indices of the field.
   [[nodiscard]] double operator()(const Vec3& index) {
     if (!is_in_data(index, info_)) return static_cast<double>(kNoField);
     return linear_value(reader_, reader_.unit_place(index));
@@ -41,7 +41,7 @@ VertexScalars vertex_scalars(const PreparedVolume& field, const LatticeMesh& mes
     for (const Vec3& place : places) scalars.values.push_back(value_at(place));
     const auto compare = [&](const Vec3& place, double interpolated) {
       const double deviation = std::abs(value_at(place) - interpolated);
-      // A comparison with NaN is false.
+      // False for NaN.
       if (deviation > scalars.largest_deviation) scalars.largest_deviation = deviation;
     };
     const std::vector<double>& values = scalars.values;
@@ -49,7 +49,7 @@ VertexScalars vertex_scalars(const PreparedVolume& field, const LatticeMesh& mes
       for (std::size_t i = 0; i < 3; ++i) {
         const std::uint32_t a = t[i];
         const std::uint32_t b = t[(i + 1) % 3];
-        // The triangle beside it, perhaps of another tile, has the edge the other way round.
+        // The adjacent triangle, possibly in another tile, has the edge reversed.
         if (mesh.vertices[a] > mesh.vertices[b]) continue;
         compare(scaled(sum(places[a], places[b]), 0.5), 0.5 * (values[a] + values[b]));
       }

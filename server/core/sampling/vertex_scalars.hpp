@@ -1,5 +1,4 @@
-// A second field evaluated at the vertices of a surface, and how well linear interpolation between
-// the vertices represents it.
+// A second field at the vertices of a surface, and its error under linear interpolation.
 #pragma once
 
 #include <vector>
@@ -10,16 +9,15 @@
 namespace multitetra {
 
 struct VertexScalars {
-  std::vector<double> values;  // Trilinear, one a vertex; NaN where there is no field.
-  // The largest difference between the field and what is interpolated linearly between the corners
-  // of a triangle, at the middles of all triangles and of all edges between two; where there is no
-  // field at a corner or in the middle it does not count.
+  std::vector<double> values;  // Trilinear values, one per vertex; NaN where there is no field.
+  // The largest deviation of linear interpolation from the field, at the centres of all triangles
+  // and the midpoints of all edges between two; ignores those without a field there or at a corner.
   double largest_deviation = 0;
 };
 
-// `grid_to_world` is that of the mesh, which need not be of this field's dataset. Values and
-// deviations depend on places alone, so a vertex in two tiles has the same value in both. Throws
-// what reading a brick throws.
+// Evaluates the field at the vertices of a mesh, which may be of another dataset; `grid_to_world`
+// is that of the mesh. Values and deviations depend only on places, so a vertex in two tiles has
+// the same value in both. Rethrows exceptions from reading a brick.
 [[nodiscard]] VertexScalars vertex_scalars(const PreparedVolume& field, const LatticeMesh& mesh,
                                            const Affine& grid_to_world);
 

@@ -41,7 +41,7 @@ std::vector<CollapseFan::Point> points_of(std::span<const Vec3> positions,
 
 class SimplifiedPiece::Run {
  public:
-  // Takes map and quadrics out of the piece: there is memory for them once.
+  // Moves map and quadrics out of the piece, to hold them in memory only once.
   Run(SimplifiedPiece& piece, const PieceLimit& limit, std::vector<CollapseFan::Point> points,
       std::optional<Obstacles> embedded)
       : limit_(limit),
@@ -60,7 +60,7 @@ class SimplifiedPiece::Run {
     if (limit.largest() <= piece.least_tried_) open_around_seams(piece.parts_);
   }
 
-  // Leaves in the piece what is left of it: all of it, if it `goes_on`, or else its mesh.
+  // Stores the result in the piece: all of it if it `goes_on`, otherwise only the mesh.
   void simplify(SimplifiedPiece& piece, const std::function<void()>& checkpoint, bool goes_on) {
     for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
       for (std::size_t i = 0; i < candidates_.size(); ++i) {
@@ -88,19 +88,19 @@ class SimplifiedPiece::Run {
   static constexpr std::size_t kBetweenCheckpoints = 2048;
   static constexpr int kTries = 2;
   static constexpr std::uint8_t kRefusals = 4;
-  // What a squared length counts beside a squared distance. Of 0.01 up to an eighth fewer thin
-  // triangles come; of 0.03 up to a fourth, but flat surfaces take five percent more bytes.
+  // Weight of a squared length relative to a squared distance. 0.01 gives up to an eighth fewer
+  // thin triangles; 0.03 up to a quarter fewer, but five percent more bytes for flat surfaces.
   static constexpr float kOfLength = 0.01F;
 
   struct State {
     float least_cost = 0;
-    std::uint32_t best = kNone;  // The vertex that costs least to collapse onto.
-    bool is_stale = true;        // These are not known.
-    bool is_closed = false;      // Refused, and nothing has changed since.
+    std::uint32_t best = kNone;  // The cheapest vertex to collapse onto.
+    bool is_stale = true;        // The above are outdated.
+    bool is_closed = false;      // Rejected, and its surroundings have not changed since.
     std::uint8_t refusals = 0;
   };
 
-  // Away from the seams all has been tried in the pieces, where nothing was better.
+  // Away from the seams, the pieces have already tried all collapses, with no smaller limit.
   void open_around_seams(std::span<const std::uint32_t> parts) {
     for (State& state : states_) state.is_closed = true;
     for (std::uint32_t t = 0; t < mesh_.triangle_count(); ++t) {
@@ -112,8 +112,7 @@ class SimplifiedPiece::Run {
     }
   }
 
-  // The cheaper half of the vertices that may move, in the order of their numbers: neighbours are
-  // near to each other in memory.
+  // Chooses the cheaper half of the movable vertices, by number: neighbours are near in memory.
   bool choose_candidates() {
     costs_.clear();
     std::size_t kept = 0;
@@ -136,7 +135,7 @@ class SimplifiedPiece::Run {
     }
     return true;
   }
-  // The costs of collapses onto the vertices of the ring.
+  // Computes the costs of collapses onto the vertices of the ring.
   void find_costs(std::uint32_t u) {
     mesh_.ring(u, ring_);
     ring_costs_.resize(ring_.size());
@@ -154,8 +153,8 @@ class SimplifiedPiece::Run {
       }
     }
   }
-  // Where quadrics decide little, as on flat pieces, the shorter edge goes: it leaves fewer long
-  // and thin triangles.
+  // Where quadrics decide little, as on flat parts, this prefers shorter edges, which leaves fewer
+  // long and thin triangles.
   float cost(std::uint32_t u, const Vec3& goal) const {
     const Vec3 along = difference(goal, points_[u].at);
     const Quadric& q = quadrics_[u];
@@ -166,7 +165,7 @@ class SimplifiedPiece::Run {
     State& state = states_[u];
     const bool was_stale = state.is_stale;
     find_costs(u);
-    // When neighbours have changed in this pass it may have become too dear.
+    // It may have become too expensive if neighbours have changed in this pass.
     if (was_stale && state.least_cost > 1.5F * dearest_) return;
     for (int tries = 0; tries < kTries && !ring_costs_.empty();) {
       const auto least = std::min_element(ring_costs_.begin(), ring_costs_.end());
@@ -184,7 +183,7 @@ class SimplifiedPiece::Run {
     ++state.refusals;
   }
 
-  // Makes this place of the ring the first.
+  // Rotates the ring so that this position is first.
   void turn_to(std::size_t first) {
     turned_.resize(ring_.size());
     places_.resize(ring_.size());
@@ -237,19 +236,19 @@ class SimplifiedPiece::Run {
   // The quadrics of the vertices, relative to them.
   std::vector<Quadric> quadrics_;
   std::vector<State> states_;
-  std::vector<std::uint32_t> open_;  // Vertices that may move some time.
+  std::vector<std::uint32_t> open_;  // Vertices that may still move.
   std::span<const LatticePoint> vertices_;
-  CollapseHistory* history_;  // Null: none is kept.
-  // The largest cost of a pass.
+  CollapseHistory* history_;  // Null without a history.
+  // The maximum cost in a pass.
   float dearest_ = 0;
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
   std::vector<Vec3> ring_places_;
   std::vector<float> ring_costs_;
-  // The ring from the collapse's target on.
+  // The ring, starting at the collapse's target.
   std::vector<std::uint32_t> turned_;
-  // The places of the ring's vertices.
+  // The positions of the ring's vertices.
   std::vector<Vec3> places_;
 };
 

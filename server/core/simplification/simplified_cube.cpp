@@ -19,7 +19,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
                                const SimplifiedTileLimits& limits,
                                const std::function<void()>& checkpoint, Obstacles obstacles) {
   SimplifiedCube joined{.cube = cube, .tiles = {}, .rest = {}};
-  // With `is_embedded`: what is in the way, besides the pieces themselves.
+  // With `is_embedded`: obstacles other than the pieces themselves.
   std::vector<LatticeTriangle> others(obstacles.begin(), obstacles.end());
   const auto embedded = [&] {
     return options.is_embedded ? std::optional(Obstacles(others)) : std::nullopt;
@@ -74,7 +74,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
   } else {
     return joined;
   }
-  // A piece that is alone was simplified by itself, unless it has only begun.
+  // A single piece is already simplified, unless only its first stage has run.
   if (is_joined || is_begun) {
     const bool is_last = cube.exponent == limits.root_exponent && !options.is_resumable;
     joined.rest.simplify(options.max_distance, checkpoint, embedded(), stage + 1, is_last);

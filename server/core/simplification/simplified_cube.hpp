@@ -1,9 +1,9 @@
-// The surface in one octree cube while it is simplified, and how tiles are cut off from it: as in
-// cube_surface.hpp, but by what simplification leaves.
+// The surface in one octree cube during simplification, from which tiles are cut off as in
+// cube_surface.hpp, but by the number of remaining triangles.
 //
-// Cubes are simplified bottom-up. What is left in the children of a cube is joined and simplified
-// on, so that only the borders of tiles stay as they were; how many tiles there are depends on how
-// many triangles are left. The result is a function of the leaves, thresholds and limits alone.
+// Cubes are simplified bottom-up: what remains in a cube's children is joined and simplified
+// further, so that only the borders of tiles stay as they were; fewer remaining triangles make
+// fewer tiles. The result depends only on the leaves, thresholds and limits.
 #pragma once
 
 #include <cstddef>
@@ -25,29 +25,29 @@ struct SimplifiedTile {
 
 struct SimplifiedCube {
   OctreeCube cube;
-  std::vector<SimplifiedTile> tiles;  // Cut off.
+  std::vector<SimplifiedTile> tiles;  // Already cut off.
   SimplifiedPiece rest;               // Not yet in a tile.
 };
 
 struct SimplifiedTileLimits {
-  std::size_t triangles = 64'000;           // That are left in a tile,
-  std::size_t vertices_before = 6'000'000;  // and that it had: memory and time of one thread.
-  // For a cube with all of the surface: nothing is joined beyond it.
+  std::size_t triangles = 64'000;  // Maximum remaining triangles of a tile,
+  // and maximum original vertices: bounds memory and time of one thread.
+  std::size_t vertices_before = 6'000'000;
+  // The exponent of a cube that contains the whole surface; nothing is joined beyond it.
   int root_exponent = std::numeric_limits<int>::max();
 };
 
-// The surface in a cube from that in its children, and from what lies in no single one of them
-// (`own`), if anything does. Simplifies what stays together; `options` are the same for all cubes.
-// `checkpoint` is called now and then: what it throws ends the work. `obstacles` are triangles that
-// lie in no single cube of this size, but reach into this one; they count where surfaces are to
-// stay embedded.
+// Joins the surfaces in a cube's children with the one that lies in no single child (`own`), if
+// there is one, and simplifies what is not cut off. `options` must be the same for all cubes. Calls
+// `checkpoint` repeatedly; an exception from it aborts the work. `obstacles` are triangles that lie
+// in no single cube of this size but extend into this one; only embedded simplification uses them.
 [[nodiscard]] SimplifiedCube join_simplified(
     const OctreeCube& cube, std::vector<SimplifiedCube> children,
     std::optional<SimplifiedPiece> own, const SimplificationOptions& options,
     const SimplifiedTileLimits& limits = {}, const std::function<void()>& checkpoint = [] {},
     Obstacles obstacles = {});
 
-// The whole as tiles, sorted by cube: what is left at the root becomes one.
+// Returns all tiles, sorted by cube; the rest at the root becomes one.
 [[nodiscard]] std::vector<SimplifiedTile> all_tiles(SimplifiedCube root);
 
 }  // namespace multitetra

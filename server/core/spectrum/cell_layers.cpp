@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::int32_t kTile = 64;  // Cells read at a time, along x and y.
+constexpr std::int32_t kTile = 64;  // Cells read at a time along x and y.
 
 template <typename Sample>
 constexpr Sample above_all() {
@@ -24,7 +24,7 @@ constexpr Sample below_all() {
   return std::numeric_limits<Sample>::lowest();
 }
 
-// A rectangle of cells, and where it is in a layer that begins elsewhere.
+// A rectangle of cells in one layer.
 struct CellTile {
   GridPoint begin;
   GridPoint end;
@@ -42,7 +42,7 @@ std::vector<CellTile> tiles_of(const CellBox& cells, std::int32_t layer) {
   return tiles;
 }
 
-// The samples of the closed cells.
+// The samples of the closed cells of a tile.
 struct CellSamples {
   GridPoint first;
   GridPoint extent;
@@ -66,7 +66,7 @@ struct CellSamples {
   }
 };
 
-// The samples of a closed cell along an axis: none when the last is below the first.
+// The samples of a closed cell along an axis; empty if `last` < `first`.
 struct SamplesAlong {
   std::int32_t first = 0;
   std::int32_t last = 0;
@@ -78,7 +78,7 @@ struct SamplesAlong {
   }
 };
 
-// In the order in which samples pass by elsewhere, so that zeros of both signs come out alike.
+// Visits samples in the order of CellRanges, so that zeros of either sign give the same result.
 template <typename Sample>
 std::array<Sample, 2> range_of(const DatasetInfo& info, const CellSamples& box,
                                const std::vector<Sample>& samples, GridPoint cell) {
@@ -90,7 +90,7 @@ std::array<Sample, 2> range_of(const DatasetInfo& info, const CellSamples& box,
   for (std::int32_t k = z.first; k <= z.last; ++k) {
     for (std::int32_t j = y.first; j <= y.last; ++j) {
       const Sample* const row = samples.data() + box.index(0, j, k);
-      for (std::int32_t i = x.first; i <= x.last; ++i) {  // Comparing with NaN is false.
+      for (std::int32_t i = x.first; i <= x.last; ++i) {  // Comparisons with NaN are false.
         low = row[i] < low ? row[i] : low;
         high = row[i] > high ? row[i] : high;
       }
@@ -99,7 +99,7 @@ std::array<Sample, 2> range_of(const DatasetInfo& info, const CellSamples& box,
   return {low, high};
 }
 
-// A layer with `value_of(box, samples, cell)` for every cell.
+// Returns a layer with `value_of(box, samples, cell)` for every cell.
 template <typename Value, typename ValueOf>
 std::vector<std::byte> layer_of(const DatasetInfo& info, const SampleBoxes& boxes,
                                 const CellBox& cells, std::int32_t layer, const ForEach& for_each,

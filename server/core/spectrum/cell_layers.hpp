@@ -1,6 +1,5 @@
-// What a prepared volume stores per cell, computed from boxes of samples, for callers that have a
-// part of the volume only. CellRanges and CoarseVolume compute the same from a whole volume, slice
-// by slice.
+// The per-cell data of a prepared volume, computed from boxes of samples, for callers with a part
+// of the volume. CellRanges and CoarseVolume compute the same from a whole volume, slice by slice.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +12,15 @@
 
 namespace multitetra {
 
-// One layer of the cells of cell_extent(info), z = `layer`, from cells.begin to cells.end along x
-// and y, as in PreparedVolume::ranges.
+// Returns the ranges of one layer of the cells of cell_extent(info), at z = `layer` and from
+// cells.begin to cells.end along x and y, in the format of PreparedVolume::ranges.
 [[nodiscard]] std::vector<std::byte> ranges_of_layer(const DatasetInfo& info,
                                                      const SampleBoxes& samples,
                                                      const CellBox& cells, std::int32_t layer,
                                                      const ForEach& for_each);
 
-// The same of the samples of coarse_extent(info), as in PreparedVolume::coarse.
+// Returns such a layer of the samples of coarse_extent(info), in the format of
+// PreparedVolume::coarse.
 [[nodiscard]] std::vector<std::byte> coarse_of_layer(const DatasetInfo& info,
                                                      const SampleBoxes& samples,
                                                      const CellBox& points, std::int32_t layer,

@@ -12,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kLayers = 4;  // That 16 slices can touch.
+constexpr std::size_t kLayers = 4;  // The number of layers that 16 slices can touch.
 
 template <typename Sample>
 constexpr Sample highest() {
@@ -25,13 +25,13 @@ constexpr Sample lowest() {
   return std::numeric_limits<Sample>::lowest();
 }
 
-// The cells, first and last, whose closed extent along one axis holds grid coordinate v.
+// Returns the first and the last cell that contain grid coordinate v in their closed extent.
 std::pair<std::int32_t, std::int32_t> cells_at(std::int32_t v) {
   const std::int32_t cell = v / kSpectrumSpacing;
   return {std::max(0, v % kSpectrumSpacing == 0 ? cell - 1 : cell), cell};
 }
 
-// Takes one row of samples into the ranges of a row of cells; both begin with the data.
+// Merges a row of samples into the ranges of a row of cells. Both rows begin with the data.
 template <typename Sample>
 void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& cells,
                  Sample* ranges) {
@@ -41,7 +41,7 @@ void include_row(const Sample* row, const DatasetInfo& info, const LevelExtent& 
     const std::int32_t last = std::min(info.dims[0] - 1, begin + kSpectrumSpacing);
     Sample low = ranges[2 * i];
     Sample high = ranges[2 * i + 1];
-    for (std::int32_t x = first; x <= last; ++x) {  // Comparing with NaN is false.
+    for (std::int32_t x = first; x <= last; ++x) {  // Comparisons with NaN are false.
       low = row[x] < low ? row[x] : low;
       high = row[x] > high ? row[x] : high;
     }
@@ -57,7 +57,7 @@ CellRanges::CellRanges(const DatasetInfo& info, Scratch& scratch) : info_(info),
   spill(0);
 }
 
-// Puts aside the first layers of those in memory, and begins as many others.
+// Moves the first layers in memory to the scratch and starts as many new ones.
 void CellRanges::spill(std::int32_t layers) {
   const LevelExtent cells = cell_extent(info_);
   const auto layer =
@@ -80,14 +80,14 @@ void CellRanges::spill(std::int32_t layers) {
 
 void CellRanges::add(const Samples& slab, std::int32_t slices, const ForEach& for_each) {
   const LevelExtent all_cells = cell_extent(info_);
-  LevelExtent cells = all_cells;  // Those in memory.
+  LevelExtent cells = all_cells;  // The cells in memory.
   cells.low.z += first_layer_;
   const std::int32_t first_z = next_slice_;
   next_slice_ += slices;
   std::visit(
       [&](auto& ranges) {
         const auto& samples = std::get<std::decay_t<decltype(ranges)>>(slab);
-        // A row of cells along x is written by one body alone.
+        // Each row of cells along x is written by one body only.
         for_each(static_cast<std::size_t>(cells.extent.y), [&](std::size_t j) {
           const std::int32_t cell_y = cells.low.y + static_cast<std::int32_t>(j);
           const std::int32_t begin = kSpectrumSpacing * cell_y - info_.margin;

@@ -1,5 +1,5 @@
-// The least and the largest sample of every cell, so that a query finds the cells that a surface
-// can cross without a look at their samples.
+// The least and the largest sample of every cell, so that queries find the cells that a surface may
+// cross without reading samples.
 #pragma once
 
 #include <cstddef>
@@ -12,16 +12,16 @@
 
 namespace multitetra {
 
-// Collects the ranges of cell_extent(info) from a volume that passes by once, and puts them aside
-// layer after layer: a few layers of cells are in memory.
+// Collects the ranges of cell_extent(info) in one pass over a volume. Keeps a few layers of cells
+// in memory and writes the others to the scratch.
 class CellRanges {
  public:
-  // The scratch must outlive this, and nothing else may put into it.
+  // The scratch must outlive this object and have no other writer.
   CellRanges(const DatasetInfo& info, Scratch& scratch);
-  // The next slices along z, at most 16, x fastest in the dataset's type.
+  // Adds the next slices along z, at most 16, x fastest and of the dataset's type.
   void add(const Samples& slab, std::int32_t slices, const ForEach& for_each);
-  // The size of all ranges together, which lie in the scratch, from its beginning, as
-  // PreparedVolume::ranges, once the last slice was added.
+  // Returns the size of all ranges. After the last slice they are at the beginning of the scratch,
+  // in the format of PreparedVolume::ranges.
   [[nodiscard]] std::uint64_t bytes() const;
 
  private:
@@ -29,8 +29,8 @@ class CellRanges {
 
   const DatasetInfo info_;
   Scratch& scratch_;
-  Samples ranges_;                // Pairs, of some layers of cells.
-  std::int32_t first_layer_ = 0;  // The first of these, relative to cell_extent.
+  Samples ranges_;                // Pairs for the layers of cells in memory.
+  std::int32_t first_layer_ = 0;  // The first of these layers, relative to cell_extent.
   std::int32_t next_slice_ = 0;
 };
 

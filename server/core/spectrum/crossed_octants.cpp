@@ -10,13 +10,13 @@
 namespace multitetra {
 namespace {
 
-// Along one axis.
+// A range along one axis.
 struct Span {
   std::int32_t first = 0;
   std::int32_t last = 0;
 };
 
-// What was seen on both sides of the isovalue.
+// The sides of the isovalue on which values were found.
 struct Sides {
   bool above = false;
   bool not_above = false;
@@ -24,7 +24,7 @@ struct Sides {
   [[nodiscard]] bool are_both() const { return above && not_above; }
 };
 
-// The cells along an axis of a cube, of which the data has `count` from `low` on.
+// Returns the cells of a cube along an axis, clipped to the `count` cells of the data from `low`.
 Span cells_of(std::int32_t position, std::int32_t cells, std::int32_t low, std::int32_t count) {
   return {std::max(position * cells, low), std::min((position + 1) * cells, low + count) - 1};
 }
@@ -46,7 +46,7 @@ void look_at_cells(const PreparedVolume& volume, const OctreeCube& cube, double 
                     sizeof(range));
         const auto low = static_cast<double>(range[0]);
         const auto high = static_cast<double>(range[1]);
-        if (low > high) continue;  // All are void.
+        if (low > high) continue;  // All samples are void.
         sides.above |= high > isovalue;
         sides.not_above |= !(low > isovalue);
         if (sides.are_both()) return;
@@ -55,7 +55,7 @@ void look_at_cells(const PreparedVolume& volume, const OctreeCube& cube, double 
   }
 }
 
-// Whether points of the closed cube lie beyond the data.
+// Returns whether the closed cube contains points beyond the data.
 bool reaches_outside(const DatasetInfo& info, const OctreeCube& cube) {
   const GridPoint first = first_sample(info);
   const GridPoint last = last_sample(info);

@@ -1,4 +1,4 @@
-// Which parts of a cube a surface can be in: what a tree of cells leaves out.
+// The parts of a cube that a surface can cross; the others are omitted from trees of cells.
 #pragma once
 
 #include <cstdint>
@@ -8,16 +8,17 @@
 
 namespace multitetra {
 
-// Whether the closed cube, of an exponent of at least kSpectrumExponent, holds values on both sides
-// of the isovalue, those outside of the data included. Void samples are on neither side.
+// Returns whether the closed cube has values on both sides of the isovalue, including values
+// outside the data. Void samples are on neither side. Requires an exponent of at least
+// kSpectrumExponent.
 [[nodiscard]] bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube,
                               double isovalue);
 
-// Bit i is set where the closed cube.child(i) holds values on both sides of the isovalue (see
-// DESIGN, section 3): only there a model that is refined to cubes of that size has a surface,
-// whatever its thresholds are, since each of its tetrahedra has its corners in one such cube. What
-// is set for a cube is set for those around it. Costs a look at the ranges of the cells of eight in
-// it; a cube so small that its children are smaller than those has all bits.
+// Returns a mask whose bit i is set if the closed cube.child(i) has values on both sides of the
+// isovalue. In a model refined to cubes of that size, each tetrahedron has its corners in one such
+// cube, so only these children can contain the surface, for any thresholds. A bit that is set for a
+// cube is also set for the cubes around it. Reads the ranges of the cube's cells; returns 0xFF if
+// the children are smaller than a cell.
 [[nodiscard]] std::uint32_t crossed_octants(const PreparedVolume& volume, const OctreeCube& cube,
                                             double isovalue);
 

@@ -48,7 +48,7 @@ const SpectrumErrors::Plane& SpectrumErrors::plane(std::size_t brick) const {
     made->error[i] = measure_ == ErrorMeasure::kPaper ? point.paper : point.certified;
     made->flip[i] = rule_ == TopologyRule::kPaper ? point.flips & 15 : point.flips >> 4;
   }
-  const Plane* expected = nullptr;  // Another thread may have been faster; its plane is the same.
+  const Plane* expected = nullptr;  // If another thread was faster, its plane is the same.
   if (planes_[brick].compare_exchange_strong(expected, made.get(), std::memory_order_acq_rel)) {
     return *made.release();
   }

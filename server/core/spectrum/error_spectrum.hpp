@@ -1,4 +1,4 @@
-// The stored errors of a prepared dataset, and what they say for one isovalue.
+// The stored errors of a prepared dataset, and their bounds for one isovalue.
 #pragma once
 
 #include <atomic>
@@ -16,18 +16,17 @@
 
 namespace multitetra {
 
-// Upper bounds of the errors of all dividing points of spacing kSpectrumSpacing and more, for every
+// Upper bounds of the errors of all dividing points of spacing kSpectrumSpacing or more, for every
 // isovalue. Immutable.
 struct ErrorSpectrum {
   SpectrumLayout layout;
   IsovalueBins bins;
-  float voxel = 1;                            // The unit of errors, world units.
-  std::shared_ptr<const BrickSource> bricks;  // As of spectrum_brick.hpp.
+  float voxel = 1;                            // The unit of errors, in world units.
+  std::shared_ptr<const BrickSource> bricks;  // In the format of spectrum_brick.hpp.
 };
 
 // The bounds for one isovalue: never smaller than those of SaturatedErrors, and a parent's at least
-// those of its children. Bricks are read on first use. Safe to use from several threads at once.
-// The spectrum must outlive it.
+// those of its children. Reads bricks on first use. Thread-safe. The spectrum must outlive it.
 class SpectrumErrors {
  public:
   SpectrumErrors(const ErrorSpectrum& spectrum, double isovalue, ErrorMeasure measure,
@@ -36,13 +35,12 @@ class SpectrumErrors {
   SpectrumErrors(const SpectrumErrors&) = delete;
   SpectrumErrors& operator=(const SpectrumErrors&) = delete;
 
-  // Requires point.spacing() >= kSpectrumSpacing. Throws std::runtime_error when a brick is
-  // damaged.
+  // Requires point.spacing() >= kSpectrumSpacing. Throws std::runtime_error if a brick is damaged.
   [[nodiscard]] ErrorBound bound(const DividingPoint& point) const;
 
  private:
   struct Plane {
-    std::array<std::uint8_t, SpectrumLayout::kPoints> error;  // Codes.
+    std::array<std::uint8_t, SpectrumLayout::kPoints> error;  // Error codes.
     std::array<std::uint8_t, SpectrumLayout::kPoints> flip;   // 0, or 1 + log2 of the spacing.
   };
   [[nodiscard]] const Plane& plane(std::size_t brick) const;

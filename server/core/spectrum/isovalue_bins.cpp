@@ -11,10 +11,10 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kGuideCells = 4096;
-// The least width of a bin of integers. Exact in float with 16-bit values.
+// The least width of a bin of integers; exact in float for 16-bit values.
 constexpr double kLeastWidth = 0x1p-6;
 
-// Bins a whole number of values wide; where there are more bins than values, a half, a quarter, ...
+// Returns bins a whole number of values wide or, with more bins than values, a half, a quarter, ...
 std::vector<float> integer_edges(float low, float high, int count) {
   double width = std::ceil((double{high} - double{low}) / count);
   while (2 * (double{high} - double{low}) <= count * width && width > kLeastWidth) width /= 2;
@@ -50,7 +50,7 @@ std::vector<float> quantile_edges(std::span<const float> values, float low, floa
   return edges;
 }
 
-// Whether one uniform bin in sixteen holds most of the values.
+// Returns whether a sixteenth of the uniform cells contains more than three quarters of the values.
 bool is_skewed(std::span<const float> values, float low, float high) {
   constexpr std::size_t kCells = 256;
   std::array<std::size_t, kCells> counts{};

@@ -1,5 +1,5 @@
-// Where the levels of a spectrum take the field's values from: a box of samples, and every eighth
-// sample of the whole volume.
+// Sources of field values for the levels of a spectrum: a box of samples, and every eighth sample
+// of the whole volume.
 #pragma once
 
 #include <algorithm>
@@ -17,18 +17,18 @@
 
 namespace multitetra {
 
-// Values from a box of samples; beyond it the value outside.
+// Values from a box of samples; beyond it, the value outside.
 class BoxPlanes : public PlaneSource {
  public:
   explicit BoxPlanes(const DatasetInfo& info) : info_(info), outside_(outside_value(info)) {}
 
-  // Takes the samples first ... first + extent - 1.
+  // Reads the samples first ... first + extent - 1.
   void set(const SampleBoxes& samples, GridPoint first, GridPoint extent) {
     first_ = first;
     extent_ = extent;
     samples.read(first, extent, box_);
   }
-  // There are none where the next planes are.
+  // Removes all samples, for planes that contain none.
   void clear() { extent_ = {}; }
 
   void read(int exponent, GridPoint low, GridPoint extent, float* into) const override {
@@ -68,14 +68,14 @@ class BoxPlanes : public PlaneSource {
   float outside_;
 };
 
-// Every eighth sample of the data, put aside slice after slice.
+// Every eighth sample of the data, written to the scratch slice by slice.
 class CoarseVolume : public PlaneSource {
  public:
-  // The scratch must outlive this, and nothing else may put into it.
+  // The scratch must outlive this object and have no other writer.
   CoarseVolume(const DatasetInfo& info, Scratch& scratch)
       : info_(info), extent_(coarse_extent(info)), scratch_(scratch) {}
 
-  // Takes what it needs of the next slices.
+  // Adds the next slices.
   void add(const Samples& slab, std::int32_t slices) {
     const std::int32_t first = next_slice_;
     next_slice_ += slices;
@@ -92,8 +92,8 @@ class CoarseVolume : public PlaneSource {
     });
   }
 
-  // The size of all samples together, which lie in the scratch, from its beginning, as
-  // PreparedVolume::coarse, once the last slice was added.
+  // Returns the size of all samples. After the last slice they are at the beginning of the scratch,
+  // in the format of PreparedVolume::coarse.
   [[nodiscard]] std::uint64_t bytes() const {
     return extent_.size() * static_cast<std::uint64_t>(bytes_per_sample(info_.type));
   }
@@ -118,7 +118,7 @@ class CoarseVolume : public PlaneSource {
     const float outside = outside_value(info_);
     const GridPoint first = step * low;
     const GridPoint end = extent_.low + extent_.extent;
-    // The range of a row, from the first to the last requested sample.
+    // The part of a row from the first to the last requested sample.
     const std::int32_t begin_x = std::max(first.x, extent_.low.x);
     const std::int32_t end_x = std::min(first.x + step * (extent.x - 1) + 1, end.x);
     std::vector<Sample> row(static_cast<std::size_t>(std::max(0, end_x - begin_x)));

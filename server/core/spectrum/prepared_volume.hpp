@@ -1,5 +1,5 @@
-// What a prepared dataset offers to queries: the volume in parts that can be read one at a time,
-// and its errors for every isovalue.
+// The query interface of a prepared dataset: the volume in parts that are read independently, and
+// its errors for every isovalue.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace multitetra {
 
-// The samples of the data whose grid coordinates are multiples of kSpectrumSpacing; perhaps none.
+// Returns the extent of the samples at multiples of kSpectrumSpacing in the grid; may be empty.
 [[nodiscard]] constexpr LevelExtent coarse_extent(const DatasetInfo& info) {
   const GridPoint last = last_sample(info);
   const std::int32_t first = (info.margin + kSpectrumSpacing - 1) >> kSpectrumExponent;
@@ -28,8 +28,8 @@ namespace multitetra {
           .extent = {count(last.x), count(last.y), count(last.z)}};
 }
 
-// A cell is a cube of kSpectrumSpacing grid steps, at multiples of it; its unit point is its lowest
-// corner. The closed cells that hold a sample of the data:
+// Returns the extent of the closed cells that contain a sample. A cell is a cube of
+// kSpectrumSpacing grid steps, at multiples of it; its unit point is its lowest corner.
 [[nodiscard]] constexpr LevelExtent cell_extent(const DatasetInfo& info) {
   const GridPoint last = last_sample(info);
   const std::int32_t first = std::max(0, info.margin - 1) >> kSpectrumExponent;
@@ -39,23 +39,22 @@ namespace multitetra {
           .extent = {count(last.x), count(last.y), count(last.z)}};
 }
 
-// The value beyond the data, NaN for void.
+// Returns the value beyond the data; NaN for void.
 [[nodiscard]] inline float outside_value(const DatasetInfo& info) {
   return info.outside ? static_cast<float>(*info.outside) : std::numeric_limits<float>::quiet_NaN();
 }
 
-// Immutable. The spans live as long as `owner`, and show what they did as long as check() returns.
+// Immutable. The spans are valid while `owner` lives, and unchanged as long as check() returns.
 struct PreparedVolume {
   DatasetInfo info;
-  std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest in a brick.
+  std::shared_ptr<const BrickSource> samples;  // BrickLayout(info.dims), x fastest within a brick.
   LazyBytes coarse;                            // The samples of coarse_extent(info).
-  // The least and the largest sample of every closed cell of cell_extent(info); void samples do not
-  // count, and where all are void the least is larger than the largest.
+  // The least and the largest sample of every closed cell of cell_extent(info), ignoring void
+  // samples; the least is larger than the largest if all are void.
   LazyBytes ranges;
   ErrorSpectrum spectrum;
   std::shared_ptr<const void> owner;
-  // Throws if the volume's file was removed or changed while it was read. Empty for volumes in
-  // memory.
+  // Throws if the volume's file was removed or changed meanwhile. Empty for volumes in memory.
   std::function<void()> check = {};
 };
 

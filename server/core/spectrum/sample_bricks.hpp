@@ -1,9 +1,9 @@
-// How a prepared dataset lays out its samples: in bricks of 16 samples a side, so that a look at
-// one place touches little of the file.
+// The sample layout of a prepared dataset: bricks of 16 samples a side, so that reading one place
+// touches little of the file.
 //
-// Bricks follow each other x fastest, then y, then z, and so do the samples inside a brick. At the
-// upper ends of the data bricks are cut off, not padded: the bricks are exactly the samples in
-// another order, and bricks with the same z are one contiguous layer.
+// Bricks are ordered x fastest, then y, then z, and so are the samples in a brick. Bricks at the
+// upper ends of the data are cut off, not padded: the bricks are a permutation of the samples, and
+// bricks with the same z are one contiguous layer.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,11 @@
 
 namespace multitetra {
 
-// Bytes that stay where they are as long as this, or a copy of it, lives; its span does not keep
-// them.
+// Bytes that remain valid while this object or a copy lives; its span does not retain them.
 class RetainedBytes {
  public:
   RetainedBytes() = default;
-  // Without an owner they stay as long as the source that gave them away.
+  // Without an owner, the bytes remain valid as long as their source.
   RetainedBytes(std::span<const std::byte> bytes,
                 std::shared_ptr<const void> owner = nullptr)  // NOLINT
       : bytes_(bytes), owner_(std::move(owner)) {}
@@ -39,22 +38,21 @@ class RetainedBytes {
   std::shared_ptr<const void> owner_;
 };
 
-// Parts that are read one at a time. Safe to use from several threads at once.
+// Parts that are read one at a time. Thread-safe.
 class BrickSource {
  public:
   virtual ~BrickSource() = default;
-  // The bytes of brick `index`. Throws what the source throws when they are damaged, or cannot be
-  // had.
+  // Returns the bytes of brick `index`. Throws if they are damaged or unavailable.
   [[nodiscard]] virtual RetainedBytes brick(std::size_t index) const = 0;
   // Announces that these bricks will be read soon, in this order, so that a remote source can
-  // prefetch them. Returns at once and never throws.
+  // prefetch them. Does not block and never throws.
   virtual void prefetch(std::span<const std::size_t> bricks) const { (void)bricks; }
-  // The bytes to fetch from a remote store before these bricks can be looked at; 0 when none must.
+  // Returns the bytes that must be fetched from a remote store to read these bricks.
   [[nodiscard]] virtual std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const {
     (void)bricks;
     return 0;
   }
-  // Whether prefetch() does anything, so that it is worth to find out what will be needed.
+  // Returns whether prefetch() has an effect, so that finding the needed bricks pays off.
   [[nodiscard]] virtual bool is_far() const { return false; }
 };
 
@@ -65,7 +63,7 @@ class LazyBytes {
 
   LazyBytes() = default;
   LazyBytes(std::span<const std::byte> bytes) : bytes_(bytes) {}  // NOLINT: they are there.
-  // `fetch` returns the same bytes each time, from any threads, and throws when they cannot be had.
+  // `fetch` must be thread-safe, return the same bytes each time, and throw if unavailable.
   explicit LazyBytes(Fetch fetch) : fetch_(std::move(fetch)) {}
 
   [[nodiscard]] std::span<const std::byte> bytes() const { return fetch_ ? fetch_() : bytes_; }
@@ -77,10 +75,10 @@ class LazyBytes {
 
 using GridCounts = std::array<std::int32_t, 3>;  // Along x, y, z.
 
-// Cuts a box of `dims` items into bricks of `side` items.
+// Divides a box of `dims` items into bricks of `side` items.
 class BrickLayout {
  public:
-  static constexpr std::int32_t kSampleSide = 16;  // Samples along a brick of samples.
+  static constexpr std::int32_t kSampleSide = 16;  // Samples along a side of a brick of samples.
 
   // Requires dims >= 1 each.
   explicit constexpr BrickLayout(const GridCounts& dims, std::int32_t side = kSampleSide)
@@ -93,7 +91,7 @@ class BrickLayout {
   [[nodiscard]] constexpr const GridCounts& dims() const { return dims_; }      // Items.
   [[nodiscard]] constexpr const GridCounts& counts() const { return counts_; }  // Bricks.
   [[nodiscard]] constexpr std::int32_t side() const { return side_; }
-  [[nodiscard]] constexpr std::size_t size() const {  // Bricks in all.
+  [[nodiscard]] constexpr std::size_t size() const {  // Number of bricks.
     return static_cast<std::size_t>(counts_[0]) * static_cast<std::size_t>(counts_[1]) *
            static_cast<std::size_t>(counts_[2]);
   }
@@ -109,7 +107,7 @@ class BrickLayout {
     return {static_cast<std::int32_t>(index % x), static_cast<std::int32_t>(index / x % y),
             static_cast<std::int32_t>(index / x / y)};
   }
-  // Items along a brick: `side`, or fewer at the upper ends.
+  // Returns the items along each axis of a brick: `side`, or fewer at the upper ends.
   [[nodiscard]] constexpr GridCounts extent(const GridCounts& brick) const {
     GridCounts extent{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -117,13 +115,13 @@ class BrickLayout {
     }
     return extent;
   }
-  // Items in a brick.
+  // Returns the number of items in a brick.
   [[nodiscard]] constexpr std::size_t volume(const GridCounts& brick) const {
     const GridCounts e = extent(brick);
     return static_cast<std::size_t>(e[0]) * static_cast<std::size_t>(e[1]) *
            static_cast<std::size_t>(e[2]);
   }
-  // Items in all bricks before this one.
+  // Returns the number of items in all bricks before this one.
   [[nodiscard]] constexpr std::uint64_t offset(const GridCounts& brick) const {
     const GridCounts e = extent(brick);
     const auto u = [](std::int32_t value) { return static_cast<std::uint64_t>(value); };

@@ -15,9 +15,9 @@ namespace multitetra {
 namespace {
 
 constexpr std::int32_t kCell = kSpectrumSpacing;
-constexpr std::int32_t kSlices = BrickLayout::kSampleSide;  // Read at a time.
+constexpr std::int32_t kSlices = BrickLayout::kSampleSide;  // Slices read at a time.
 
-// Sizes of a column in cells, the ones with the least seam first.
+// Column sizes in cells, those with the least seam first.
 constexpr std::array<GridPoint, 9> kColumns = {{{32, 32, 64},
                                                 {32, 16, 64},
                                                 {16, 16, 64},
@@ -32,7 +32,7 @@ constexpr std::int32_t parts(std::int32_t count, std::int32_t size) {
   return (count + size - 1) / size;
 }
 
-// The size of parts that are no larger than `size`, as many of them, and about equally large.
+// Returns the size of nearly equal parts: as many as parts of `size`, none larger.
 constexpr std::int32_t evened(std::int32_t count, std::int32_t size) {
   const std::int32_t number = parts(count, size);
   return parts(count, number);
@@ -44,7 +44,7 @@ bool is_exact_in_float(const DatasetInfo& info) {
          std::abs(outside) <= 65536;
 }
 
-// A box of cells that are handed to coarser levels.
+// A box of cells for the coarser levels.
 struct Cells {
   GridPoint begin;
   GridPoint end;
@@ -81,7 +81,7 @@ class FineLevels {
   [[nodiscard]] GridPoint tile() const { return {size_.x, size_.y, 1}; }
 
  private:
-  // The largest columns that keep the threads busy within the memory.
+  // Returns the largest columns that keep all threads busy within the memory limit.
   [[nodiscard]] GridPoint column_size() const {
     const GridPoint cells = cells_.extent();
     const std::size_t wanted = work_.threads == 1 ? 1 : 2 * work_.threads;
@@ -116,8 +116,8 @@ class FineLevels {
     if (work_.progress) work_.progress(samples_in(begin, end));
   }
 
-  // The box of samples that the planes from grid z on need, up to the next layer of bricks. Returns
-  // the z of the box after it.
+  // Reads the box of samples for the planes from grid z to the next layer of bricks. Returns the z
+  // of the box after it.
   std::int32_t read_slices(std::int32_t z, GridPoint begin, GridPoint end,
                            BoxPlanes& values) const {
     const std::int32_t reach = SpectrumColumn<Real>::kReach;
@@ -140,7 +140,7 @@ class FineLevels {
     return next + info_.margin;
   }
 
-  // Every sample is in one cell: the one that it begins, or lies inside.
+  // Counts every sample in one cell: the cell that begins at it or contains it.
   [[nodiscard]] std::uint64_t samples_in(GridPoint begin, GridPoint end) const {
     const auto along = [&](std::int32_t from, std::int32_t to, std::int32_t last,
                            std::size_t axis) {
@@ -164,7 +164,7 @@ class FineLevels {
   CurveTiles curves_;
 };
 
-// A few blocks at a time, whose bricks leave in order.
+// Computes a few blocks at a time and passes their bricks to the sink in order.
 template <typename Real>
 void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
   const std::size_t fit = work.column_bytes / CoarseLevel<Real>::most_bytes(bins);
@@ -179,7 +179,7 @@ void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
   }
 }
 
-// From the curves of the cells.
+// Builds the coarse levels from the curves of the cells.
 template <typename Real>
 void build_coarse_levels(const DatasetInfo& info, const IsovalueBins& bins,
                          const CurveSource& cells, const SpectrumWork& work) {
@@ -213,7 +213,7 @@ CellCurves make_curves(const DatasetInfo& info, const IsovalueBins& bins, const 
   return {.cells = cells, .tile = fine.tile(), .places = fine.curves().places()};
 }
 
-// The curves of several boxes.
+// The curves of several boxes of cells.
 class JoinedCurves : public CurveSource {
  public:
   explicit JoinedCurves(std::span<const SavedCurves> parts) {

@@ -1,19 +1,18 @@
-// Makes the error spectrum of a volume, in memory that is bounded whatever the volume.
+// Builds the error spectrum of a volume, in memory that does not depend on the volume's size.
 //
 //   CoarseVolume coarse(info);  // Has seen all slices.
 //   build_spectrum(info, bins, {.samples = boxes, .coarse = coarse, .scratch = scratch,
 //                               .for_each = for_each, .threads = 2, .sink = sink});
 //
-// The volume is cut along all axes into columns. A column computes the curves of spacings 1, 2 and
-// 4 for itself, slice after slice, with a seam of six steps around it that is computed twice, and
-// puts aside those of the cube centres of spacing 4: one per cell of 8 x 8 x 8. From these, and
-// from every eighth sample, the coarser levels follow one after the other, each cut into blocks of
-// bricks.
+// The volume is divided along all axes into columns. A column computes the curves of spacings 1, 2
+// and 4, slice by slice, including a seam of six steps that its neighbours compute too, and stores
+// those of the cube centres of spacing 4: one per cell of 8 x 8 x 8. From these and every eighth
+// sample, the coarser levels are computed one after the other, each in blocks of bricks.
 //
-// Memory, beside what is in the scratch: as many columns are made at a time, and as large ones, as
-// take kMostColumnBytes together in a volume in which every point has errors in every bin; and then
-// as many blocks of bricks. (One at least: 37 MiB for a column with 256 bins, 110 MiB for a block.)
-// And 16 bytes for each tile that is put aside: at most 16 MiB for the largest grid.
+// Memory, not counting the scratch: the number and size of concurrent columns, and then of blocks,
+// are chosen so that they fit into kMostColumnBytes even if every point had errors in every bin.
+// (The minimum is one: 37 MiB for a column with 256 bins, 110 MiB for a block.) In addition, 16
+// bytes for each stored tile: at most 16 MiB for the largest grid.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +32,7 @@ namespace multitetra {
 
 inline constexpr std::size_t kMostColumnBytes = std::size_t{384} << 20;
 
-// Cells of kSpectrumSpacing grid steps, numbered from the grid's origin; the end is exclusive.
+// Cells of kSpectrumSpacing grid steps, counted from the grid's origin; the end is exclusive.
 struct CellBox {
   GridPoint begin;
   GridPoint end;
@@ -46,38 +45,37 @@ struct SpectrumWork {
   const CoarseVolume& coarse;
   Scratch& scratch;
   ForEach for_each = sequentially;
-  std::size_t threads = 1;  // That for_each uses.
+  std::size_t threads = 1;  // The number of threads of for_each.
   std::size_t column_bytes = kMostColumnBytes;
-  // Takes the bytes of one brick of SpectrumLayout(info). Each brick at most once and always in the
-  // same order, whatever the threads and the memory; those that are never taken are empty.
+  // Receives the bytes of one brick of SpectrumLayout(info), each brick at most once and in an
+  // order that does not depend on threads or memory. Bricks that it does not receive are empty.
   std::function<void(std::size_t brick, std::span<const std::byte> bytes)> sink;
-  // Called with the number of further samples done, from any of the threads.
+  // Called from any thread with the number of further samples done.
   std::function<void(std::uint64_t samples)> progress = nullptr;
-  // The only cells for which more than one value counts, where that is known; others have no
-  // errors.
+  // If known, the only cells in which the field is not constant; others have no errors.
   std::optional<CellBox> varied_cells = std::nullopt;
 };
 
-// The same for any threads and memory.
+// The result does not depend on threads or memory.
 void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work);
 
 // ---- in parts
 //
-// The curves of the cells in a box need the samples of the box and kSpectrumReach around it, and
-// nothing of other boxes. So machines can make them apart; the coarser levels need them all.
+// The curves of the cells in a box depend only on the samples of the box and within kSpectrumReach
+// of it. So different machines can compute boxes independently; the coarser levels need them all.
 
-// The cells whose curves a spectrum is made from.
+// Returns the cells from whose curves a spectrum is built.
 [[nodiscard]] CellBox spectrum_cells(const DatasetInfo& info);
 
-// The curves of a box of cells; the bytes of each tile of cells are in a scratch.
+// The curves of a box of cells; the bytes of the tiles are in a scratch.
 struct CellCurves {
   CellBox cells;
-  GridPoint tile;                 // Cells along a tile.
-  std::vector<std::byte> places;  // The places of tiles in the scratch file.
+  GridPoint tile;                 // The size of a tile in cells.
+  std::vector<std::byte> places;  // The places of the tiles in the scratch.
 };
 
-// Puts the curves of these cells into work.scratch. The curves are the same for any threads,
-// memory and boxes; their places are not.
+// Writes the curves of these cells to work.scratch. The curves do not depend on threads, memory or
+// boxes; their places do.
 [[nodiscard]] CellCurves make_cell_curves(const DatasetInfo& info, const IsovalueBins& bins,
                                           const SpectrumWork& work, const CellBox& cells);
 
@@ -86,9 +84,8 @@ struct SavedCurves {
   Scratch* scratch = nullptr;
 };
 
-// What build_spectrum() does after the curves of the cells are made: here boxes of them, which
-// together are spectrum_cells(). No sample is read. Throws std::runtime_error when curves are
-// damaged.
+// Performs build_spectrum() from the curves of the cells on: `parts` are boxes of them that
+// together cover spectrum_cells(). Reads no samples. Throws std::runtime_error for damaged curves.
 void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
                          std::span<const SavedCurves> parts, const SpectrumWork& work);
 

@@ -1,4 +1,4 @@
-// The input of a spectrum, and storage for intermediate bytes. Callers with files implement both.
+// The input of a spectrum, and storage for intermediate data. Callers with files implement both.
 #pragma once
 
 #include "common/base/scratch.hpp"
@@ -7,13 +7,12 @@
 
 namespace multitetra {
 
-// A volume whose samples are read box by box, in any order. Safe to use from several threads at
-// once.
+// A volume whose boxes of samples can be read in any order. Thread-safe.
 class SampleBoxes {
  public:
   virtual ~SampleBoxes() = default;
-  // The samples first ... first + extent - 1, x fastest, of the volume's type. What `into` held is
-  // lost; its memory is used again. Requires that all of them are samples of the volume.
+  // Replaces `into`, reusing its memory, by the samples first ... first + extent - 1, x fastest and
+  // of the volume's type. Requires samples inside the volume.
   virtual void read(GridPoint first, GridPoint extent, Samples& into) const = 0;
 };
 

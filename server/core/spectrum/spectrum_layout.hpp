@@ -1,4 +1,4 @@
-// Which dividing points a stored error spectrum holds, and in which brick.
+// The dividing points of a stored error spectrum, and their bricks.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace multitetra {
 
-// Points with at least this spacing have stored errors; those of the others come from the samples.
+// Points of at least this spacing have stored errors; others are computed from the samples.
 inline constexpr int kSpectrumExponent = 3;
 inline constexpr std::int32_t kSpectrumSpacing = 1 << kSpectrumExponent;
-// Grid steps around a cell of that spacing within which values count for the errors in it.
+// Grid steps around a cell of that spacing within which values affect the errors in it.
 inline constexpr std::int32_t kSpectrumReach = 7;
 
-// The bricks of all levels, from spacing kSpectrumSpacing on; those of one level follow each other.
-// A brick is a cube of 8 x 8 x 8 points of one level. Also the places of points that belong to
-// coarser levels count, and stay empty.
+// The bricks of all levels, from spacing kSpectrumSpacing on; those of one level are contiguous. A
+// brick is a cube of 8 x 8 x 8 points of one level. The places of points that belong to coarser
+// levels are included and stay empty.
 class SpectrumLayout {
  public:
   static constexpr std::int32_t kSide = 8;
@@ -43,13 +43,13 @@ class SpectrumLayout {
     std::size_t point;  // Within the brick, x fastest.
   };
 
-  [[nodiscard]] std::size_t size() const { return size_; }  // Bricks in all.
-  // Levels of spacing 2^(kSpectrumExponent + i); none in a grid of fewer than 16 steps.
+  [[nodiscard]] std::size_t size() const { return size_; }  // Number of bricks.
+  // Levels of spacing 2^(kSpectrumExponent + i); none in grids of fewer than 16 steps.
   [[nodiscard]] const std::vector<Level>& levels() const { return levels_; }
   [[nodiscard]] const Level& level(int exponent) const {
     return levels_[static_cast<std::size_t>(exponent - kSpectrumExponent)];
   }
-  // Requires a point of the level: level.extent.contains(unit_point).
+  // Requires level.extent.contains(unit_point).
   [[nodiscard]] static Place place(const Level& level, GridPoint unit_point) {
     const GridPoint at = unit_point - level.extent.low;
     const auto within = [](std::int32_t v) { return static_cast<std::size_t>(v % kSide); };

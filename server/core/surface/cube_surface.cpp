@@ -12,13 +12,13 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
 
-// `number_of` is empty between two calls.
+// All entries of `number_of` are kNone between calls.
 LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
                     std::vector<std::uint32_t>& number_of) {
   LatticeMesh part{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
   part.triangles.reserve(end - begin);
   number_of.resize(mesh.vertices.size(), kNone);
-  std::vector<std::uint32_t> used;  // The part's vertices, as the mesh numbers them.
+  std::vector<std::uint32_t> used;  // The part's vertices by their numbers in the mesh.
   used.reserve((end - begin) / 2 + (end - begin) / 16 + 8);
   for (std::size_t i = begin; i < end; ++i) {
     TriangleIndices triangle = mesh.triangles[i];
@@ -60,7 +60,7 @@ void CubeSurfaceBuilder::weld(const LatticeMesh& mesh, const IsShared& is_shared
 void CubeSurfaceBuilder::append(CubeSurface child, const OctreeCube& cube) {
   count(child.tetrahedra, child.active_tetrahedra);
   std::move(child.tiles.begin(), child.tiles.end(), std::back_inserter(surface_.tiles));
-  // Others can only share what lies on the border of the child's cube.
+  // Only vertices on the border of the child's cube can be shared.
   const std::int32_t within = (1 << (cube.exponent + mesh_.resolution)) - 1;
   weld(child.rest, [within](const LatticePoint& p) {
     return (p.x & within) == 0 || (p.y & within) == 0 || (p.z & within) == 0;
@@ -102,7 +102,8 @@ void CubeSurfaceBuilder::cut_off(const OctreeCube& cube, std::size_t begin,
 }
 
 CubeSurface CubeSurfaceBuilder::take() {
-  const bool is_cut = !number_of_.empty();  // Then vertices of tiles are left over.
+  // If set, the mesh still contains vertices used only by tiles.
+  const bool is_cut = !number_of_.empty();
   surface_.rest = is_cut ? part_of(mesh_, 0, triangles(), number_of_) : mesh_;
   return std::move(surface_);
 }

@@ -1,8 +1,8 @@
-// The surface in one octree cube, and how tiles are cut off from it while it grows.
+// The surface in one octree cube, from which tiles are cut off while it grows.
 //
-// Wherever more than `max_triangles` come together in a cube, its children with most triangles
-// become tiles of their own until the rest fits. Every tile has its vertices in the order in which
-// its triangles first use them, whatever cubes it was put together from.
+// When a cube contains more than `max_triangles`, its children with most triangles become tiles of
+// their own until the rest fits. The vertices of a tile are in the order in which its triangles
+// first use them, whichever cubes it was assembled from.
 #pragma once
 
 #include <array>
@@ -19,31 +19,30 @@ namespace multitetra {
 struct TileMesh {
   OctreeCube cube;
   LatticeMesh mesh;                 // At least one triangle.
-  double simplification_bound = 0;  // World units; 0 where it was not simplified.
+  double simplification_bound = 0;  // World units; 0 if not simplified.
 };
 
-// The surface in one octree cube, as far as it was cut off already.
+// The surface in one octree cube: tiles already cut off, and the rest.
 struct CubeSurface {
   // Tetrahedra of the model in the cube.
   std::uint64_t tetrahedra = 0;
-  // Those that the surface crosses.
+  // Those crossed by the surface.
   std::uint64_t active_tetrahedra = 0;
-  std::vector<TileMesh> tiles;  // Cut off, smaller cubes first.
-  LatticeMesh rest;             // Not yet in a tile. Vertices in any order, all used.
+  std::vector<TileMesh> tiles;  // Smaller cubes first.
+  LatticeMesh rest;             // Triangles not yet in a tile; vertices in any order, all used.
 };
 
-// Some triangles of a mesh with the vertices that they use, in the order of their first use.
-// `number_of` is memory to work in, which is empty or comes from such a call for the same mesh.
+// Returns the triangles [begin, end) of a mesh with their vertices, in the order of first use.
+// `number_of` is working memory, either empty or left by a previous call for the same mesh.
 [[nodiscard]] LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
                                   std::vector<std::uint32_t>& number_of);
 
-// The beginnings of the triangles of a cube's eight children, in the order of the child index, and
-// the end of the last.
+// The first triangle of each of a cube's eight children, by child index, and the end of the last.
 using ChildRanges = std::array<std::size_t, 9>;
 
 class CubeSurfaceBuilder {
  public:
-  // `mesh` is memory to work in: what it holds before and after means nothing.
+  // `mesh` is working memory; its contents before and after are meaningless.
   CubeSurfaceBuilder(int lattice_resolution, std::size_t max_triangles, LatticeMesh& mesh)
       : max_(max_triangles), mesh_(mesh) {
     mesh_.resolution = lattice_resolution;
@@ -51,8 +50,8 @@ class CubeSurfaceBuilder {
     mesh_.triangles.clear();
   }
 
-  // What is there and not yet cut off. Triangles are appended in the order of the cubes they lie
-  // in: those of a cube stay together, its children's first.
+  // The triangles not yet cut off. They must be appended by cube, with those of a cube contiguous
+  // and its children's first.
   [[nodiscard]] LatticeMesh& mesh() { return mesh_; }
   [[nodiscard]] std::size_t triangles() const { return mesh_.triangles.size(); }
   void count(std::uint64_t tetrahedra, std::uint64_t active) {
@@ -60,12 +59,12 @@ class CubeSurfaceBuilder {
     surface_.active_tetrahedra += active;
   }
 
-  // Appends what was built apart: the surface in a child, or in no single one of them. Vertices
-  // are shared with all that was appended so.
+  // Append a separately built surface: that of a child, or one not in a single child. Vertices are
+  // shared among all surfaces appended this way.
   void append(CubeSurface child, const OctreeCube& cube);
   void append(const LatticeMesh& mesh);
 
-  // Makes tiles of the cube's children, from the triangle `begin` on, until the rest fits into one.
+  // Turns children of the cube into tiles until its triangles, from `begin` on, fit into one.
   void cut_off(const OctreeCube& cube, std::size_t begin, const ChildRanges& ranges);
 
   [[nodiscard]] CubeSurface take();
@@ -78,7 +77,7 @@ class CubeSurfaceBuilder {
   LatticeMesh& mesh_;
   CubeSurface surface_;
   VertexNumbers shared_;                  // Numbers of vertices that may be shared.
-  std::vector<std::uint32_t> number_of_;  // For part_of.
+  std::vector<std::uint32_t> number_of_;  // Working memory of part_of.
 };
 
 }  // namespace multitetra

@@ -1,9 +1,9 @@
 // The isosurface inside one tetrahedron (marching tetrahedra), with vertices on the lattice.
 //
-// A corner is positive when its value is greater than the isovalue. One corner against three gives
-// a triangle, two against two a quad, which is cut along its shorter diagonal: there is no
-// ambiguous case, and what two neighbours see of their common face is the same. A tetrahedron with
-// a void corner carries no surface.
+// A corner is positive if its value is greater than the isovalue. One corner against three gives a
+// triangle; two against two give a quad, which is cut along its shorter diagonal. There are no
+// ambiguous cases, and two neighbours have the same intersection with their common face. A
+// tetrahedron with a void corner has no surface.
 #pragma once
 
 #include <algorithm>
@@ -27,21 +27,21 @@ struct TetrahedronSurface {
 inline constexpr std::array<std::array<std::uint8_t, 2>, 6> kTetrahedronEdges = {
     {{0, 1}, {0, 2}, {0, 3}, {1, 2}, {1, 3}, {2, 3}}};
 
-// The polygon that the surface cuts out of a tetrahedron whose corners' signs are known: the edges
-// that its corners lie on, in the order in which it faces the negative corners.
+// The surface polygon for given signs of a tetrahedron's corners: the edges that its corners lie
+// on, in an order that makes it face the negative corners.
 struct MarchingCase {
   std::uint8_t corners = 0;  // 0, 3 or 4
   std::array<std::uint8_t, 4> edges{};
 };
 
-// Indexed by the signs, where bit i is set when corner i is positive, and by whether the corners 0,
-// 1, 2, 3 span a negative volume.
+// Indexed by the signs (bit i is set if corner i is positive), and by whether the corners 0, 1, 2,
+// 3 span a negative volume.
 using MarchingCases = std::array<std::array<MarchingCase, 2>, 16>;
 
 [[nodiscard]] constexpr MarchingCases make_marching_cases() {
   MarchingCases cases{};
   for (unsigned signs = 1; signs < 15; ++signs) {
-    // Positive corners first; is that an odd permutation?
+    // Positive corners first; is_odd is the parity of this permutation.
     std::array<std::uint8_t, 4> order{};
     std::size_t positives = 0;
     std::size_t last = 4;
@@ -63,8 +63,8 @@ using MarchingCases = std::array<std::array<MarchingCase, 2>, 16>;
       if (positives == 2) {
         c = {.corners = 4, .edges = {edge(0, 2), edge(0, 3), edge(1, 3), edge(1, 2)}};
         if (turned) std::swap(c.edges[1], c.edges[3]);
-      } else {  // The triangle turns its back on the one positive corner, or faces the negative
-                // one.
+      } else {
+        // The triangle faces away from a single positive corner, or towards a single negative one.
         const std::size_t one = positives == 1 ? 0 : 3;
         c = {.corners = 3,
              .edges = {edge(one, one == 0 ? 1 : 0), edge(one, one == 0 ? 2 : 1),
@@ -77,8 +77,8 @@ using MarchingCases = std::array<std::array<MarchingCase, 2>, 16>;
 }
 inline constexpr MarchingCases kMarchingCases = make_marching_cases();
 
-// The quad p, q, r, s in cyclic order is cut along its shorter diagonal; among equals along the one
-// with the least end. Whether that is pr.
+// Returns whether the quad p, q, r, s (in cyclic order) is cut along pr: its shorter diagonal or,
+// of equal ones, that with the lesser end.
 [[nodiscard]] inline bool is_cut_along_first(const LatticePoint& p, const LatticePoint& q,
                                              const LatticePoint& r, const LatticePoint& s) {
   const auto squared_distance = [](const LatticePoint& a, const LatticePoint& b) {
@@ -90,14 +90,14 @@ inline constexpr MarchingCases kMarchingCases = make_marching_cases();
   return pr < qs || (pr == qs && std::min(p, r) < std::min(q, s));
 }
 
-// The vertex on the edge from g to h, values on different sides of the isovalue c. The edge runs
-// along an axis, a face diagonal or a cube diagonal, so it has L equal steps u, and the vertex sits
-// at g + q delta u with q = round(t L / delta) clamped to [1, L / delta - 1]: exactly on the edge
-// and never at its ends. The same for (g, h) and (h, g), bit for bit.
+// Returns the vertex on the edge from g to h, whose values lie on different sides of the isovalue
+// c. The edge runs along an axis, a face diagonal or a cube diagonal, so it has L equal steps u,
+// and the vertex is g + q delta u with q = round(t L / delta) clamped to [1, L / delta - 1]:
+// exactly on the edge and never at its ends. The same for (g, h) and (h, g), bit for bit.
 [[nodiscard]] inline LatticePoint lattice_vertex(GridPoint g, double value_g, GridPoint h,
                                                  double value_h, double c, int resolution) {
-  // From the end that comes first. The extents of an edge are equal or 0, so that the first which
-  // is not 0 decides here.
+  // Starts from the lesser end. The extents of an edge are equal or 0 in magnitude, so the first
+  // nonzero one decides.
   const GridPoint extents = h - g;
   const bool from_h = 4 * extents.x + 2 * extents.y + extents.z < 0;
   const std::array<double, 2> values = {value_g, value_h};
@@ -109,7 +109,7 @@ inline constexpr MarchingCases kMarchingCases = make_marching_cases();
       std::max({std::abs(extents.x), std::abs(extents.y), std::abs(extents.z)});
   const std::int32_t steps = length << resolution;
   const double t = (c - first) / (last - first);
-  // As floor: what is below 1 is clamped.
+  // Truncation serves as floor: results below 1 are clamped.
   const auto nearest = static_cast<std::int32_t>(t * steps + 0.5);
   const std::int32_t q = std::clamp(nearest, 1, steps - 1);
   const auto along = [&](std::int32_t start, std::int32_t extent) {
@@ -119,7 +119,7 @@ inline constexpr MarchingCases kMarchingCases = make_marching_cases();
   return {along(from.x, extents.x), along(from.y, extents.y), along(from.z, extents.z)};
 }
 
-// Triangles face the low values. Values that are NaN are void.
+// Returns the triangles inside a tetrahedron; they face the low values. NaN values are void.
 [[nodiscard]] TetrahedronSurface marching_tetrahedron(const std::array<GridPoint, 4>& corners,
                                                       const std::array<float, 4>& values,
                                                       double isovalue, int resolution);

@@ -14,9 +14,9 @@
 namespace multitetra {
 namespace {
 
-// ---- where tetrahedra and values come from
+// ---- sources of tetrahedra and values
 
-// A bit for each child, from one query per child.
+// Returns a bit for each refined child, with one query per child.
 template <typename Source>
 unsigned refined_children_of(const Source& source, const OctreeCube& cube) {
   unsigned refined = 0;
@@ -38,12 +38,12 @@ class FieldSource {
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
     return multitetra::is_refined(model_, grid_, cube);
   }
-  // A bit for each child.
+  // Returns a bit for each refined child.
   [[nodiscard]] unsigned refined_children(const OctreeCube& cube) const {
     return refined_children_of(*this, cube);
   }
-  // Appends the surface in the cube's own tetrahedra to a mesh that grows by nothing else.
-  // `refined` is refined_children(cube).
+  // Appends the surface in the cube's own tetrahedra. All triangles of `mesh` must come from this
+  // source. `refined` is refined_children(cube).
   OctreeCubeSurface::Counts append_own(const OctreeCube& cube, unsigned /*refined*/,
                                        LatticeMesh& mesh) {
     OctreeCubeSurface::Counts counts;
@@ -74,7 +74,7 @@ class FieldSource {
   VertexNumbers numbers_;
 };
 
-// A prepared volume.
+// A model of a prepared volume.
 class PreparedSource {
  public:
   PreparedSource(const PreparedModel& model, const SurfaceOptions& options, CubeMemory& memory)
@@ -86,12 +86,12 @@ class PreparedSource {
         surface_(options.isovalue, options.lattice_resolution),
         vertices_(memory.vertices) {}
 
-  // Makes everything inside the cube available.
+  // Loads the whole interior of the cube.
   void load(const OctreeCube& cube) {
     vertices_.begin(cube, 0);
     fine_.load(cube, [this](const OctreeCube& cell) { return model_.is_wanted(cell); });
   }
-  // Makes only the cube's own tetrahedra available. Requires a cube larger than a cell.
+  // Prepares only the cube's own tetrahedra. Requires a cube larger than a cell.
   void load_own(const OctreeCube& cube) { vertices_.begin(cube, cube.exponent - 1); }
 
   [[nodiscard]] bool is_refined(const OctreeCube& cube) const {
@@ -108,7 +108,7 @@ class PreparedSource {
     if (cube.exponent > kSpectrumExponent || cube.exponent <= 1 || !model_.has_one_threshold()) {
       return refined_children_of(*this, cube);
     }
-    // The children's centres lie around the cube's, at the corners of a cube of half the size.
+    // The children's centres are the corners of a cube of half the size with the same centre.
     const OctreeCubePoints points = points_of(cube);
     const std::int32_t step = points.step / 2;
     if (!model_.may_keep(step)) return 0;
@@ -162,7 +162,7 @@ class PreparedSource {
         }
       }
     }
-    // Where a face or an edge lies, its spacing is that of the cube's centre.
+    // Faces and edges of the cube have the spacing of its centre.
     if (!model_.may_keep(points.step)) return;
     points.kept =
         fine_.exceeding_around(points.centre, points.step, points.turned) & kFacesAndEdges;
@@ -197,8 +197,7 @@ class PreparedSource {
 
 // ---- cubes
 
-// Appends the surface of the cube, its children's first, and cuts tiles off where it grows too
-// large.
+// Appends the surface of the cube, its children's first, and cuts off tiles if it is too large.
 template <typename Source>
 void collect(Source& source, const OctreeCube& cube, CubeSurfaceBuilder& out) {
   const std::size_t begin = out.triangles();
@@ -270,7 +269,7 @@ CubeSurface surface_in_cube(const PreparedModel& model, const OctreeCube& cube,
 
 CubeSurface join_children(const PreparedModel& model, const OctreeCube& cube,
                           std::vector<CubeSurface> children, const SurfaceOptions& options) {
-  CubeMemory memory;  // Nothing finer than the spectrum lies between the children.
+  CubeMemory memory;  // Between the children there are no points finer than the spectrum.
   PreparedSource source(model, options, memory);
   source.load_own(cube);
   return joined(source, cube, std::move(children), options);

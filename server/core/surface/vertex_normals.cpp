@@ -11,11 +11,11 @@
 namespace multitetra {
 namespace {
 
-// Gradients per grid step to directions in the world that fall.
+// Maps gradients per grid step to descent directions in the world.
 class FallingDirections {
  public:
-  // The inverse transpose has the cross products of the map's columns as its columns, divided by
-  // the determinant. Its size does not matter here, and is brought near 1.
+  // The columns of the inverse transpose are the cross products of the map's columns divided by the
+  // determinant. Their magnitude is irrelevant and scaled to about 1.
   explicit FallingDirections(const Affine& grid_to_world) {
     const auto& [a, b, c] = grid_to_world.columns;
     columns_ = {cross(b, c), cross(c, a), cross(a, b)};
@@ -45,7 +45,7 @@ class FallingDirections {
   std::array<Vec3, 3> columns_;
 };
 
-// Units of 2^exponent lattice steps.
+// Cells have a side of 2^exponent lattice steps.
 template <typename Values>
 std::vector<UnitVector> normals_from(Values values, std::span<const LatticePoint> points,
                                      int exponent, const FallingDirections& falling) {

@@ -1,22 +1,22 @@
-// Unit normals at the vertices of an isosurface, from the field instead of from the triangles:
-// shading that shows no ridges, however coarse the triangles are.
+// Unit normals at the vertices of an isosurface, from the field instead of the triangles: the
+// shading shows no ridges, however coarse the triangles are.
 //
-// The normal is minus the gradient of the field: it points from high values to low, as triangles
-// do. The gradient at a vertex is interpolated trilinearly from the eight points of the unit cell
-// around it, where it is a central difference:
+// The normal is minus the gradient of the field: it points from high values to low, like triangles.
+// The gradient at a vertex is interpolated trilinearly from central differences at the eight
+// corners of the unit cell around it:
 //
 //        .   .                 o  corner of the cell
 //    .   o---o   .             x  vertex
-//        | x |                 .  what the differences at the corners reach
+//        | x |                 .  samples for the differences at the corners
 //    .   o---o   .
 //        .   .
 //
-// Void values are no part of it: a difference with a void neighbour is one-sided, with two of them
-// zero, and corners that are void are left out. What lies outside of the grid counts as void, what
-// lies between the data and the grid's end is the value outside.
+// Void values are ignored: a difference with one void neighbour is one-sided, with two it is zero,
+// and void corners are omitted. Values outside the grid are void; those between the data and the
+// grid's end are the value outside.
 //
-// A normal depends on the prepared volume, the position and the source alone. So a vertex that two
-// tiles share has the same normal in both, to the bit: no seam shows in the shading.
+// A normal depends only on the prepared volume, the position and the source. So a vertex shared by
+// two tiles has the same normal in both, to the bit, and the shading shows no seam.
 #pragma once
 
 #include <span>
@@ -27,21 +27,21 @@
 
 namespace multitetra {
 
-// Which values the cells and differences are made of.
+// The values that cells and differences are based on.
 enum class NormalSource {
   kSamples,  // All samples: a cell is one grid step, and the bricks around it are read.
-  // Those at multiples of kSpectrumSpacing, which is the side of a cell. No brick of samples is
-  // read: for previews whose finest spacing is as coarse.
+  // Samples at multiples of kSpectrumSpacing, which is the side of a cell. Reads no bricks of
+  // samples; for previews whose finest spacing is as coarse.
   kCoarseSamples,
 };
 
-// Where there is no direction, because the gradient is zero or all around is void.
+// Returned where the gradient is zero or all surrounding values are void.
 inline constexpr UnitVector kNoDirection = {0, 0, 1};
 
-// The normals of lattice points in the order given, in world coordinates: covectors are mapped by
-// the inverse transpose of index_to_world, so they stand upright on the surface also where that
-// map stretches, shears or mirrors. Requires points within the grid. Memory in proportion to the
-// bricks in the points' bounding box; throws what reading a brick throws.
+// Returns the normals of lattice points, in order and in world coordinates: covectors are mapped by
+// the inverse transpose of index_to_world, so they are perpendicular to the surface even if that
+// map stretches, shears or mirrors. Requires points within the grid. Uses memory in proportion to
+// the bricks in the points' bounding box. Rethrows exceptions from reading bricks.
 [[nodiscard]] std::vector<UnitVector> vertex_normals(const PreparedVolume& volume,
                                                      std::span<const LatticePoint> points,
                                                      int lattice_resolution, NormalSource source);

@@ -18,12 +18,12 @@ double unit_of(const IsosurfaceRequest& request, const DatasetInfo& info) {
   return request.unit == LengthUnit::kVoxel ? voxel_length(info) : 1.0;
 }
 
-// A threshold of the request in world units, finite also where the conversion leaves the doubles.
+// Converts a threshold to world units; finite even if the product overflows.
 double world(double threshold, double unit) {
   return std::min(threshold * unit, std::numeric_limits<double>::max());
 }
 
-// Where a surface can be: the samples, and with a value outside one step around them.
+// Returns the box that the surface can occupy: the samples, and with a value outside one step more.
 Box places_of(const DatasetInfo& info) {
   const double border = info.outside ? 1 : 0;
   const double side = std::int32_t{1} << info.grid_exponent;
@@ -35,7 +35,7 @@ Box places_of(const DatasetInfo& info) {
   return box;
 }
 
-// Whether squares of all coordinates over the box stay finite.
+// Returns whether the squares of all mapped coordinates over the box stay finite.
 bool is_tame(const Affine& map, const Box& box) {
   constexpr double kTame = 1e150;
   const Box image = image_of(map, box);
@@ -45,7 +45,7 @@ bool is_tame(const Affine& map, const Box& box) {
   return true;
 }
 
-// What a request's map is made of, before an index over its regions is.
+// The parts of a request's map, before its regions are indexed.
 struct Pieces {
   Pieces(const IsosurfaceRequest& request, const DatasetInfo& info);
 
@@ -58,7 +58,7 @@ struct Pieces {
   RegionSet regions;
   std::optional<ThresholdPyramid> grid;
   std::optional<ViewThreshold> view;
-  bool is_tame;  // Else nothing but `at_least` is sure.
+  bool is_tame;  // If not set, the map is `at_least` everywhere.
 };
 
 Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
@@ -85,8 +85,8 @@ Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
   }
 }
 
-// A part that is defined everywhere bounds the rest: in order, what it hides; for the minimum, what
-// the minimum can be.
+// A part that is defined everywhere bounds the result: in order, it hides the parts after it; for
+// the minimum, it is an upper bound.
 double Pieces::largest() const {
   constexpr double kNothing = std::numeric_limits<double>::infinity();
   if (!is_tame) return at_least;
@@ -127,7 +127,7 @@ struct ThresholdMap::Parts {
     return std::max(least, pieces.at_least);
   }
 
-  // Regions hide the view, the view hides the grid, the grid hides the threshold everywhere.
+  // Regions hide the view, the view hides the grid, and the grid hides the threshold everywhere.
   [[nodiscard]] double least_in_order(const Box& box) const {
     const ThresholdInterval by_regions = regions.least_in(box);
     if (!by_regions.has_gap) return by_regions.least;
@@ -151,7 +151,7 @@ struct ThresholdMap::Parts {
     return has_gap ? std::min(least, pieces.everywhere) : least;
   }
 
-  Pieces pieces;  // Its regions are the octree's now.
+  Pieces pieces;  // Its regions have been moved into the octree.
   RegionOctree regions;
 };
 

@@ -1,17 +1,15 @@
-// What a request allows where: the largest error that is accepted at every place. Coordinates in
-// grid steps, thresholds in world units.
+// The allowed error at each place. Coordinates are in grid steps, thresholds in world units.
 //
 //   const ThresholdMap thresholds(request, info);
 //   kept = error > thresholds.least_in(region(point));
 //
 // least_in is a lower bound of the thresholds at all places of the box, exact where the map's parts
 // are parallel to the grid and their borders do not cross inside the box. It is *monotone*, bit for
-// bit: for a box inside another it is never smaller. The conformity of models rests on it: the
-// region of a child lies inside that of its parents, so a point that the map keeps has parents that
-// it keeps. Why it holds in floating point too stands in threshold_interval.hpp.
+// bit: for a box inside another it is never smaller. Models conform because of this: the region of
+// a child lies inside that of its parents, so a kept point has kept parents. threshold_interval.hpp
+// explains why this also holds in floating point.
 //
-// Only places where the data are count: a box is moved into the samples' extent first, which keeps
-// nested boxes nested.
+// Boxes are first clamped to the extent of the samples, which keeps nested boxes nested.
 #pragma once
 
 #include <cassert>
@@ -27,23 +25,23 @@ namespace multitetra {
 // Immutable and cheap to copy; safe to use from several threads at once.
 class ThresholdMap {
  public:
-  // The same threshold everywhere; world units, >= 0.
+  // Returns a map with the same threshold everywhere. World units, >= 0.
   [[nodiscard]] static ThresholdMap everywhere(double threshold) {
     assert(threshold >= 0);
     return ThresholdMap(threshold, threshold);
   }
 
-  // The map of a validated request. With very many regions that takes long: `check`, if there is
-  // one, is called again and again meanwhile and may throw.
+  // Builds the map of a validated request. This takes long for very many regions; `check`, if set,
+  // is called repeatedly meanwhile and may throw.
   ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& info,
                const std::function<void()>& check = {});
 
-  // The least threshold anywhere in `box`, or less. Finite.
+  // Returns a finite lower bound of the thresholds in `box`.
   [[nodiscard]] double least_in(const Box& box) const {
     return parts_ ? least_of_parts(box) : least_;
   }
 
-  // Bounds of least_in for every box, which need no look at the place.
+  // Bounds of least_in over all boxes.
   [[nodiscard]] double least() const { return least_; }
   [[nodiscard]] double largest() const { return largest_; }
 
@@ -55,11 +53,11 @@ class ThresholdMap {
 
   double least_;
   double largest_;
-  std::shared_ptr<const Parts> parts_;  // None: the same everywhere.
+  std::shared_ptr<const Parts> parts_;  // Null if the threshold is the same everywhere.
 };
 
-// ThresholdMap(request, info).largest() without the work that queries need: a bound of the error
-// that the request allows anywhere.
+// Returns ThresholdMap(request, info).largest() without building the index for queries: a bound of
+// the error that the request allows anywhere.
 [[nodiscard]] double largest_threshold(const IsosurfaceRequest& request, const DatasetInfo& info);
 
 }  // namespace multitetra

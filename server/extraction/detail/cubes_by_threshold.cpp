@@ -13,12 +13,12 @@
 namespace multitetra {
 namespace {
 
-// The triangles that a full surface has in a refined cube of 16 steps, by the allowed error in
-// voxels. Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at one voxel, 270 to
-// 560 at two.
+// Returns the typical number of triangles of a full surface in a refined cube of 16 steps, by the
+// allowed error in voxels. Public volumes have 560 to 970 at a quarter of a voxel, 380 to 740 at
+// one voxel, 270 to 560 at two.
 double triangles_a_cube(double voxels) { return 600 / (1 + 0.6 * voxels); }
 
-// The octave of a threshold in voxels. Beyond these octaves surfaces hardly differ.
+// Returns the octave of a threshold in voxels, clamped where surfaces hardly differ.
 int octave(double voxels) {
   constexpr int kLowest = -4;
   constexpr int kHighest = 3;

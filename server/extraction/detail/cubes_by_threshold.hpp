@@ -1,5 +1,5 @@
-// The refined cubes of a model in groups where a threshold map allows about the same: so that a few
-// cubes of each group stand for it, and a small region of small thresholds is not overlooked.
+// Groups the refined cubes of a model by threshold, so that a few cubes can represent each group
+// and a small region of small thresholds is not missed.
 #pragma once
 
 #include <stop_token>
@@ -11,14 +11,14 @@
 namespace multitetra {
 
 struct CubeGroup {
-  std::vector<OctreeCube> cubes;  // Of CubeSample::kExponent, in octree order.
-  // Triangles, roughly, from the spectrum and the thresholds alone: of the model's surface,
+  std::vector<OctreeCube> cubes;  // Cubes of CubeSample::kExponent, in octree order.
+  // Rough numbers of triangles, from the spectrum and the thresholds alone: of the model's surface,
   double extracted = 0;
-  double left = 0;  // and of what simplification leaves of it.
+  double left = 0;  // and of the simplified surface.
 };
 
-// Grouped by the octave of the least threshold in the cube's parent. At most eight groups; one,
-// when thresholds are the same everywhere. Throws Cancelled soon after `stop` is triggered.
+// Groups cubes by the octave of the least threshold in their parents: at most eight groups, or one
+// for a uniform threshold. Throws Cancelled soon after `stop` is triggered.
 [[nodiscard]] std::vector<CubeGroup> cubes_by_threshold(const PreparedModel& model, bool simplify,
                                                         const std::stop_token& stop);
 

@@ -17,7 +17,7 @@ std::int32_t rounded_up(std::int32_t value, std::int32_t spacing) {
   return (value + spacing - 1) / spacing;
 }
 
-// Which cells of kSpectrumSpacing steps in a cube the surface crosses.
+// The cells of kSpectrumSpacing steps in a cube that the surface crosses.
 class CrossedCells {
  public:
   CrossedCells(const PreparedVolume& volume, const OctreeCube& cube, double isovalue)
@@ -35,8 +35,8 @@ class CrossedCells {
     }
   }
 
-  // Whether one of them, closed, holds a point of the box; both corners are grid points in the
-  // cube.
+  // Returns whether one of them, closed, contains a point of the box, whose corners must be grid
+  // points in the cube.
   [[nodiscard]] bool any_touches(GridPoint low, GridPoint high) const {
     const auto first = [this](std::int32_t v, std::int32_t begin) {
       return std::max(rounded_up(v, kSpectrumSpacing) - 1 - begin, 0);
@@ -55,7 +55,7 @@ class CrossedCells {
   }
 
  private:
-  std::int32_t side_;  // Cells.
+  std::int32_t side_;  // Cells a side.
   GridPoint low_;      // The first cell.
   std::vector<bool> crossed_;
 };
@@ -88,8 +88,7 @@ std::optional<LevelBox> level_box(const DatasetInfo& info, const OctreeCube& cub
 }
 
 bool LevelSamples::may_be_crossed(const OctreeCube& cube) const {
-  // Ranges are of all samples, and of a far dataset no look at a coarse level is worth fetching
-  // them.
+  // For coarse levels of remote datasets, fetching the ranges of all samples does not pay off.
   if (spacing_ >= kSpectrumSpacing || cube.exponent < kSpectrumExponent) return true;
   return is_crossed(volume_, cube, isovalue_);
 }
@@ -97,9 +96,8 @@ bool LevelSamples::may_be_crossed(const OctreeCube& cube) const {
 void LevelSamples::visit_bricks(const OctreeCube& cube, const LevelBox& box,
                                 const std::function<void(const BrickPart&)>& visit) const {
   const DatasetInfo& info = volume_.info;
-  // An edge lies in a closed cell, so a crossed one in a crossed cell. Cells that are not crossed
-  // and share a sample are on one side, and so are all samples of a brick among them; void samples
-  // are on none.
+  // An edge lies in a closed cell, so a crossed edge in a crossed cell. Uncrossed cells that share
+  // a sample are on one side, as are a brick's samples among them. Void samples have no side.
   std::optional<CrossedCells> cells;
   if (info.void_samples == 0 && cube.exponent >= kSpectrumExponent) {
     cells.emplace(volume_, cube, isovalue_);

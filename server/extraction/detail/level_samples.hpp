@@ -1,4 +1,4 @@
-// The samples of a uniform level in an octree cube, as a sample shell holds them.
+// The samples of a uniform level in an octree cube, in the layout of a sample shell.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,13 @@
 
 namespace multitetra {
 
-// The part of a cube with samples of the data, and the layers around it where the surface closes.
+// The part of a cube with samples of the data, and the layers around it that close the surface.
 struct LevelBox {
   GridPoint first;           // The data's first sample in the cube, in spacings.
   GridPoint count;           // Samples of the data along each axis, at least 1.
   std::uint32_t layers = 0;  // As in ShellBox.
 
-  // In spacings, layers included.
+  // In spacings, including the layers.
   [[nodiscard]] GridPoint origin() const {
     const auto low = [this](int axis) {
       return static_cast<std::int32_t>(layers >> (2 * axis) & 1U);
@@ -28,8 +28,8 @@ struct LevelBox {
   }
 };
 
-// Nothing where no cell of the level in the cube has a value at each corner. `spacing` is at most
-// the cube's side.
+// Returns nullopt if no cell of the level in the cube has values at all corners. `spacing` is at
+// most the cube's side.
 [[nodiscard]] std::optional<LevelBox> level_box(const DatasetInfo& info, const OctreeCube& cube,
                                                 std::int32_t spacing);
 
@@ -37,22 +37,21 @@ using SampleArray =
     std::variant<std::vector<std::uint8_t>, std::vector<std::int8_t>, std::vector<std::uint16_t>,
                  std::vector<std::int16_t>, std::vector<float>>;
 
-// For surfaces of one isovalue at one level. The volume must outlive it. Safe to use from several
-// threads at once. Throws what reading samples throws.
+// Reads samples for surfaces of one isovalue at one level. The volume must outlive it. Thread-safe.
+// Rethrows exceptions from reading samples.
 class LevelSamples {
  public:
   LevelSamples(const PreparedVolume& volume, double isovalue, std::int32_t spacing)
       : volume_(volume), isovalue_(isovalue), spacing_(spacing) {}
 
-  // Whether there can be a surface in the cube, as far as can be seen without the samples.
+  // Returns whether the cube may contain a surface, as far as known without reading samples.
   [[nodiscard]] bool may_be_crossed(const OctreeCube& cube) const;
 
-  // The samples of the box in the cube, x fastest, in the dataset's type. Where no edge of the
-  // level in the cube is crossed, a brick is not read: its samples have any value on the right
-  // side.
+  // Reads the samples of the box in the cube, x fastest, in the dataset's type. Skips bricks
+  // without crossed edges of the level in the cube: their samples get any value on the same side.
   void read(const OctreeCube& cube, const LevelBox& box, SampleArray& into) const;
 
-  // The bricks that read() looks at, of a level that has any.
+  // Appends the bricks that read() needs. Requires a level that is read from bricks.
   void add_bricks(const OctreeCube& cube, const LevelBox& box,
                   std::vector<std::size_t>& bricks) const;
 
@@ -70,7 +69,7 @@ class LevelSamples {
   void read_bricks(const OctreeCube& cube, const LevelBox& box, std::vector<Sample>& into) const;
   template <typename Sample>
   void read_coarse(const LevelBox& box, std::vector<Sample>& into) const;
-  // Any sample of the closed cell of kSpectrumSpacing steps in `cube` that holds this point.
+  // Returns some sample of the closed cell of kSpectrumSpacing steps in `cube` with this point.
   template <typename Sample>
   [[nodiscard]] Sample sample_near(const OctreeCube& cube, GridPoint point) const;
 

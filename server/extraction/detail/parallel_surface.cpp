@@ -17,7 +17,7 @@ struct ExtractedCube {
   CubeSurface surface = {};
 };
 
-// Appends the cube after the refined ones in it, down to those of the exponent. Returns its number.
+// Appends the cube after its refined descendants, down to `exponent`. Returns its number.
 std::size_t append_cubes(const CubeExtractor& extractor, const OctreeCube& cube, int exponent,
                          std::vector<ExtractedCube>& tree, std::vector<std::size_t>& parents) {
   ExtractedCube added{.cube = cube, .is_leaf = cube.exponent == exponent};
@@ -35,7 +35,7 @@ std::size_t append_cubes(const CubeExtractor& extractor, const OctreeCube& cube,
   return number;
 }
 
-// What is in a cube, when its children are through.
+// Returns the surface in a cube whose children are complete.
 CubeSurface surface_in(const CubeExtractor& extractor, std::vector<ExtractedCube>& tree,
                        const ExtractedCube& here) {
   if (here.is_leaf) return extractor.surface_in(here.cube);

@@ -1,5 +1,5 @@
-// Extraction on all threads: the grid is cut into octree cubes, which core extracts one by one, and
-// their surfaces are joined.
+// Extraction on all threads: the grid is divided into octree cubes, whose surfaces are extracted
+// independently by core and then joined.
 #pragma once
 
 #include <iterator>
@@ -15,21 +15,21 @@
 
 namespace multitetra {
 
-// The source of an extraction: a model over a field, or over a prepared volume.
+// The source of an extraction: a model of a field or of a prepared volume.
 class CubeExtractor {
  public:
   virtual ~CubeExtractor() = default;
-  // The surfaces in these cubes are taken next.
+  // Announces that the surfaces in these cubes will be extracted next.
   virtual void will_extract(std::span<const OctreeCube> cubes) const { (void)cubes; }
   [[nodiscard]] virtual bool is_refined(const OctreeCube& cube) const = 0;
-  // Both are called by several threads at once.
+  // These two are called concurrently.
   [[nodiscard]] virtual CubeSurface surface_in(const OctreeCube& cube) const = 0;
   [[nodiscard]] virtual CubeSurface join(const OctreeCube& cube,
                                          std::vector<CubeSurface> children) const = 0;
 };
 
-// The surface in `root`, extracted in cubes of 2^exponent steps. The same for any exponent and any
-// number of threads. Throws Cancelled soon after `stop` is triggered.
+// Returns the surface in `root`, extracted in cubes of 2^exponent steps. The result does not depend
+// on the exponent or the number of threads. Throws Cancelled soon after `stop` is triggered.
 [[nodiscard]] TiledSurface extract_in_parallel(const CubeExtractor& extractor,
                                                const OctreeCube& root, int exponent,
                                                std::stop_token stop);

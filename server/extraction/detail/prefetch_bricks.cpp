@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-// The bricks of `layout` that hold any of the items from `low` to `high`, both included.
+// Appends the bricks of `layout` that contain any of the items from `low` to `high`, both included.
 void add_bricks(const BrickLayout& layout, GridPoint low, GridPoint high, std::size_t first_brick,
                 std::vector<std::size_t>& bricks) {
   GridCounts begin{};
@@ -52,7 +52,7 @@ std::vector<std::size_t> spectrum_bricks(const SpectrumLayout& layout,
   return bricks;
 }
 
-// Fine errors in a cell take the samples of the cells around it.
+// Fine errors in a cell depend on the samples of the surrounding cells.
 std::vector<std::size_t> sample_bricks(const DatasetInfo& info, std::span<const OctreeCube> cubes) {
   constexpr GridPoint kCell = {kSpectrumSpacing, kSpectrumSpacing, kSpectrumSpacing};
   const BrickLayout layout(info.dims);

@@ -1,4 +1,4 @@
-// Telling a dataset that is far away what a surface will look at, so that it comes together.
+// Prefetches the bricks that a surface will need from a remote dataset.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,13 @@
 
 namespace multitetra {
 
-// The surface in these cubes comes next, of a model that ends at this finest spacing: bricks of the
-// spectrum around them, and of samples where the model needs these. Costs nothing where the dataset
-// is on this machine.
+// Announces extraction of the surface in these cubes, for a model with this finest spacing:
+// prefetches the bricks of the spectrum around them, and samples if the model needs them. Does
+// nothing for local datasets.
 void prefetch_bricks(const PreparedVolume& volume, std::span<const OctreeCube> cubes,
                      std::int32_t finest_spacing);
 
-// The bytes to fetch before the spectrum of that spacing, and of coarser ones, can be
-// looked at anywhere.
+// Returns the bytes to fetch before the spectrum of that spacing and coarser ones can be read.
 [[nodiscard]] std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume,
                                                     std::int32_t finest_spacing);
 

@@ -9,13 +9,13 @@
 namespace multitetra {
 namespace {
 
-// Edges of a uniform level go along axes and diagonals: a surface crosses three times as many as
-// along axes alone, whatever way it faces on average.
+// The edges of a uniform level run along axes and diagonals. On average over all orientations, a
+// surface crosses three times as many as along axes alone.
 constexpr double kVerticesAnAxisCrossing = 3;
-// The factor from the triangles of a level to those of one with half the spacing.
+// The growth in triangles when a level's spacing is halved.
 constexpr double kTrianglesAHalvedLevel = 4.3;
 
-// Neighbours along an axis on different sides, of the coarse samples at every `step`-th.
+// Counts neighbours along an axis on different sides, among every `step`-th coarse sample.
 template <typename Sample>
 double axis_crossings(const PreparedVolume& volume, double isovalue, std::int32_t step) {
   const LevelExtent all = coarse_extent(volume.info);

@@ -6,8 +6,8 @@
 
 namespace multitetra {
 
-// Requires a step of shells. Within a factor of two on smooth fields; a field that is rough below
-// kSpectrumSpacing has more.
+// Requires a step of shells. Accurate within a factor of two for smooth fields; too low for fields
+// that are rough below kSpectrumSpacing.
 [[nodiscard]] SurfaceSize shell_size(const PreparedVolume& volume, const StepRequest& step);
 
 }  // namespace multitetra

@@ -14,10 +14,10 @@
 namespace multitetra {
 namespace {
 
-// What lies in a cube, and in none of its children.
+// The surface that lies in a cube but in none of its children.
 using CubesOfOneSize = std::map<OctreeCube, std::optional<SimplifiedPiece>>;
 
-// By exponent: the cubes of the tiles, and all cubes around them.
+// Returns, by exponent, the cubes of the tiles and all their ancestors.
 std::vector<CubesOfOneSize> cubes_around(std::vector<SimplifiedTile> tiles, int root_exponent) {
   std::vector<CubesOfOneSize> cubes(static_cast<std::size_t>(root_exponent) + 1);
   const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfOneSize& {
@@ -33,8 +33,8 @@ std::vector<CubesOfOneSize> cubes_around(std::vector<SimplifiedTile> tiles, int 
   return cubes;
 }
 
-// For each cube the triangles that lie in no single cube of its size and reach into it: its own
-// surface stays in it, and so does what is in other cubes.
+// For each cube, the triangles that lie in no single cube of its size and extend into it. Its own
+// surface and those in other cubes need no check, as they stay inside their cubes.
 using ObstaclesOfOneSize = std::map<OctreeCube, std::vector<LatticeTriangle>>;
 
 bool reaches_into(const LatticeTriangle& triangle, const OctreeCube& cube, int resolution) {
@@ -47,7 +47,7 @@ bool reaches_into(const LatticeTriangle& triangle, const OctreeCube& cube, int r
          overlaps(box.low.z, box.high.z, cube.z);
 }
 
-// By exponent.
+// Returns the obstacles by exponent.
 std::vector<ObstaclesOfOneSize> obstacles_in(const std::vector<CubesOfOneSize>& cubes,
                                              int resolution) {
   std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
@@ -74,17 +74,17 @@ double seconds_of_this_thread() {
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// A cube with what lies in none of its children; then what simplification leaves of all in it.
+// A cube with the surface in none of its children; later with the simplified surface of all of it.
 struct CubeInTree {
   OctreeCube cube;
   std::optional<SimplifiedPiece> own;
   std::vector<std::size_t> children;  // In the order of their cubes.
-  std::size_t triangles = 0;          // In it.
+  std::size_t triangles = 0;          // Triangles in the cube.
   SimplifiedCube surface;
   SimplificationWork work;
 };
 
-// Children come before their parents; the last is the root.
+// Returns the cubes with children before their parents; the last one is the root.
 std::vector<CubeInTree> tree_of(std::vector<CubesOfOneSize> cubes) {
   std::vector<CubeInTree> tree;
   std::map<OctreeCube, std::size_t> halves;
@@ -105,7 +105,7 @@ std::vector<CubeInTree> tree_of(std::vector<CubesOfOneSize> cubes) {
   return tree;
 }
 
-// Depth-first, each cube after its children and those with most triangles first.
+// Returns a depth-first order: each cube after its children, those with most triangles first.
 std::vector<std::size_t> depth_first(const std::vector<CubeInTree>& tree) {
   std::vector<std::size_t> order;
   std::vector<std::size_t> waiting = {tree.size() - 1};
@@ -122,7 +122,7 @@ std::vector<std::size_t> depth_first(const std::vector<CubeInTree>& tree) {
   return order;
 }
 
-// Simplifies what is in the cube, when its children are through.
+// Simplifies the surface in a cube whose children are complete.
 void join(std::vector<CubeInTree>& tree, std::size_t index, const ObstaclesOfOneSize& obstacles,
           const SimplificationOptions& options, const SimplifiedTileLimits& limits,
           const std::stop_token& stop) {
@@ -145,7 +145,7 @@ void join(std::vector<CubeInTree>& tree, std::size_t index, const ObstaclesOfOne
   whole.work.longest_chain += seconds;
 }
 
-// The surface in all cubes, from the smallest ones up to the root.
+// Simplifies the surface in all cubes, from the smallest up to the root.
 CubeInTree joined(std::vector<CubesOfOneSize> cubes,
                   const std::vector<ObstaclesOfOneSize>& obstacles,
                   const SimplificationOptions& options, const SimplifiedTileLimits& limits,
@@ -168,7 +168,7 @@ CubeInTree joined(std::vector<CubesOfOneSize> cubes,
   return std::move(tree.back());
 }
 
-// When the last of the first `done` collapses happened.
+// Returns the time of the last of the first `done` collapses.
 double last_before(std::vector<double> times, std::size_t done) {
   if (done == 0) return -1;
   const auto last = times.begin() + static_cast<std::ptrdiff_t>(done - 1);
@@ -190,7 +190,7 @@ SurfaceSimplifier::SurfaceSimplifier(std::vector<TileMesh> tiles, const Vec3& la
 SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& options,
                                                const std::stop_token& stop,
                                                const SimplifiedTileLimits& limits) {
-  // Pieces that nothing may happen to are left apart: a first stage can still begin with them.
+  // If nothing may change, leaves the pieces separate, so that a first stage can still start.
   if (tiles_.empty() || (options.is_resumable && options.max_distance.largest() == 0)) return {};
   const int resolution = tiles_.front().piece.resolution();
   std::vector<CubesOfOneSize> cubes = cubes_around(std::move(tiles_), root_exponent_);
@@ -215,7 +215,7 @@ std::vector<TileMesh> SurfaceSimplifier::tiles(std::size_t most) const {
   for (const SimplifiedTile& tile : tiles_) {
     for (const Collapse& collapse : tile.piece.history()) times.push_back(collapse.when);
   }
-  // A collapse leaves two triangles less.
+  // A collapse removes two triangles.
   const std::size_t undone = most > least ? std::min((most - least) / 2, times.size()) : 0;
   const double until = last_before(times, times.size() - undone);
   std::vector<TileMesh> tiles(tiles_.size());

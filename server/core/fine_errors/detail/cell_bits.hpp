@@ -1,8 +1,7 @@
-// One bit for every point of a cell, and how neighbouring points are looked at for all of them at
-// once.
+// One bit for each point of a cell, and neighbourhood operations on all of them at once.
 //
 // A plane is 64 bits: bit x + 8 y for the point (x, y) of one layer. A `BitGrid` has eight planes
-// for every cell, and reads planes that are moved, wherever cells begin and end.
+// for each cell, and shifts planes across the cells' borders.
 #pragma once
 
 #include <array>
@@ -14,7 +13,7 @@ namespace multitetra {
 
 using BitPlane = std::uint64_t;
 
-// The bits of a plane whose coordinate along x lies in `x_bits`, along y in `y_bits`.
+// Returns the bits of a plane whose x lies in `x_bits` and whose y lies in `y_bits`.
 [[nodiscard]] constexpr BitPlane plane_of(unsigned x_bits, unsigned y_bits) {
   BitPlane plane = 0;
   for (unsigned y = 0; y < 8; ++y) {
@@ -25,13 +24,13 @@ using BitPlane = std::uint64_t;
 
 class BitGrid {
  public:
-  // Cells along each axis; those around them exist as well and have no bits. Contents are lost.
+  // Clears the grid and sets its cells along each axis, which get a border of empty cells.
   void begin(std::int32_t cells) {
     const auto stride = static_cast<std::size_t>(cells + 2);
     strides_ = {1, stride, stride * stride};
     planes_.assign(stride * stride * stride, {});
   }
-  // The index of the cell (x, y, z), coordinates from 0.
+  // Returns the index of the cell (x, y, z), coordinates from 0.
   [[nodiscard]] std::size_t cell(std::int32_t x, std::int32_t y, std::int32_t z) const {
     return static_cast<std::size_t>(x + 1) + strides_[1] * static_cast<std::size_t>(y + 1) +
            strides_[2] * static_cast<std::size_t>(z + 1);
@@ -42,18 +41,18 @@ class BitGrid {
   [[nodiscard]] BitPlane plane(std::size_t cell, std::int32_t z) const {
     return planes_[cell][static_cast<std::size_t>(z)];
   }
-  // Layer z, -8 <= z < 16.
+  // Returns layer z, -8 <= z < 16.
   [[nodiscard]] BitPlane layer(std::size_t cell, std::int32_t z) const {
     if (z < 0) return planes_[cell - strides_[2]][static_cast<std::size_t>(z + 8)];
     if (z >= 8) return planes_[cell + strides_[2]][static_cast<std::size_t>(z - 8)];
     return planes_[cell][static_cast<std::size_t>(z)];
   }
-  // The bits of layer z and, by 1, 2 or 4 steps before and behind them, of their neighbours.
+  // The bits of layer z, and of the neighbours at a distance of `step` = 1, 2 or 4 along its axes.
   struct Around {
     BitPlane here = 0;
     BitPlane along_y = 0;   // Either neighbour along y.
-    BitPlane along_x = 0;   // Either along x.
-    BitPlane diagonal = 0;  // Any of the four along both.
+    BitPlane along_x = 0;   // Either neighbour along x.
+    BitPlane diagonal = 0;  // Any of the four diagonal neighbours.
   };
   [[nodiscard]] Around around(std::size_t cell, std::int32_t z, int step) const {
     const BitPlane here = layer(cell, z);
@@ -78,7 +77,7 @@ class BitGrid {
   }
 
  private:
-  // In every row, the `step` lowest points, and all but the `step` highest.
+  // The `step` lowest points of every row, and all but the `step` highest.
   static constexpr std::array<BitPlane, 5> kLower = {0, plane_of(0x01, 0xFF), plane_of(0x03, 0xFF),
                                                      0, plane_of(0x0F, 0xFF)};
   static constexpr std::array<BitPlane, 5> kUpper = {0, plane_of(0x7F, 0xFF), plane_of(0x3F, 0xFF),

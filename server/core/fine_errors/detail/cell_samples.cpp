@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::int32_t kBrick = BrickLayout::kSampleSide;
 
-// A box of samples, by their indices in the data; `end` is exclusive.
+// A box of samples in data indices; `end` is exclusive.
 struct SampleBox {
   GridPoint begin;
   GridPoint end;
@@ -49,7 +49,7 @@ const std::byte* CellSamples::brick(GridPoint at) {
 
 void CellSamples::load_cell(GridPoint low, float* into, std::ptrdiff_t row, std::ptrdiff_t slice) {
   const DatasetInfo& info = volume_.info;
-  const GridPoint begin = low - first_sample(info);  // The cell may reach over the data.
+  const GridPoint begin = low - first_sample(info);  // The cell may extend beyond the data.
   const SampleBox cell = {begin,
                           begin + GridPoint{kSpectrumSpacing, kSpectrumSpacing, kSpectrumSpacing}};
   const SampleBox box = cell.within({}, {info.dims[0], info.dims[1], info.dims[2]});

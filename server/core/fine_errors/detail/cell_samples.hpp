@@ -1,4 +1,4 @@
-// The samples in cells of a prepared volume, wherever its bricks have them.
+// Access to the samples of cells of a prepared volume, across its bricks.
 #pragma once
 
 #include <cstddef>
@@ -9,28 +9,28 @@
 
 namespace multitetra {
 
-// Reads the samples of cells. Each brick is read once and kept until the reader is destroyed: a
-// brick holds eight cells or more, and reading one checks its file. Not thread-safe.
+// Reads the samples of cells. Reads each brick once and keeps it: a brick contains eight cells or
+// more, and reading it checks its file. Not thread-safe.
 class CellSamples {
  public:
-  // For cells from the point `low` to the point `high`. The volume must outlive it.
+  // Serves the cells from the point `low` to the point `high`. The volume must outlive the reader.
   CellSamples(const PreparedVolume& volume, GridPoint low, GridPoint high);
 
-  // Writes the values of the eight points along each axis from `low` on, those beyond the data
-  // included, x fastest, with the strides `row` and `slice`. Requires a place in the grid or before
-  // it, at multiples of kSpectrumSpacing.
+  // Writes the values of the eight points along each axis from `low` on, including those beyond the
+  // data, x fastest, with the strides `row` and `slice`. Requires multiples of kSpectrumSpacing,
+  // inside the grid or below it.
   void load_cell(GridPoint low, float* into, std::ptrdiff_t row, std::ptrdiff_t slice);
 
  private:
-  // The samples of a brick, by its place among the bricks.
+  // Returns the samples of a brick, given its position among the bricks.
   [[nodiscard]] const std::byte* brick(GridPoint at);
 
   const PreparedVolume& volume_;
   const BrickLayout layout_;
-  GridPoint first_;       // The brick that holds `low`.
+  GridPoint first_;       // The brick that contains `low`.
   std::int32_t row_ = 0;  // Strides of bricks_.
   std::int32_t slice_ = 0;
-  // Each is empty until it is first read.
+  // Empty until first read.
   std::vector<RetainedBytes> bricks_;
 };
 

@@ -28,7 +28,7 @@ FineCells::FineCells(const PreparedVolume& volume, double isovalue)
       outside_(outside_value(volume.info)),
       isovalue_below_(rounded_down(isovalue)) {}
 
-// Cells are seen from first_ on.
+// Calls `visit` with cells relative to first_.
 template <typename Visit>
 void FineCells::visit_cells(std::int32_t begin, std::int32_t end, const Visit& visit) const {
   for (std::int32_t z = begin; z < end; ++z) {
@@ -38,20 +38,20 @@ void FineCells::visit_cells(std::int32_t begin, std::int32_t end, const Visit& v
   }
 }
 
-// Whether the closed cell has values on both sides of the isovalue.
+// Returns whether the closed cell has values on both sides of the isovalue.
 bool FineCells::may_cross(GridPoint cell) const {
   if (!in_data_.contains(cell)) return false;
   return visit_type(volume_.info.type, [&]<typename Sample>(const Sample*) {
     std::array<Sample, 2> range;
     std::memcpy(range.data(), ranges_.data() + sizeof(range) * in_data_.index(cell), sizeof(range));
-    if (range[0] > range[1]) return false;  // All void, or nothing but what lies outside.
+    if (range[0] > range[1]) return false;  // Void, or entirely beyond the data.
     auto low = static_cast<float>(range[0]);
     auto high = static_cast<float>(range[1]);
     const GridPoint first = first_sample(volume_.info);
     const GridPoint last = last_sample(volume_.info);
     for (int axis = 0; axis < 3; ++axis) {
       if (kCell * cell[axis] < first[axis] || kCell * (cell[axis] + 1) > last[axis]) {
-        low = outside_ < low ? outside_ : low;  // False when it is void.
+        low = outside_ < low ? outside_ : low;  // False if void.
         high = outside_ > high ? outside_ : high;
       }
     }
@@ -71,8 +71,7 @@ bool FineCells::mark_wanted(const std::function<bool(const OctreeCube&)>& is_wan
   return any;
 }
 
-// The range of a cell counts for its own points and for those of the cells above it, whose diamonds
-// reach into it.
+// The range of a cell also applies to the cells above it, whose diamonds reach into it.
 void FineCells::mark_crossed() {
   visit_cells(-1, cells_, [&](GridPoint cell) {
     if (!may_cross(first_ + cell)) return;

@@ -3,10 +3,10 @@
 namespace multitetra {
 namespace {
 
-// Bits of those of eight points in a row that have spacing 2^[i] and an even or an odd coordinate.
+// Bits of those of eight points in a row with spacing 2^[i] and an even or an odd coordinate.
 constexpr unsigned kPositions[3][2] = {{0x55, 0xAA}, {0x11, 0x44}, {0x01, 0x10}};
 
-// The points of a layer by whether x and y, in units of the spacing, are odd.
+// The points of a layer by the axes, x and y, along which they are odd in units of the spacing.
 struct Parities {
   BitPlane none = 0;
   BitPlane x = 0;
@@ -27,9 +27,9 @@ constexpr std::array<Parities, 3> kParities = [] {
 
 bool is_odd(std::int32_t z, int exponent) { return (z >> exponent & 1) != 0; }
 
-// The points of spacing 2^exponent with a bit somewhere in their diamond, from what is around them
-// in the layer z and in those one spacing below and above it. See DividingPoint: the link of an
-// edge lies across it, that of a face in its plane and on its normal, a cube's are its corners.
+// Returns the points of spacing 2^exponent with a bit in their diamond, given the bits in layer z
+// and in the layers one spacing below and above it. See DividingPoint: the link of an edge lies
+// across it, that of a face in its plane and on its normal; that of a cube consists of corners.
 BitPlane with_diamonds(const BitGrid::Around& low, const BitGrid::Around& in,
                        const BitGrid::Around& high, std::int32_t z, int exponent) {
   const BitPlane z_here = low.here | high.here;
@@ -88,14 +88,14 @@ BitPlane with_children(const BitGrid& bits, std::size_t cell, std::int32_t z, in
                        PointKind kind) {
   const Parities& odd = kParities[static_cast<std::size_t>(exponent)];
   const int step = 1 << exponent;
-  if (kind == PointKind::kEdge) {  // The centres of the eight cubes of half the size around it.
+  if (kind == PointKind::kEdge) {  // The centres of the eight adjacent cubes of half the size.
     if (exponent == 0) return 0;
     const int half = step / 2;
     return (bits.around(cell, z - half, half).diagonal |
             bits.around(cell, z + half, half).diagonal) &
            points_of_kind(kind, z, exponent);
   }
-  // The edges of a face, the faces of a cube: one step along every axis in which the point is odd.
+  // The edges of a face or the faces of a cube: one step along each odd axis of the point.
   const BitGrid::Around in = bits.around(cell, z, step);
   const BitPlane in_layer = in.along_x | in.along_y;
   if (!is_odd(z, exponent)) return kind == PointKind::kFace ? in_layer & odd.both : 0;

@@ -1,5 +1,5 @@
-// The points of one layer by spacing and kind, as bits: which of them have values on both sides of
-// the isovalue in their diamond, and which have children with a bit.
+// Bit masks of a layer's points: those whose diamond has values on both sides of the isovalue, and
+// those that have children with a set bit.
 #pragma once
 
 #include <array>
@@ -11,14 +11,15 @@
 
 namespace multitetra {
 
-// The points of a cell's layers, of spacing 1, 2 and 4, whose diamonds have values of both signs.
+// Returns the points of spacing 1, 2 and 4 in a cell's layers whose diamonds have values on both
+// sides of the isovalue.
 [[nodiscard]] std::array<BitPlane, 8> mixed_diamonds(const BitGrid& above, const BitGrid& below,
                                                      std::size_t cell);
 
-// The points of layer z of that kind and of spacing 2^exponent, which divides z and is at most 4.
+// Returns the points of layer z of this kind and of spacing 2^exponent <= 4, which divides z.
 [[nodiscard]] BitPlane points_of_kind(PointKind kind, std::int32_t z, int exponent);
 
-// Those with at least one child that has a bit.
+// Returns those of these points that have a child with a set bit.
 [[nodiscard]] BitPlane with_children(const BitGrid& bits, std::size_t cell, std::int32_t z,
                                      int exponent, PointKind kind);
 

@@ -3,7 +3,7 @@
 namespace multitetra {
 
 Box PieceFrame::grid_box(const Box& box, double reach) const {
-  // More lattice steps than snapping to the lattice moves a vertex.
+  // Lattice steps; more than snapping to the lattice moves a vertex.
   constexpr double kSnapping = 2;
   const Vec3 lattice = {static_cast<double>(origin.x), static_cast<double>(origin.y),
                         static_cast<double>(origin.z)};
@@ -21,7 +21,7 @@ Box PieceFrame::grid_box(const Box& box, double reach) const {
 PieceLimit::PieceLimit(const AllowedDistance& limit, const PieceFrame& frame,
                        std::span<const Vec3> positions)
     : limit_(limit), frame_(frame), largest_(limit.largest() / frame.unit), is_uniform_(false) {
-  // No larger distance is ever requested.
+  // No larger distance is ever passed.
   is_uniform_ = least_near(box_of(positions), largest_, largest_) == largest_;
 }
 

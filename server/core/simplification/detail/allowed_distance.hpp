@@ -1,5 +1,4 @@
-// The allowed displacement by simplification: the same everywhere, or a share of what a
-// threshold map allows at every place.
+// The displacement that simplification may cause: uniform, or a share of a threshold map.
 #pragma once
 
 #include <algorithm>
@@ -15,17 +14,17 @@ namespace multitetra {
 
 class AllowedDistance {
  public:
-  // The same everywhere: finite and >= 0. A number is a limit.
+  // The same distance everywhere, finite and >= 0. Implicit, so that a number is a limit.
   AllowedDistance(double everywhere = 0) : thresholds_(ThresholdMap::everywhere(everywhere)) {}
-  // `share` of the thresholds, above 0 and at most 1. The rest is the model's: the surface that is
-  // simplified may be that far from the one that the thresholds are about.
+  // `share` of the thresholds, above 0 and at most 1. The rest is the model's: the simplified
+  // surface may already be that far from the surface that the thresholds refer to.
   AllowedDistance(ThresholdMap thresholds, double share)
       : thresholds_(std::move(thresholds)), share_(share) {}
 
   [[nodiscard]] double largest() const { return share_ * thresholds_.largest(); }
-  // In a box of grid steps: no more than the least of the places in it.
+  // Returns a lower bound of the limits in a box of grid steps.
   [[nodiscard]] double least_in(const Box& box) const { return share_ * thresholds_.least_in(box); }
-  // How far the model may have moved what simplification may move by 1.
+  // Returns the displacement allowed to the model for each unit allowed to simplification.
   [[nodiscard]] double of_model() const { return (1 - share_) / share_; }
 
  private:
@@ -33,21 +32,21 @@ class AllowedDistance {
   double share_ = 1;
 };
 
-// Where the positions are that the simplification of a piece computes with: relative to one of its
-// vertices, in units of the shortest lattice step.
+// The coordinate frame in which a piece is simplified: relative to one of its vertices, in units of
+// the shortest lattice step.
 struct PieceFrame {
-  double unit = 1;  // The length of that step.
-  // The proportions of a lattice step along each axis, in units.
+  double unit = 1;  // Length of that step.
+  // Lengths of a lattice step along each axis, in units.
   Vec3 proportions = {1, 1, 1};
-  LatticePoint origin = {};       // Large coordinates would cost precision.
+  LatticePoint origin = {};       // Keeps coordinates small and so precise.
   double lattice_per_voxel = 32;  // Lattice steps per grid step.
 
   [[nodiscard]] Vec3 position(const LatticePoint& p) const {
     return {proportions[0] * (p.x - origin.x), proportions[1] * (p.y - origin.y),
             proportions[2] * (p.z - origin.z)};
   }
-  // The box of grid steps that holds all within `reach` units of a box of positions, before it is
-  // snapped to the lattice.
+  // Returns a box of grid steps that contains all points within `reach` units of a box of
+  // positions, before they are snapped to the lattice.
   [[nodiscard]] Box grid_box(const Box& box, double reach) const;
 };
 
@@ -64,20 +63,20 @@ inline void include(Box& box, const Vec3& position) {
   return box;
 }
 
-// A limit for one piece: positions and lengths are in its frame.
+// A limit for one piece; positions and lengths are in its frame.
 class PieceLimit {
  public:
-  // Requires a position.
+  // Requires at least one position.
   PieceLimit(const AllowedDistance& limit, const PieceFrame& frame,
              std::span<const Vec3> positions);
 
-  // Whether it is `largest` everywhere in the piece.
+  // Returns whether the limit is `largest` in the whole piece.
   [[nodiscard]] bool is_uniform() const { return is_uniform_; }
   [[nodiscard]] double largest() const { return largest_; }
-  // No more than the least limit within `reach` of the box, and within what the model may have
-  // moved when simplification moves by `distance`.
+  // Returns a lower bound of the limits within `reach` of the box, extended by the distance that
+  // the model may have moved points which simplification moves by `distance`.
   [[nodiscard]] double least_near(const Box& box, double reach, double distance) const;
-  // In grid steps of the shortest axis.
+  // Converts a length to grid steps of the shortest axis.
   [[nodiscard]] double in_voxels(double length) const { return length / frame_.lattice_per_voxel; }
 
  private:

@@ -14,7 +14,7 @@ namespace {
 constexpr TriangleIndices kRemoved = {CollapsingMesh::kNone, CollapsingMesh::kNone,
                                       CollapsingMesh::kNone};
 
-// Which vertices have triangles around them of which no two can intersect; found when asked for.
+// Finds, on demand, the vertices around which no two triangles can intersect.
 class ClearStars {
  public:
   // `turns` are those of the mesh's triangles.

@@ -1,11 +1,11 @@
-// Finds where a surface that was simplified without checks intersects itself: among the triangles
-// that have changed, as those that stay are known not to intersect each other.
+// Finds self-intersections of a surface that was simplified without checks. Only changed triangles
+// are tested, as the others are known not to intersect each other.
 //
 //   ChangedTriangles changed(before, obstacles);
 //   const auto corners = changed.intersecting_corners(mesh);  // Empty: there are none.
 //
-// Most triangles near to others share a vertex with them. Where the triangles around that vertex
-// are seen side by side from some direction nothing else has to be compared there.
+// Most triangles near others share a vertex with them. If the triangles around that vertex do not
+// overlap when seen from some direction, they need no further test.
 #pragma once
 
 #include <cstdint>
@@ -20,14 +20,14 @@ namespace multitetra {
 
 class ChangedTriangles {
  public:
-  // `before` does not intersect itself, nor the obstacles. What is referred to must stay valid.
+  // `before` must intersect neither itself nor the obstacles. Arguments must remain valid.
   ChangedTriangles(const LatticeMesh& before, Obstacles obstacles)
       : vertices_(before.vertices), obstacles_(obstacles), known_(before.triangles) {}
 
-  // For each vertex 1 if it is a corner of a triangle of `mesh` that intersects another one, or of
-  // one that intersects an obstacle; empty if there is no such triangle. `mesh` is what collapses
-  // have made of `before`. Triangles that are as they were in the last call are not compared with
-  // each other: requires that those found to intersect then are again as they are in `before`.
+  // Returns, for each vertex, 1 if it is a corner of a triangle of `mesh` that intersects another
+  // triangle or an obstacle; empty if there are none. `mesh` must result from collapses of
+  // `before`. Triangles unchanged since the last call are not tested against each other: those
+  // found to intersect then must have been reset to their state in `before`.
   [[nodiscard]] std::vector<std::uint8_t> intersecting_corners(const CollapsingMesh& mesh);
 
  private:
@@ -38,7 +38,7 @@ class ChangedTriangles {
 
   std::span<const LatticePoint> vertices_;
   Obstacles obstacles_;
-  // The triangles of the last call, and before it of the surface before; kNone: removed.
+  // The triangles of the last call, initially those of the surface before; kNone if removed.
   std::vector<TriangleIndices> known_;
 };
 

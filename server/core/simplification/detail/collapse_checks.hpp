@@ -1,5 +1,5 @@
-// Collapses that are refused whatever the distance is. `ring` are the corners around u from the
-// goal w_0 on, as in collapsing_mesh.hpp; `places` are where w_0, w_1, ... are.
+// Collapses that are rejected for any distance. `ring` contains the corners around u starting at
+// the target w_0, as in collapsing_mesh.hpp; `places` are the positions of w_0, w_1, ...
 #pragma once
 
 #include <algorithm>
@@ -11,13 +11,13 @@
 
 namespace multitetra {
 
-// As long as twice the triangle's area.
+// Returns a normal as long as twice the triangle's area.
 [[nodiscard]] inline Vec3 normal_of(const Vec3& p, const Vec3& q, const Vec3& r) {
   return cross(difference(q, p), difference(r, p));
 }
 
-// Whether the triangle of w_i and w_(i + 1) turns by more than some 78 degrees when its third
-// vertex moves onto w_0, or becomes degenerate. `before` is its normal_of now.
+// Returns whether the triangle of w_i and w_(i + 1) turns by more than about 78 degrees, or becomes
+// degenerate, when its third vertex moves onto w_0. `before` is its current normal_of.
 [[nodiscard]] inline bool turns_over(const Vec3& before, std::span<const Vec3> places,
                                      std::size_t i) {
   constexpr double kLeastSquaredCosine = 0.04;
@@ -27,7 +27,7 @@ namespace multitetra {
          along * along < kLeastSquaredCosine * squared_length(before) * squared_length(after);
 }
 
-// Whether any triangle of the ring does when u moves onto w_0.
+// Returns whether this holds for any triangle of the ring when u moves onto w_0.
 [[nodiscard]] inline bool turns_over(const Vec3& u, std::span<const Vec3> places) {
   for (std::size_t i = 1; i + 1 < places.size(); ++i) {
     if (turns_over(normal_of(u, places[i], places[i + 1]), places, i)) return true;
@@ -35,8 +35,8 @@ namespace multitetra {
   return false;
 }
 
-// Whether a new edge would join two vertices of the border, or a new triangle three. The surface
-// beyond the border may have such an edge or triangle too.
+// Returns whether a new edge would connect two vertices of the border, or a new triangle three: the
+// surface beyond the border may have the same edge or triangle.
 [[nodiscard]] inline bool merges_boundaries(const CollapsingMesh& mesh,
                                             std::span<const std::uint32_t> ring) {
   const auto is_inner = [&](std::uint32_t corner) {

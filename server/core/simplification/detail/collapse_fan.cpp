@@ -87,8 +87,8 @@ CollapseFan::SeenEdge::SeenEdge(const Point& low_end, const Point& high_end, con
       error(low_end.error),
       rise(high_end.error - low_end.error) {}
 
-// At the pair of nearest points: it is the same one seen from both sides of an edge, which is what
-// limits that differ from triangle to triangle need.
+// Measures at the pair of nearest points. It is the same pair seen from either side of an edge, as
+// limits that vary between triangles require.
 bool CollapseFan::is_near(const SeenEdge& edge, const FanEdge& spoke) {
   const double mixed = dot(edge.along, spoke.along);
   const double along_spoke = dot(edge.low, spoke.along);

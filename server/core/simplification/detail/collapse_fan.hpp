@@ -1,8 +1,8 @@
-// The triangles that a vertex gets in a collapse, as geometry: how near points and edges of another
-// surface are to them. The words are those of successive_mapping.hpp.
+// The triangles that a vertex gets in a collapse, as geometry: measures how near points and edges
+// of another surface are to them. Terms as in successive_mapping.hpp.
 //
-// Points and edges count as farther away than they are, by the errors of their vertices: how far
-// the surface that they belong to is from the one before it (see vertex_errors.hpp).
+// Distances of points and edges include the errors of their vertices: bounds of the distance of
+// their surface from the one before it (see vertex_errors.hpp).
 #pragma once
 
 #include <cstdint>
@@ -16,33 +16,34 @@ namespace multitetra {
 
 class CollapseFan {
  public:
-  // A vertex or a place on an edge, and its error. Half a cache line.
+  // A vertex or a point on an edge, and its error. Half a cache line.
   struct alignas(32) Point {
     Vec3 at = {};
     double error = 0;
   };
 
-  // Prepares the fan of v = w_0 with the ring w_0, w_1, ..., of three vertices at least. No
-  // distance above `limit` counts as near.
+  // Sets up the fan of v = w_0 with the ring w_0, w_1, ..., which has at least three vertices.
+  // Distances above `limit` are not near.
   void set_up(std::span<const Vec3> ring, double limit);
 
   [[nodiscard]] std::uint32_t sectors() const { return sectors_; }
-  // The largest distance that counted as near since set_up, with the errors.
+  // Returns the largest distance, errors included, accepted as near since set_up.
   [[nodiscard]] double largest() const { return largest_; }
 
-  // The sector that a point is straight above of, or else the nearest; nullopt when none is near.
+  // Returns the sector whose triangle a point projects onto or, if there is none, the nearest;
+  // nullopt if none is near.
   [[nodiscard]] std::optional<std::uint32_t> sector_near(const Point& point);
-  // Whether the edge from `low` to `high` is near to the spokes first .. last.
+  // Returns whether the edge from `low` to `high` is near the spokes first .. last.
   [[nodiscard]] bool is_near(const Point& low, const Point& high, std::uint32_t first,
                              std::uint32_t last);
-  // Whether it is near to an edge at the fan's border, which is from `begin` to `end`.
+  // Returns whether the edge is near the edge of the fan's border from `begin` to `end`.
   [[nodiscard]] bool is_near_rim(const Point& low, const Point& high, const Vec3& begin,
                                  const Vec3& end);
-  // Whether a vertex that stays has an error within the limit.
+  // Returns whether the error of a vertex that stays is within the limit.
   [[nodiscard]] bool is_near(double error);
 
  private:
-  // The squared sine of a triangle: a thinner one has no normal to measure heights along.
+  // The squared sine below which a triangle has no usable normal.
   static constexpr double kThinnest = 1e-12;
 
   struct FanEdge {
@@ -51,11 +52,11 @@ class CollapseFan {
     double inverse = 0;  // 1 / squared_length
   };
   struct Triangle {
-    Vec3 first, second;  // Dual to its edges from v.
+    Vec3 first, second;  // Dual to the triangle's edges from v.
     Vec3 normal;
-    double inverse = 0;  // 1 / the normal's squared length; 0 of a thin triangle.
+    double inverse = 0;  // 1 / the normal's squared length; 0 for a thin triangle.
   };
-  // An edge, seen from where a spoke begins.
+  // An edge relative to the origin of a spoke.
   struct SeenEdge {
     SeenEdge(const Point& low, const Point& high, const Vec3& from);
 
@@ -63,9 +64,9 @@ class CollapseFan {
     Vec3 along;
     double squared_length;
     double low_along;  // dot(low, along)
-    // The error at the low end.
+    // Error at the low end.
     double error;
-    // The difference of the errors at the high and the low end.
+    // Error at the high end minus that at the low end.
     double rise;
   };
 
@@ -75,8 +76,8 @@ class CollapseFan {
   Vec3 apex_ = {0, 0, 0};
   double limit_ = 0;
   double largest_ = 0;
-  std::vector<FanEdge> spokes_;      // From 1 on.
-  std::vector<Triangle> triangles_;  // From 1 on.
+  std::vector<FanEdge> spokes_;      // Indices start at 1.
+  std::vector<Triangle> triangles_;  // Indices start at 1.
 };
 
 }  // namespace multitetra

@@ -1,8 +1,8 @@
-// The history of edge collapses, so that the last ones can be undone.
+// The history of edge collapses, for undoing the last ones.
 //
-// A collapse changes nothing but its fan, so the collapses of pieces that were simplified apart may
-// be cut off anywhere, each piece's by itself. `when` orders them all: in a piece, and from what
-// was joined to what it became.
+// A collapse changes only its fan, so the histories of pieces simplified separately can each be cut
+// off anywhere. `when` orders all collapses: within a piece, and those before pieces were joined
+// before those after.
 #pragma once
 
 #include <limits>
@@ -14,11 +14,11 @@
 
 namespace multitetra {
 
-// A vertex that moved onto another one. Two triangles vanished.
+// A vertex moved onto another one, which removes two triangles.
 struct Collapse {
   LatticePoint from, onto;
   double when = 0;
-  double distance = 0;  // The largest that was certified for it, in the piece's units.
+  double distance = 0;  // The largest distance certified for it, in the piece's units.
 };
 
 class CollapseHistory {
@@ -26,23 +26,23 @@ class CollapseHistory {
   static constexpr double kAll = std::numeric_limits<double>::infinity();
 
   CollapseHistory() = default;
-  // `bound`: of the triangles that are there when it begins.
+  // `bound` is that of the initial triangles.
   CollapseHistory(std::vector<LatticeTriangle> before, double bound)
       : before_(std::move(before)), bound_(bound) {}
 
-  // What is added from now on happens between `stage` and the next whole number. Stages ascend.
+  // Starts a stage: collapses until end() get times in [stage, stage + 1). Stages must ascend.
   void begin(int stage);
   void add(const LatticePoint& from, const LatticePoint& onto, double distance) {
     collapses_.push_back({.from = from, .onto = onto, .when = stage_, .distance = distance});
   }
-  // Ends what begin() began.
+  // Ends the current stage.
   void end();
-  // Adds that of another piece of the same surface.
+  // Appends the history of another piece of the same surface.
   void append(CollapseHistory other);
 
   [[nodiscard]] std::span<const Collapse> collapses() const { return collapses_; }
-  // The surface after all collapses that happened no later than `until`, with its vertices in the
-  // order of their first use; and its bound.
+  // Return the surface after all collapses with `when` <= `until`, with its vertices in the order
+  // of first use, and its bound.
   [[nodiscard]] LatticeMesh mesh(double until, int resolution) const;
   [[nodiscard]] double bound(double until) const;
 

@@ -18,9 +18,9 @@ CollapsingMesh::CollapsingMesh(std::span<const TriangleIndices> triangles,
   find_kinds();
 }
 
-// Every corner is filed under the lesser end of the edge opposite to it: corners of edges that go
-// up from there first, then those of edges that come down to it. An edge has opposites only when it
-// belongs to two triangles, one in each direction.
+// Files every corner under the lesser end of its opposite edge: first the corners whose edges lead
+// from there, then those whose edges lead to it. An edge has opposites only if it belongs to
+// exactly two triangles, one in each direction.
 void CollapsingMesh::find_opposites() {
   struct Filed {
     std::uint32_t other = 0;  // The edge's greater end.
@@ -53,7 +53,7 @@ void CollapsingMesh::find_opposites() {
       corner_of_[vertex(c)] = c;
     }
   }
-  // How many of these edges lead to a vertex, and the last one's corner.
+  // Returns the number of these edges that lead to a vertex, and the corner of the last.
   const auto find = [&filed](std::uint32_t first, std::uint32_t last, std::uint32_t other) {
     std::pair<int, std::uint32_t> found = {0, kNone};
     for (std::uint32_t i = first; i < last; ++i) {
@@ -71,7 +71,7 @@ void CollapsingMesh::find_opposites() {
   }
 }
 
-// A vertex is irregular unless walking around it meets all of its corners.
+// A vertex is irregular unless a walk around it visits all of its corners.
 void CollapsingMesh::find_kinds() {
   std::vector<std::uint32_t> valences(kinds_.size(), 0);
   for (const Triangle& t : triangles_) {
@@ -122,7 +122,7 @@ void CollapsingMesh::visit_neighbours(std::uint32_t vertex_index, const Visit& v
     visit(vertex(next(at)));
     const std::uint32_t across = opposite(next(at));
     if (across == kNone) {
-      // An open fan: its last neighbour, and then those on the other side of the first corner.
+      // An open fan: visits its last neighbour, then those on the other side of the first corner.
       visit(vertex(previous(at)));
       for (at = first; opposite(previous(at)) != kNone;) {
         at = previous(opposite(previous(at)));
@@ -142,7 +142,7 @@ bool CollapsingMesh::keeps_topology(std::span<const std::uint32_t> ring) {
   int common = 0;
   visit_neighbours(v, [&](std::uint32_t w) { common += marks_[w] == mark_ ? 1 : 0; });
   if (common != 2) return false;
-  // Three triangles become one: there must not be its back already.
+  // Three triangles become one: its reverse must not exist already.
   if (ring.size() > 3) return true;
   const std::uint32_t across = opposite(ring[1]);
   return across == kNone || vertex(across) != v;

@@ -1,23 +1,22 @@
-// A triangle mesh whose vertices disappear one by one: the connectivity of a surface while it is
-// simplified, and which collapses leave its topology as it is.
+// The connectivity of a triangle mesh during edge collapses, which must preserve topology.
 //
 // A *collapse* moves a vertex u along an edge onto its other end v: the two triangles at the edge
-// vanish, the others around u get v for u. Only vertices with a closed ring of triangles move, so
-// borders stay as they are.
+// vanish, and the others around u get v instead of u. Only vertices with a closed ring of triangles
+// move, so borders stay unchanged.
 //
 //     w2-----w1              w2-----w1
-//     | \   / |              |  \    |       u keeps nothing; w0 = v, w1, ... is its ring
+//     | \   / |              |  \    |       u loses all triangles; w0 = v, w1, ... is its ring
 //     |   u---v = w0         |    \--v
 //     | /   \ |              |  /    |
 //     w3-----w4              w3-----w4
 //
-// A collapse keeps the surface's topology exactly when u and v have no neighbours in common but w1
-// and the last of the ring, and these two with u are no triangle's opposite side of v (the link
-// condition: T. Dey, H. Edelsbrunner, S. Guha, D. Nekhayev, "Topology preserving edge contraction",
-// 1999).
+// A collapse preserves the topology exactly if w1 and the last vertex of the ring are the only
+// common neighbours of u and v, and the edge between these two is not opposite to both u and v (the
+// link condition: T. Dey, H. Edelsbrunner, S. Guha, D. Nekhayev, "Topology preserving edge
+// contraction", 1999).
 //
-// Corner c of the mesh is corner c % 4 of triangle c / 4; there is no fourth. Across the edge that
-// lies opposite to a corner there is another corner, its *opposite*.
+// Corner c of the mesh is corner c % 4 of triangle c / 4, where c % 4 < 3. The corner across the
+// edge opposite to a corner is its *opposite*.
 #pragma once
 
 #include <array>
@@ -36,11 +35,11 @@ class CollapsingMesh {
 
   enum class VertexKind : std::uint8_t {
     kInner,      // In a closed ring of triangles.
-    kBorder,     // In one fan of triangles, at the border.
-    kIrregular,  // In several, or in none, or at an edge of more than two triangles.
+    kBorder,     // At the border, in one open fan of triangles.
+    kIrregular,  // In several fans or none, or at an edge of more than two triangles.
   };
 
-  // Triangles of vertices 0 .. vertex_count - 1, each of three different ones.
+  // Requires triangles with three different vertices each, numbered 0 .. vertex_count - 1.
   CollapsingMesh(std::span<const TriangleIndices> triangles, std::uint32_t vertex_count);
 
   [[nodiscard]] const TriangleIndices& triangle(std::uint32_t index) const {
@@ -71,13 +70,13 @@ class CollapsingMesh {
     return corner % 4 == 0 ? corner + 2 : corner - 1;
   }
 
-  // The corners at an inner vertex u, in the order of its ring: triangle i is u, w_i, w_(i+1).
+  // Returns the corners at an inner vertex u, in ring order: triangle i is u, w_i, w_(i+1).
   void ring(std::uint32_t inner, std::vector<std::uint32_t>& corners) const;
 
-  // Whether collapsing u onto w_0 keeps the topology. `ring` are the corners at u.
+  // Returns whether collapsing u onto w_0 preserves the topology. `ring` are the corners at u.
   [[nodiscard]] bool keeps_topology(std::span<const std::uint32_t> ring);
-  // Collapses u onto w_0; requires keeps_topology. Afterwards `ring` are w_0's corners in the
-  // triangles that stay, but for its first and last, whose triangles are removed.
+  // Collapses u onto w_0. Requires keeps_topology(ring). Afterwards `ring` contains w_0's corners
+  // in the changed triangles, except for its first and last, whose triangles are removed.
   void collapse(std::span<const std::uint32_t> ring);
 
  private:
@@ -98,7 +97,7 @@ class CollapsingMesh {
   std::vector<Triangle> triangles_;
   std::vector<std::uint32_t> corner_of_;  // One corner of each vertex.
   std::vector<VertexKind> kinds_;
-  // By vertex: when keeps_topology visited it last.
+  // By vertex: the value of mark_ when keeps_topology last visited it.
   std::vector<std::uint32_t> marks_;
   std::uint32_t mark_ = 0;
 };

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-// So many triangles of a fan have bits.
+// Fans with more triangles are not tracked by bit mask.
 constexpr std::size_t kMostBits = 64;
 
 std::vector<TriangleBox> boxes_of(const CollapsingMesh& mesh,
@@ -71,7 +71,7 @@ void Embedding::set_up_fan(std::span<const std::uint32_t> ring) {
   }
 }
 
-// At w_0 there are all of the fan's triangles, at w_k those before and after it.
+// The star of w_0 contains all triangles of the fan; that of w_k those before and after it.
 void Embedding::find_clear_stars(std::span<const std::uint32_t> ring) {
   clear_stars_.assign(ring.size(), 0);
   if (fan_.size() > kMostBits) return;
@@ -86,8 +86,8 @@ void Embedding::find_clear_stars(std::span<const std::uint32_t> ring) {
   }
 }
 
-// The star is what will be around the vertex. For w_0 that is the rest of u's ring instead of u;
-// for the others it is w_0.
+// Tests the star after the collapse. Around w_0, the rest of u's ring replaces u; around other
+// vertices w_0 does.
 bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t place) {
   const std::uint32_t centre = mesh_.vertex(CollapsingMesh::next(ring[place]));
   if (mesh_.kind(centre) != CollapsingMesh::VertexKind::kInner) return false;
@@ -113,7 +113,7 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
   return go_around_once(vertices_[centre], around_, turns);
 }
 
-// The turns of the triangles at `corners_` that stay, and of the fan's triangles there.
+// Returns the common turns of the unchanged triangles at `corners_` and the fan's there.
 SeenTurns Embedding::turns_around(std::uint32_t place) const {
   SeenTurns turns;
   for (const std::uint32_t corner : corners_) {

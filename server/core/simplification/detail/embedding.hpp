@@ -1,11 +1,11 @@
-// Keeps a surface that does not cut itself that way: refuses collapses that would make triangles
-// meet anywhere but in the vertices and edges that they share.
+// Keeps an embedded surface embedded: rejects collapses whose new triangles would intersect others
+// outside their common vertices and edges.
 //
-// Only new triangles can meet others, and each collapse that is let through leaves a surface that
-// does not cut itself: so none of them does.
+// Only new triangles can intersect others, and every accepted collapse leaves an embedded surface;
+// so, by induction, does the whole simplification.
 //
-// Most triangles near to new ones share a vertex with them. Where the triangles around that vertex
-// are seen side by side from some direction nothing else has to be compared there.
+// Most triangles near new ones share a vertex with them. If the triangles around that vertex do not
+// overlap when seen from some direction, they need no further test.
 #pragma once
 
 #include <cstdint>
@@ -20,28 +20,28 @@
 
 namespace multitetra {
 
-// Triangles of the same surface that are no part of the mesh, and stay as they are.
+// Triangles of the same surface that are not part of the mesh and do not change.
 using Obstacles = std::span<const LatticeTriangle>;
 
 class Embedding {
  public:
-  // What is referred to must stay valid.
+  // All arguments must remain valid.
   Embedding(const CollapsingMesh& mesh, std::span<const LatticePoint> vertices,
             Obstacles obstacles);
 
-  // Whether u can collapse onto w_0 of its ring; `ring` are u's corners, and nothing is moved yet.
+  // Returns whether u can collapse onto w_0; `ring` are u's corners before the collapse.
   [[nodiscard]] bool allows(std::span<const std::uint32_t> ring);
-  // Takes note of the collapse that was allowed last, before the mesh does it.
+  // Records the collapse that was accepted last. Call before the mesh performs it.
   void keep(std::span<const std::uint32_t> ring);
 
  private:
-  // One of the new triangles: of w_0 with two that follow each other in the ring.
+  // A new triangle, of w_0 and two consecutive vertices of the ring.
   struct FanTriangle {
     LatticePlane plane;
     TriangleBox box;
     SeenTurns turns;
   };
-  // A vertex of the ring. `seen` is the number of the collapse in which it was one.
+  // A vertex of the ring. `seen` is the number of the last collapse with it in the ring.
   struct RingVertex {
     std::uint32_t seen = 0;
     std::uint32_t place = 0;
@@ -53,22 +53,22 @@ class Embedding {
   [[nodiscard]] SeenTurns turns_around(std::uint32_t place) const;
   [[nodiscard]] bool fan_meets_itself() const;
   [[nodiscard]] bool fan_meets(std::uint32_t triangle) const;
-  // The fan's triangles, as bits, that need not be compared with one of the mesh.
+  // Returns a mask of the fan's triangles that need not be tested against a triangle of the mesh.
   [[nodiscard]] std::uint64_t cleared(std::uint32_t triangle) const;
   [[nodiscard]] LatticeTriangle triangle(std::uint32_t index) const;
 
   const CollapsingMesh& mesh_;
   std::span<const LatticePoint> vertices_;
   Obstacles obstacles_;
-  TriangleTree tree_;             // Obstacles come after the mesh's triangles.
-  std::vector<SeenTurns> turns_;  // By triangle of the mesh.
-  // For one collapse.
+  TriangleTree tree_;             // Obstacles follow the mesh's triangles.
+  std::vector<SeenTurns> turns_;  // Indexed by triangle of the mesh.
+  // State of one collapse.
   std::uint32_t now_ = 0;
-  std::vector<RingVertex> ring_vertices_;   // By vertex.
-  std::vector<std::uint32_t> going_;        // By triangle: in which collapse it went or moved.
-  std::vector<FanTriangle> fan_;            // At k - 1 that of w_k and w_(k+1).
-  std::vector<std::uint64_t> clear_stars_;  // By place in the ring: the fan's triangles there, if
-                                            // the star is seen side by side.
+  std::vector<RingVertex> ring_vertices_;  // By vertex.
+  std::vector<std::uint32_t> going_;       // By triangle: the collapse that removed or moved it.
+  std::vector<FanTriangle> fan_;           // Element k - 1 is the triangle of w_k and w_(k+1).
+  // By position in the ring: mask of the fan's triangles in its star, or 0 if they may overlap.
+  std::vector<std::uint64_t> clear_stars_;
   std::vector<std::uint32_t> corners_;
   std::vector<LatticePoint> around_;
 };

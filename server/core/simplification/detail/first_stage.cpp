@@ -14,20 +14,20 @@ namespace multitetra {
 namespace {
 
 constexpr int kPasses = 4;
-// A part of the vertices: a pass that removes less is the last.
+// A pass that removes a smaller fraction of the vertices is the last.
 constexpr double kLeastProgress = 0.01;
 constexpr std::size_t kBetweenCheckpoints = 8192;
-// The few collapses here that would make triangles intersect are found afterwards, which is quicker
-// than to check each: then those vertices stay and the rest is done again, so many times at most
-// before all collapses are checked.
+// Without a check per collapse, the few collapses that cause intersections are found afterwards,
+// which is faster. Their vertices are then fixed and the stage is repeated; after this many rounds
+// all collapses are checked.
 constexpr int kUncheckedRounds = 4;
 constexpr std::size_t kMostNeighbours = 32;  // Work grows with their square.
-// What a squared length counts beside a squared height above the surface. With less of it more
-// triangles are long and thin in the end.
+// The weight of a squared length relative to a squared height above the surface. A smaller one
+// yields more long and thin triangles in the end.
 constexpr double kOfLength = 0.5;
 
-// The part of the limit that this stage may use. With more of it the second stage has less to do
-// and more triangles are left, the more so the smaller the limit is.
+// Returns the part of the limit that this stage may use. A larger one leaves less work to the
+// second stage but more triangles, especially for small limits.
 double own_part(double limit_in_voxels) {
   constexpr double kOfOneVoxel = 0.14;
   constexpr double kMost = 0.3;
@@ -48,7 +48,7 @@ class Sweeps {
     if (checked_against) embedding_.emplace(mesh_, mesh.vertices, *checked_against);
   }
 
-  // Vertices with a mark in `stays` do not move.
+  // Vertices marked in `stays` do not move.
   void run(std::span<const std::uint8_t> stays, const std::function<void()>& checkpoint) {
     std::vector<std::uint32_t> open;
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
@@ -75,7 +75,7 @@ class Sweeps {
     }
   }
 
-  // Adds to `stays` the vertices that have become one of these.
+  // Adds to `stays` all marked vertices and those that were collapsed onto them.
   void mark_origins(std::span<const std::uint8_t> is_marked,
                     std::vector<std::uint8_t>& stays) const {
     for (std::uint32_t v = 0; v < positions_.size(); ++v) {
@@ -108,8 +108,8 @@ class Sweeps {
 
  private:
   struct State {
-    std::uint8_t pass_as_goal = 0;  // The last in which another vertex was collapsed onto it.
-    bool is_closed = false;         // Refused, and nothing has changed since.
+    std::uint8_t pass_as_goal = 0;  // The last pass in which another vertex was collapsed onto it.
+    bool is_closed = false;         // Rejected, and its surroundings have not changed since.
   };
 
   static float rounded_up(double error) {
@@ -122,7 +122,8 @@ class Sweeps {
     return own_part(limit_.in_voxels(limit)) * limit;
   }
 
-  // In the fan. What belongs to it lies within the errors there, so within the limit.
+  // Returns the limit around u's fan. Points that belong to the fan lie within its errors, so
+  // within its own limit.
   [[nodiscard]] double limit_around(const Vec3& u) const {
     if (limit_.is_uniform()) return largest_;
     Box box = box_of(places_);
@@ -149,7 +150,8 @@ class Sweeps {
     return true;
   }
 
-  // The ring from the neighbour on that u costs least to move onto: along the surface, and near.
+  // Rotates the ring to begin with the neighbour that u is cheapest to move onto: along the
+  // surface, and near.
   void turn_to_goal(const Vec3& u) {
     places_.clear();
     for (const std::uint32_t corner : ring_) {
@@ -193,15 +195,15 @@ class Sweeps {
 
   std::span<const Vec3> positions_;
   const PieceLimit& limit_;
-  double largest_;  // This stage's limit where it is the same everywhere.
+  double largest_;  // This stage's limit where it is uniform.
   CollapsingMesh mesh_;
   VertexErrors errors_;
   std::optional<Embedding> embedding_;
   std::vector<State> states_;
-  std::vector<std::uint32_t> goals_;  // Where removed vertices moved.
+  std::vector<std::uint32_t> goals_;  // The vertices onto which removed vertices moved.
   std::vector<std::uint32_t> ring_, neighbours_;
   std::vector<Vec3> places_;
-  // Normals of the ring's triangles, before it was turned by `goal_` places.
+  // Normals of the ring's triangles before it was rotated by `goal_` places.
   std::vector<Vec3> normals_;
   std::size_t goal_ = 0;
 };

@@ -1,5 +1,5 @@
-// Simplification's first stage: quick collapses with a part of the limit, so that the second one,
-// whose distances are exact and slower, begins with fewer triangles.
+// The first stage of simplification: fast collapses with a part of the limit, so that the second
+// stage, which is slower but measures exact distances, starts with fewer triangles.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,13 @@
 namespace multitetra {
 
 struct FirstStage {
-  LatticeMesh mesh;  // Vertices are some of those before, in the order of their first use.
+  LatticeMesh mesh;  // Its vertices are a subset of those before, in the order of first use.
   // By vertex, in units: see vertex_errors.hpp.
   std::vector<float> errors;
 };
 
-// Requires triangles of three different vertices each. The topology is kept as by simplification;
-// with `embedded` what does not cut itself or the obstacles does not afterwards.
+// Requires triangles with three different vertices each. Preserves the topology; with `embedded`, a
+// surface that intersects neither itself nor the obstacles stays so.
 [[nodiscard]] FirstStage first_stage(const LatticeMesh& mesh, std::span<const Vec3> positions,
                                      const PieceLimit& limit, std::optional<Obstacles> embedded,
                                      const std::function<void()>& checkpoint);

@@ -1,4 +1,4 @@
-// How pieces of one surface become a piece.
+// Joins pieces of one surface.
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -24,7 +24,7 @@ SimplifiedPiece SimplifiedPiece::joined(std::vector<SimplifiedPiece> pieces) {
   return whole;
 }
 
-// For all of them: a vector that grows holds what it has twice.
+// Reserves memory for all pieces: a growing vector would briefly hold its contents twice.
 void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
   std::size_t vertices = 0, triangles = 0, edges = 0, crossings = 0;
   for (const SimplifiedPiece& piece : pieces) {
@@ -43,7 +43,7 @@ void SimplifiedPiece::reserve(std::span<const SimplifiedPiece> pieces) {
   map_.crossings.reserve(crossings);
 }
 
-// Vertices that are carried belong to no other piece.
+// Carried vertices belong to no other piece.
 void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
   if (piece.is_new_) {
     piece.errors_.assign(piece.mesh_.vertices.size(), 0.0F);
@@ -66,7 +66,7 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
     quadrics_[number[v]].add(piece.quadrics_[v]);
     errors_[number[v]] = std::max(errors_[number[v]], piece.errors_[v]);
   }
-  // Parts come in ascending order; one that was never simplified has as many as triangles.
+  // Parts are in ascending order; a piece that was never simplified has one for each triangle.
   const std::uint32_t first_part = parts_.empty() ? 0 : parts_.back() + 1;
   for (std::uint32_t t = 0; t < piece.mesh_.triangles.size(); ++t) {
     const auto& [p, q, r] = piece.mesh_.triangles[t];

@@ -1,6 +1,6 @@
-// Sums of squared distances to planes, as a function of a point (M. Garland, P. Heckbert, "Surface
-// simplification using quadric error metrics", SIGGRAPH 1997), around an origin of its own: near to
-// it single precision is enough. It orders collapses; no bound rests on it.
+// Sums of squared distances to planes as a function of a point (M. Garland, P. Heckbert, "Surface
+// simplification using quadric error metrics", SIGGRAPH 1997). Each has an origin of its own, near
+// which single precision suffices. Quadrics only order collapses; no bound depends on them.
 #pragma once
 
 #include <cmath>
@@ -10,13 +10,13 @@
 
 namespace multitetra {
 
-// x -> x A x + 2 b x + c, A symmetric; x is seen from the origin.
+// x -> x A x + 2 b x + c, A symmetric; x is relative to the origin.
 struct Quadric {
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
   float bx = 0, by = 0, bz = 0;
   float c = 0;
 
-  // The plane through the origin with the normal n, as often as n is long.
+  // Returns the quadric of the plane through the origin with normal n, weighted by the length of n.
   [[nodiscard]] static Quadric of_plane(const Vec3& n) {
     const double squared = squared_length(n);
     if (!(squared > 0)) return {};
@@ -29,7 +29,7 @@ struct Quadric {
             .xz = part(n[0], n[2]),
             .yz = part(n[1], n[2])};
   }
-  // How many planes it is of, as often as they count.
+  // Returns the sum of the planes' weights.
   [[nodiscard]] float weight() const { return xx + yy + zz; }
   void add(const Quadric& o) {
     xx += o.xx;
@@ -43,7 +43,7 @@ struct Quadric {
     bz += o.bz;
     c += o.c;
   }
-  // The same function, seen from `origin`.
+  // Returns the same function relative to `origin`.
   [[nodiscard]] Quadric seen_from(const Vec3& origin) const {
     const auto x = static_cast<float>(origin[0]);
     const auto y = static_cast<float>(origin[1]);

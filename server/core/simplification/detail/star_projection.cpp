@@ -13,7 +13,7 @@ using Number = std::int64_t;
 // The axes and the diagonals of a cube.
 constexpr std::size_t kDirections = 7;
 
-// Two coordinates in a plane seen from the direction: any will do, as only turns are counted.
+// Coordinates in a plane transversal to the direction; any suffice, as only turns matter.
 struct Seen {
   Number a = 0, b = 0;
 };
@@ -63,9 +63,8 @@ std::size_t SeenTurns::direction() const {
   return static_cast<std::size_t>(std::countr_zero(bits_)) % kDirections;
 }
 
-// Each triangle turns by less than half a circle, and all in the same sense: four of them cannot go
-// around twice, and more go around once if they change between the upper half and the lower one
-// twice.
+// Each triangle turns by less than 180 degrees, and all in the same sense. So four cannot go around
+// twice, and more go around once if they change between the upper and the lower half twice.
 bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> around,
                     const SeenTurns& turns) {
   if (around.size() <= 4) return true;

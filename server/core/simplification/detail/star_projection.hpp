@@ -1,4 +1,4 @@
-// A quick proof that the triangles around a vertex do not intersect each other.
+// A fast sufficient test that the triangles around a vertex do not intersect each other.
 #pragma once
 
 #include <array>
@@ -9,31 +9,31 @@
 
 namespace multitetra {
 
-// From which directions, of a few, a triangle with this normal is seen turning left, and from which
-// right: a bit for each. Triangles that have a bit in common turn the same way there.
+// The directions, of a fixed few, from which a triangle with this normal turns left, and those from
+// which it turns right: one bit each. Triangles with a common bit turn the same way in that view.
 class SeenTurns {
  public:
   SeenTurns() = default;
   explicit SeenTurns(const std::array<std::int64_t, 3>& normal);
 
   [[nodiscard]] bool any() const { return bits_ != 0; }
-  // One of the directions.
+  // Returns one of the directions.
   [[nodiscard]] std::size_t direction() const;
   void meet(const SeenTurns& other) { bits_ &= other.bits_; }
 
  private:
-  std::uint16_t bits_ = 0x3FFF;  // All.
+  std::uint16_t bits_ = 0x3FFF;  // All bits.
 };
 
-// Whether the triangles (centre, around[i], around[i + 1]), cyclic, which all turn the same way
-// when seen from a direction of `turns`, go once around the centre.
+// Returns whether the triangles (centre, around[i], around[i + 1]), cyclic, go around the centre
+// once. Requires that all turn the same way in each view of `turns`.
 [[nodiscard]] bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> around,
                                   const SeenTurns& turns);
 
-// Whether the triangles (centre, around[i], around[i + 1]), cyclic, are seen side by side from some
-// direction: all turn the same way, and go once around the centre. Then they have nothing in common
-// but the centre and the edges between neighbours. A few directions are tried; false proves
-// nothing. Lattice coordinates are within 0 .. 2^kMaxLatticeBits.
+// Returns whether the triangles (centre, around[i], around[i + 1]), cyclic, do not overlap when
+// seen from one of a few directions: all turn the same way and go around the centre once. Then they
+// share only the centre and the edges between neighbours. False proves nothing. Requires lattice
+// coordinates within 0 .. 2^kMaxLatticeBits.
 [[nodiscard]] bool lie_side_by_side(const LatticePoint& centre,
                                     std::span<const LatticePoint> around);
 

@@ -72,7 +72,7 @@ void SuccessiveMapping::number_edges() {
   edges_.resize(count);
 }
 
-// The border's edges are left out: they are never needed, as their ends are never carried.
+// Border edges are omitted: they are never needed, as their ends are never carried.
 void SuccessiveMapping::add_edges(const StoredMapping& map, std::span<const std::uint32_t> parts) {
   const auto visit_edges = [&](const auto& visit) {
     for (const StoredMapping::Edge& edge : map.edges) visit(edge.low, edge.high);
@@ -187,7 +187,7 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<c
   ++now_;
   placed_.clear();
   strands_.clear();
-  // So that bound() <= limit.
+  // Ensures bound() <= limit.
   fan_.set_up(places, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
   if (!place(mesh_.vertex(ring[0]))) return false;
   for (const std::uint32_t corner : ring) {
@@ -200,7 +200,7 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<c
   return find_strands_of_vertices() && find_passing_segments(ring);
 }
 
-// First as if nothing but the fan counted; then with what was found to lie there.
+// First assumes that only the fan's own limit applies, then includes all that lies in it.
 bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring,
                                         std::span<const Vec3> places) {
   const Box fan = box_of(places);
@@ -224,8 +224,8 @@ bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring,
   return false;
 }
 
-// What the fan's other pairs are: its vertices, and what crosses the edges around it; and all that
-// lies in it and passes through.
+// Measures the fan's other pairs: its vertices, and the edges that cross its rim. These include all
+// edges that pass through it.
 bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring,
                                     std::span<const Vec3> places) {
   for (std::uint32_t i = 0; i < ring.size(); ++i) {
@@ -243,7 +243,7 @@ bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring,
       include(high);
     }
   }
-  // What passes comes in across the rim.
+  // Passing edges enter across the rim.
   return true;
 }
 
@@ -265,7 +265,7 @@ bool SuccessiveMapping::find_strands_of_vertices() {
       }
       if (c == kNone) {
         const Vertex& other = vertices_[half.other];
-        // From one of two ends is enough.
+        // Adding it from one of its two ends suffices.
         if (!from_low && other.seen == now_) continue;
         if (half.first == kNone && other.sectors.first <= sector && sector <= other.sectors.last) {
           continue;
@@ -366,7 +366,7 @@ void SuccessiveMapping::keep_strand(const OverlaySegment& strand,
   std::uint32_t before = strand.before;
   std::uint32_t after = strand.after;
   if (before != kNone && after != kNone && crossings_[before].on == crossings_[after].on) {
-    // It comes in and goes out across the same edge: it does not have to come in at all.
+    // It enters and leaves across the same edge, so both crossings cancel.
     crossings_[before].half = crossings_[after].half = kNone;
     before = crossings_[before].previous;
     after = crossings_[after].next;

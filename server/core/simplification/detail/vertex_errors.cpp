@@ -34,7 +34,7 @@ VertexErrors::Place VertexErrors::nearest(const Vec3& point, std::span<const Vec
   const auto last = static_cast<std::uint32_t>(ring.size()) - 1;
   Place place{.squared_distance = std::numeric_limits<double>::infinity()};
   const Vec3 p = difference(point, ring[0]);
-  // Straight above a triangle.
+  // Projections onto triangles.
   for (std::uint32_t k = 1; k < last; ++k) {
     const Vec3 a = difference(ring[k], ring[0]);
     const Vec3 b = difference(ring[k + 1], ring[0]);
@@ -74,8 +74,8 @@ VertexErrors::Place VertexErrors::nearest(const Vec3& point, std::span<const Vec
   return place;
 }
 
-// The level l with sum w_i max(e_i, l) = least: from above, leaving out those that are higher. What
-// rounding takes is far less than what StoredMapping::kRounding adds.
+// Finds the level l with sum w_i max(e_i, l) = least, from above, successively excluding higher
+// errors. Rounding loses far less than StoredMapping::kRounding adds.
 void VertexErrors::raise(std::span<const Weighted> corners, double least) {
   double mean = 0;
   for (const auto& [i, weight] : corners) mean += weight * after_[i];

@@ -8,10 +8,10 @@
 namespace multitetra {
 namespace {
 
-// The bricks of a block that are being filled: one layer of them.
+// The layer of a block's bricks that is being filled.
 class BrickLayer {
  public:
-  // For the points begin ... end - 1 of the level.
+  // Covers the points begin ... end - 1 of the level.
   BrickLayer(const SpectrumLayout::Level& level, GridPoint begin, GridPoint end, float voxel)
       : level_(level), begin_(begin), end_(end), voxel_(voxel) {
     const auto bricks = [](std::int32_t points) {
@@ -21,7 +21,7 @@ class BrickLayer {
     builders_.resize(static_cast<std::size_t>(across_ * bricks(end.y - begin.y)));
   }
 
-  // The points of layer z that have exactly this level's spacing.
+  // Adds the points of layer z that have exactly this level's spacing.
   void add(std::int32_t z, const CurveLayer& layer) {
     for (std::int32_t y = begin_.y; y < end_.y; ++y) {
       for (std::int32_t x = begin_.x; x < end_.x; ++x) {
@@ -34,7 +34,7 @@ class BrickLayer {
       }
     }
   }
-  // Whether z is the last layer of points in its layer of bricks.
+  // Returns whether z is the last layer of points in its layer of bricks.
   [[nodiscard]] bool ends_with(std::int32_t z) const {
     return (z - begin_.z) % SpectrumLayout::kSide == SpectrumLayout::kSide - 1 || z == end_.z - 1;
   }
@@ -55,12 +55,12 @@ class BrickLayer {
   GridPoint begin_;
   GridPoint end_;
   float voxel_;
-  std::int32_t across_ = 0;  // Bricks along x.
+  std::int32_t across_ = 0;  // Number of bricks along x.
   std::vector<SpectrumBrickBuilder> builders_;
 };
 
-// The points that a block over begin ... end - 1 computes: two more beside it, and the even layers
-// around its odd ones.
+// Returns the points that a block over begin ... end - 1 computes: two more on each side along x
+// and y, and the even layers around its odd ones.
 LevelWindow window_of(const LevelExtent& level, GridPoint begin, GridPoint end) {
   const GridPoint level_end = level.low + level.extent;
   LevelWindow window{
@@ -70,7 +70,7 @@ LevelWindow window_of(const LevelExtent& level, GridPoint begin, GridPoint end) 
   window.extent = GridPoint{std::min(level_end.x, end.x + 2), std::min(level_end.y, end.y + 2),
                             (end.z & ~1) + 1} -
                   window.low;
-  if (window.extent.z == 1) {  // Even layers are made in steps only.
+  if (window.extent.z == 1) {  // Even layers are computed only within steps.
     window.low.z = std::max(0, window.low.z - 2);
     window.extent.z += 2;
   }

@@ -1,8 +1,8 @@
-// One level of a spectrum, of spacing 8 or more, cut into blocks that are computed one by one.
+// One level of a spectrum, of spacing 8 or more, divided into independent blocks.
 //
-// A block is a box of the level's bricks. It takes the curves of the finer level's cube centres
-// from where they were put aside, computes its own points and two more along x and y on each side
-// (a cube centre needs faces beside it, and these need edges), and puts aside its cube centres.
+// A block is a box of the level's bricks. It reads the curves of the finer level's cube centres
+// from the scratch, computes its own points and two more along x and y on each side (a cube centre
+// needs the faces around it, and these need their edges), and stores its own cube centres'.
 #pragma once
 
 #include <array>
@@ -30,9 +30,9 @@ class CoarseLevel {
   CoarseLevel(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumLayout::Level& level,
               const CoarseVolume& samples, const CurveSource& finer, Scratch& scratch);
 
-  // The most memory that a block takes, in bytes: three layers of its own curves and four of the
-  // finer level's, with a quarter to spare, and a byte for each of three codes of all points, one
-  // layer of bricks of them twice.
+  // Returns the maximum memory of a block in bytes: three layers of its own curves and four of the
+  // finer level's, with 25 % spare capacity, and for all points one byte for each of three codes,
+  // doubled for one layer of bricks.
   [[nodiscard]] static std::size_t most_bytes(int bins) {
     constexpr std::size_t kSide = SpectrumLayout::kSide;
     constexpr std::size_t kPlaces = (kSide * kBricks.x + 5) * (kSide * kBricks.y + 5);
@@ -43,16 +43,16 @@ class CoarseLevel {
   }
 
   [[nodiscard]] std::size_t blocks() const { return blocks_.size(); }
-  // The bricks of one block that are not empty. Each block exactly once, from any threads.
+  // Computes the nonempty bricks of one block. Must be called once for each block, from any thread.
   [[nodiscard]] std::vector<Brick> make(std::size_t block);
-  // Complete after all blocks.
+  // Complete after make() has returned for all blocks.
   [[nodiscard]] const CurveTiles& cubes() const { return cubes_; }
 
  private:
-  static constexpr GridPoint kBricks = {4, 4, 8};  // In a block.
+  static constexpr GridPoint kBricks = {4, 4, 8};  // Bricks in a block.
 
   [[nodiscard]] static CurveTiles tiles_of(const LevelExtent& extent, Scratch& scratch);
-  [[nodiscard]] GridPoint begin_of(std::size_t block) const;  // The block's first point, in units.
+  [[nodiscard]] GridPoint begin_of(std::size_t block) const;  // In units of the level.
 
   const DatasetInfo& info_;
   const IsovalueBins& bins_;

@@ -8,9 +8,9 @@
 namespace multitetra {
 namespace {
 
-// A curve in a tile: its place, then its blocks.
+// The encoding of a curve in a tile: its place, then its blocks.
 //
-//   x, y   2 bytes each   the place, seen from the tile's first
+//   x, y   2 bytes each   the place, relative to the tile's first
 //   first  1 byte         as in CurveLayer::Curve
 //   count  1 byte
 //   blocks 36 bytes each  paper (4 floats), certified (4 floats), flips (eight times 4 bits)
@@ -37,7 +37,7 @@ const std::byte* decode(const std::byte* from, CurveBlock& block) {
   return from + kBlockBytes;
 }
 
-// Whether a whole curve begins at `from`, of bins that can be.
+// Returns whether a complete curve with valid bins begins at `from`.
 bool holds_curve(const std::byte* from, const std::byte* end) {
   const auto left = static_cast<std::size_t>(end - from);
   if (left < kCurveHead) return false;
@@ -110,7 +110,7 @@ void CurveTiles::put(GridPoint first, const CurveLayer& points) {
 void CurveTiles::get(std::int32_t k, CurveLayer& into) const {
   if (k < begin_.z || k >= end_.z) return;
   const GridPoint low = into.low() - begin_;
-  const GridPoint high = low + into.extent();  // One beyond the last.
+  const GridPoint high = low + into.extent();  // Exclusive.
   std::vector<std::byte> bytes;
   for (std::int32_t tile_y = std::max(0, low.y) / side_.y;
        tile_y < counts_.y && tile_y * side_.y < high.y; ++tile_y) {

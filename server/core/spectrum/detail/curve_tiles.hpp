@@ -1,8 +1,8 @@
-// The error curves of one level's cube centres, put aside in tiles until the next level takes them.
+// The error curves of one level's cube centres, stored in tiles until the next level reads them.
 //
 // The cube centre (2i + 1, 2j + 1, 2k + 1), in units of the level's spacing, has the place (i, j)
-// in layer k. A tile is a rectangle of one layer. Memory: 16 bytes a tile; the curves are in the
-// scratch, 36 bytes for four bins, to the bit.
+// in layer k. A tile is a rectangle of one layer. Memory: 16 bytes a tile. The curves are in the
+// scratch without loss, 36 bytes for four bins.
 #pragma once
 
 #include <array>
@@ -21,24 +21,23 @@ namespace multitetra {
 class CurveSource {
  public:
   virtual ~CurveSource() = default;
-  // Adds the curves of layer k to `into`, as many of them as it has places for. Throws
-  // std::runtime_error when what was put aside is damaged.
+  // Adds to `into` the curves of layer k at its places. Throws std::runtime_error if damaged.
   virtual void get(std::int32_t k, CurveLayer& into) const = 0;
 };
 
 class CurveTiles : public CurveSource {
  public:
-  // For the places and layers begin ... end - 1, in tiles of side x * side y. The scratch must
-  // outlive this.
+  // Covers the places and layers begin ... end - 1 in tiles of side.x * side.y places. The scratch
+  // must outlive this object.
   CurveTiles(GridPoint begin, GridPoint end, GridPoint side, Scratch& scratch);
 
-  // The places of all tiles as bytes, and tiles whose bytes are in a scratch already. Throws
-  // std::runtime_error when these are no places of such tiles.
+  // Return the places of all tiles as bytes, and restore them for tiles whose bytes are already in
+  // a scratch. set_places throws std::runtime_error if the size does not match the tiles.
   [[nodiscard]] std::vector<std::byte> places() const;
   void set_places(std::span<const std::byte> places);
 
-  // Puts aside layer `begin.z + layer` of the tile that begins with the place `first`, out of a
-  // layer of a level's points. Each tile at most once; different ones from any threads.
+  // Stores layer `first.z` of the tile that begins at the place `first`, given a layer of the
+  // level's points. Call at most once for each tile; concurrent calls for different tiles are safe.
   void put(GridPoint first, const CurveLayer& points);
 
   void get(std::int32_t k, CurveLayer& into) const override;
@@ -46,7 +45,7 @@ class CurveTiles : public CurveSource {
  private:
   struct Place {
     std::uint64_t offset = 0;
-    std::uint32_t size = 0;  // 0 for a tile without curves, or one that was not written.
+    std::uint32_t size = 0;  // 0 for a tile without curves, or one not yet written.
     std::uint32_t reserved = 0;
   };
   [[nodiscard]] std::size_t index(std::int32_t tile_x, std::int32_t tile_y, std::int32_t k) const;
@@ -59,13 +58,12 @@ class CurveTiles : public CurveSource {
   std::vector<Place> places_;
 };
 
-// The layers of the finer level around the step that a level makes, read when they are first
-// needed.
+// A cache of the finer level's layers around a step, loaded on demand.
 class FinerLayers {
  public:
-  // For a level that computes the points of `window`. The tiles must outlive this.
+  // Serves a level that computes the points of `window`. The tiles must outlive this object.
   FinerLayers(const CurveSource& tiles, const LevelWindow& window);
-  // What step k needs.
+  // Returns the cubes that step k needs.
   [[nodiscard]] FinerCubes around(std::int32_t k);
 
  private:

@@ -1,4 +1,4 @@
-// Errors as single bytes: logarithmic, rounded up.
+// One-byte error codes: logarithmic, rounded up.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace multitetra {
 
-// Code 0 is an error of 0. Code k from 1 to 254 is 2^((k - 1) / 16 - 6) voxels: sixteen codes an
-// octave, from 1/64 voxel on. Code 255 is more than all of these, without a bound.
+// Code 0 is error 0. Code k from 1 to 254 is 2^((k - 1) / 16 - 6) voxels: sixteen codes an octave,
+// starting at 1/64 voxel. Code 255 stands for all larger errors, without a bound.
 class ErrorCodes {
  public:
   ErrorCodes() {
-    // 2^(1/16) by square roots, which are the same to the bit on every machine.
+    // 2^(1/16) by square roots, which give the same bits on every machine.
     const double step = std::sqrt(std::sqrt(std::sqrt(std::sqrt(2.0))));
     values_[0] = 0;
     for (int octave = 0, code = 1; code < 255; ++octave) {
@@ -33,14 +33,14 @@ class ErrorCodes {
     }
   }
 
-  // The smallest code whose value is not below `error` (voxels, >= 0, perhaps infinite), or the one
-  // above it.
+  // Returns the smallest code whose value is at least `error`, or the code above it. `error` is in
+  // voxels, >= 0 and possibly infinite.
   [[nodiscard]] std::uint8_t code(float error) const {
     assert(error >= 0);
     const auto bits = std::bit_cast<std::uint32_t>(error);
     return codes_[(bits + (1U << kDroppedBits) - 1) >> kDroppedBits];
   }
-  [[nodiscard]] float value(std::uint8_t code) const { return values_[code]; }  // Voxels.
+  [[nodiscard]] float value(std::uint8_t code) const { return values_[code]; }  // In voxels.
 
  private:
   static constexpr int kDroppedBits = 16;

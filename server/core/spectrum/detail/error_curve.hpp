@@ -1,7 +1,7 @@
-// The errors of dividing points as functions of the isovalue, one value per bin.
+// Errors of dividing points as functions of the isovalue, one value per bin.
 //
-// A curve covers a run of bins; outside of it everything is 0. Bins are kept in blocks of four that
-// begin at multiples of four, so that the curves of a point and of its children line up.
+// A curve covers a range of bins; elsewhere it is 0. Bins are stored in blocks of four that begin
+// at multiples of four, so that the curves of a point and of its children are aligned.
 #pragma once
 
 #include <algorithm>
@@ -17,26 +17,24 @@ namespace multitetra {
 using Float4 = float __attribute__((vector_size(16)));
 using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
-// Upper bounds over each of four bins, of a point and all its descendants.
+// Upper bounds for a point and all its descendants, for each of four bins.
 struct CurveBlock {
-  Float4 paper{};      // The paper's error, world units.
-  Float4 certified{};  // The certified error, world units.
-  // [i]: 1 + log2 of the largest spacing of a flip in bin i, 0 without one; [4 + i]: of a critical
-  // flip.
+  Float4 paper{};      // The paper's error in world units.
+  Float4 certified{};  // The certified error in world units.
+  // [i]: 1 + log2 of the largest spacing of a flip in bin i, or 0; [4 + i]: of a critical flip.
   Byte8 flips{};
 };
 
-// The curves of a layer of points: those of one z. Memory is used again for the next layer.
+// The curves of a layer of points with the same z. Its memory is reused for the next layer.
 class CurveLayer {
  public:
   struct Curve {
-    std::uint32_t offset = 0;  // The offset of its first block.
-    std::uint16_t first = 0;   // Its first bin is 4 * first.
-    std::uint16_t count = 0;   // Blocks; 0 where there is no error.
+    std::uint32_t offset = 0;  // Index of the first block.
+    std::uint16_t first = 0;   // The first bin is 4 * first.
+    std::uint16_t count = 0;   // Number of blocks; 0 without errors.
   };
 
-  // Forgets everything: no point has a curve. `low` and `extent` are in the level's units; z is not
-  // used.
+  // Removes all curves. `low` and `extent` are in the level's units; z is ignored.
   void reset(GridPoint low, GridPoint extent) {
     low_ = low;
     extent_ = extent;
@@ -48,17 +46,16 @@ class CurveLayer {
   [[nodiscard]] bool contains(std::int32_t x, std::int32_t y) const {
     return x >= low_.x && y >= low_.y && x < low_.x + extent_.x && y < low_.y + extent_.y;
   }
-  // Requires contains(x, y), or to read a place one step beside the layer, which is empty.
+  // Requires contains(x, y). Reading is allowed one step beyond, where curves are empty.
   [[nodiscard]] Curve& at(std::int32_t x, std::int32_t y) { return curves_[index(x, y)]; }
   [[nodiscard]] Curve at(std::int32_t x, std::int32_t y) const { return curves_[index(x, y)]; }
-  // The curve of any point: an empty one outside of the layer.
+  // Returns the curve of any point; it is empty outside of the layer.
   [[nodiscard]] Curve find(std::int32_t x, std::int32_t y) const {
     return contains(x, y) ? at(x, y) : Curve{};
   }
   [[nodiscard]] const CurveBlock* blocks(Curve curve) const { return pool_.data() + curve.offset; }
 
-  // Blocks for one more curve, with anything in them. Pointers to earlier blocks are no longer
-  // valid.
+  // Appends uninitialized blocks for a curve. Invalidates pointers to earlier blocks.
   [[nodiscard]] CurveBlock* append(std::size_t count, std::uint32_t& offset) {
     if (used_ + count > pool_.size())
       pool_.resize(std::max(pool_.size() + pool_.size() / 4, used_ + count));
@@ -77,7 +74,7 @@ class CurveLayer {
 
   GridPoint low_;
   GridPoint extent_;
-  std::vector<Curve> curves_;  // With one empty place around.
+  std::vector<Curve> curves_;  // Includes an empty border of one place.
   std::vector<CurveBlock> pool_;
   std::size_t used_ = 0;
 };

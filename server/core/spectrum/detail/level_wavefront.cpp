@@ -8,9 +8,9 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kBeyondRow = 8;  // Values that compute_row reads beyond a row.
+constexpr std::size_t kBeyondRow = 8;  // The number of values that compute_row reads beyond a row.
 
-// The union of the blocks that a point's children and its own values need.
+// The union of the blocks of a point's children and of its own values.
 struct BlockRange {
   int begin = 256;
   int end = 0;
@@ -38,7 +38,7 @@ LevelWavefront<Real>::LevelWavefront(const Grid& grid, const Vec3& spacing,
       next_(window.first_step()) {
   assert(window.low.z % 2 == 0);
   const std::int32_t last = grid.side() >> window.exponent;
-  const GridPoint high = window.low + window.extent;  // One beyond the window's last point.
+  const GridPoint high = window.low + window.extent;  // Exclusive.
   plane_low_ = {std::max(0, window.low.x - 1), std::max(0, window.low.y - 1), 0};
   plane_extent_ = GridPoint{std::min(last, high.x) + 1, std::min(last, high.y) + 1, 0} - plane_low_;
   plane_size_ = std::ptrdiff_t{plane_extent_.x} * plane_extent_.y;
@@ -145,7 +145,7 @@ template <typename Real>
 typename LevelWavefront<Real>::Children LevelWavefront<Real>::finer_cubes(
     GridPoint p, const FinerCubes& finer) const {
   Children children;
-  // A cube of the finer level at z = 2 k' + 1, in its own units, is of its step k'.
+  // The finer level's cube at z = 2 k' + 1, in its own units, belongs to its step k'.
   for (const std::int32_t k : {p.z - 1, p.z}) {
     const CurveLayer* const cubes = finer.layer(k);
     if (cubes == nullptr) continue;
@@ -180,7 +180,8 @@ void LevelWavefront<Real>::fill_points(std::int32_t z, bool odd_x, bool odd_y, C
   }
 }
 
-// Whether that is possible, but for points on the border at the row's ends.
+// Computes `errors_` of a row, except for points on the border at its ends. Returns false if the
+// row does not allow it.
 template <typename Real>
 bool LevelWavefront<Real>::compute_errors(GridPoint first, std::size_t count) {
   if constexpr (std::is_same_v<Real, float>) {
@@ -294,7 +295,7 @@ void LevelWavefront<Real>::fill(GridPoint p, CurveLayer& layer, const Children& 
   if (is_mixed) add_own(values, active, range.any_void, curve);
 }
 
-// The same, of a point whose values are not void, when most of it is known.
+// Fills a point without void values from the row's precomputed errors.
 template <typename Real>
 void LevelWavefront<Real>::fill(GridPoint p, CurveLayer& layer, const Children& children,
                                 const FourOwnErrors& errors, std::size_t lane) const {

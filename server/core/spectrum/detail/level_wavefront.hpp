@@ -1,14 +1,14 @@
 // The error curves of the dividing points of one spacing, computed layer by layer along z.
 //
-// A level of spacing s = 2^e works in units of s. Its points lie in even layers (edge midpoints and
-// face centres) and in odd layers (edge midpoints, face centres, cube centres). Step k makes
+// A level of spacing s = 2^e uses units of s. Its points lie in even layers (edge midpoints and
+// face centres) and in odd layers (edge midpoints, face centres, cube centres). Step k computes
 //
 //   even layer 2k + 2     edges, then faces          2k + 2   e   f   e   f
 //   odd layer 2k + 1      edges, faces, then cubes   2k + 1   f   c   f   c     from the layers
-//   (even layer 2k is there from the step before)    2k       e   f   e   f     2k - 1 ... 2k + 3
+//   (even layer 2k is kept from the last step)       2k       e   f   e   f     2k - 1 ... 2k + 3
 //
-// of samples and the cubes of the finer level in its steps 2k - 1 ... 2k + 2. So a level holds a
-// few layers, whatever the volume's extent along z.
+// of samples and the cubes of the finer level in its steps 2k - 1 ... 2k + 2. So a level holds only
+// a few layers, for any extent of the volume along z.
 #pragma once
 
 #include <algorithm>
@@ -29,20 +29,19 @@ namespace multitetra {
 class PlaneSource {
  public:
   virtual ~PlaneSource() = default;
-  // The values at the points 2^exponent (low + (x, y, 0)), 0 <= x, y < extent, x fastest; NaN is
-  // void. All of them are grid points.
+  // Reads the values at the points 2^exponent (low + (x, y, 0)), 0 <= x, y < extent, x fastest; NaN
+  // is void. Requires grid points.
   virtual void read(int exponent, GridPoint low, GridPoint extent, float* into) const = 0;
 };
 
-// The cube centers of the finer level around a cube center of this one, in its steps: 2k - 1 ... 2k
-// + 2.
+// The finer level's cube centres around one of this level, by their steps 2k - 1 ... 2k + 2.
 class FinerCubes {
  public:
-  // Their curves in step k, at (x / 2, y / 2) rounded down. The layer must outlive this.
+  // Adds those of step k, at (x / 2, y / 2) rounded down. The layer must outlive this object.
   void add(std::int32_t k, const CurveLayer& cubes) {
     layers_[static_cast<std::size_t>(k) % layers_.size()] = &cubes;
   }
-  // Null where there are none. Requires one of the four steps, if it is not negative.
+  // Returns null without curves. Requires one of the four steps, or a negative one.
   [[nodiscard]] const CurveLayer* layer(std::int32_t k) const {
     return k < 0 ? nullptr : layers_[static_cast<std::size_t>(k) % layers_.size()];
   }
@@ -51,7 +50,7 @@ class FinerCubes {
   std::array<const CurveLayer*, 4> layers_{};
 };
 
-// The points that a level computes, in its units. Points outside have no errors, or are not needed.
+// The points that a level computes, in its units. Points outside have no errors or are not needed.
 struct LevelWindow {
   int exponent = 0;
   GridPoint low;  // z is even.
@@ -68,12 +67,12 @@ class LevelWavefront {
   LevelWavefront(const Grid& grid, const Vec3& spacing, const IsovalueBins& bins,
                  const LevelWindow& window);
 
-  // Takes the values of the next layer, z = next_plane() in units, which is at most 4 layers ahead
-  // of what the next step needs.
+  // Loads the values of the next layer, z = next_plane() in units. It must be at most 4 layers
+  // ahead of those that the next step needs.
   void load_plane(const PlaneSource& values);
   [[nodiscard]] std::int32_t next_plane() const { return loaded_ + 1; }
 
-  // Makes the next step, k = next_step(). Requires has_values() and not is_done().
+  // Computes step k = next_step(). Requires has_values() and not is_done().
   void step(const FinerCubes& finer);
   [[nodiscard]] bool has_values() const {
     return loaded_ >= std::min(2 * next_ + 3, grid_.side() >> window_.exponent);
@@ -82,11 +81,11 @@ class LevelWavefront {
   [[nodiscard]] std::int32_t next_step() const { return next_; }
   [[nodiscard]] bool is_done() const { return next_ >= window_.end_step(); }
 
-  // Layers 2k, 2k + 1 and 2k + 2 of the last step.
+  // Return layers 2k, 2k + 1 and 2k + 2 of the last step.
   [[nodiscard]] const CurveLayer& lower() const { return even_[lower_]; }
   [[nodiscard]] const CurveLayer& middle() const { return odd_; }
   [[nodiscard]] const CurveLayer& upper() const { return even_[1 - lower_]; }
-  // The cube centres of the middle layer, at (x / 2, y / 2) rounded down.
+  // Copies the cube centres of the middle layer to (x / 2, y / 2), rounded down.
   void copy_cubes(CurveLayer& into) const;
 
  private:
@@ -108,9 +107,9 @@ class LevelWavefront {
     }
   };
   using Bins = typename OwnErrorCurve<Real>::Bins;
-  // The curve of one point that is active in these bins: what its children leave there.
+  // A new curve of one point that covers these bins and its children's, with the children's errors.
   struct Appended {
-    CurveBlock* blocks = nullptr;  // Null when there is none.
+    CurveBlock* blocks = nullptr;  // Null without a curve.
     int first_bin = 0;
   };
   Appended append(GridPoint unit_point, CurveLayer& layer, const Children& children, bool is_mixed,
@@ -132,17 +131,16 @@ class LevelWavefront {
   const IsovalueBins& bins_;
   LevelWindow window_;
   DiamondLengths<Real> lengths_;
-  GridPoint plane_low_;  // In units: the window and one unit around it, within the grid.
+  GridPoint plane_low_;  // In units: the window and a border of one unit, clipped to the grid.
   GridPoint plane_extent_;
   std::ptrdiff_t plane_size_ = 0;
-  std::vector<float> planes_;  // Eight of them; that of layer z is number z & 7.
-  std::int32_t loaded_ = -1;   // The last layer of values that is there.
-  // By shape: where the corners lie as seen from a point of the layer at hand; behind the last one,
-  // the point itself.
+  std::vector<float> planes_;  // A ring of eight: layer z has index z & 7.
+  std::int32_t loaded_ = -1;   // The last loaded layer of values.
+  // By shape: offsets of the corners from a point of the current layer; 0 after the last one.
   std::array<std::array<std::ptrdiff_t, 12>, 64> offsets_{};
   std::vector<FourOwnErrors> errors_;  // The errors of the current row.
   std::array<CurveLayer, 2> even_;
-  std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other one 2k + 2.
+  std::size_t lower_ = 1;  // even_[lower_] is layer 2k, the other 2k + 2.
   std::int32_t next_ = 0;
   CurveLayer odd_;
 };

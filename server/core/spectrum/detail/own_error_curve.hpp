@@ -1,17 +1,17 @@
-// The own error of one dividing point for all isovalues at once: an upper bound over every bin.
+// The own error of one dividing point for all isovalues: an upper bound over every bin.
 //
-// With m at the point, v the mean of its split edge's ends, A and B the lesser and the larger of
-// the two, and x at a corner at length L, the displacement |t(m) - t(v)| L of own_error.hpp is a
-// tent over the isovalue c:
+// Let m be the point's value, v the mean of its split edge's ends, A and B the lesser and the
+// larger of the two, and x the value of a corner at distance L. Then the displacement |t(m) - t(v)|
+// L of own_error.hpp is a tent over the isovalue c:
 //
 //   x > B   rises over [A, B] as L (c - A) / (x - A), falls over [B, x] as
 //           L (B - A) (x - c) / ((x - A) (x - B))
-//   x < A   the same turned around
+//   x < A   mirrored
 //   else    rises over [A, x], falls over [x, B], with L at its peak x
 //
-// So the largest value over a bin is known without searching: where c >= B at the bin's lower end,
-// where c <= A at its upper end. Where A <= c < B the point and its fused value are on different
-// sides, one of the two crossings exists for every corner, and the certified error is at most
+// So the maximum over a bin is known without a search: for c >= B it is at the bin's lower end, for
+// c <= A at its upper end. For A <= c < B the point and its fused value lie on different sides,
+// every corner has one of the two crossings, and the certified error is at most
 //
 //   R + F   with   R = max over x > c of L (c - A) / (x - A)
 //                  F = max over x <= c of L (B - c) / (B - x)
@@ -31,9 +31,9 @@
 
 namespace multitetra {
 
-// Adds the own error of a diamond to what its children left in `blocks`, whose first bin is
-// `first_bin`: the paper's error becomes the larger of both, the certified one their sum. `flip` is
-// 1 + log2 of the point's spacing. Requires blocks for all bins from `first` =
+// Adds the own error of a diamond to the errors of its children in `blocks`, whose first bin is
+// `first_bin`: the paper's error becomes the maximum of both, the certified error their sum. `flip`
+// is 1 + log2 of the point's spacing. Requires blocks for all bins from `first` =
 // first_from(range.low) to `last` = last_below(range.high), and range.is_mixed().
 template <typename Real>
 class OwnErrorCurve {
@@ -42,12 +42,12 @@ class OwnErrorCurve {
     int first;
     int last;
   };
-  // Whether few bins hold every isovalue for which the diamond is active, as it is with noise: then
-  // what is true somewhere counts everywhere in them.
+  // Returns whether only a few bins contain isovalues for which the diamond is active, as is
+  // typical of noise. Such diamonds use their maximal error in all of these bins.
   [[nodiscard]] static bool is_narrow(Bins active) { return active.last - active.first < kNarrow; }
 
-  // What a narrow diamond adds: errors that move something, in its active bins, and a flip, perhaps
-  // a critical one, in others among these (none where `flipped.last` is smaller).
+  // Adds the errors of a narrow diamond whose fusion moves something to its active bins, and a
+  // flip, possibly critical, to the bins `flipped` among them (none if `flipped.last` is smaller).
   static void add_narrow(Bins active, float paper, float certified, Bins flipped, bool is_critical,
                          std::uint8_t flip, CurveBlock* blocks, int first_bin) {
     using Int4 = std::int32_t __attribute__((vector_size(16)));
@@ -78,7 +78,7 @@ class OwnErrorCurve {
         first_bin_(first_bin),
         flip_(flip) {}
 
-  // For a diamond with void corners: its flip is critical.
+  // Adds a diamond with void corners, whose flip is critical.
   void add_void() {
     for (int bin = active_.first; bin <= active_.last; ++bin) {
       mark(bin, 0);
@@ -101,14 +101,13 @@ class OwnErrorCurve {
 
  private:
   using Vector = typename Lanes<Real>::Vector;
-  // Rounding never makes a bound smaller than the exact error: each takes a few operations with a
-  // relative error of 2^-24 at most.
+  // Keeps bounds above the exact errors: a few operations with a relative error of 2^-24 each.
   static constexpr float kRoundingUp = 1 + 0x1p-20F;
-  static constexpr int kNarrow = 5;  // Bins.
+  static constexpr int kNarrow = 5;  // In bins.
 
   [[nodiscard]] bool is_narrow() const { return is_narrow(active_); }
 
-  // The peaks of all tents.
+  // Adds the peaks of all tents.
   void add_peaks() {
     const Vector low = all(low_);
     const Vector high = all(high_);
@@ -118,8 +117,7 @@ class OwnErrorCurve {
     for (std::size_t i = 0; i < d_.vectors; ++i) {
       const Vector x = d_.value.vectors[i];
       const Vector length = d_.length->vectors[i];
-      // With extent / max(extent, x - A) the tent's peak is cut off at L, where it belongs when x
-      // lies between A and B.
+      // extent / max(extent, x - A) cuts the tent off at its true peak L if x lies between A and B.
       const Vector up = length * (extent / larger(extent, x - low));
       const Vector down = length * (extent / larger(extent, high - x));
       from_low = larger(from_low, x > low ? up : Vector{});
@@ -182,7 +180,7 @@ class OwnErrorCurve {
     }
     return largest_of<Real>(largest);
   }
-  // R over the isovalues from c_low to c_high.
+  // Returns R over the isovalues from c_low to c_high.
   [[nodiscard]] Real largest_from_low(Real c_low, Real c_high) const {
     const Vector reach = all(c_high - low_);
     Vector largest{};
@@ -194,7 +192,7 @@ class OwnErrorCurve {
     }
     return largest_of<Real>(largest);
   }
-  // F over the same.
+  // Returns F over the isovalues from c_low to c_high.
   [[nodiscard]] Real largest_from_high(Real c_low, Real c_high) const {
     const Vector reach = all(high_ - c_low);
     Vector largest{};
@@ -220,18 +218,18 @@ class OwnErrorCurve {
     const int lane = kind + (bin - first_bin_) % 4;
     flips[lane] = std::max(flips[lane], flip_);
   }
-  // The bins of the isovalues from `from` (included) to `to`.
+  // Returns the bins of the isovalues in [from, to).
   [[nodiscard]] Bins bins_between(Real from, Real to) const {
     return {.first = bins_.first_from(static_cast<float>(from)),
             .last = bins_.last_below(static_cast<float>(to))};
   }
-  // These bins see a flip; `kind` is 0, or 4 for a critical one.
+  // Marks a flip in all these bins; `kind` is 0, or 4 for a critical flip.
   void mark(Bins bins, int kind) {
     for (int bin = bins.first; bin <= bins.last; ++bin) mark(bin, kind);
   }
 
-  // A flip for isovalues from `from` (included) to `to`. It is critical where the signs on the ring
-  // do not change exactly twice; they only change at the ring's own values.
+  // Adds a flip for the isovalues in [from, to). It is critical where the signs on the ring do not
+  // change exactly twice; they change only at the ring's own values.
   void add_flip(Real from, Real to) {
     const Bins flipped = bins_between(from, to);
     mark(flipped, 0);
@@ -245,7 +243,7 @@ class OwnErrorCurve {
     }
   }
 
-  // Bit i: the value of corner i + 2, which is on the ring, is greater than c.
+  // Returns a mask whose bit i is set if ring corner i + 2 has a value greater than c.
   [[nodiscard]] unsigned ring_signs(Real c) const {
     unsigned signs = 0;
     for (std::size_t i = 0; i < d_.vectors; ++i) {
@@ -258,11 +256,11 @@ class OwnErrorCurve {
   }
   [[nodiscard]] bool changes_twice(unsigned signs) const {
     const unsigned turned = signs >> 1 | (signs & 1U) << (d_.corners - 3);
-    const unsigned changes = signs ^ turned;  // An even number of bits.
+    const unsigned changes = signs ^ turned;  // Always an even number of bits.
     const unsigned but_one = changes & (changes - 1);
     return changes != 0 && (but_one & (but_one - 1)) == 0;
   }
-  // The least value on the ring that is greater than c, but at most `to`.
+  // Returns the least value on the ring that is greater than c, or `to` if that is less.
   [[nodiscard]] Real next_ring_value(Real c, Real to) const {
     Real next = to;
     for (std::size_t i = 2; i < d_.corners; ++i) {
@@ -282,8 +280,8 @@ class OwnErrorCurve {
   Real high_ = 0;                                      // B
   std::array<Vector, Lanes<Real>::kVectors> below_;    // L / (x - A) for x > A, else 0
   std::array<Vector, Lanes<Real>::kVectors> above_;    // L / (B - x) for x < B
-  std::array<Vector, Lanes<Real>::kVectors> falling_;  // The tent's slope beyond B, for x > B
-  std::array<Vector, Lanes<Real>::kVectors> rising_;   // Its slope up to A, for x < A
+  std::array<Vector, Lanes<Real>::kVectors> falling_;  // Slope of the tent beyond B, for x > B
+  std::array<Vector, Lanes<Real>::kVectors> rising_;   // Slope of the tent up to A, for x < A
 };
 
 }  // namespace multitetra

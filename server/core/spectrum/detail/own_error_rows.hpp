@@ -1,8 +1,8 @@
-// The displacements by fusing the points of a row, four points at a time: enough for all diamonds
-// that are active in few bins, as those of noise are.
+// Own errors of the points of a row, four points at a time: sufficient for all diamonds that are
+// active in few bins, which is typical of noise.
 //
-// Requires values that float holds exactly with all their sums (16-bit integers), so that every
-// statement below about intervals is exact.
+// Requires values that float represents exactly with all their sums (16-bit integers), so that all
+// comparisons below are exact.
 #pragma once
 
 #include <algorithm>
@@ -15,30 +15,30 @@
 
 namespace multitetra {
 
-// The own errors of four neighbouring points in a row. In lanes whose values are void or all equal,
-// only that is defined.
+// The own errors of four neighbouring points in a row. In lanes with void values only `sum` is
+// defined; in lanes of equal values only `sum` and the range are.
 struct FourOwnErrors {
   using Vector = Lanes<float>::Vector;
   Vector low{};  // The range of the diamond's values.
   Vector high{};
-  Vector sum{};    // NaN when a value is void.
-  Vector moved{};  // The change of the point's value by its fusion.
-  // The largest displacement for any isovalue, by the paper's measure and by the certified one.
+  Vector sum{};    // NaN if any value is void.
+  Vector moved{};  // The change of the point's value when it is fused.
+  // The largest displacement for any isovalue, by either measure.
   Vector paper{};
   Vector certified{};
-  // A flip for isovalues from `flip_from` (included) to `flip_to`; none when they are equal.
+  // The isovalues [flip_from, flip_to) for which fusing is a flip.
   Vector flip_from{};
   Vector flip_to{};
-  Vector critical{};  // Greater than 0 when the flip is critical for one of these.
+  Vector critical{};  // Greater than 0 if the flip is critical for any of these.
 };
 
-// Where the diamonds of a row lie: the corners of the points with an even and with an odd number in
-// the row, as seen from the point; the split edge's ends first, then the ring in cyclic order.
+// The diamonds of a row: the offsets of the corners from points with an even and with an odd index
+// in the row; the split edge's ends first, then the ring in cyclic order.
 struct RowDiamonds {
   std::size_t corners = 0;
   const std::ptrdiff_t* even = nullptr;
   const std::ptrdiff_t* odd = nullptr;
-  std::array<Lanes<float>::Vector, 10> length{};  // By corner, alternating as the points do.
+  std::array<Lanes<float>::Vector, 10> length{};  // By corner; lanes alternate like the points.
 };
 
 template <std::size_t kCorners>
@@ -89,8 +89,8 @@ inline void compute_four(const float* centre, const RowDiamonds& row, FourOwnErr
   errors.flip_from = from;
   errors.flip_to = to;
   // The ring's signs change twice for each pair of neighbours that descends past the isovalue. The
-  // descents around the ring cover everything between its least and its largest value at least
-  // once; so exactly once everywhere in the flip if it lies between these and they add up to it.
+  // descents cover every value between the ring's least and largest at least once. So they cover
+  // the flip's range exactly once if it lies between these and is as long as the descents in it.
   Vector ring_low = x[2];
   Vector ring_high = x[2];
   Vector descents{};
@@ -111,7 +111,7 @@ inline void compute_four(const float* centre, const RowDiamonds& row, FourOwnErr
   errors.critical = larger(beyond, descents - (to - from));
 }
 
-// The points centre, centre + 2, ...; reads up to six values beyond the last one's diamond.
+// Computes the points centre, centre + 2, ...; reads up to six values after the last diamond.
 inline void compute_row(const float* centre, std::size_t count, const RowDiamonds& row,
                         std::vector<FourOwnErrors>& errors) {
   errors.resize((count + 3) / 4);

@@ -1,9 +1,9 @@
-// A brick of a stored error spectrum: 512 dividing points, bin by bin, so that what one isovalue
-// needs lies together.
+// A brick of a stored error spectrum: 512 dividing points, stored bin by bin, so that the data for
+// one isovalue is contiguous.
 //
 //   u16 first bin | u16 bins n | u32 end[n] | plane of the first bin | plane of the next | ...
 //
-// end[i] is where plane i ends, in bytes after the last end. A plane is empty when no point has an
+// end[i] is the end of plane i, in bytes after the last end. A plane is empty if no point has an
 // error in its bin; otherwise it is
 //
 //   u64 mask[8]      bit p: point p has an error or a flip; m points do
@@ -12,7 +12,7 @@
 //   u8 flips[m]      low half: 1 + log2 of the largest spacing of a flip, 0 without one; high half:
 //                    of a critical flip
 //
-// A brick without any error has no bytes at all.
+// A brick without errors has no bytes.
 #pragma once
 
 #include <array>
@@ -27,36 +27,36 @@
 
 namespace multitetra {
 
-// Collects the points of one brick and makes its bytes.
+// Collects the points of one brick and encodes them.
 class SpectrumBrickBuilder {
  public:
-  // Each point of the brick at most once, in any order. `voxel` is the unit of errors.
+  // Adds a point of the brick, each at most once, in any order. `voxel` is the unit of errors.
   void add(std::size_t point, const CurveBlock* blocks, CurveLayer::Curve curve, float voxel);
-  // The bytes, and a fresh start.
+  // Returns the encoded brick and resets the builder.
   [[nodiscard]] std::vector<std::byte> take();
 
  private:
   struct Entry {
     std::uint16_t point;
-    std::uint16_t first;  // Bin.
+    std::uint16_t first;  // The first bin.
     std::uint16_t count;
-    std::size_t offset;  // In codes_: three bytes a bin.
+    std::size_t offset;  // Index in codes_, which has three bytes a bin.
   };
   std::vector<Entry> entries_;
   std::vector<std::uint8_t> codes_;
 };
 
-// The decoded contents of one bin of a brick.
+// One decoded bin of a brick.
 struct SpectrumPlane {
   struct Point {
-    std::uint8_t certified = 0;  // Codes.
+    std::uint8_t certified = 0;  // Error codes.
     std::uint8_t paper = 0;
     std::uint8_t flips = 0;
   };
   std::array<Point, SpectrumLayout::kPoints> points{};
 };
 
-// kDamagedData when the bytes are no brick.
+// Fails with kDamagedData if the bytes are not a valid brick.
 [[nodiscard]] Result<SpectrumPlane> decode_plane(std::span<const std::byte> brick, int bin);
 
 }  // namespace multitetra

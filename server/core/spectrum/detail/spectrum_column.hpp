@@ -1,4 +1,4 @@
-// The error curves of spacings 1, 2 and 4 in a part of the volume, while its slices pass by.
+// The error curves of spacings 1, 2 and 4 in a part of the volume, computed slice by slice.
 #pragma once
 
 #include <algorithm>
@@ -12,18 +12,17 @@
 
 namespace multitetra {
 
-// The levels of spacing 1, 2 and 4 over some cells.
+// The levels of spacing 1, 2 and 4 over a box of cells.
 template <typename Real>
 class SpectrumColumn {
  public:
-  // Grid steps around the cells within which values count: six, and a diamond.
+  // Grid steps around the cells within which values are needed: six, and a diamond.
   static constexpr std::int32_t kReach = kSpectrumReach;
 
-  // The most memory that a column over cells_x * cells_y cells takes, in bytes. Every position
-  // along x and y needs at most 3.5 curves of spacing 1 (the points of an even layer but every
-  // fourth, twice; those of an odd layer; and four steps' cube centres), a quarter of that of
-  // spacing 2 and less of spacing 4, or 4.6 in all; and the layers that hold them have up to a
-  // quarter to spare.
+  // Returns the maximum memory, in bytes, of a column over cells_x * cells_y cells. Every position
+  // along x and y needs at most 3.5 curves of spacing 1 (three quarters of the points of an even
+  // layer, twice; those of an odd layer; and the cube centres of four steps), a quarter of that for
+  // spacing 2 and less for spacing 4, or 4.6 in all. The layers have up to 25 % spare capacity.
   [[nodiscard]] static std::size_t most_bytes(std::int32_t cells_x, std::int32_t cells_y,
                                               int bins) {
     const auto along = [](std::int32_t cells) {
@@ -40,9 +39,8 @@ class SpectrumColumn {
     }
   }
 
-  // Takes the values of grid z and does what they make possible. Calls done(k, layer) for each
-  // layer k of cells that is done, in order; the layer has the cells' centres, in units of
-  // spacing 4.
+  // Adds the values of grid z and computes what they allow. Calls done(k, layer) for each completed
+  // layer k of cells, in order; the layer contains the cells' centres, in units of spacing 4.
   template <typename Done>
   void add(std::int32_t z, const PlaneSource& values, const Done& done) {
     for (int e = 0; e < kFineLevels; ++e) {
@@ -62,10 +60,10 @@ class SpectrumColumn {
  private:
   static constexpr int kFineLevels = kSpectrumExponent;
   static constexpr std::int32_t kCell = kSpectrumSpacing;
-  // Grid steps around the cells that the levels reach.
+  // Grid steps around the cells that each level covers.
   static constexpr std::array<std::int32_t, kFineLevels> kSeam = {6, 4, 0};
 
-  // The cube centres of a level's last four steps, kept for the next level.
+  // The cube centres of a level's last four steps, for the next level.
   class CubeRing {
    public:
     void take(const LevelWavefront<Real>& level, std::int32_t k) {
@@ -89,7 +87,7 @@ class SpectrumColumn {
     std::array<Step, 4> steps_;
   };
 
-  // The window of a level over cells begin ... end - 1 and a seam around them.
+  // Returns the window of a level over the cells begin ... end - 1 and the seam around them.
   static LevelWindow window_over_cells(const Grid& grid, GridPoint begin, GridPoint end,
                                        int exponent) {
     const std::int32_t seam = kSeam[static_cast<std::size_t>(exponent)];

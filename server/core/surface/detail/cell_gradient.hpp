@@ -1,5 +1,5 @@
-// The gradient of a field at a place in a cell of unit side, from the values around the cell:
-// interpolated trilinearly from central differences at the corners. See vertex_normals.hpp.
+// The gradient of a field inside a cell of unit side, interpolated trilinearly from central
+// differences at its corners. See vertex_normals.hpp.
 #pragma once
 
 #include <array>
@@ -11,16 +11,15 @@
 
 namespace multitetra {
 
-// A vertex in the unit cell that holds it. Along an axis on which it lies between two unit points
-// the cell has `corners` 2, with the weights below; where it lies on one, that corner is the only
-// one.
+// The position of a vertex in its unit cell. Along an axis, `corners` is 2 with the weights below
+// if the vertex lies between two unit points, or 1 if it lies on one.
 struct PlaceInCell {
-  GridPoint cell;  // The lowest corner, in units.
+  GridPoint cell;  // Lowest corner, in units.
   std::array<int, 3> corners{};
   std::array<std::array<double, 2>, 3> weights{};
 };
 
-// Units of 2^exponent lattice steps.
+// Returns the position of p in units of 2^exponent lattice steps.
 [[nodiscard]] inline PlaceInCell place_of(const LatticePoint& p, int exponent) {
   PlaceInCell place{.cell = {p.x >> exponent, p.y >> exponent, p.z >> exponent}};
   const double step = 1.0 / static_cast<double>(1 << exponent);
@@ -33,7 +32,7 @@ struct PlaceInCell {
   return place;
 }
 
-// The values at the corners of a cell and one unit around them: those that the differences reach.
+// The values at the corners of a cell and one unit around them, as the differences need them.
 class CellNeighbourhood {
  public:
   // x, y, z = 0 is one unit below the cell's lowest corner.
@@ -42,7 +41,7 @@ class CellNeighbourhood {
   }
   static constexpr std::array<std::size_t, 3> kStep = {1, 4, 16};
 
-  // Calls `value(x, y, z)` only for the samples that are needed.
+  // Calls `value(x, y, z)` for the needed samples only.
   template <typename Value>
   void fill(const std::array<int, 3>& corners, const Value& value) {
     for (int z = 0; z < corners[2] + 2; ++z) {
@@ -58,7 +57,7 @@ class CellNeighbourhood {
     }
   }
 
-  // The gradient at the vertex, per unit.
+  // Returns the gradient at the vertex, per unit.
   [[nodiscard]] Vec3 gradient(const PlaceInCell& place) const {
     const Float4 plain = central_gradient(place);
     const float total = plain[0] + plain[1] + plain[2] + plain[3];
@@ -73,7 +72,7 @@ class CellNeighbourhood {
   static constexpr int kRow = 4;
   static constexpr int kSlice = 16;
 
-  // All axes at once. Not finite where a value is void, and where a difference exceeds a float.
+  // Computes all axes at once. Not finite if a value is void or a difference overflows.
   [[nodiscard]] Float4 central_gradient(const PlaceInCell& place) const {
     Float4 sum = {};
     for (int z = 0; z < place.corners[2]; ++z) {
@@ -84,7 +83,7 @@ class CellNeighbourhood {
           const float* const v = &values_[index(x + 1, y + 1, z + 1)];
           const auto half_weight =
               static_cast<float>(0.5 * place.weights[0][static_cast<std::size_t>(x)] * weight_yz);
-          // A void corner without void neighbours must show as well.
+          // Makes the sum NaN also at a void corner without void neighbours.
           const float here = v[0] - v[0];
           const Float4 above = {v[1], v[kRow], v[kSlice], here};
           const Float4 below = {v[-1], v[-kRow], v[-kSlice], here};

@@ -1,6 +1,5 @@
-// The values around the cells that vertices lie in: from the bricks of samples, or from the coarse
-// samples alone. What lies outside of the grid is void, what lies between the data and the grid's
-// end is the value outside.
+// The values around the cells of vertices, from bricks of samples or from the coarse samples.
+// Outside the grid they are void; between the data and the grid's end, the value outside.
 #pragma once
 
 #include <algorithm>
@@ -18,9 +17,9 @@
 
 namespace multitetra {
 
-// The place of the data in the grid, in units.
+// The position of the data in the grid, in units.
 struct DataSurroundings {
-  std::int32_t last = 0;  // The last coordinate of the grid.
+  std::int32_t last = 0;  // Largest coordinate of the grid.
   float outside = std::numeric_limits<float>::quiet_NaN();
 
   [[nodiscard]] float beyond_data(GridPoint p) const {
@@ -29,11 +28,11 @@ struct DataSurroundings {
   }
 };
 
-// Values at all grid points, from the bricks of samples around a box. A unit is a grid step.
+// Values at all grid points, from the bricks of samples around a box. The unit is a grid step.
 template <typename Sample>
 class BrickValues {
  public:
-  // For cells with lowest corners from `low` to `high`.
+  // Serves cells with lowest corners from `low` to `high`.
   BrickValues(const PreparedVolume& volume, GridPoint low, GridPoint high)
       : source_(*volume.samples),
         layout_(volume.info.dims),
@@ -52,7 +51,7 @@ class BrickValues {
   }
 
   void fill(const PlaceInCell& place, CellNeighbourhood& values) {
-    const GridPoint low = place.cell - first_ - GridPoint{1, 1, 1};  // Sample indices.
+    const GridPoint low = place.cell - first_ - GridPoint{1, 1, 1};  // In sample indices.
     const GridPoint extent = {place.corners[0] + 2, place.corners[1] + 2, place.corners[2] + 2};
     if (is_in_one_brick(low, extent)) {
       const Brick& brick = brick_of(low);
@@ -122,7 +121,7 @@ class BrickValues {
   DataSurroundings surroundings_;
   GridCounts first_brick_{};
   GridCounts bricks_{};
-  std::vector<Brick> read_;  // Without samples until they are needed.
+  std::vector<Brick> read_;  // `samples` is null until the brick is read.
 };
 
 // Values at multiples of kSpectrumSpacing, which is the unit.

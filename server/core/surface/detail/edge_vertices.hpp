@@ -1,9 +1,9 @@
-// The vertices on edges of the framework, in one octree cube: triangles that meet at an
-// edge find its vertex without a search.
+// The vertices on the framework's edges in one octree cube: triangles that meet at an edge find its
+// vertex without a search.
 //
-// An edge is known by its midpoint. If its extents are even it is the split edge of that point,
-// which has no other; if they are 1, an axis, a face or a cube of side 1 has its middle there, and
-// the parities of the ends leave one diagonal only.
+// An edge is identified by its midpoint. If the edge's extents are even, it is the only edge that
+// this point splits; if they are 1, the midpoint is the middle of an edge, face or cube of side 1,
+// and the parities of the ends allow only one diagonal.
 #pragma once
 
 #include <array>
@@ -17,14 +17,14 @@
 
 namespace multitetra {
 
-// A slot for every half step, in blocks that are allocated when the first of their edges is used.
-// About 12 MB where a cube of side 64 has surface everywhere, so reuse it.
+// A slot for every half step, in blocks allocated on first use. About 12 MB if the surface fills a
+// cube of side 64; reuse it.
 class EdgeVertices {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  // Forgets everything. The edges that follow lie in the closed cube, and their ends have
-  // coordinates that are multiples of 2^exponent, which is at most the cube's side.
+  // Clears all slots. The edges used afterwards must lie in the closed cube, with coordinates that
+  // are multiples of 2^exponent, which is at most the cube's side.
   void begin(const OctreeCube& cube, int exponent) {
     const auto low = [&](std::int32_t position) { return 2 * position * cube.side(); };
     low_ = {low(cube.x), low(cube.y), low(cube.z)};
@@ -35,8 +35,8 @@ class EdgeVertices {
     used_ = 0;
   }
 
-  // Where the number of an edge's vertex is kept, kNone at first; `ends` is the sum of its ends.
-  // Valid until the next call.
+  // Returns the slot for the number of an edge's vertex, kNone at first; `ends` is the sum of the
+  // edge's ends. The reference is valid until the next call.
   [[nodiscard]] std::uint32_t& at(GridPoint ends) {
     const GridPoint half_steps = ends - low_;
     const std::int32_t x = half_steps.x >> exponent_;
@@ -63,7 +63,7 @@ class EdgeVertices {
 
   GridPoint low_;  // Twice the cube's lowest corner.
   int exponent_ = 0;
-  std::int32_t blocks_ = 0;  // Along an axis.
+  std::int32_t blocks_ = 0;  // Blocks along an axis.
   std::vector<std::uint32_t> block_of_;
   std::vector<Block> slots_;
   std::size_t used_ = 0;

@@ -12,26 +12,27 @@ constexpr std::size_t kCentre = 13;
 
 struct TableTetrahedron {
   std::array<std::uint8_t, 4> corners{};
-  std::array<std::uint8_t, 6> edges{};  // In kEdges, in the order of kTetrahedronEdges.
-  bool is_negative = false;             // Its volume's sign in a cube that is not turned.
-  std::uint32_t mask = 0;               // The corners as bits.
+  std::array<std::uint8_t, 6>
+      edges{};               // Indices in Table::edges, in the order of kTetrahedronEdges.
+  bool is_negative = false;  // The sign of its volume in a cube without mirroring.
+  std::uint32_t mask = 0;    // Bit mask of the corners.
 };
 
-// An edge of some tetrahedron of the table, by its ends.
+// The ends of an edge of a tetrahedron in the table.
 using TableEdge = std::array<std::uint8_t, 2>;
 
-// What lies at one edge of a face, when the face's centre is kept.
+// The tetrahedra at one edge of a face whose centre is kept.
 struct FaceEdge {
   std::size_t middle = 0;
-  TableTetrahedron whole;             // When the edge's midpoint is not kept.
-  std::array<std::size_t, 2> ends{};  // Otherwise, at each end whose child is not refined:
+  TableTetrahedron whole;             // If the edge's midpoint is not kept.
+  std::array<std::size_t, 2> ends{};  // Otherwise, one half at each end whose child is not refined:
   std::array<TableTetrahedron, 2> halves;
 };
 
 struct Face {
   std::size_t centre = 0;
   std::uint32_t mask = 0;                 // All its points and the cube's centre.
-  std::array<TableTetrahedron, 2> uncut;  // When the centre is not kept.
+  std::array<TableTetrahedron, 2> uncut;  // If the centre is not kept.
   std::array<FaceEdge, 4> edges;
 };
 
@@ -40,7 +41,7 @@ constexpr GridPoint place(std::size_t index) {
   return {i % 3, i / 3 % 3, i / 9};
 }
 
-// Numbers edges in the order they first appear.
+// Numbers edges in the order of their first appearance.
 struct EdgeList {
   std::array<TableEdge, 128> edges{};
   std::size_t count = 0;
@@ -135,12 +136,12 @@ constexpr std::uint32_t bits_of_points_with(int middles) {
   return bits;
 }
 
-// The most tetrahedra of one octree cube's own.
+// The maximum number of tetrahedra that an octree cube has of its own.
 constexpr std::size_t kMaxTetrahedra = 48;
 
-// How many tetrahedra the cube has of its own: twelve, two more for every face that is cut in four
-// and for every edge that is cut in two, whose two faces are cut then. A refined child takes away
-// six; the three edges that it touches are cut, being parents of its centre.
+// Returns the number of the cube's own tetrahedra: twelve, and two more for every face cut in four
+// and for every edge cut in two (whose faces are then cut). A refined child removes six; the three
+// edges at its corner are cut, as their midpoints are parents of its centre.
 std::uint32_t count_tetrahedra(std::uint32_t kept) {
   constexpr std::uint32_t kCorners = bits_of_points_with(0);
   constexpr std::uint32_t kFacesAndEdges = bits_of_points_with(1) | bits_of_points_with(2);
@@ -161,18 +162,18 @@ class CubeVertices {
     numbers_.fill(EdgeVertices::kNone);
   }
 
-  // The number of the vertex on an edge of the table.
+  // Returns the number of the vertex on an edge of the table.
   [[nodiscard]] std::uint32_t on(std::size_t edge) {
     const std::uint32_t number = numbers_[edge];
     return number != EdgeVertices::kNone ? number : find(edge);
   }
 
  private:
-  // Not inlined, so that the frequent case, a vertex that exists, stays short.
+  // Not inlined, to keep the frequent case of an existing vertex short.
   [[gnu::noinline]] std::uint32_t find(std::size_t edge) {
     const auto [i, j] = kTable.edges.edges[edge];
     std::uint32_t& number = numbers_[edge];
-    // No other cube has an edge that ends at the centre of a smallest one.
+    // No other cube has edges to the centre of a smallest cube.
     const bool is_inside = points_.step == 1 && (i == kCentre || j == kCentre);
     std::uint32_t& slot = is_inside ? number : known_.at(points_.sum_of_ends(i, j));
     if (slot == EdgeVertices::kNone) {

@@ -1,10 +1,9 @@
 // The surface in the tetrahedra that lie in one octree cube but in none of its refined children,
-// from the values at its 27 points and the bits that say which of them are kept.
+// from the values at the cube's 27 points and a mask of the kept ones.
 //
-// Seen from the corner with even coordinates (in units of the cube's side), every cube looks the
+// Seen from the corner with even coordinates (in units of the cube's side), all cubes look the
 // same: each face is cut from its corner next to the even one to the opposite corner. So one table
-// of 84 tetrahedra serves all cubes, turned over along the axes where the even corner is the upper
-// one.
+// of 84 tetrahedra serves all cubes, mirrored along axes whose even corner is the upper one.
 #pragma once
 
 #include <array>
@@ -25,12 +24,11 @@ struct OctreeCubePoints {
   std::int32_t step = 1;                           // Half the cube's side.
   std::array<std::int32_t, 3> turned = {1, 1, 1};  // -1 along axes where the even corner is upper.
   std::array<float, 27> values{};                  // NaN is void.
-  // Bits of the face centres and edge midpoints that are kept, and of the corners whose child is
-  // refined.
+  // Bits of kept face centres and edge midpoints, and of corners whose child is refined.
   std::uint32_t kept = 0;
 
   [[nodiscard]] GridPoint at(std::size_t index) const { return centre + turn(kOffsets[index]); }
-  // The sum of the ends of the edge between two points.
+  // Returns the sum of the ends of the edge between two points.
   [[nodiscard]] GridPoint sum_of_ends(std::size_t i, std::size_t j) const {
     return 2 * centre + turn(kOffsets[i] + kOffsets[j]);
   }
@@ -48,10 +46,10 @@ struct OctreeCubePoints {
   }();
 };
 
-// Centre, step and turns of a cube of exponent >= 1.
+// Sets centre, step and turns. Requires exponent >= 1.
 [[nodiscard]] OctreeCubePoints points_of(const OctreeCube& cube);
 
-// Index of the corner of child `index` (see OctreeCube::child).
+// Returns the index of the corner of child `index` (see OctreeCube::child).
 [[nodiscard]] inline std::size_t corner_of_child(const OctreeCubePoints& points, int index) {
   std::size_t corner = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -63,7 +61,7 @@ struct OctreeCubePoints {
   return corner;
 }
 
-// Extracts cube after cube into one mesh.
+// Extracts the surfaces of cubes into one mesh.
 class OctreeCubeSurface {
  public:
   OctreeCubeSurface(double isovalue, int lattice_resolution)
@@ -75,13 +73,12 @@ class OctreeCubeSurface {
     std::uint32_t tetrahedra = 0;
     std::uint32_t active_tetrahedra = 0;
   };
-  // Appends the triangles of the cube's own tetrahedra to the mesh, whose vertices are those of
-  // `known`.
+  // Appends the triangles of the cube's own tetrahedra to the mesh; `known` indexes its vertices.
   Counts append(const OctreeCubePoints& points, EdgeVertices& known, LatticeMesh& mesh) const;
 
  private:
   double isovalue_;
-  float isovalue_below_;  // A float is above the isovalue exactly when it is above this one.
+  float isovalue_below_;  // A float exceeds the isovalue exactly if it exceeds this.
   int resolution_;
 };
 

@@ -7,11 +7,11 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kShortList = 12;  // Not worth a division.
-constexpr double kLeastSide = 8;        // Grid steps; the region of a finest point has 4 to 6.
-// The most entries of all lists together.
+constexpr std::size_t kShortList = 12;  // Lists of at most this length are not divided.
+constexpr double kLeastSide = 8;  // Grid steps. The region of a finest point has a side of 4 to 6.
+// The maximum number of entries in all lists together.
 constexpr std::size_t kMaxEntries = 1 << 20;
-// The longest list that a query walks through.
+// The longest list that a query scans.
 constexpr std::size_t kLongList = 64;
 
 Box intersection(const Box& a, const Box& b) {
@@ -38,7 +38,7 @@ RegionOctree::RegionOctree(RegionSet regions, const Box& places, int exponent,
   sum_up();
 }
 
-// Divides the largest cubes first, so that the entries are spent evenly.
+// Divides the largest cubes first, so that the entries are spread evenly.
 void RegionOctree::grow(RegionSet::List all, const std::function<void()>& check) {
   std::size_t entries = all.regions.size();
   nodes_.emplace_back();
@@ -76,7 +76,7 @@ std::vector<RegionOctree::Leaf> RegionOctree::divide(const Leaf& leaf) {
   for (unsigned octant = 0; octant < 8; ++octant) {
     const Cube cube = child(leaf.cube, first, octant);
     const Box box = box_of(cube);
-    if (is_empty(box)) {  // Beyond the places: no query comes here.
+    if (is_empty(box)) {  // Beyond the places: no query reaches it.
       nodes_[cube.node] = {.least = ThresholdInterval{}.least, .is_constant = true};
     } else {
       parts.push_back({cube, regions_.relevant(leaf.list, box)});
@@ -94,7 +94,7 @@ void RegionOctree::store(const Leaf& leaf) {
   lists_.insert(lists_.end(), leaf.list.regions.begin(), leaf.list.regions.end());
 }
 
-// Children stand behind their parents: what they say is known when a parent's turn comes.
+// Children follow their parents in `nodes_`, so their sums are complete before their parent's.
 void RegionOctree::sum_up() {
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     Node& node = nodes_[i];
@@ -155,8 +155,8 @@ void RegionOctree::add(const Cube& cube, const Box& box, ThresholdInterval& boun
     add_leaf(node, intersection(box, whole), bound);
     return;
   }
-  // The middle belongs to the upper half, so every place to one leaf, and a box inside another
-  // comes to no leaf that the other does not come to.
+  // The middle belongs to the upper half. So every place belongs to one leaf, and a box inside
+  // another visits no leaf that the outer one does not visit.
   unsigned lower = 0;
   unsigned upper = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,4 +1,4 @@
-// The regions of a threshold map, ready to be compared with boxes of the grid.
+// The regions of a threshold map, prepared for comparison with boxes of the grid.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,17 @@
 
 namespace multitetra {
 
-// The relation of a region to a box. As computed, a box inside one that a region contains is
-// contained too, and a box around one that a region touches is touched too. A region that is
-// reported to touch may miss the box where their axes are not parallel; one that is reported to
-// contain does.
+// The relation of a region to a box, monotone as computed: a region that contains a box contains
+// every box inside it, and one that touches a box touches every box around it. If axes are not
+// parallel, kTouches may be reported for a region that misses the box; kContains is exact.
 enum class Contact { kApart, kTouches, kContains };
 
 class RegionSet {
  public:
   using Index = std::uint32_t;
 
-  // `to_regions` maps grid coordinates to those of the regions; `unit` is the length of 1 in the
-  // thresholds' unit. With Combination::kMinimum the regions are sorted, so that the last that
+  // `to_regions` maps grid coordinates to those of the regions; `unit` is the world length of the
+  // thresholds' unit. With Combination::kMinimum the regions are sorted, so that the last one that
   // contains a place has the least threshold.
   RegionSet(std::span<const ThresholdRegion> regions, Combination combination,
             const Affine& to_regions, double unit);
@@ -29,7 +28,7 @@ class RegionSet {
   [[nodiscard]] Index size() const { return static_cast<Index>(regions_.size()); }
   [[nodiscard]] double threshold(Index i) const { return regions_[i].threshold; }  // World units.
 
-  // A box in grid coordinates with its image in those of the regions.
+  // A box in grid coordinates, and its image in the regions' coordinates.
   struct Places {
     Box grid;
     Box image;
@@ -37,14 +36,14 @@ class RegionSet {
   [[nodiscard]] Places places(const Box& box) const { return {box, image_of(to_regions_, box)}; }
   [[nodiscard]] Contact contact(Index i, const Places& places) const;
 
-  // Regions that may hold somewhere in a box: those that touch it, the last first, up to and
-  // including the first of them that contains it and so hides all before.
+  // The regions that may apply in a box: those that touch it, the last first, up to the first that
+  // contains the box and so hides all earlier regions.
   struct List {
     std::vector<Index> regions;
     bool is_closed = false;  // The last entry contains the box.
   };
   [[nodiscard]] List all() const;
-  // The part of a box's list that concerns a box inside it.
+  // Returns the part of a box's list that applies to a box inside it.
   [[nodiscard]] List relevant(const List& of_outer, const Box& box) const;
 
  private:

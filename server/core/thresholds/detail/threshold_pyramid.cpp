@@ -56,7 +56,7 @@ ThresholdPyramid::Range ThresholdPyramid::range_of(const Box& box) const {
     const double high = std::min(std::floor(image.high[axis] + 0.5), last);
     range.leaves_grid |= image.low[axis] < -0.5 || image.high[axis] > last + 0.5;
     range.is_empty |= low > high;
-    if (low > high) continue;  // The numbers may be none of our integers.
+    if (low > high) continue;  // The values may not fit into integers.
     range.first[axis] = static_cast<std::int32_t>(low);
     range.last[axis] = static_cast<std::int32_t>(high);
   }
@@ -67,7 +67,7 @@ ThresholdInterval ThresholdPyramid::least_in(const Box& box) const {
   const Range range = range_of(box);
   Cell bound{.least = kSilent, .has_gap = range.leaves_grid || range.is_empty};
   if (!range.is_empty) {
-    // The finest level on which the range lies in two cells along every axis.
+    // The finest level on which the range spans at most two cells along every axis.
     int level = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       while ((range.last[axis] >> level) - (range.first[axis] >> level) > 1) ++level;
@@ -89,7 +89,7 @@ void ThresholdPyramid::add(int level, const std::array<std::int32_t, 3>& cell, c
   const Cell& here = levels_[static_cast<std::size_t>(level)].at(cell[0], cell[1], cell[2]);
   if (here.least >= bound.least && (bound.has_gap || !here.has_gap)) return;
   bool is_inside = true;
-  std::array<std::int32_t, 3> first;  // Cells of the next finer level, as far as they are in range.
+  std::array<std::int32_t, 3> first;  // Cells of the next finer level, clipped to the range.
   std::array<std::int32_t, 3> last;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int32_t low = cell[axis] << level;
@@ -120,7 +120,7 @@ double ThresholdPyramid::largest_in(const Box& box) const {
   for (std::int32_t z = range.first[2]; z <= range.last[2]; ++z) {
     for (std::int32_t y = range.first[1]; y <= range.last[1]; ++y) {
       for (std::int32_t x = range.first[0]; x <= range.last[0]; ++x) {
-        // NaN is not larger.
+        // std::max ignores NaN as second argument.
         largest = std::max(
             largest,
             thresholds_[static_cast<std::size_t>((std::int64_t{z} * dims[1] + y) * dims[0] + x)]);

@@ -1,9 +1,9 @@
 // The least threshold of a coarse grid over a box: a pyramid of minima over its samples.
 //
-// Each sample is valid in its voxel, half a step around it, borders included. Over a box the result
-// is the least of all voxels that the box's image in the grid's own indices touches; where the axes
-// are not parallel the image is the least box around it. Monotone (threshold_interval.hpp): the
-// image and the range of voxels of an inner box lie in those of the outer one.
+// A sample applies to its voxel, half a step around it, borders included. The result for a box is
+// the minimum over all voxels touched by its image in the grid's own indices, or by the smallest
+// box around that. Monotone (threshold_interval.hpp): the image and the voxel range of an inner box
+// lie in those of the outer one.
 #pragma once
 
 #include <array>
@@ -19,17 +19,17 @@ namespace multitetra {
 class ThresholdPyramid {
  public:
   // `to_samples` maps grid coordinates to indices of the thresholds' own samples; `unit` is the
-  // length of 1 in their unit.
+  // world length of the thresholds' unit.
   ThresholdPyramid(const ThresholdGrid& grid, const Affine& to_samples, double unit);
 
   [[nodiscard]] ThresholdInterval least_in(const Box& box) const;
 
-  // At least the result of least_in for any box within this one; 0 without a threshold.
+  // Returns an upper bound of least_in for any box within this one; 0 without a threshold.
   [[nodiscard]] double largest_in(const Box& box) const;
 
  private:
   struct Cell {
-    float least = 0;  // Infinite where there is no threshold.
+    float least = 0;  // Infinite without a threshold.
     bool has_gap = false;
   };
   // Level l holds the minima of blocks of 2^l samples a side; the last has one cell.
@@ -40,12 +40,12 @@ class ThresholdPyramid {
       return cells[static_cast<std::size_t>((std::int64_t{z} * dims[1] + y) * dims[0] + x)];
     }
   };
-  // Samples first to last on every axis.
+  // The samples from `first` to `last` on every axis.
   struct Range {
     std::array<std::int32_t, 3> first = {};
     std::array<std::int32_t, 3> last = {};
     bool is_empty = false;
-    bool leaves_grid = false;  // The box has places beyond the grid.
+    bool leaves_grid = false;  // The box extends beyond the grid.
   };
 
   [[nodiscard]] Range range_of(const Box& box) const;
@@ -54,7 +54,7 @@ class ThresholdPyramid {
 
   Affine to_samples_;
   double unit_;
-  std::vector<float> thresholds_;  // As given; NaN where there is no threshold.
+  std::vector<float> thresholds_;  // As given; NaN means no threshold.
   std::vector<Level> levels_;
 };
 

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kMax = std::numeric_limits<double>::max();
 
-// The vector scaled to length 1; 0 stays 0. Scaled first, so that no square overflows.
+// Returns the vector scaled to length 1, or 0 for 0. Divides by the largest component first, so
+// that no square overflows.
 Vec3 normalized(const Vec3& v) {
   const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
   if (!(largest > 0)) return {0, 0, 0};
@@ -20,7 +21,8 @@ Vec3 normalized(const Vec3& v) {
   return scaled(near_one, 1 / std::sqrt(dot(near_one, near_one)));
 }
 
-// tan(degrees / 2), with the same bits everywhere: the cosine is the sine of what is left to 90.
+// Returns tan(degrees / 2) with the same bits on every machine: the cosine is the sine of the
+// complement to 90 degrees.
 double half_tangent(double degrees) {
   return sine_of_turns(degrees / 720) / sine_of_turns((180 - degrees) / 720);
 }
@@ -30,7 +32,7 @@ double half_tangent(double degrees) {
 ViewThreshold::ViewThreshold(const ThresholdView& view, const Affine& to_world, double unit)
     : to_world_(to_world), eye_(view.eye) {
   const double half_height = half_tangent(view.field_of_view);
-  // Finite before it is multiplied: a tolerance of 0 pixels is a threshold of 0 in any view.
+  // Finite before the product: a tolerance of 0 pixels means threshold 0 in any view.
   const double of_a_pixel = std::min(2 * half_height / view.height_pixels, kMax);
   length_per_distance_ = std::min(view.tolerance_pixels * of_a_pixel, kMax);
   if (view.frustum) {
@@ -53,7 +55,7 @@ void ViewThreshold::set_frustum(const Frustum& frustum, double half_height) {
   const Vec3 forward = normalized(difference(frustum.look_at, eye_));
   const Vec3 right = normalized(cross(forward, normalized(frustum.up)));
   const Vec3 up = cross(right, forward);
-  // Normals point inwards; their lengths do not matter, but they must not leave the doubles.
+  // Normals point inwards. Their lengths are arbitrary but must stay finite.
   const Vec3 vertical = scaled(forward, half_height);
   const Vec3 horizontal = scaled(forward, std::min(half_height * frustum.aspect, kMaxCoordinate));
   planes_ = {plane(sum(vertical, up)), plane(difference(vertical, up)),

@@ -2,8 +2,8 @@
 //
 // tau(x) = k |x - eye| in world units, and at least `outside` outside the frustum. It is defined
 // everywhere, so there is never a gap. Monotone (threshold_interval.hpp): the world box of an inner
-// box lies in that of the outer one, so it is no nearer to the eye; and when the outer box lies
-// wholly on the far side of a plane of the frustum, so does the inner one.
+// box lies in that of the outer one, so it is no nearer to the eye; and if the outer box lies
+// wholly beyond a plane of the frustum, so does the inner one.
 #pragma once
 
 #include <array>
@@ -16,17 +16,17 @@ namespace multitetra {
 
 class ViewThreshold {
  public:
-  // The view is in world coordinates; `to_world` maps the grid's to them, `unit` is the length of 1
-  // in the thresholds' unit.
+  // The view is in world coordinates; `to_world` maps grid coordinates to them; `unit` is the world
+  // length of the thresholds' unit.
   ViewThreshold(const ThresholdView& view, const Affine& to_world, double unit);
 
-  // World units, finite.
+  // Returns a finite threshold in world units.
   [[nodiscard]] double least_in(const Box& box) const;
-  // No less than least_in of any box within this one.
+  // Returns an upper bound of least_in for any box within this one.
   [[nodiscard]] double largest_in(const Box& box) const;
 
  private:
-  // The grid's places x with normal . x >= offset.
+  // The half-space normal . x >= offset in grid coordinates.
   struct Plane {
     Vec3 normal = {};
     double offset = 0;
@@ -41,10 +41,10 @@ class ViewThreshold {
   double length_per_distance_;  // k
   double outside_ = 0;
   bool has_frustum_ = false;
-  std::array<Plane, 5> planes_;  // Planes of the frustum, if there is one: four sides and the apex.
+  std::array<Plane, 5> planes_;  // With a frustum: its four sides and the plane through its apex.
 };
 
-// A view in sample indices as the same one in world coordinates.
+// Converts a view from sample indices to world coordinates.
 [[nodiscard]] ThresholdView in_world(const ThresholdView& view, const Affine& index_to_world);
 
 }  // namespace multitetra
