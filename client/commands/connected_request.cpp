@@ -101,7 +101,7 @@ ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order, const RetryO
     const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
     return exit_with(print_error(is_usage ? kUsage : kFailed, info.error().text));
   }
-  auto requests = requests_of(order.surface, *info);
+  auto requests = requests_from(order.surface, *info);
   if (!requests) return exit_with(print_error(kUsage, requests.error().text));
   auto scalars = scalars_for(order.surface.query);
   if (!scalars) return exit_with(print_error(kUsage, scalars.error().text));

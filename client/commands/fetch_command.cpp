@@ -202,7 +202,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
   OutputSurface written = output.surface_of(*final_step);
-  const std::string left_out = left_out_text(written, arguments.order.surface);
+  const std::string left_out = removed_text(written, arguments.order.surface);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
   const std::string accuracy = accuracy_text(*final_step->step);
   if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;

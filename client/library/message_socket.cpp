@@ -62,7 +62,7 @@ struct MessageSocket::State {
   }
 
   asio::awaitable<Result<void>> left() {
-    co_await channel.leave();
+    co_await channel.close_gracefully();
     co_return Result<void>();
   }
 
@@ -181,7 +181,7 @@ Result<std::optional<ServerMessage>> MessageSocket::receive_within(
       std::min(Clock::now() + max_wait + std::chrono::milliseconds(1), state.deadline);
   state.receive_from_now_on();
   const auto silent_at = [&state] {
-    return std::min(std::max(state.channel.last_sign(), state.asked) + state.timeout,
+    return std::min(std::max(state.channel.last_activity(), state.asked) + state.timeout,
                     state.stalled_at());
   };
   while (!state.received && !state.is_interrupted && Clock::now() < std::min(until, silent_at())) {

@@ -95,7 +95,7 @@ asio::awaitable<void> LoadSession::run() {
     const ChannelPtr channel = channel_;
     const ClosesAfter limit(io_, channel, std::chrono::milliseconds(500));
     leave();
-    co_await channel->leave();
+    co_await channel->close_gracefully();
   }
 }
 

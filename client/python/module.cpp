@@ -222,7 +222,8 @@ py::list request_keywords() {
   py::list keywords;
   for (const RequestField& field : request_fields()) {
     if (!is_keyword(field)) continue;
-    keywords.append(py::make_tuple(keyword_of(field), field.form, field.usual, field.help));
+    keywords.append(
+        py::make_tuple(keyword_of(field), field.value_syntax, field.default_text, field.help));
   }
   return keywords;
 }

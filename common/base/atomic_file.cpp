@@ -35,7 +35,7 @@ std::string hidden_begin(const fs::path& path) {
 }
 
 // Returns a name in the same folder, and so on the same file system, where rename() is atomic.
-fs::path hidden_beside(const fs::path& path) {
+fs::path temporary_path_for(const fs::path& path) {
   std::random_device random;
   std::array<char, kDigits + 1> digits{};
   std::snprintf(digits.data(), digits.size(), "%08x%08x", random(), random());
@@ -73,9 +73,9 @@ bool is_abandoned(const fs::path& file) {
   struct stat status {};
   const bool is_old = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
                       std::time(nullptr) - status.st_mtime > kLockedBySeconds;
-  const bool is_nobodys = is_old && lock(descriptor);
+  const bool is_unlocked = is_old && lock(descriptor);
   ::close(descriptor);
-  return is_nobodys;
+  return is_unlocked;
 }
 
 // Never fails: skips files that cannot be removed.
@@ -93,14 +93,14 @@ void remove_abandoned(const fs::path& path) {
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path, TemporaryKind before) : path_(std::move(path)) {
+AtomicFile::AtomicFile(fs::path path, TemporaryKind kind) : path_(std::move(path)) {
   struct stat there {};
   const bool is_there = ::stat(path_.c_str(), &there) == 0;
   if (is_there && !S_ISREG(there.st_mode)) {
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
     fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Only regular files are replaced, not");
   }
-  if (before == TemporaryKind::kNameless) descriptor_ = open_nameless(folder_of(path_));
+  if (kind == TemporaryKind::kUnnamed) descriptor_ = open_nameless(folder_of(path_));
   if (descriptor_ < 0) create_hidden();
   if (!is_there) return;
   // Best effort: the file stays readable to all users that could read it.
@@ -109,7 +109,7 @@ AtomicFile::AtomicFile(fs::path path, TemporaryKind before) : path_(std::move(pa
 }
 
 void AtomicFile::create_hidden() {
-  hidden_ = hidden_beside(path_);
+  hidden_ = temporary_path_for(path_);
   descriptor_ = ::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor_ < 0) {
     hidden_.clear();
@@ -165,7 +165,7 @@ void AtomicFile::commit(Durability durability) {
 // linkat() cannot replace an existing file, so an unnamed file first gets a hidden name.
 void AtomicFile::link_hidden_name() {
   (void)lock(descriptor_);
-  const fs::path hidden = hidden_beside(path_);
+  const fs::path hidden = temporary_path_for(path_);
   if (::linkat(AT_FDCWD, path_of(descriptor_).c_str(), AT_FDCWD, hidden.c_str(),
                AT_SYMLINK_FOLLOW) != 0) {
     fail("Cannot name");

@@ -31,12 +31,12 @@ enum class Durability {
 class AtomicFile {
  public:
   // The kind of file that holds the bytes until commit().
-  enum class TemporaryKind { kNameless, kHidden };
+  enum class TemporaryKind { kUnnamed, kHidden };
 
   // The file keeps mode and owner of the file it replaces; new files have the usual ones. Also
   // throws if the path is a folder or device. kHidden is also the fallback if the file system does
   // not support unnamed files.
-  explicit AtomicFile(std::filesystem::path path, TemporaryKind before = TemporaryKind::kNameless);
+  explicit AtomicFile(std::filesystem::path path, TemporaryKind kind = TemporaryKind::kUnnamed);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;

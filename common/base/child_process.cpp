@@ -74,10 +74,10 @@ bool ChildChannel::send(char kind, std::string_view bytes) {
   return true;
 }
 
-bool ChildChannel::read(std::span<std::byte> into, std::chrono::milliseconds silence) const {
+bool ChildChannel::read(std::span<std::byte> into, std::chrono::milliseconds timeout) const {
   while (!into.empty()) {
     pollfd waiting = {.fd = descriptor_, .events = POLLIN, .revents = 0};
-    const int ready = poll(&waiting, 1, static_cast<int>(silence.count()));
+    const int ready = poll(&waiting, 1, static_cast<int>(timeout.count()));
     if (ready < 0 && errno == EINTR) continue;
     if (ready <= 0) return false;
     const ssize_t got = recv(descriptor_, into.data(), into.size(), 0);
@@ -88,31 +88,31 @@ bool ChildChannel::read(std::span<std::byte> into, std::chrono::milliseconds sil
   return true;
 }
 
-bool ChildChannel::receive(ChildMessage& message, std::chrono::milliseconds silence,
-                           std::uint64_t most) {
+bool ChildChannel::receive(ChildMessage& message, std::chrono::milliseconds timeout,
+                           std::uint64_t max_bytes) {
   std::array<std::byte, kHeadBytes> head{};
   message.kind = 0;
-  if (!read(head, silence)) return false;
+  if (!read(head, timeout)) return false;
   std::uint64_t length = 0;
   std::memcpy(&length, head.data() + 1, sizeof(length));
-  if (length > most) return false;
+  if (length > max_bytes) return false;
   message.bytes.resize(length);
-  if (!read(std::as_writable_bytes(std::span(message.bytes)), silence)) return false;
+  if (!read(std::as_writable_bytes(std::span(message.bytes)), timeout)) return false;
   message.kind = static_cast<char>(head[0]);
   return true;
 }
 
 bool ChildChannel::receive_into(char kind, std::span<std::byte> into, ChildMessage& other,
-                                std::chrono::milliseconds silence) {
+                                std::chrono::milliseconds timeout) {
   std::array<std::byte, kHeadBytes> head{};
   other.kind = 0;
-  if (!read(head, silence)) return false;
+  if (!read(head, timeout)) return false;
   std::uint64_t length = 0;
   std::memcpy(&length, head.data() + 1, sizeof(length));
-  if (static_cast<char>(head[0]) == kind && length == into.size()) return read(into, silence);
+  if (static_cast<char>(head[0]) == kind && length == into.size()) return read(into, timeout);
   if (length > std::uint64_t{1} << 24) return false;
   other.bytes.resize(length);
-  if (!read(std::as_writable_bytes(std::span(other.bytes)), silence)) return false;
+  if (!read(std::as_writable_bytes(std::span(other.bytes)), timeout)) return false;
   other.kind = static_cast<char>(head[0]);
   return false;
 }
@@ -145,7 +145,7 @@ ChildProcess::~ChildProcess() {
   waitpid(id_, nullptr, 0);
 }
 
-void ChildProcess::fail() {
+void ChildProcess::throw_exit_reason() {
   int status = 0;
   pid_t ended = 0;
   // The child's socket closes shortly before the process ends.
@@ -185,7 +185,7 @@ std::string run_in_child_process(const std::function<std::string()>& work,
       },
       memory_bytes);
   ChildMessage message;
-  if (!child.channel().receive(message, time, memory_bytes)) child.fail();
+  if (!child.channel().receive(message, time, memory_bytes)) child.throw_exit_reason();
   if (message.kind == kFailed) throw std::runtime_error(message.bytes);
   return std::move(message.bytes);
 }

@@ -42,18 +42,18 @@ class ChildChannel {
 
   // Returns false if the other end is closed.
   bool send(char kind, std::string_view bytes);
-  // Returns false if the other end is closed, sends nothing for `silence`, or announces a message
-  // of more than `most` bytes.
-  bool receive(ChildMessage& message, std::chrono::milliseconds silence,
-               std::uint64_t most = std::uint64_t{1} << 24);
+  // Returns false if the other end is closed, sends nothing for `timeout`, or announces a message
+  // of more than `max_bytes` bytes.
+  bool receive(ChildMessage& message, std::chrono::milliseconds timeout,
+               std::uint64_t max_bytes = std::uint64_t{1} << 24);
   // Receives the bytes of a message of this kind and exactly this length without a copy. Returns
   // false after a message of another kind or length, which is stored in `other`, and if no message
   // arrives (other.kind is then 0).
   bool receive_into(char kind, std::span<std::byte> into, ChildMessage& other,
-                    std::chrono::milliseconds silence);
+                    std::chrono::milliseconds timeout);
 
  private:
-  bool read(std::span<std::byte> into, std::chrono::milliseconds silence) const;
+  bool read(std::span<std::byte> into, std::chrono::milliseconds timeout) const;
 
   int descriptor_;
 };
@@ -71,7 +71,7 @@ class ChildProcess {
   [[nodiscard]] ChildChannel& channel() { return channel_; }
 
   // Throws the reason why the child does not answer; kills it first if necessary.
-  [[noreturn]] void fail();
+  [[noreturn]] void throw_exit_reason();
 
  private:
   // Takes both ends, which must be created before the fork.

@@ -14,12 +14,13 @@ enum ExitCode {
   // For programs that check surfaces:
   kCheckFailed = 3,  // A surface violates its guarantees.
   // For servers:
-  kNoSecrets = 4,  // The certificate, key or token file cannot be used.
-  kNoDataset = 5,  // None of the datasets can be served.
+  kBadCredentials = 4,  // The certificate, key or token file cannot be used.
+  kNoDataset = 5,       // None of the datasets can be served.
   // For programs that write surfaces:
   kEmptySurface = 6,  // The surface has no triangle, and the options do not allow that.
   // For servers:
-  kNoAddress = 7,  // Cannot listen on an address, for example because another server uses it.
+  // Cannot listen on an address, for example because another server uses it.
+  kAddressUnavailable = 7,
 };
 
 // An error of the environment (disk, port, files) that ends a program with the given code.
@@ -34,7 +35,7 @@ class ExitError : public std::runtime_error {
 
 class AddressError : public ExitError {
  public:
-  explicit AddressError(const std::string& text) : ExitError(kNoAddress, text) {}
+  explicit AddressError(const std::string& text) : ExitError(kAddressUnavailable, text) {}
 };
 
 }  // namespace multitetra

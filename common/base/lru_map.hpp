@@ -33,11 +33,11 @@ class LruMap {
   [[nodiscard]] bool contains(const Key& key) const { return entries_.contains(key); }
 
   // Returns the first entry with a key of at least `key` for which wanted() is true, or null. Stops
-  // at the first key for which goes_on() is false. Counts as a use.
-  template <typename GoesOn, typename Wanted>
-  [[nodiscard]] const Value* find_from(const Key& key, const GoesOn& goes_on,
+  // at the first key for which in_range() is false. Counts as a use.
+  template <typename InRange, typename Wanted>
+  [[nodiscard]] const Value* find_from(const Key& key, const InRange& in_range,
                                        const Wanted& wanted) {
-    for (auto at = entries_.lower_bound(key); at != entries_.end() && goes_on(at->first); ++at) {
+    for (auto at = entries_.lower_bound(key); at != entries_.end() && in_range(at->first); ++at) {
       if (wanted(at->first)) return find(at->first);
     }
     return nullptr;
@@ -56,7 +56,7 @@ class LruMap {
     Evicted evicted;
     remove(key);
     if (weight > capacity_) return evicted;
-    while (weight_ > capacity_ - weight) evicted.splice(evicted.begin(), taken_out(oldest()));
+    while (weight_ > capacity_ - weight) evicted.splice(evicted.begin(), extract(oldest()));
     by_use_.push_front({key, std::move(value), weight});
     entries_.emplace(key, by_use_.begin());
     weight_ += weight;
@@ -64,19 +64,19 @@ class LruMap {
   }
 
   void remove(const Key& key) {
-    if (const auto found = entries_.find(key); found != entries_.end()) taken_out(found->second);
+    if (const auto found = entries_.find(key); found != entries_.end()) extract(found->second);
   }
 
   // Removes the entries with keys in [begin, end).
   void remove_between(const Key& begin, const Key& end) {
     const auto last = entries_.lower_bound(end);
-    for (auto at = entries_.lower_bound(begin); at != last;) taken_out((at++)->second);
+    for (auto at = entries_.lower_bound(begin); at != last;) extract((at++)->second);
   }
 
   // Returns false if the map is empty.
-  bool drop_oldest() {
+  bool evict_oldest() {
     if (by_use_.empty()) return false;
-    taken_out(oldest());
+    extract(oldest());
     return true;
   }
 
@@ -92,7 +92,7 @@ class LruMap {
 
   [[nodiscard]] Place oldest() { return std::prev(by_use_.end()); }
 
-  Evicted taken_out(Place place) {
+  Evicted extract(Place place) {
     weight_ -= place->weight;
     entries_.erase(place->key);
     Evicted entry;

@@ -34,10 +34,11 @@ Result<void> check_space(const SurfaceArguments& arguments, const DatasetInfo& i
 
 void add_request_option(Command& command, const RequestField& field, Command::Parse parse) {
   const std::string name = option_name(field.name), help(field.help);
-  Option* const option = field.form.empty() ? command.add_switch(name, std::move(parse), help)
-                                            : command.add_parsed(name, std::move(parse), help)
-                                                  ->type_name(std::string(field.form))
-                                                  ->default_text(std::string(field.usual));
+  Option* const option = field.value_syntax.empty()
+                             ? command.add_switch(name, std::move(parse), help)
+                             : command.add_parsed(name, std::move(parse), help)
+                                   ->type_name(std::string(field.value_syntax))
+                                   ->default_text(std::string(field.default_text));
   if (field.is_repeatable) option->repeatable();
   if (!field.is_everyday) option->group(std::string(title(field.group)));
 }
@@ -77,8 +78,8 @@ void add_output_options(Command& command, SurfaceArguments& a) {
       ->group(group);
 }
 
-Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& arguments,
-                                                   const DatasetInfo& info) {
+Result<std::vector<IsosurfaceRequest>> requests_from(const SurfaceArguments& arguments,
+                                                     const DatasetInfo& info) {
   if (const auto checked = check_space(arguments, info); !checked) {
     return tl::unexpected(checked.error());
   }
@@ -95,7 +96,7 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
     return fail(ErrorCode::kInvalidArgument,
                 "--isovalue: this command is about one surface; give one isovalue.");
   }
-  auto requests = requests_of(arguments, info);
+  auto requests = requests_from(arguments, info);
   if (!requests) return tl::unexpected(requests.error());
   return requests->front();
 }
@@ -103,7 +104,7 @@ Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments, const Da
 namespace {
 
 // Returns whether the output converts between LPS and RAS, which negates x and y.
-bool is_turned(const SurfaceArguments& arguments, const DatasetInfo& info) {
+bool flips_x_and_y(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.query.coordinates != CoordinateSystem::kWorld || arguments.space == "native")
     return false;
   return info.meaning.space != (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas);
@@ -114,7 +115,7 @@ bool is_turned(const SurfaceArguments& arguments, const DatasetInfo& info) {
 Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
   if (arguments.query.coordinates != CoordinateSystem::kWorld) return grid_to_index(info);
   Affine map = grid_to_world(info);
-  if (!is_turned(arguments, info)) return map;
+  if (!flips_x_and_y(arguments, info)) return map;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     for (Vec3& column : map.columns) column[axis] = -column[axis];
     map.translation[axis] = -map.translation[axis];
@@ -129,10 +130,10 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
   OutputSurface output{.mesh = {},
                        .lattice = mesh.resolution,
                        .min_component = arguments.query.min_component,
-                       .components = components.count_from(arguments.query.min_component),
-                       .components_of = components.diagonals.size()};
+                       .components = components.count_at_least(arguments.query.min_component),
+                       .total_components = components.diagonals.size()};
   output.mesh =
-      output.components == output.components_of
+      output.components == output.total_components
           ? positioned(mesh, map)
           : positioned(with_components(mesh, components, arguments.query.min_component), map);
   const double least =
@@ -143,15 +144,15 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
     if (components.diagonals[component] >= least) output.large.push_back(number);
     ++number;
   }
-  if (is_turned(arguments, info)) {
+  if (flips_x_and_y(arguments, info)) {
     for (UnitVector& normal : output.mesh.normals) normal = {-normal[0], -normal[1], normal[2]};
   }
   return output;
 }
 
-std::string left_out_text(const OutputSurface& surface, const SurfaceArguments& arguments) {
-  if (surface.components == surface.components_of) return {};
-  return human_count(surface.components) + " of " + human_count(surface.components_of) +
+std::string removed_text(const OutputSurface& surface, const SurfaceArguments& arguments) {
+  if (surface.components == surface.total_components) return {};
+  return human_count(surface.components) + " of " + human_count(surface.total_components) +
          " components, those with a diagonal of " + human_number(arguments.query.min_component) +
          " samples or more";
 }

@@ -46,13 +46,13 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // Returns at least one validated request. Fails with kInvalidArgument or kLimitExceeded if a value
 // is out of range, the dataset's world axes cannot be converted to the requested space, the
 // threshold grid cannot be read, or no isovalue is given and the dataset suggests none.
-[[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_of(const SurfaceArguments& arguments,
-                                                                 const DatasetInfo& info);
+[[nodiscard]] Result<std::vector<IsosurfaceRequest>> requests_from(
+    const SurfaceArguments& arguments, const DatasetInfo& info);
 // For commands on one surface: also fails with kInvalidArgument if several isovalues are given.
 [[nodiscard]] Result<IsosurfaceRequest> request_of(const SurfaceArguments& arguments,
                                                    const DatasetInfo& info);
 
-// Maps grid coordinates to the requested ones. Requires arguments accepted by requests_of().
+// Maps grid coordinates to the requested ones. Requires arguments accepted by requests_from().
 [[nodiscard]] Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info);
 // A surface in the requested coordinates, with normals, without components that are too small.
 struct OutputSurface {
@@ -62,7 +62,7 @@ struct OutputSurface {
   // The number of components in the mesh.
   std::size_t components = 0;
   // The number of components of the whole surface.
-  std::size_t components_of = 0;
+  std::size_t total_components = 0;
   // The vertices of large components: those whose diagonal is at least an eighth of the largest
   // one's.
   std::vector<std::uint32_t> large = {};
@@ -71,7 +71,7 @@ struct OutputSurface {
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);
 // "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty if none was removed.
-[[nodiscard]] std::string left_out_text(const OutputSurface& surface,
-                                        const SurfaceArguments& arguments);
+[[nodiscard]] std::string removed_text(const OutputSurface& surface,
+                                       const SurfaceArguments& arguments);
 
 }  // namespace multitetra

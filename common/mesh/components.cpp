@@ -45,7 +45,7 @@ std::uint32_t MeshComponents::largest() const {
   return static_cast<std::uint32_t>(longest - diagonals.begin());
 }
 
-std::size_t MeshComponents::count_from(double least_diagonal) const {
+std::size_t MeshComponents::count_at_least(double least_diagonal) const {
   return static_cast<std::size_t>(
       std::count_if(diagonals.begin(), diagonals.end(),
                     [&](double diagonal) { return diagonal >= least_diagonal; }));

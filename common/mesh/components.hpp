@@ -22,7 +22,7 @@ struct MeshComponents {
   // Returns the component with the longest diagonal (the first of several); 0 if there is none.
   [[nodiscard]] std::uint32_t largest() const;
   // Returns the number of components with at least this diagonal.
-  [[nodiscard]] std::size_t count_from(double least_diagonal) const;
+  [[nodiscard]] std::size_t count_at_least(double least_diagonal) const;
 };
 
 // Requires that every vertex is used by a triangle.

@@ -34,7 +34,8 @@ bool is_corner(const LatticePoint& p, const LatticeTriangle& t) {
 
 // Returns whether a triangle, whose corners lie on these sides of the other's plane, meets that
 // plane only in shared corners. The triangles then have nothing else in common.
-bool stays_beyond(const LatticeTriangle& t, const Sides& sides, const LatticeTriangle& other) {
+bool touches_only_shared_corners(const LatticeTriangle& t, const Sides& sides,
+                                 const LatticeTriangle& other) {
   bool is_above = false;
   bool is_below = false;
   for (const Number side : sides) {
@@ -97,7 +98,7 @@ bool meets(const LatticePlane& plane, const LatticePoint& p, const LatticePoint&
 }
 
 // Returns whether an edge of `t` that ends in no corner of the other triangle meets that triangle.
-bool an_edge_meets(const LatticeTriangle& t, const Sides& sides, const LatticePlane& other) {
+bool any_edge_meets(const LatticeTriangle& t, const Sides& sides, const LatticePlane& other) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     if (is_corner(t[i], other.triangle()) || is_corner(t[j], other.triangle())) continue;
@@ -108,7 +109,7 @@ bool an_edge_meets(const LatticeTriangle& t, const Sides& sides, const LatticePl
 
 // Returns whether triangles in one plane with two common corners overlap: they do if they lie on
 // the same side of their common edge.
-bool lie_on_each_other(const LatticeTriangle& a, const LatticeTriangle& b) {
+bool overlap_in_plane(const LatticeTriangle& a, const LatticeTriangle& b) {
   LatticePoint first, second;  // The corners that are not common.
   for (const LatticePoint& p : a) {
     if (!is_corner(p, b)) first = p;
@@ -137,17 +138,17 @@ bool intersect(const LatticePlane& a, const LatticePlane& b) {
   const LatticeTriangle& t = a.triangle();
   const LatticeTriangle& o = b.triangle();
   const Sides t_sides = {b.side(t[0]), b.side(t[1]), b.side(t[2])};
-  if (stays_beyond(t, t_sides, o)) return false;
+  if (touches_only_shared_corners(t, t_sides, o)) return false;
   const Sides o_sides = {a.side(o[0]), a.side(o[1]), a.side(o[2])};
-  if (stays_beyond(o, o_sides, t)) return false;
+  if (touches_only_shared_corners(o, o_sides, t)) return false;
   const int common = is_corner(t[0], o) + is_corner(t[1], o) + is_corner(t[2], o);
   if (common == 3) return true;
   // With a common edge, triangles intersect only if coplanar: else their planes share just a line.
   if (common == 2) {
-    return t_sides == Sides{0, 0, 0} && lie_on_each_other(t, o);
+    return t_sides == Sides{0, 0, 0} && overlap_in_plane(t, o);
   }
   // With a common corner, a further intersection ends on the edge opposite to it in one of them.
-  return an_edge_meets(t, t_sides, b) || an_edge_meets(o, o_sides, a);
+  return any_edge_meets(t, t_sides, b) || any_edge_meets(o, o_sides, a);
 }
 
 }  // namespace multitetra

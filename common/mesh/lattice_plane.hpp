@@ -37,7 +37,8 @@ class LatticePlane {
 
 // A quick test: returns whether the triangle meets the plane only in corners shared by both
 // triangles and otherwise lies on one side. The triangles then do not intersect.
-[[nodiscard]] inline bool is_beyond(const LatticePlane& plane, const LatticeTriangle& triangle) {
+[[nodiscard]] inline bool touches_only_shared_corners(const LatticePlane& plane,
+                                                      const LatticeTriangle& triangle) {
   bool is_above = false;
   bool is_below = false;
   for (const LatticePoint& p : triangle) {

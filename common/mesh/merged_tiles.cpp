@@ -23,7 +23,7 @@ struct TileSeam {
   std::vector<std::uint32_t> component_of;
   std::uint32_t components = 0;
   std::vector<std::uint32_t> number_of;  // The index in the merged mesh; kNone until assigned.
-  MeshTopology alone;
+  MeshTopology interior;
 };
 
 bool is_on_face(const LatticePoint& p, const OctreeCube& cube, int resolution) {
@@ -59,7 +59,7 @@ class ComparedEdges {
       }
     };
     for (const TriangleIndices& t : mesh_.triangles) {
-      if (!is_proper(t)) ++seam.alone.degenerate_triangles;
+      if (!is_proper(t)) ++seam.interior.degenerate_triangles;
     }
     visit_edges(
         mesh_.vertices.size(), each_use,
@@ -78,7 +78,7 @@ class ComparedEdges {
     const auto is_on_border = [&] {
       return border_.contains_edge(mesh_.vertices[lower], mesh_.vertices[upper]);
     };
-    count_edge(uses, is_on_border, seam.alone);
+    count_edge(uses, is_on_border, seam.interior);
   }
 
   const LatticeMesh& mesh_;
@@ -105,12 +105,12 @@ void add_marched_edges(const LatticeMesh& mesh, const MarchedBox& box,
         seam.edges.push_back({from, to});
       } else {
         const bool is_on_border = border.contains_edge(mesh.vertices[from], mesh.vertices[to]);
-        ++(is_on_border ? seam.alone.border_edges : seam.alone.open_edges);
+        ++(is_on_border ? seam.interior.border_edges : seam.interior.open_edges);
       }
     }
   }
   const auto uses = 3 * static_cast<std::int64_t>(mesh.triangles.size());
-  seam.alone.edges = (uses + used_once) / 2 - static_cast<std::int64_t>(seam.edges.size());
+  seam.interior.edges = (uses + used_once) / 2 - static_cast<std::int64_t>(seam.edges.size());
 }
 
 void find_components(const LatticeMesh& mesh, TileSeam& seam) {
@@ -209,11 +209,11 @@ MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
     first_triangle.push_back(triangle_count);
     vertex_count += tiles[i].mesh->vertices.size() - seams[i].vertices.size();
     triangle_count += tiles[i].mesh->triangles.size();
-    counts.edges += seams[i].alone.edges;
-    counts.border_edges += seams[i].alone.border_edges;
-    counts.open_edges += seams[i].alone.open_edges;
-    counts.nonmanifold_edges += seams[i].alone.nonmanifold_edges;
-    counts.degenerate_triangles += seams[i].alone.degenerate_triangles;
+    counts.edges += seams[i].interior.edges;
+    counts.border_edges += seams[i].interior.border_edges;
+    counts.open_edges += seams[i].interior.open_edges;
+    counts.nonmanifold_edges += seams[i].interior.nonmanifold_edges;
+    counts.degenerate_triangles += seams[i].interior.degenerate_triangles;
   }
   counts.vertices = static_cast<std::int64_t>(vertex_count);
   counts.triangles = static_cast<std::int64_t>(triangle_count);
@@ -238,7 +238,7 @@ MergedTiles merged_tiles(std::span<const TileInCube> tiles, int resolution,
   return joined;
 }
 
-bool are_apart(std::span<const OctreeCube> cubes) {
+bool are_disjoint(std::span<const OctreeCube> cubes) {
   const std::set<OctreeCube> all(cubes.begin(), cubes.end());
   if (all.size() != cubes.size()) return false;
   return std::none_of(cubes.begin(), cubes.end(), [&](OctreeCube cube) {

@@ -56,6 +56,6 @@ using ForEachTile =
                                        const DataBorder& border, const ForEachTile& for_each);
 
 // Returns whether the interiors of the cubes are disjoint.
-[[nodiscard]] bool are_apart(std::span<const OctreeCube> cubes);
+[[nodiscard]] bool are_disjoint(std::span<const OctreeCube> cubes);
 
 }  // namespace multitetra

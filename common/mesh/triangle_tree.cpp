@@ -32,10 +32,10 @@ std::vector<std::uint32_t> ordered_along_curve(std::span<const TriangleBox> boxe
   return order;
 }
 
-constexpr std::int32_t kNowhereLow = std::numeric_limits<std::int32_t>::max();
-constexpr std::int32_t kNowhereHigh = std::numeric_limits<std::int32_t>::min();
-constexpr TriangleBox kNowhere = {{kNowhereLow, kNowhereLow, kNowhereLow},
-                                  {kNowhereHigh, kNowhereHigh, kNowhereHigh}};
+constexpr std::int32_t kEmptyBoxLow = std::numeric_limits<std::int32_t>::max();
+constexpr std::int32_t kEmptyBoxHigh = std::numeric_limits<std::int32_t>::min();
+constexpr TriangleBox kEmptyBox = {{kEmptyBoxLow, kEmptyBoxLow, kEmptyBoxLow},
+                                   {kEmptyBoxHigh, kEmptyBoxHigh, kEmptyBoxHigh}};
 
 bool are_same(const TriangleBox& a, const TriangleBox& b) {
   return a.low == b.low && a.high == b.high;
@@ -109,6 +109,6 @@ void TriangleTree::set(std::uint32_t triangle, const TriangleBox& box) {
   }
 }
 
-void TriangleTree::remove(std::uint32_t triangle) { set(triangle, kNowhere); }
+void TriangleTree::remove(std::uint32_t triangle) { set(triangle, kEmptyBox); }
 
 }  // namespace multitetra

@@ -22,7 +22,7 @@ std::uint32_t content_length(const char* header) {
 
 // Recognizes other protocols by their first four bytes, which would be absurd lengths. Returns an
 // error text, or nothing for a frame.
-std::string other_language(std::string_view header) {
+std::string foreign_protocol_hint(std::string_view header) {
   if (header == "HTTP") {
     return "The server at this port uses HTTP: write ws:// (with TLS wss://) instead of "
            "tcp:// (tls://).";
@@ -64,7 +64,7 @@ Result<std::optional<std::string>> FrameReader::next() {
   }
   if (length > max_content_bytes_) {
     const std::string other =
-        other_language(std::string_view(buffer_).substr(consumed_, kFrameHeaderBytes));
+        foreign_protocol_hint(std::string_view(buffer_).substr(consumed_, kFrameHeaderBytes));
     if (!other.empty()) return fail(ErrorCode::kMalformedFrame, other);
     return fail(ErrorCode::kMessageTooLarge,
                 "A frame announces " + std::to_string(length) + " bytes; at most " +

@@ -56,7 +56,7 @@ asio::awaitable<Result<void>> MessageChannel::perform_handshake() {
   stream_.emplace(std::move(socket_), server_.is_secure() ? options_.tls : nullptr);
   const auto trusted = co_await stream_->handshake_as_client(server_.host, options_.ca_option);
   if (trusted) co_return Result<void>();
-  co_return closed(
+  co_return close_with(
       {trusted.error().code, "No TLS with " + to_string(server_) + ": " + trusted.error().text});
 }
 
@@ -71,7 +71,7 @@ asio::awaitable<Result<void>> MessageChannel::open() {
     co_return Result<void>();
   }
   auto opened = co_await open_web_socket(*stream_, server_, options);
-  if (!opened) co_return closed(opened.error());
+  if (!opened) co_return close_with(opened.error());
   transport_ = *std::move(opened);
   co_return Result<void>();
 }
@@ -79,26 +79,26 @@ asio::awaitable<Result<void>> MessageChannel::open() {
 asio::awaitable<Result<void>> MessageChannel::send(std::string content) {
   if (!is_open_ || !transport_) co_return not_open();
   const auto sent = co_await transport_->send(std::move(content));
-  if (!sent) co_return lost_in_use(sent.error());
+  if (!sent) co_return connection_lost(sent.error());
   co_return Result<void>();
 }
 
 asio::awaitable<Result<std::string>> MessageChannel::receive() {
   if (!is_open_ || !transport_) co_return not_open();
   auto content = co_await transport_->receive();
-  if (!content) co_return lost_in_use(content.error());
+  if (!content) co_return connection_lost(content.error());
   co_return content;
 }
 
 asio::awaitable<Result<void>> MessageChannel::send_bytes(std::string bytes) {
   if (!is_open_ || !stream_) co_return not_open();
   const Transfer sent = co_await stream_->write(asio::buffer(bytes));
-  if (sent.error) co_return lost_in_use(lost(sent.error).value());
+  if (sent.error) co_return connection_lost(lost(sent.error).value());
   co_return Result<void>();
 }
 
-asio::awaitable<void> MessageChannel::leave() {
-  if (is_open_ && transport_ && server_.is_web_socket()) co_await transport_->leave();
+asio::awaitable<void> MessageChannel::close_gracefully() {
+  if (is_open_ && transport_ && server_.is_web_socket()) co_await transport_->close_gracefully();
   close();
 }
 
@@ -110,32 +110,32 @@ void MessageChannel::close() {
   if (stream_) stream_->close();
 }
 
-std::chrono::steady_clock::time_point MessageChannel::last_sign() const {
-  return transport_ ? transport_->last_sign() : made_;
+std::chrono::steady_clock::time_point MessageChannel::last_activity() const {
+  return transport_ ? transport_->last_activity() : made_;
 }
 
 std::uint64_t MessageChannel::bytes_received() const {
   return transport_ ? transport_->bytes_received() : 0;
 }
 
-tl::unexpected<Error> MessageChannel::closed(Error error) {
+tl::unexpected<Error> MessageChannel::close_with(Error error) {
   close();
   return tl::unexpected(std::move(error));
 }
 
 // Completes a transport's description of a lost connection to a sentence.
-tl::unexpected<Error> MessageChannel::lost_in_use(Error error) {
+tl::unexpected<Error> MessageChannel::connection_lost(Error error) {
   if (error.code == ErrorCode::kUnavailable) {
     error.text = "The connection to " + to_string(server_) + " was lost: " + error.text + ".";
     if (!server_.is_secure() && bytes_received() == 0) {
       error.text += " No reply: if that port uses TLS, write tls:// or wss://.";
     }
   }
-  return closed(std::move(error));
+  return close_with(std::move(error));
 }
 
 tl::unexpected<Error> MessageChannel::not_open() {
-  return lost_in_use(lost(asio::error::not_connected).value());
+  return connection_lost(lost(asio::error::not_connected).value());
 }
 
 tl::unexpected<Error> MessageChannel::unreachable(const error_code& error) {
@@ -149,7 +149,7 @@ tl::unexpected<Error> MessageChannel::unreachable(const error_code& error) {
   } else if (error == asio::error::host_not_found) {
     text += " Is the host's name written correctly?";
   }
-  return closed({ErrorCode::kUnavailable, std::move(text)});
+  return close_with({ErrorCode::kUnavailable, std::move(text)});
 }
 
 }  // namespace multitetra

@@ -43,13 +43,13 @@ class MessageChannel {
   [[nodiscard]] asio::awaitable<Result<void>> send_bytes(std::string bytes);
   // Closes the transport in an orderly way, if it supports that, and waits for the other side. A
   // receive may be in progress, but nothing else.
-  [[nodiscard]] asio::awaitable<void> leave();
+  [[nodiscard]] asio::awaitable<void> close_gracefully();
   void close();
 
   [[nodiscard]] bool is_open() const { return is_open_; }
   [[nodiscard]] const Endpoint& server() const { return server_; }
   // Returns when bytes were last received or a message was last sent.
-  [[nodiscard]] std::chrono::steady_clock::time_point last_sign() const;
+  [[nodiscard]] std::chrono::steady_clock::time_point last_activity() const;
   [[nodiscard]] std::uint64_t bytes_received() const;
 
  private:
@@ -57,8 +57,8 @@ class MessageChannel {
   asio::awaitable<Result<void>> perform_handshake();
   tl::unexpected<Error> unreachable(const error_code& error);
   tl::unexpected<Error> not_open();
-  tl::unexpected<Error> lost_in_use(Error error);
-  tl::unexpected<Error> closed(Error error);
+  tl::unexpected<Error> connection_lost(Error error);
+  tl::unexpected<Error> close_with(Error error);
 
   Endpoint server_;
   ChannelOptions options_;

@@ -18,7 +18,7 @@ class Frames final : public MessageTransport {
       if (*content) co_return **std::move(content);
       const Transfer came = co_await stream_.read_some(asio::buffer(buffer_));
       if (came.error) co_return lost(came.error);
-      note_received(came.bytes);
+      note_activity(came.bytes);
       frames_.feed({buffer_.data(), came.bytes});
     }
   }
@@ -27,7 +27,7 @@ class Frames final : public MessageTransport {
     const std::string header = frame_header(static_cast<std::uint32_t>(content.size()));
     const Transfer sent = co_await stream_.write(asio::buffer(header), asio::buffer(content));
     if (sent.error) co_return lost(sent.error);
-    note_received(0);
+    note_activity(0);
     co_return sent.bytes;
   }
 
@@ -36,7 +36,7 @@ class Frames final : public MessageTransport {
     while (!came.error) came = co_await stream_.read_some(asio::buffer(buffer_));
   }
 
-  asio::awaitable<void> leave() override { co_await stream_.shut_down(); }
+  asio::awaitable<void> close_gracefully() override { co_await stream_.shut_down(); }
 
   void set_limit(std::uint32_t max_message_bytes) override { frames_.set_limit(max_message_bytes); }
   [[nodiscard]] bool was_cut_off() const override { return frames_.buffered() > 0; }

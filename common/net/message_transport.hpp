@@ -41,24 +41,24 @@ class MessageTransport {
   // reset the connection and lose our last messages.
   [[nodiscard]] virtual asio::awaitable<void> drain() = 0;
   // Announces the end of our messages, and waits for the other side's announcement if there is one.
-  [[nodiscard]] virtual asio::awaitable<void> leave() = 0;
+  [[nodiscard]] virtual asio::awaitable<void> close_gracefully() = 0;
   // Takes effect with the next message.
   virtual void set_limit(std::uint32_t max_message_bytes) = 0;
   // Returns whether the connection was lost before the other side ended it.
   [[nodiscard]] virtual bool was_cut_off() const = 0;
 
   // Returns when bytes were last received or a message was last sent.
-  [[nodiscard]] Clock::time_point last_sign() const { return last_sign_; }
+  [[nodiscard]] Clock::time_point last_activity() const { return last_activity_; }
   [[nodiscard]] std::uint64_t bytes_received() const { return bytes_received_; }
 
  protected:
-  void note_received(std::size_t bytes_that_came) {
-    last_sign_ = Clock::now();
+  void note_activity(std::size_t bytes_that_came) {
+    last_activity_ = Clock::now();
     bytes_received_ += bytes_that_came;
   }
 
  private:
-  Clock::time_point last_sign_ = Clock::now();
+  Clock::time_point last_activity_ = Clock::now();
   std::uint64_t bytes_received_ = 0;
 };
 

@@ -57,7 +57,7 @@ class WebSocket final : public MessageTransport {
       const std::size_t size =
           co_await socket_.async_read_some(buffer, options_.read_buffer_bytes, use_error(error));
       if (error) co_return fault(error);
-      note_received(size);
+      note_activity(size);
       if (content.size() > options_.max_message_bytes) co_return too_large();
     } while (!socket_.is_message_done());
     if (!socket_.got_binary()) {
@@ -71,7 +71,7 @@ class WebSocket final : public MessageTransport {
     error_code error;
     const std::size_t size = co_await socket_.async_write(asio::buffer(content), use_error(error));
     if (error) co_return lost(error);
-    note_received(0);
+    note_activity(0);
     co_return size;
   }
 
@@ -85,7 +85,7 @@ class WebSocket final : public MessageTransport {
     }
   }
 
-  asio::awaitable<void> leave() override {
+  asio::awaitable<void> close_gracefully() override {
     if (!socket_.is_open()) co_return;
     error_code ignored;
     co_await socket_.async_close(websocket::close_code::normal, use_error(ignored));
@@ -176,7 +176,7 @@ asio::awaitable<Result<void>> WebSocket::open(Endpoint server) {
                                                        std::string(kSubprotocol) +
                                                        " over its WebSockets.");
   }
-  note_received(0);
+  note_activity(0);
   co_return Result<void>();
 }
 

@@ -26,7 +26,7 @@ BoxShape box_around(const Affine& map, const BoxShape& box) {
   return around;
 }
 
-bool are_apart(const BoxShape& a, const BoxShape& b) {
+bool are_disjoint(const BoxShape& a, const BoxShape& b) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (a.high[axis] < b.low[axis] || b.high[axis] < a.low[axis]) return true;
   }
@@ -51,7 +51,7 @@ class IsApart {
       : data_(data), map_(map), around_(box_around(map, data)) {}
 
   bool operator()(const BoxShape& box) const {
-    return are_apart(box, around_) || are_apart(box_around(inverse(map_), box), data_);
+    return are_disjoint(box, around_) || are_disjoint(box_around(inverse(map_), box), data_);
   }
   bool operator()(const BallShape& ball) const {
     double square = 0;

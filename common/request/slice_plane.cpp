@@ -21,36 +21,37 @@ struct Rectangle {
 };
 
 // Returns at least one pixel.
-std::uint32_t pixels_along(double length, double apart) {
+std::uint32_t pixels_along(double length, double pixel_spacing) {
   constexpr double kMost = 1e6;  // More than any slice may have: rejected by validation.
   // Tolerates rounding in an integral number of steps.
-  const double steps = length / apart + 1e-6;
+  const double steps = length / pixel_spacing + 1e-6;
   // NaN is rejected by validation, too.
   return steps >= 0 ? 1 + static_cast<std::uint32_t>(std::min(steps, kMost)) : 1;
 }
 
-double apart_for(const Rectangle& shown, double finest, const SlicePixels& pixels) {
+double pixel_spacing_for(const Rectangle& shown, double finest, const SlicePixels& pixels) {
   const auto for_side = [](double length, std::uint32_t count) {
     return length / std::max<std::uint32_t>(count - 1, 1);
   };
-  double apart = 0;
-  if (pixels.width) apart = for_side(shown.width_in_world, *pixels.width);
-  if (pixels.height) apart = std::max(apart, for_side(shown.height_in_world, *pixels.height));
+  double pixel_spacing = 0;
+  if (pixels.width) pixel_spacing = for_side(shown.width_in_world, *pixels.width);
+  if (pixels.height)
+    pixel_spacing = std::max(pixel_spacing, for_side(shown.height_in_world, *pixels.height));
   if (!pixels.width && !pixels.height) {
-    apart = std::max({finest, for_side(shown.width_in_world, kUsualSlicePixels),
-                      for_side(shown.height_in_world, kUsualSlicePixels)});
+    pixel_spacing = std::max({finest, for_side(shown.width_in_world, kUsualSlicePixels),
+                              for_side(shown.height_in_world, kUsualSlicePixels)});
   }
-  return apart > 0 ? apart : finest;
+  return pixel_spacing > 0 ? pixel_spacing : finest;
 }
 
 SliceRequest slice_of(const Rectangle& shown, CoordinateSystem coordinates, double finest,
                       const SlicePixels& pixels) {
-  const double apart = apart_for(shown, finest, pixels);
+  const double pixel_spacing = pixel_spacing_for(shown, finest, pixels);
   SliceRequest slice{.coordinates = coordinates, .origin = shown.first};
-  slice.width = pixels_along(shown.width_in_world, apart);
-  slice.height = pixels_along(shown.height_in_world, apart);
-  const auto step = [apart](const Vec3& direction, double length, double in_world) {
-    return scaled(direction, in_world > 0 ? apart * length / in_world : apart);
+  slice.width = pixels_along(shown.width_in_world, pixel_spacing);
+  slice.height = pixels_along(shown.height_in_world, pixel_spacing);
+  const auto step = [pixel_spacing](const Vec3& direction, double length, double in_world) {
+    return scaled(direction, in_world > 0 ? pixel_spacing * length / in_world : pixel_spacing);
   };
   slice.right = step(shown.right, shown.width, shown.width_in_world);
   slice.down = step(shown.down, shown.height, shown.height_in_world);

@@ -44,7 +44,7 @@ std::string alternatives(std::string_view form) {
 template <auto Member, auto Read>
 FieldError set_word(const F& field, std::string_view text, Q& query) {
   const auto value = Read(text);
-  if (!value) return "must be " + alternatives(field.form);
+  if (!value) return "must be " + alternatives(field.value_syntax);
   member_of<Member>(query) = *value;
   return std::nullopt;
 }
@@ -108,7 +108,7 @@ FieldError set_amount(const F& field, std::string_view text, Q& query) {
   const auto amount = Parse(text);
   if (!amount)
     return "must be a whole number, such as " +
-           std::string(field.form == "BYTES" ? "2MiB" : "300k");
+           std::string(field.value_syntax == "BYTES" ? "2MiB" : "300k");
   member_of<Member>(query) = *amount;
   return std::nullopt;
 }

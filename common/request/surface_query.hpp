@@ -54,8 +54,8 @@ using FieldError = std::optional<std::string>;
 struct RequestField {
   std::string_view name;  // In snake_case.
   // The alternatives, "voxel|world", or the kind of value, "NUMBER"; empty: a switch.
-  std::string_view form;
-  std::string_view usual;  // The default as text; empty: none.
+  std::string_view value_syntax;
+  std::string_view default_text;  // The default as text; empty: none.
   FieldGroup group;
   bool is_everyday;  // Listed by --help.
   bool is_repeatable;

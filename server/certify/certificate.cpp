@@ -93,7 +93,8 @@ std::uint64_t vertices_beyond_data(const TriangleMesh& mesh, const Volume& volum
 
 ErrorVerdict verdict(const Certificate& certificate, double allowed) {
   if (certificate.maximum() > allowed) return ErrorVerdict::kExceeded;
-  return certificate.maximum_at_most() <= allowed ? ErrorVerdict::kKept : ErrorVerdict::kNotRefuted;
+  return certificate.maximum_at_most() <= allowed ? ErrorVerdict::kProven
+                                                  : ErrorVerdict::kUndecided;
 }
 
 }  // namespace
@@ -117,7 +118,7 @@ bool Certificate::keeps_topology() const {
          mesh.euler_characteristic == reference.euler_characteristic;
 }
 
-bool Certificate::is_kept() const {
+bool Certificate::passes() const {
   return error != ErrorVerdict::kExceeded && (!is_topology_asked || keeps_topology());
 }
 
@@ -181,7 +182,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   certificate.distance = two_sided_distance(own.mesh, reference.mesh, search);
   if (search.limit) certificate.error = verdict(certificate, *search.limit);
   const bool is_mesh_near = certificate.distance.mesh_to_reference.maximum <= allowed;
-  if (!certificate.is_kept() && is_mesh_near) {
+  if (!certificate.passes() && is_mesh_near) {
     certificate.missing = missing_components(reference, own.mesh, components, allowed);
   }
   if (options.count_self_intersections) {

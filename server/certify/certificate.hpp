@@ -3,7 +3,7 @@
 //   const Volume volume = read_volume("head.nrrd");
 //   const Certificate certificate =
 //       certify(read_mesh("head.ply"), volume, {.isovalue = 500.5, .error = 0.5});
-//   if (!certificate.is_kept()) ...
+//   if (!certificate.passes()) ...
 #pragma once
 
 #include <cstdint>
@@ -42,8 +42,8 @@ struct CertifyOptions {
 
 enum class ErrorVerdict {
   kNotAsked,
-  kKept,        // Proven: no point of either surface is farther.
-  kNotRefuted,  // No measured point is farther, but the upper bound exceeds the error.
+  kProven,     // Proven: no point of either surface is farther.
+  kUndecided,  // No measured point is farther, but the upper bound exceeds the error.
   kExceeded,
 };
 
@@ -83,7 +83,7 @@ struct Certificate {
   // The mesh has as many components, holes and handles as the full surface, and is open only where
   // the data end or at void samples.
   [[nodiscard]] bool keeps_topology() const;
-  [[nodiscard]] bool is_kept() const;
+  [[nodiscard]] bool passes() const;
 };
 
 // Returns the largest displacement of a vertex by rounding, in world units: one step along the

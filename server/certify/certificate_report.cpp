@@ -58,10 +58,10 @@ std::string error_line(const Certificate& certificate, const CertifyOptions& opt
     case ErrorVerdict::kNotAsked:
       return "not requested (--error): no point of either surface is farther from the other than " +
              lengths.text(certificate.maximum_at_most());
-    case ErrorVerdict::kKept:
+    case ErrorVerdict::kProven:
       return "kept: no point of either surface is farther from the other than " +
              lengths.text(certificate.maximum_at_most()) + "; " + allowed;
-    case ErrorVerdict::kNotRefuted:
+    case ErrorVerdict::kUndecided:
       return "kept wherever it was looked at, up to " + lengths.text(certificate.maximum()) + "; " +
              allowed + ". What is proven for all points is " +
              lengths.text(certificate.maximum_at_most());
@@ -161,7 +161,7 @@ std::string missing_text(const Certificate& certificate) {
 // Suggests a cause if vertices lie where the volume cannot have a surface.
 std::string hint(const Certificate& certificate, const CertifyOptions& options) {
   if (certificate.missing) return missing_text(certificate);
-  if (certificate.is_kept() || options.outside || certificate.vertices_beyond_data == 0) return {};
+  if (certificate.passes() || options.outside || certificate.vertices_beyond_data == 0) return {};
   return "\n" + human_count(certificate.vertices_beyond_data) +
          " vertices lie beyond the samples. If the dataset was prepared with --outside, --margin "
          "or "
@@ -186,7 +186,7 @@ Json json_of(const SurfaceDistance& distance, double voxel) {
 Json error_json(const Certificate& certificate, const CertifyOptions& options, double voxel) {
   const bool is_asked = options.error.has_value();
   return {{"kept", is_asked ? Json(certificate.error != ErrorVerdict::kExceeded) : Json(nullptr)},
-          {"proven", is_asked ? Json(certificate.error == ErrorVerdict::kKept) : Json(nullptr)},
+          {"proven", is_asked ? Json(certificate.error == ErrorVerdict::kProven) : Json(nullptr)},
           {"world", is_asked ? Json(*options.error) : Json(nullptr)},
           {"voxel", is_asked ? Json(*options.error / voxel) : Json(nullptr)},
           {"lattice_allowance_world", certificate.lattice_allowance},
@@ -206,7 +206,7 @@ Json missing_json(const Certificate& certificate) {
 std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
                     const CertifyOptions& options) {
   const Lengths lengths(certificate.grid);
-  return std::string(certificate.is_kept() ? "Certified: " : "NOT certified: ") +
+  return std::string(certificate.passes() ? "Certified: " : "NOT certified: ") +
          printable(files.mesh) + ", for the surface of " + printable(files.volume) +
          " at isovalue " + shortest_text(options.isovalue) + ".\n" +
          text_table({{"  error", error_line(certificate, options, lengths)},
@@ -224,7 +224,7 @@ Json json_of(const Certificate& certificate, const CertifiedFiles& files,
   mesh["nonmanifold_vertices"] = certificate.nonmanifold_vertices;
   Json reference = json_of(certificate.reference);
   reference["nonmanifold_vertices"] = certificate.nonmanifold_vertices_of_reference;
-  Json json = {{"kept", certificate.is_kept()},
+  Json json = {{"kept", certificate.passes()},
                {"mesh_file", files.mesh},
                {"volume", files.volume},
                {"isovalue", options.isovalue},

@@ -36,7 +36,7 @@ template <typename Number>
 Number number_from(std::string_view word, const char* kind) {
   if (word.starts_with('+')) word.remove_prefix(1);
   const auto number = parse_number<Number>(word);
-  if (!number) throw MeshFault("'" + std::string(word.substr(0, 40)) + "' is no " + kind);
+  if (!number) throw MeshFileError("'" + std::string(word.substr(0, 40)) + "' is no " + kind);
   return *number;
 }
 
@@ -81,7 +81,7 @@ TriangleMesh read(const fs::path& file) {
   if (bytes.starts_with("DRACO")) return read_draco(bytes);
   if (suffix == ".stl") return with_facts(read_stl(bytes), bytes);
   if (suffix == ".obj") return with_facts(read_obj(bytes), bytes);
-  throw MeshFault("it is in no format known here (PLY, STL, OBJ, GLB, DRC, VTP)");
+  throw MeshFileError("it is in no format known here (PLY, STL, OBJ, GLB, DRC, VTP)");
 }
 
 }  // namespace
@@ -103,7 +103,7 @@ std::string_view MeshBytes::take_word() {
 
 double MeshBytes::take_decimal() {
   const std::string_view word = take_word();
-  if (word.empty()) throw MeshFault("it ends too early");
+  if (word.empty()) throw MeshFileError("it ends too early");
   return decimal_from(word);
 }
 
@@ -119,11 +119,12 @@ TriangleMesh read_mesh(const fs::path& file) {
       // Larger coordinates make squared lengths overflow or meaningless.
       constexpr double kFarthest = 1e100;
       for (const double coordinate : vertex) {
-        if (!(std::abs(coordinate) < kFarthest)) throw MeshFault("a coordinate is not a number");
+        if (!(std::abs(coordinate) < kFarthest))
+          throw MeshFileError("a coordinate is not a number");
       }
     }
     return mesh;
-  } catch (const MeshFault& fault) {
+  } catch (const MeshFileError& fault) {
     fail_reading(file, fault.what(), "Get a complete copy of the file, or save it as PLY");
   }
 }

@@ -50,17 +50,17 @@ class MaximumSearch {
     for (int round = 0; round < kMostRounds && !pieces.empty(); ++round) {
       pieces = cut(pieces);
       for (const Piece& piece : pieces) {
-        for (std::size_t i = 0; i < 3; ++i) look_at(piece.corners[i], piece.nearest[i].distance);
+        for (std::size_t i = 0; i < 3; ++i) record(piece.corners[i], piece.nearest[i].distance);
       }
       keep_undecided(pieces);
     }
-    for (const Piece& piece : pieces) given_up_ = std::max(given_up_, piece.bound);
-    result_.maximum_at_most = std::max({result_.maximum, decided_, given_up_});
+    for (const Piece& piece : pieces) dropped_bound_ = std::max(dropped_bound_, piece.bound);
+    result_.maximum_at_most = std::max({result_.maximum, settled_bound_, dropped_bound_});
     return result_;
   }
 
  private:
-  void look_at(const Vec3& point, double distance) {
+  void record(const Vec3& point, double distance) {
     if (distance <= result_.maximum) return;
     result_.maximum = distance;
     result_.farthest = point;
@@ -76,7 +76,7 @@ class MaximumSearch {
     std::vector<Found> nearest(mesh.vertices.size());
     tbb::parallel_for(std::size_t{0}, nearest.size(),
                       [&](std::size_t i) { nearest[i] = other_.nearest(mesh.vertices[i]); });
-    for (std::size_t i = 0; i < nearest.size(); ++i) look_at(mesh.vertices[i], nearest[i].distance);
+    for (std::size_t i = 0; i < nearest.size(); ++i) record(mesh.vertices[i], nearest[i].distance);
     std::vector<double> bounds(mesh.triangles.size());
     const auto piece_of = [&](const TriangleIndices& t) {
       return Piece{.corners = {mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]},
@@ -91,7 +91,7 @@ class MaximumSearch {
       if (is_undecided(bounds[i])) {
         undecided.push_back(i);
       } else {
-        decided_ = std::max(decided_, bounds[i]);
+        settled_bound_ = std::max(settled_bound_, bounds[i]);
       }
     }
     keep_largest(undecided, [&](std::uint32_t i) { return bounds[i]; });
@@ -107,7 +107,7 @@ class MaximumSearch {
   void keep_undecided(std::vector<Piece>& pieces) {
     std::erase_if(pieces, [&](const Piece& piece) {
       if (is_undecided(piece.bound)) return false;
-      decided_ = std::max(decided_, piece.bound);
+      settled_bound_ = std::max(settled_bound_, piece.bound);
       return true;
     });
     keep_largest(pieces, [](const Piece& piece) { return piece.bound; });
@@ -119,7 +119,7 @@ class MaximumSearch {
     if (all.size() <= search_.most_pieces) return;
     std::stable_sort(all.begin(), all.end(),
                      [&](const T& a, const T& b) { return bound(a) > bound(b); });
-    given_up_ = std::max(given_up_, bound(all[search_.most_pieces]));
+    dropped_bound_ = std::max(dropped_bound_, bound(all[search_.most_pieces]));
     all.erase(all.begin() + static_cast<std::ptrdiff_t>(search_.most_pieces), all.end());
   }
 
@@ -151,9 +151,9 @@ class MaximumSearch {
   const DistanceSearch& search_;
   SurfaceDistance result_;
   // The largest bound of pieces that need no further search.
-  double decided_ = 0;
+  double settled_bound_ = 0;
   // The largest bound of dropped pieces.
-  double given_up_ = 0;
+  double dropped_bound_ = 0;
 };
 
 void sample(SurfaceDistance& result, std::span<const SurfaceTriangle> triangles,

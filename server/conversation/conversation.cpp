@@ -118,13 +118,13 @@ void Conversation::leave() {
   replies_taken_.notify_all();
 }
 
-void Conversation::keep_time(Clock::time_point now) {
+void Conversation::enforce_limits(Clock::time_point now) {
   if (is_over_) return;
   if (quiet_until_ != Clock::time_point() && now >= quiet_until_) {
     quiet_until_ = {};
     replies_taken_.notify_all();
   }
-  caller_->keep_time(now);
+  caller_->enforce_limits(now);
   if (session_.is_closed() || !idleness_.is_exceeded(now, is_busy())) return;
   client_->admission().observer().refused(client_->facts(), "idle_seconds");
   end({ErrorCode::kUnavailable,

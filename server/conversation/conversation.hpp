@@ -3,7 +3,7 @@
 //
 //   reading:  co_await until_readable(); read a message; receive(content)
 //   writing:  while (auto message = co_await next_message()) write it
-//   timer:    keep_time(now), periodically
+//   timer:    enforce_limits(now), periodically
 //
 // Memory use is bounded. Replies wait in a short queue; reading pauses while it is full or contains
 // a list or a slice. Stream messages are made when the writing loop requests them. Waiting requests
@@ -45,7 +45,7 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // Answers the request of `message`, taken from next_message() but too long to send, with an error
   // instead. The session continues.
   void reject_oversized_reply(const ServerMessage& message);
-  void keep_time(std::chrono::steady_clock::time_point now);
+  void enforce_limits(std::chrono::steady_clock::time_point now);
   // Returns the start of the idle time; nullopt while a request is in progress.
   [[nodiscard]] std::optional<std::chrono::steady_clock::time_point> idle_since() const;
   // Sets the measured bandwidth to the client.

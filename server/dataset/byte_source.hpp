@@ -45,8 +45,8 @@ class ByteSource {
     return 0;
   }
   // Drops cached bytes that turned out to be damaged; the next read fetches them again.
-  virtual void forget(const FileRange& range) const { (void)range; }
-  [[nodiscard]] virtual bool is_far() const { return false; }
+  virtual void invalidate(const FileRange& range) const { (void)range; }
+  [[nodiscard]] virtual bool is_remote() const { return false; }
 };
 
 // Bytes in memory, which must outlive the source.
@@ -73,8 +73,8 @@ class RemoteSource : public ByteSource {
   [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const FileRange> ranges) const override {
     return file_->missing_bytes(ranges);
   }
-  void forget(const FileRange& range) const override { file_->forget(range); }
-  [[nodiscard]] bool is_far() const override { return true; }
+  void invalidate(const FileRange& range) const override { file_->invalidate(range); }
+  [[nodiscard]] bool is_remote() const override { return true; }
 
  private:
   std::shared_ptr<const RemoteFile> file_;

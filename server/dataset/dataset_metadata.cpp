@@ -38,8 +38,8 @@ class Fields {
     return {};
   }
   // Optional fields.
-  std::string later_text(const char* key) { return has(key) ? text(key) : std::string(); }
-  std::optional<double> later_number(const char* key) {
+  std::string optional_text(const char* key) { return has(key) ? text(key) : std::string(); }
+  std::optional<double> optional_number(const char* key) {
     return has(key) ? std::optional(number(key)) : std::nullopt;
   }
   [[nodiscard]] bool has(const char* key) const {
@@ -136,12 +136,12 @@ Json to_json(const SeriesMember& member) {
 SeriesMember member_from(const Json& json, std::string& failure) {
   Fields fields(json, failure);
   SeriesMember member{.series = fields.text("series"),
-                      .field = fields.later_text("field"),
-                      .time = fields.later_number("time"),
-                      .time_unit = fields.later_text("time_unit")};
+                      .field = fields.optional_text("field"),
+                      .time = fields.optional_number("time"),
+                      .time_unit = fields.optional_text("time_unit")};
   if (!fields.has("label")) return member;
   Fields label(fields.at("label"), failure);
-  member.label = {.value = label.number("value"), .name = label.later_text("name")};
+  member.label = {.value = label.number("value"), .name = label.optional_text("name")};
   if (label.has("color")) {
     member.label->color = color_from(label.text("color"));
     if (!member.label->color) label.add_error("color", "is no color such as \"#dd8265\"");
@@ -241,11 +241,11 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   info.type = type.value_or(SampleType::kU8);
   info.spacing = fields.vector("spacing", fields.at("spacing"));
   info.index_to_world = fields.affine("index_to_world");
-  const auto space = world_space_from(fields.later_text("space"));
+  const auto space = world_space_from(fields.optional_text("space"));
   if (!space) fields.add_error("space", "is neither LPS, RAS nor empty");
   info.meaning = {.space = space.value_or(WorldSpace::kUnnamed),
-                  .length_unit = fields.later_text("length_unit"),
-                  .value_unit = fields.later_text("value_unit")};
+                  .length_unit = fields.optional_text("length_unit"),
+                  .value_unit = fields.optional_text("value_unit")};
   info.min = fields.number("min");
   info.max = fields.number("max");
   info.void_samples = fields.count("void_samples");
@@ -263,7 +263,7 @@ Result<DatasetMetadata> parse_metadata(std::string_view text) {
   }
   metadata.source = {.file = source.text("file"),
                      .digest = source.text("digest"),
-                     .options = source.later_text("options")};
+                     .options = source.optional_text("options")};
   metadata.program_version = fields.text("program_version");
   if (!failure.empty()) return damaged(failure + ".");
   if (const auto checked = check_info(info); !checked) return damaged(checked.error().text);

@@ -125,7 +125,7 @@ void first_pass(VolumeSource& source, const PrepareOptions& options, PreparedSin
 
 // Returns the cells whose errors depend on samples in the box; nullopt means all of them, when the
 // value beyond the data differs from `elsewhere`.
-std::optional<CellBox> varied_cells(const DatasetInfo& info, const PrepareOptions& options) {
+std::optional<CellBox> nonconstant_cells(const DatasetInfo& info, const PrepareOptions& options) {
   if (!options.varied) return std::nullopt;
   const auto& [least, greatest, elsewhere] = *options.varied;
   if (info.outside && *info.outside != static_cast<double>(elsewhere)) return std::nullopt;
@@ -171,7 +171,7 @@ void second_pass(const PrepareOptions& options, PreparedSink& sink, const SmallP
        .sink = [&](std::size_t brick,
                    std::span<const std::byte> bytes) { sink.add_spectrum_brick(brick, bytes); },
        .progress = progress,
-       .varied_cells = varied_cells(info, options)});
+       .nonconstant_cells = nonconstant_cells(info, options)});
   progress(all - done);  // Counts the samples of skipped cells as done.
 }
 

@@ -24,7 +24,7 @@ PreparedBricks::PreparedBricks(BrickFile file, const char* section, std::size_t 
       size_(size),
       type_(type),
       owner_(*file_.cache),
-      verified_(file_.source->is_far() ? 0 : size) {}
+      verified_(file_.source->is_remote() ? 0 : size) {}
 
 RetainedBytes PreparedBricks::brick(std::size_t number) const {
   assert(number < size_);
@@ -33,7 +33,7 @@ RetainedBytes PreparedBricks::brick(std::size_t number) const {
   const BrickPlace& place = index()[number];
   if (place.size() == 0) return {};
   if (place.codec() == BrickCodec::kConstant && type_) return constant(number, place);
-  if (place.codec() == BrickCodec::kRaw && !is_far()) return in_place(number, place);
+  if (place.codec() == BrickCodec::kRaw && !is_remote()) return in_place(number, place);
   const MemoryCache::Key key = owner_.key(number);
   CachedBytes bytes = file_.cache->find(key);
   if (!bytes) {
@@ -84,8 +84,8 @@ CachedBytes PreparedBricks::unpacked(std::size_t number, const BrickPlace& place
     const auto whole = unpack_checked(section_.name, number, place, {packed.data(), packed.size()},
                                       type_, type_ ? bytes_of(number) : 0, *bytes);
     if (whole) return bytes;
-    if (!is_far() || attempt > 0) throw DatasetFileError(file_.place, whole.error().text);
-    file_.source->forget(range);
+    if (!is_remote() || attempt > 0) throw DatasetFileError(file_.place, whole.error().text);
+    file_.source->invalidate(range);
   }
 }
 
@@ -98,7 +98,7 @@ std::vector<FileRange> PreparedBricks::ranges_of(std::span<const std::size_t> br
 }
 
 void PreparedBricks::prefetch(std::span<const std::size_t> bricks) const {
-  if (!is_far()) return;
+  if (!is_remote()) return;
   try {
     file_.source->prefetch(ranges_of(bricks));
   } catch (const std::exception&) {  // NOLINT: the read that needs the index reports the error.
@@ -106,12 +106,12 @@ void PreparedBricks::prefetch(std::span<const std::size_t> bricks) const {
 }
 
 std::uint64_t PreparedBricks::bytes_to_fetch(std::span<const std::size_t> bricks) const {
-  return is_far() ? file_.source->bytes_to_fetch(ranges_of(bricks)) : 0;
+  return is_remote() ? file_.source->bytes_to_fetch(ranges_of(bricks)) : 0;
 }
 
 void PreparedBricks::look_ahead(const BrickPlace& place) const {
   const FileRange range = range_of(place);
-  if (type_ || !is_far() || file_.source->bytes_to_fetch({&range, 1}) == 0) return;
+  if (type_ || !is_remote() || file_.source->bytes_to_fetch({&range, 1}) == 0) return;
   if (range.offset < kPreviewBytes) {
     const std::uint64_t end = std::min(kPreviewBytes, file_.source->size());
     (void)file_.source->bytes(range.offset, static_cast<std::size_t>(end - range.offset));

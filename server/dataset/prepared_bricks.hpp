@@ -54,7 +54,7 @@ class PreparedBricks : public BrickSource {
   [[nodiscard]] RetainedBytes brick(std::size_t index) const final;
   void prefetch(std::span<const std::size_t> bricks) const final;
   [[nodiscard]] std::uint64_t bytes_to_fetch(std::span<const std::size_t> bricks) const final;
-  [[nodiscard]] bool is_far() const final { return file_.source->is_far(); }
+  [[nodiscard]] bool is_remote() const final { return file_.source->is_remote(); }
 
   [[nodiscard]] std::size_t size() const { return size_; }
   // Returns the number of calls of brick() so far.

@@ -15,7 +15,7 @@ constexpr std::size_t kOwnCacheBytes = std::size_t{256} << 20;
 
 // Throws if `read` fails. If memory for an index runs out, reports the file as damaged.
 template <typename Read>
-auto whole_or_thrown(const std::string& place, const Read& read) {
+auto value_or_throw(const std::string& place, const Read& read) {
   try {
     auto found = read();
     if (!found) throw DatasetFileError(place, found.error().text);
@@ -36,7 +36,7 @@ BrickFile open_file(const std::string& place, std::shared_ptr<RemoteFiles> files
     file.source = std::make_shared<const MappedFile>(place);
   }
   file.structure = std::make_shared<const PreparedStructure>(
-      whole_or_thrown(place, [&] { return decode_structure(*file.source); }));
+      value_or_throw(place, [&] { return decode_structure(*file.source); }));
   return file;
 }
 
@@ -51,13 +51,13 @@ struct PreparedFile::Content {
   };
 
   explicit Content(BrickFile opened) : file(std::move(opened)), samples(file), spectrum(file) {
-    if (!file.source->is_far()) (void)samples.index();
+    if (!file.source->is_remote()) (void)samples.index();
   }
 
   [[nodiscard]] std::span<const std::byte> unpacked(const SmallSection& section, const char* name,
                                                     std::uint64_t bytes) const {
     std::call_once(section.is_read, [&] {
-      section.bytes = whole_or_thrown(file.place, [&] {
+      section.bytes = value_or_throw(file.place, [&] {
         return read_packed_section(*file.source, file.structure->section(name), bytes);
       });
     });

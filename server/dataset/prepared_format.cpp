@@ -140,7 +140,7 @@ Result<PreparedStructure> decode_structure(const ByteSource& source) {
                             SpectrumLayout(structure.metadata.info));
   if (!index) return tl::unexpected(index.error());
   structure.spectrum_index = *std::move(index);
-  if (source.is_far()) return structure;
+  if (source.is_remote()) return structure;
   for (const char* const small : {kCoarse, kRanges}) {
     if (const auto checked = check_section(source, structure.section(small)); !checked) {
       return tl::unexpected(checked.error());

@@ -191,7 +191,7 @@ Result<SectionTable> decode_section_table(const ByteSource& source) {
   if (head.find_first_not_of('\0', covered + 8) != std::string::npos) {
     return damaged("table", "the padding after it is not zero.");
   }
-  if (source.is_far()) return table;
+  if (source.is_remote()) return table;
   if (const auto checked = check_padding(source, *table); !checked) {
     return tl::unexpected(checked.error());
   }

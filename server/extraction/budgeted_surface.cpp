@@ -56,12 +56,12 @@ class BudgetedSimplification {
   [[nodiscard]] double most() const { return most_; }
   void set_most(double triangles) { most_ = triangles; }
   // Returns whether a surface with fewer triangles than this is possible.
-  [[nodiscard]] bool can_have_less_than(double triangles) const {
+  [[nodiscard]] bool can_shrink_below(double triangles) const {
     return left() < triangles || level_ < schedule_.last();
   }
 
   // Simplifies further until at most `most` triangles are left, if possible.
-  void go_on() {
+  void simplify_further() {
     std::optional<TriedLevel> before;
     while (left() > most_ && level_ < schedule_.last()) {
       const TriedLevel now = {level_, left() / most_};
@@ -152,14 +152,14 @@ BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
                                       const std::stop_token& stop) {
   BudgetedSimplification simplification(extractor, request, stop);
   for (int corrections = 0;; ++corrections) {
-    simplification.go_on();
+    simplification.simplify_further();
     const TiledSurface& surface = simplification.surface();
     if (request.max_bytes == 0) break;
     const double triangles = triangles_of(surface);
     const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);
     const bool is_enough = part >= kEnoughBytes || triangles < simplification.most() - 2;
     if (part <= 1 && (is_enough || corrections > 0)) break;
-    if (corrections == kMostCorrections || !simplification.can_have_less_than(triangles)) break;
+    if (corrections == kMostCorrections || !simplification.can_shrink_below(triangles)) break;
     double most = std::floor(kLittleLess * triangles / part);
     if (request.max_triangles > 0) {
       most = std::min(most, static_cast<double>(request.max_triangles));

@@ -62,11 +62,11 @@ class BlockSampler {
   }
 
   // The whole surface in a cube: with its octants simplified separately, and joined.
-  struct Halves {
+  struct Octants {
     SimplifiedBlocks apart, joined;
   };
-  [[nodiscard]] Halves halves(const OctreeCube& cube) const {
-    Halves counts;
+  [[nodiscard]] Octants octants(const OctreeCube& cube) const {
+    Octants counts;
     std::vector<SimplifiedCube> children;
     const SimplificationOptions how = spec_.simplification();
     for (int i = 0; i < 8; ++i) {
@@ -143,12 +143,12 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
       spread(cubes, levels > 1 && spec.request().simplify ? counts.joined : 0, 2);
   const BlockSampler sampler(extractor, model, spec, stop);
   std::vector<SampledBlocks> found(blocks.size());
-  std::vector<BlockSampler::Halves> halves(joined.size());
+  std::vector<BlockSampler::Octants> octants(joined.size());
   in_parallel(
       joined.size() + blocks.size(),
       [&](std::size_t i) {
         if (i < joined.size()) {
-          halves[i] = sampler.halves(joined[i]);
+          octants[i] = sampler.octants(joined[i]);
         } else {
           found[i - joined.size()] = sampler.encoded(blocks[i - joined.size()]);
         }
@@ -164,12 +164,12 @@ std::optional<SampledBlocks> sampled_blocks(const SurfaceExtractor& extractor,
   SimplifiedBlocks together = all.triangles;
   if (!joined.empty()) {
     apart = together = {};
-    for (const auto& one : halves) {
+    for (const auto& one : octants) {
       add(apart, one.apart);
       add(together, one.joined);
     }
   }
-  all.a_border_edge = triangles_a_border_edge(apart, together);
+  all.triangles_per_border_edge = estimate_triangles_per_border_edge(apart, together);
   return all;
 }
 

@@ -13,9 +13,9 @@
 namespace multitetra {
 
 struct SampledBlocks {
-  SimplifiedBlocks triangles;  // Without simplification, `left` equals `before`.
-  double bytes = 0;            // Encoded.
-  double a_border_edge = 1;    // Triangles per edge of a simplified border.
+  SimplifiedBlocks triangles;            // Without simplification, `left` equals `before`.
+  double bytes = 0;                      // Encoded.
+  double triangles_per_border_edge = 1;  // Triangles per edge of a simplified border.
 };
 
 struct BlockCounts {

@@ -60,7 +60,7 @@ class ShellTiles {
   }
 
   void prefetch_bricks(const std::vector<OctreeCube>& cubes) const {
-    if (level_.finest_spacing >= kSpectrumSpacing || !volume_.samples->is_far()) return;
+    if (level_.finest_spacing >= kSpectrumSpacing || !volume_.samples->is_remote()) return;
     std::vector<std::size_t> bricks;
     for (const OctreeCube& cube : cubes) {
       const auto box = level_box(volume_.info, cube, level_.finest_spacing);

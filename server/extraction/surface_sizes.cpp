@@ -30,8 +30,8 @@ constexpr std::size_t kCarefulCubes = 256;
 constexpr BlockCounts kQuickBlocks = {.blocks = 4};
 // Surfaces with fewer triangles before simplification are built to measure their size: their tiles
 // are small, so sampled blocks would not represent them.
-constexpr double kMadeToSee = 80'000;
-constexpr double kBytesABlock = 60;  // Encoded, independent of the content.
+constexpr double kMaxMeasuredTriangles = 80'000;
+constexpr double kBytesPerBlock = 60;  // Encoded, independent of the content.
 // Bytes of a simplified triangle in a tile relative to one in a block, which has more small
 // triangles at its border: 0.7 to 0.9 on public volumes.
 constexpr double kBytesInTiles = 0.82;
@@ -41,16 +41,16 @@ constexpr double kTrianglesAPreviewCube = 16;
 // Returns fewer blocks the more there is to simplify in each.
 BlockCounts careful_blocks(double triangles_a_cube) {
   constexpr double kTrianglesToSimplify = 120'000;
-  constexpr double kCubesABlock = 5;  // The average number of cubes with any surface in a block.
+  constexpr double kCubesPerBlock = 5;  // The average number of cubes with any surface in a block.
   return {.blocks = static_cast<std::size_t>(
-              std::clamp(kTrianglesToSimplify / (kCubesABlock * triangles_a_cube), 12.0, 24.0)),
+              std::clamp(kTrianglesToSimplify / (kCubesPerBlock * triangles_a_cube), 12.0, 24.0)),
           .joined = 3};
 }
 
 SurfaceSize size_with(double triangles, double extracted, const StepRequest& step) {
-  const double a_triangle = step.request.simplify ? kBytesOfSimplifiedTriangles : 1;
+  const double share_of_bytes = step.request.simplify ? kBytesOfSimplifiedTriangles : 1;
   return {.triangles = triangles,
-          .bytes = a_triangle * estimated_bytes(triangles, step),
+          .bytes = share_of_bytes * estimated_bytes(triangles, step),
           .extracted = extracted};
 }
 
@@ -59,7 +59,7 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
                        const StepRequest& step) {
   const Shading shading(volume, step);
   SurfaceSize size{.extracted =
-                       kTrianglesATetrahedron * static_cast<double>(surface.active_tetrahedra)};
+                       kTrianglesPerTetrahedron * static_cast<double>(surface.active_tetrahedra)};
   for (const TileMesh& tile : surface.tiles) {
     const TileSummary encoded = shading.encoded(tile, digest(tile.mesh)).summary;
     size.triangles += static_cast<double>(encoded.triangles);
@@ -71,16 +71,17 @@ SurfaceSize exact_size(const TiledSurface& surface, const PreparedVolume& volume
 // Returns the size of a surface with this number of triangles before simplification, if its density
 // is that of the sampled blocks.
 SurfaceSize size_like(const SampledBlocks& blocks, double triangles, const StepRequest& step) {
-  const double left = step.request.simplify
-                          ? remaining_share(blocks.triangles, blocks.a_border_edge, triangles)
-                          : 1;
-  const double headers = kBytesABlock * static_cast<double>(blocks.triangles.count);
-  const double a_triangle = (step.request.simplify ? kBytesInTiles : 1) *
-                            std::max(blocks.bytes - headers, 0.5 * blocks.bytes) /
-                            blocks.triangles.left;
+  const double left =
+      step.request.simplify
+          ? remaining_share(blocks.triangles, blocks.triangles_per_border_edge, triangles)
+          : 1;
+  const double headers = kBytesPerBlock * static_cast<double>(blocks.triangles.count);
+  const double bytes_per_triangle = (step.request.simplify ? kBytesInTiles : 1) *
+                                    std::max(blocks.bytes - headers, 0.5 * blocks.bytes) /
+                                    blocks.triangles.left;
   return {.triangles = left * triangles,
-          .bytes = left * triangles * a_triangle +
-                   kBytesATile * std::ceil(left * triangles / kTrianglesATile),
+          .bytes = left * triangles * bytes_per_triangle +
+                   kBytesPerTile * std::ceil(left * triangles / kTrianglesPerTile),
           .extracted = triangles};
 }
 
@@ -180,11 +181,11 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
       stop);
   const auto found =
       static_cast<double>(std::accumulate(crossed.begin(), crossed.end(), std::uint64_t{0}));
-  const double triangles = kTrianglesATetrahedron *
+  const double triangles = kTrianglesPerTetrahedron *
                            (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
   SurfaceSize size = size_with(triangles, triangles, step);
   const bool is_careful = accuracy == SizeAccuracy::kCareful;
-  if (step.request.simplify && is_careful && triangles <= kMadeToSee) {
+  if (step.request.simplify && is_careful && triangles <= kMaxMeasuredTriangles) {
     return exact_size(extractor.extract(spec, stop), extractor.dataset(), step);
   }
   if (step.request.simplify || (is_careful && step.finest_spacing < kSpectrumSpacing)) {

@@ -21,7 +21,7 @@ struct UpstreamOptions {
   // The delay before a failed server is retried, doubled up to the longest.
   std::chrono::milliseconds least_backoff{100};
   std::chrono::milliseconds most_backoff{5'000};
-  std::chrono::milliseconds left_out{60'000};  // Exclusion after a damaged tile.
+  std::chrono::milliseconds quarantine_time{60'000};  // Exclusion after a damaged tile.
   // How long a listing is cached.
   std::chrono::milliseconds list_lifetime{2'000};
   // The capacity of the tile cache, in bytes.

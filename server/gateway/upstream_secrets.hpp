@@ -20,7 +20,7 @@ struct UpstreamSecrets {
   std::optional<std::string> token = {};  // None: clients' tokens are passed on.
 };
 
-// Throws ExitError (kNoSecrets), which names the file, if one cannot be used.
+// Throws ExitError (kBadCredentials), which names the file, if one cannot be used.
 [[nodiscard]] UpstreamSecrets load_upstream_secrets(const UpstreamFiles& files);
 
 }  // namespace multitetra

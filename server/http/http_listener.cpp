@@ -56,7 +56,7 @@ void HttpListener::accept(tcp::socket socket, const Peer& peer) {
 
 void HttpListener::upgrade(const ConnectionContextPtr& client, std::unique_ptr<ByteStream> stream,
                            HttpRequest request) {
-  client->changes_to("websocket");
+  client->set_protocol("websocket");
   const std::uint64_t id = client->facts().connection;
   const WebSocketTimes times = {.handshake = options_.connection.handshake_timeout,
                                 .idle = options_.idle_timeout};

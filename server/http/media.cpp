@@ -20,7 +20,7 @@ bool equal_words(std::string_view a, std::string_view b) {
 
 // Returns how specifically a media range matches a type: 2 exact, 1 "model/*", 0 "*/*", -1 no
 // match.
-int exactness(std::string_view range, std::string_view type) {
+int specificity(std::string_view range, std::string_view type) {
   if (equal_words(range, type)) return 2;
   if (range == "*/*") return 0;
   const std::string_view family = type.substr(0, type.find('/') + 1);
@@ -43,14 +43,14 @@ double weight_of(std::string_view parameters) {
 }
 
 // Returns the quality of the most specific range that matches the type.
-double liking(std::string_view accept, std::string_view type) {
+double quality_of(std::string_view accept, std::string_view type) {
   int best = -1;
   double weight = 0;
   for (;;) {
     const std::size_t comma = accept.find(',');
     const std::string_view one = accept.substr(0, comma);
     const std::size_t semicolon = one.find(';');
-    const int exact = exactness(trimmed(one.substr(0, semicolon)), type);
+    const int exact = specificity(trimmed(one.substr(0, semicolon)), type);
     if (exact > best) {
       best = exact;
       weight = semicolon == std::string_view::npos ? 1 : weight_of(one.substr(semicolon + 1));
@@ -94,7 +94,7 @@ std::optional<MeshFormat> accepted_format(std::string_view accept) {
   double best_weight = 0;
   for (const MeshFormat format : {MeshFormat::kGlb, MeshFormat::kPly, MeshFormat::kStl,
                                   MeshFormat::kObj, MeshFormat::kDrc, MeshFormat::kVtp}) {
-    const double weight = liking(accept, media_type(format));
+    const double weight = quality_of(accept, media_type(format));
     if (weight > best_weight) {
       best = format;
       best_weight = weight;

@@ -167,7 +167,7 @@ Result<AccessList> parse_access_list(std::string_view text) {
 AccessListPtr load_access_list(const std::filesystem::path& file) {
   auto list = parse_access_list(read_secret_file("tokens file", file));
   if (!list) {
-    throw ExitError(kNoSecrets, "The tokens file " + file.string() + ": " + list.error().text);
+    throw ExitError(kBadCredentials, "The tokens file " + file.string() + ": " + list.error().text);
   }
   return std::make_shared<const AccessList>(*std::move(list));
 }

@@ -97,7 +97,7 @@ using AccessListPtr = std::shared_ptr<const AccessList>;
 
 // Parses a tokens file. Returns kInvalidArgument with the line number and the correct syntax.
 [[nodiscard]] Result<AccessList> parse_access_list(std::string_view text);
-// Throws ExitError (kNoSecrets), which names the file, if it cannot be read or parsed.
+// Throws ExitError (kBadCredentials), which names the file, if it cannot be read or parsed.
 [[nodiscard]] AccessListPtr load_access_list(const std::filesystem::path& file);
 
 // Returns a new token of 256 random bits, and its line for the file.

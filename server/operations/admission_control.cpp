@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t kMostRefusedAtOnce = 64;
 
 // The part of the unreserved queue bytes that one share may reserve.
-constexpr double kPartOfAShare = 0.25;
+constexpr double kMaxShareFraction = 0.25;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -33,7 +33,7 @@ ConnectionContext::ConnectionContext(AdmissionControl& admission, ClientFacts fa
     : admission_(admission),
       facts_(std::move(facts)),
       address_(std::move(address)),
-      limited_(admission.options_.trusted_proxies.contains(address_) ? "" : limited_name(address_)),
+      limit_key_(admission.options_.trusted_proxies.contains(address_) ? "" : limit_key(address_)),
       ticket_(std::move(ticket)) {}
 
 ConnectionContext::~ConnectionContext() {
@@ -44,7 +44,7 @@ ConnectionContext::~ConnectionContext() {
   }
 }
 
-void ConnectionContext::changes_to(ProtocolName protocol) {
+void ConnectionContext::set_protocol(ProtocolName protocol) {
   admission_.observer().disconnected(facts_, seconds_since(since_));
   facts_.protocol = protocol;
   admission_.observer().connected(facts_);
@@ -54,31 +54,31 @@ Result<void> ConnectionContext::forwarded_for(std::string_view addresses) {
   const AddressRanges& trusted = admission_.options_.trusted_proxies;
   if (!trusted.contains(address_)) return {};
   ForwardedClient client = forwarded_client(address_, addresses, trusted);
-  std::string limited = client.is_trusted ? "" : limited_name(client.address);
-  if (limited == limited_) return {};
+  std::string limited = client.is_trusted ? "" : limit_key(client.address);
+  if (limited == limit_key_) return {};
   ticket_ = {};  // Do not count this connection twice.
-  auto ticket =
-      limited.empty() ? admission_.connections_.enter() : admission_.connections_.enter(limited);
+  auto ticket = limited.empty() ? admission_.connections_.acquire()
+                                : admission_.connections_.acquire(limited);
   if (!ticket) {
     admission_.observer().refused(facts_, "connections");
     return tl::unexpected(ticket.error());
   }
   ticket_ = *std::move(ticket);
-  limited_ = std::move(limited);
+  limit_key_ = std::move(limited);
   facts_.peer = std::move(client.address);
   return {};
 }
 
-void ConnectionContext::asks_for(std::string name, std::string client_address) {
+void ConnectionContext::set_forwarded_share(std::string name, std::string client_address) {
   if (!admission_.options_.trusted_proxies.contains(address_)) return;
-  asks_for_ = std::move(name);
+  forwarded_share_ = std::move(name);
   if (!client_address.empty()) facts_.peer = std::move(client_address);
 }
 
 std::string ConnectionContext::share() const {
-  if (!asks_for_.empty()) return "gateway " + address_ + " " + asks_for_;
+  if (!forwarded_share_.empty()) return "gateway " + address_ + " " + forwarded_share_;
   if (has_token_) return "token " + facts_.name;
-  if (!limited_.empty()) return "address " + limited_;
+  if (!limit_key_.empty()) return "address " + limit_key_;
   return "connection " + std::to_string(facts_.connection);
 }
 
@@ -86,10 +86,10 @@ Result<void> ConnectionContext::check_rate_limit(std::size_t message_bytes) {
   constexpr std::size_t kBytesOfARequest = 64 * 1024;
   const double cost = 1 + static_cast<double>(message_bytes / kBytesOfARequest);
   const double now = std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
-  if (limited_.empty()) return {};
+  if (limit_key_.empty()) return {};
   // The cost is divided by the number of shares that a network counts for.
   double wait = 0;
-  for (const ShareLevel& level : share_levels(has_token_ ? share() : limited_)) {
+  for (const ShareLevel& level : share_levels(has_token_ ? share() : limit_key_)) {
     wait = std::max(wait, admission_.rates_.take(level.name, now, cost / level.shares));
   }
   if (wait <= 0) return {};
@@ -124,7 +124,7 @@ AdmissionControl::AdmissionControl(AdmissionOptions options)
       connections_(options_.connections),
       refused_({.total = kMostRefusedAtOnce}),
       rates_(options_.requests),
-      queue_(options_.queue_bytes, kPartOfAShare) {}
+      queue_(options_.queue_bytes, kMaxShareFraction) {}
 
 AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
                                                           const std::string& address,
@@ -132,14 +132,14 @@ AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
   ClientFacts facts{.protocol = protocol, .connection = ++last_connection_, .peer = peer};
   // A trusted proxy serves many clients, whose addresses arrive with their requests.
   const bool is_proxy = options_.trusted_proxies.contains(address);
-  const std::string name = is_proxy ? "" : limited_name(address);
-  if (connections_.is_full()) make_room_for(name);
-  auto ticket = is_proxy ? connections_.enter() : connections_.enter(name);
+  const std::string name = is_proxy ? "" : limit_key(address);
+  if (connections_.is_full()) evict_idle_connection(name);
+  auto ticket = is_proxy ? connections_.acquire() : connections_.acquire(name);
   std::optional<Error> refusal;
   if (!ticket) {
     observer_->refused(facts, "connections");
     refusal = ticket.error();
-    ticket = refused_.enter();
+    ticket = refused_.acquire();
     if (!ticket) return {};
   }
   observer_->connected(facts);
@@ -149,14 +149,14 @@ AdmissionControl::AdmissionResult AdmissionControl::admit(ProtocolName protocol,
   return {.client = std::move(client), .refusal = std::move(refusal)};
 }
 
-void AdmissionControl::make_room_for(const std::string& limited_name) {
-  const double newcomers = connections_.group_size_of(limited_name) + 1;
+void AdmissionControl::evict_idle_connection(const std::string& limit_key) {
+  const double newcomers = connections_.group_size_of(limit_key) + 1;
   ConnectionContext* longest = nullptr;
   double crowd = 0;
   IdleConnection::Clock::time_point since;
   for (ConnectionContext* const client : clients_) {
     const auto resting = client->resting_.since ? client->resting_.since() : std::nullopt;
-    const double size = resting ? connections_.group_size_of(client->limited_) : 0;
+    const double size = resting ? connections_.group_size_of(client->limit_key_) : 0;
     if (size <= newcomers || size < crowd) continue;
     if (size == crowd && *resting >= since) continue;
     longest = client;

@@ -75,15 +75,15 @@ class ConnectionContext {
   // Lets admission control close this connection while it is idle, to make room for others.
   void set_evictable(IdleConnection how) { resting_ = std::move(how); }
   // Reports that the connection has changed its protocol.
-  void changes_to(ProtocolName protocol);
+  void set_protocol(ProtocolName protocol);
   // Sets the name for the log after the token check, and whether the client has its own token.
-  void is_named(std::string name, bool has_token) {
+  void set_identity(std::string name, bool has_token) {
     facts_.name = std::move(name);
     has_token_ = has_token;
   }
   // Sets the client that a gateway forwards for, and its address for the log (may be empty).
   // Ignored unless the gateway is trusted.
-  void asks_for(std::string name, std::string client_address);
+  void set_forwarded_share(std::string name, std::string client_address);
   // Names the client's share of time and memory: its token's, else its address's (IPv6: its /64
   // network's). For clients of a trusted gateway it is the share that the gateway names; behind a
   // trusted proxy without an address, the connection has its own share.
@@ -98,10 +98,10 @@ class ConnectionContext {
  private:
   AdmissionControl& admission_;
   ClientFacts facts_;
-  std::string address_;  // The peer's address, without port.
-  std::string limited_;  // The name that limits apply to.
+  std::string address_;    // The peer's address, without port.
+  std::string limit_key_;  // The name that limits apply to.
   bool has_token_ = false;
-  std::string asks_for_;
+  std::string forwarded_share_;
   IdleConnection resting_;
   ConnectionLimiter::Ticket ticket_;
   std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
@@ -111,7 +111,7 @@ using ConnectionContextPtr = std::shared_ptr<ConnectionContext>;
 
 class AdmissionControl {
  public:
-  // Throws ExitError (kNoSecrets) if a file cannot be used.
+  // Throws ExitError (kBadCredentials) if a file cannot be used.
   explicit AdmissionControl(AdmissionOptions options);
   AdmissionControl(const AdmissionControl&) = delete;
   AdmissionControl& operator=(const AdmissionControl&) = delete;
@@ -139,7 +139,7 @@ class AdmissionControl {
 
   [[nodiscard]] ByteReservations& queue() { return queue_; }
   [[nodiscard]] ServiceObserver& observer() { return *observer_; }
-  [[nodiscard]] std::size_t connections() const { return connections_.inside(); }
+  [[nodiscard]] std::size_t connections() const { return connections_.count(); }
   [[nodiscard]] std::size_t running_requests() const { return running_requests_; }
   [[nodiscard]] std::uint64_t requests() const { return requests_; }
 
@@ -149,7 +149,7 @@ class AdmissionControl {
   void request_over();
   // Closes the longest idle connection of the address with the most connections, if that has more
   // than the new connection's address would have.
-  void make_room_for(const std::string& limited_name);
+  void evict_idle_connection(const std::string& limit_key);
 
   AdmissionOptions options_;
   ServiceObserverPtr observer_;

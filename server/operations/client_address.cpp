@@ -75,7 +75,7 @@ std::string network_of(const asio::ip::address_v6& address, std::size_t bytes) {
 
 }  // namespace
 
-std::string limited_name(std::string_view address) {
+std::string limit_key(std::string_view address) {
   const auto found = parsed(address);
   if (!found) return std::string(address);
   if (found->is_v4()) return found->to_string();

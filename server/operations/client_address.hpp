@@ -12,7 +12,7 @@ namespace multitetra {
 
 // Returns the name that limits apply to: an IPv4 address itself, but the /64 network of an IPv6
 // address, as one subscriber has all of it. Other text is returned unchanged.
-[[nodiscard]] std::string limited_name(std::string_view address);
+[[nodiscard]] std::string limit_key(std::string_view address);
 
 // A group that a share belongs to, and the number of shares that the group counts for.
 struct ShareLevel {
@@ -22,7 +22,7 @@ struct ShareLevel {
   friend bool operator==(const ShareLevel&, const ShareLevel&) = default;
 };
 // Returns the groups of a share, first itself. A share with an IPv6 network, as from
-// limited_name(), also belongs to the enclosing /56 and /48, which count for 2 and 4 shares. So a
+// limit_key(), also belongs to the enclosing /56 and /48, which count for 2 and 4 shares. So a
 // client with a large network and many /64 networks gets only a few shares.
 [[nodiscard]] std::vector<ShareLevel> share_levels(const std::string& share);
 

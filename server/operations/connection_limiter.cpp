@@ -6,16 +6,16 @@
 
 namespace multitetra {
 
-Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter() {
+Result<ConnectionLimiter::Ticket> ConnectionLimiter::acquire() {
   if (is_full()) {
     return fail(ErrorCode::kUnavailable, "The server has its " + std::to_string(limits_.total) +
                                              " connections; try again later.");
   }
-  ++inside_;
+  ++count_;
   return Ticket(this);
 }
 
-Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter(const std::string& name) {
+Result<ConnectionLimiter::Ticket> ConnectionLimiter::acquire(const std::string& name) {
   const std::vector<ShareLevel> levels = share_levels(name);
   for (const ShareLevel& level : levels) {
     const std::size_t most = limits_.per_name * static_cast<std::size_t>(level.shares);
@@ -26,7 +26,7 @@ Result<ConnectionLimiter::Ticket> ConnectionLimiter::enter(const std::string& na
                     (level.shares == 1 ? "address" : "network " + level.name) +
                     ", the most that one may have; close one of them.");
   }
-  auto ticket = enter();
+  auto ticket = acquire();
   if (!ticket || name.empty()) return ticket;
   for (const ShareLevel& level : levels) {
     ++by_level_[level.name];
@@ -45,8 +45,8 @@ double ConnectionLimiter::group_size_of(const std::string& name) const {
   return most;
 }
 
-void ConnectionLimiter::leave(const std::vector<std::string>& levels) {
-  --inside_;
+void ConnectionLimiter::release(const std::vector<std::string>& levels) {
+  --count_;
   for (const std::string& level : levels) {
     const auto at = by_level_.find(level);
     if (--at->second == 0) by_level_.erase(at);

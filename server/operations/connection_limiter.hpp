@@ -1,7 +1,7 @@
 // Limits the number of connections, in total and per name (a client's address). Each connection
 // holds a ticket. IPv6 networks also count for the networks around them (see share_levels()).
 //
-//   auto ticket = connections.enter("192.0.2.7");
+//   auto ticket = connections.acquire("192.0.2.7");
 //   if (!ticket) say(ticket.error());
 //
 // Not thread-safe. Must outlive its tickets.
@@ -31,20 +31,20 @@ class ConnectionLimiter {
   ConnectionLimiter& operator=(const ConnectionLimiter&) = delete;
 
   // Returns kUnavailable, with a text for the client, above a limit.
-  [[nodiscard]] Result<Ticket> enter(const std::string& name);
+  [[nodiscard]] Result<Ticket> acquire(const std::string& name);
   // Counts towards the total only, for trusted proxies.
-  [[nodiscard]] Result<Ticket> enter();
-  [[nodiscard]] std::size_t inside() const { return inside_; }
-  [[nodiscard]] bool is_full() const { return limits_.total > 0 && inside_ >= limits_.total; }
+  [[nodiscard]] Result<Ticket> acquire();
+  [[nodiscard]] std::size_t count() const { return count_; }
+  [[nodiscard]] bool is_full() const { return limits_.total > 0 && count_ >= limits_.total; }
   // Returns the connections of a name, or of a network around it divided by the shares that it
   // counts for, if that is more.
   [[nodiscard]] double group_size_of(const std::string& name) const;
 
  private:
-  void leave(const std::vector<std::string>& levels);
+  void release(const std::vector<std::string>& levels);
 
   ConnectionLimits limits_;
-  std::size_t inside_ = 0;
+  std::size_t count_ = 0;
   std::unordered_map<std::string, std::size_t> by_level_;
 };
 
@@ -59,7 +59,7 @@ class ConnectionLimiter::Ticket {
     return *this;
   }
   ~Ticket() {
-    if (of_ != nullptr) of_->leave(levels_);
+    if (of_ != nullptr) of_->release(levels_);
   }
 
  private:

@@ -6,7 +6,7 @@
 
 namespace multitetra {
 
-void trim_heap() {
+void configure_allocator() {
   constexpr int kPools = 4;
   constexpr int kLargePiece = 16 << 20;
   constexpr int kKept = 64 << 20;
@@ -22,11 +22,11 @@ void trim_heap() {
 
 bool HeapTrimmer::is_due(Clock::time_point now, std::uint64_t work, bool is_busy) {
   if (std::exchange(work_, work) != work || is_busy) {
-    is_owed_ = true;
+    is_trim_pending_ = true;
     idle_since_ = now;
   }
-  if (!is_owed_ || (now - idle_since_ < kRest && now - done_ < kPause)) return false;
-  is_owed_ = is_busy;
+  if (!is_trim_pending_ || (now - idle_since_ < kRest && now - done_ < kPause)) return false;
+  is_trim_pending_ = is_busy;
   done_ = now;
   return true;
 }

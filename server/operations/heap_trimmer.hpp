@@ -9,7 +9,7 @@ namespace multitetra {
 
 // Configures the allocator: few arenas, and direct release of large blocks. Call before starting
 // threads.
-void trim_heap();
+void configure_allocator();
 
 // Decides when to trim the heap. The caller provides the clock.
 class HeapTrimmer {
@@ -25,7 +25,7 @@ class HeapTrimmer {
   static constexpr std::chrono::seconds kPause{30};  // Between trims while busy.
 
   std::uint64_t work_ = 0;  // The value of `work` at the last call.
-  bool is_owed_ = false;
+  bool is_trim_pending_ = false;
   Clock::time_point idle_since_ = {};
   Clock::time_point done_ = {};
 };

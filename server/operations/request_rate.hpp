@@ -27,10 +27,9 @@ class RateAllowance {
     left_ = left_at(rate, now);
     since_ = std::max(since_, now);
     const double needed = std::min(cost, 1.0);
-    const bool check_rate_limit = left_ >= needed;
-    left_ = std::max(left_ - (check_rate_limit ? cost : cost - needed),
-                     -kLongestDebt * rate.per_second);
-    return check_rate_limit ? 0 : (needed - left_) / rate.per_second;
+    const bool is_allowed = left_ >= needed;
+    left_ = std::max(left_ - (is_allowed ? cost : cost - needed), -kLongestDebt * rate.per_second);
+    return is_allowed ? 0 : (needed - left_) / rate.per_second;
   }
   // Returns whether the allowance is as full as without any requests.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {

@@ -34,7 +34,7 @@ class OpenFile {
 
 std::string read_secret_file(const std::string& what, const std::filesystem::path& file) {
   const auto fail = [&](const std::string& why) -> ExitError {
-    return {kNoSecrets, "The " + what + " " + file.string() + " " + why};
+    return {kBadCredentials, "The " + what + " " + file.string() + " " + why};
   };
   const auto reason = [] { return std::generic_category().message(errno); };
   const OpenFile opened(file);

@@ -22,7 +22,7 @@ constexpr const char* kCiphers = "ECDHE+AESGCM:ECDHE+CHACHA20";
 ExitError failure(const std::string& what, const std::filesystem::path& file,
                   const std::string& why) {
   ERR_clear_error();
-  return ExitError(kNoSecrets, "The " + what + " " + file.string() + " " + why);
+  return ExitError(kBadCredentials, "The " + what + " " + file.string() + " " + why);
 }
 
 std::string last_reason() {

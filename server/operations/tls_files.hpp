@@ -18,8 +18,8 @@ struct TlsFiles {
   std::filesystem::path key;          // PEM, without a pass phrase.
 };
 
-// Throws ExitError (kNoSecrets) with the file and the fault: missing, not PEM, a key of another
-// certificate, or an expired certificate.
+// Throws ExitError (kBadCredentials) with the file and the fault: missing, not PEM, a key of
+// another certificate, or an expired certificate.
 [[nodiscard]] TlsContextPtr load_tls(const TlsFiles& files);
 
 }  // namespace multitetra

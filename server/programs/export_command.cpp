@@ -89,7 +89,7 @@ class Exporter {
       write(id + "/" + cell_name(cell) + ".json", tileset_json(tree_, cell, facts, ""));
       if (!facts.is_empty)
         write(id + "/" + cell_name(cell) + ".glb", cell_glb(mesh, tree_.info(), cell));
-      go_on(cell, left);
+      add_crossed_children(cell, left);
     }
   }
 
@@ -101,7 +101,7 @@ class Exporter {
       const OctreeCube cell = left.back();
       left.pop_back();
       fragments[cell] = std::make_shared<const std::string>(fragment(cell));
-      go_on(cell, left);
+      add_crossed_children(cell, left);
     }
     return mesh_files_of(tree_, fragments);
   }
@@ -131,7 +131,7 @@ class Exporter {
   }
 
   // Marks the cell as done, and adds its octants that the surface may cross to `left`.
-  void go_on(const OctreeCube& cell, std::vector<OctreeCube>& left) {
+  void add_crossed_children(const OctreeCube& cell, std::vector<OctreeCube>& left) {
     const std::uint32_t octants = tree_.is_leaf(cell) ? 0 : crossed(cell);
     const double octant = std::ldexp(12.5, -3 * (tree_.root().exponent - cell.exponent));
     for (int i = 0; i < 8; ++i) {

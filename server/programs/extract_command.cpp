@@ -319,7 +319,7 @@ int extract(const ExtractArguments& arguments) {
     }
   }
   const OutputSurface output = output_surface(mesh, arguments.surface, info);
-  const std::string left_out = left_out_text(output, arguments.surface);
+  const std::string left_out = removed_text(output, arguments.surface);
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();

@@ -62,7 +62,7 @@ void VolumeOptions::add_to(Command& command) {
   command.add_option("--series", series, "DICOM: UID or number of the series");
   command.add_option("--component", component,
                      "Component of a sample: its index from 0, magnitude, or luminance (RGB)");
-  command.add_flag("--follow", follow,
+  command.add_flag("--follow", allow_external_files,
                    "Read data files that lie outside the folder of the header that names them");
   command.add_flag("--resample", resample,
                    "DICOM: interpolate uneven slices and those of a tilted gantry to an even grid");
@@ -188,7 +188,7 @@ VolumeFileOptions VolumeOptions::parsed() const {
                     .channel = channel,
                     .series = series,
                     .component = {},
-                    .follow = follow,
+                    .allow_external_files = allow_external_files,
                     .resample = resample};
   if (!component.empty()) options.choice.component = component_from(component);
   options.placement = placement();

@@ -28,7 +28,7 @@ struct VolumeOptions {
   std::optional<int> channel;
   std::string series;
   std::string component;
-  bool follow = false;
+  bool allow_external_files = false;
   bool resample = false;
   std::vector<std::int32_t> dims;
   std::string type = "u8";

@@ -159,7 +159,7 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   const auto permit = Permit::of(token, context.client->admission().access(), nullptr);
   const bool has_known_token = permit && permit->has_token();
   if (!has_known_token) {
-    context.client->is_named({}, false);  // Clears the name set by the previous request.
+    context.client->set_identity({}, false);  // Clears the name set by the previous request.
     if (const auto allowed = within_rate(); !allowed) {
       context.reason = allowed.error().text;
       co_return error_answer(429, allowed.error(), context.request_id);

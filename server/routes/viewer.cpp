@@ -41,7 +41,7 @@ bool accepts(const HttpRequest& request, std::string_view coding) {
 
 // Allowed origins may also frame the page. "*" does not apply to frames: an unknown page could
 // overlay the viewer and read its content.
-void say_policy(Answer& answer, const std::vector<std::string>& allowed_origins) {
+void add_security_headers(Answer& answer, const std::vector<std::string>& allowed_origins) {
   std::string policy(kPolicy);
   for (const std::string& origin : allowed_origins) {
     if (origin != "*") policy += ' ' + origin;
@@ -63,7 +63,7 @@ Answer viewer_answer(const ViewerFiles& files, std::string_view path, const Http
                                           "\"; /v1/openapi.json lists all resources."},
         request_id);
   }
-  say_policy(answer, allowed_origins);
+  add_security_headers(answer, allowed_origins);
   if (!file) {
     add_field(answer, "Content-Type", "text/html; charset=utf-8");
     add_field(answer, "Cache-Control", "no-cache");

@@ -19,15 +19,15 @@ namespace multitetra {
 namespace {
 
 void sort_by_importance(std::vector<EncodedTile>& tiles, const ResolvedStep& spec) {
-  if (!spec.has_important_places()) return;
+  if (!spec.has_send_order()) return;
   std::vector<std::pair<double, std::size_t>> order;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    order.emplace_back(spec.importance(tiles[i].summary.cube), i);
+    order.emplace_back(spec.send_order(tiles[i].summary.cube), i);
   }
   std::sort(order.begin(), order.end());
   std::vector<EncodedTile> sorted;
   sorted.reserve(tiles.size());
-  for (const auto& [importance, index] : order) sorted.push_back(std::move(tiles[index]));
+  for (const auto& [send_order, index] : order) sorted.push_back(std::move(tiles[index]));
   tiles = std::move(sorted);
 }
 
@@ -112,14 +112,14 @@ TiledStep ExtractedSurfaces::extract_in_shells(const StepRequest& step,
 }
 
 TiledStep ExtractedSurfaces::make_meshes(const StepRequest& step, std::stop_token stop) const {
-  if (remembers(step)) return make(step, std::move(stop));
+  if (is_cached(step)) return make(step, std::move(stop));
   return meshes_.get(key_of(step, info()), stop, [&](const std::stop_token& all_stop) {
     return extract(step, TileForm::kMesh, all_stop);
   });
 }
 
-bool ExtractedSurfaces::remembers(const StepRequest& step) const {
-  return cache_->remembers(key_of(step, info()));
+bool ExtractedSurfaces::is_cached(const StepRequest& step) const {
+  return cache_->is_cached(key_of(step, info()));
 }
 
 TiledStep ExtractedSurfaces::extract(const StepRequest& step, TileForm form,

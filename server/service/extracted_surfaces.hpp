@@ -26,7 +26,7 @@ class ExtractedSurfaces : public SurfaceProvider {
   // Does not cache the meshes; returns encoded tiles if the cache has them. Concurrent equal
   // requests share one extraction.
   [[nodiscard]] TiledStep make_meshes(const StepRequest& step, std::stop_token stop) const override;
-  [[nodiscard]] bool remembers(const StepRequest& step) const override;
+  [[nodiscard]] bool is_cached(const StepRequest& step) const override;
   [[nodiscard]] SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const override;
   [[nodiscard]] CostEstimates costs() const override;
   [[nodiscard]] const PreparedVolume* volume() const override;

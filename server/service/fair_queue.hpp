@@ -65,12 +65,12 @@ class FairQueue {
     Share& share = at->second;
     if (is_new) note_networks(share, client.share);
     if (share.is_idle()) {
-      share.served = std::max(share.served, now_);
+      share.served_until = std::max(share.served_until, virtual_now_);
       ++busy_shares_;
-      for (const auto& network : share.networks) ++network->second.busy;
+      for (const auto& network : share.networks) ++network->second.busy_count;
     }
     Queue& queue = share.clients[client.number];
-    if (queue.is_idle()) queue.served = std::max(queue.served, share.now);
+    if (queue.is_idle()) queue.served_until = std::max(queue.served_until, share.virtual_now);
     share.expected_seconds += job.expected_seconds + job.following_seconds;
     queue.jobs.push_back(std::move(job));
     ++queue.waiting;
@@ -118,13 +118,13 @@ class FairQueue {
       --share.running_long;
     }
     share.expected_seconds -= taken.job.expected_seconds + taken.job.following_seconds;
-    now_ += seconds / busy_weight();
-    share.now += seconds / static_cast<double>(share.busy_clients());
+    virtual_now_ += seconds / busy_weight();
+    share.virtual_now += seconds / static_cast<double>(share.busy_clients());
     end(share, taken.job, seconds, taken.weight);
     end(share.clients.at(taken.client.number), taken.job, seconds, 1);
     if (share.is_idle()) {
       --busy_shares_;
-      for (const auto& network : share.networks) --network->second.busy;
+      for (const auto& network : share.networks) --network->second.busy_count;
     }
     drop_idle_clients(share);
   }
@@ -139,11 +139,11 @@ class FairQueue {
   [[nodiscard]] std::size_t busy_shares() const { return busy_shares_; }
 
  private:
-  static constexpr std::size_t kMostOfAShare = 2;  // Concurrent jobs of one share.
-  static constexpr std::size_t kMostLongOfAShare = 1;
+  static constexpr std::size_t kMaxJobsPerShare = 2;  // Concurrent jobs of one share.
+  static constexpr std::size_t kMaxLongJobsPerShare = 1;
 
   struct Served {
-    double served = 0;  // The virtual time up to which it has been served.
+    double served_until = 0;  // The virtual time up to which it has been served.
     std::uint64_t last_turn = 0;
     std::size_t running = 0;
     std::size_t waiting = 0;
@@ -156,8 +156,8 @@ class FairQueue {
   // The shares within one network.
   struct Network {
     int shares = 1;  // The weight of all of them is at most this.
-    std::size_t known = 0;
-    std::size_t busy = 0;
+    std::size_t share_count = 0;
+    std::size_t busy_count = 0;
   };
   using Networks = std::map<std::string, Network>;
   struct Share : Served {
@@ -165,7 +165,7 @@ class FairQueue {
     // Expected seconds of all waiting and running jobs.
     double expected_seconds = 0;
     std::size_t running_long = 0;
-    double now = 0;  // The virtual time among the share's clients.
+    double virtual_now = 0;  // The virtual time among the share's clients.
     std::map<std::uint64_t, Queue> clients;
 
     [[nodiscard]] std::size_t busy_clients() const {
@@ -184,14 +184,15 @@ class FairQueue {
   };
 
   static ClientTurn turn_of(const Served& served, const Job& job, double weight) {
-    return {job.is_background, served.served + job.expected_seconds / weight, served.last_turn};
+    return {job.is_background, served.served_until + job.expected_seconds / weight,
+            served.last_turn};
   }
   // Returns a weight of at most 1. The busy shares of a network jointly have at most its weight.
   [[nodiscard]] double weight_of(const Share& share) const {
     double weight = 1;
     for (const auto& network : share.networks) {
       const Network& all = network->second;
-      weight = std::min(weight, all.shares / static_cast<double>(all.busy));
+      weight = std::min(weight, all.shares / static_cast<double>(all.busy_count));
     }
     return weight;
   }
@@ -199,7 +200,7 @@ class FairQueue {
     const std::vector<ShareLevel> levels = share_levels(name);
     for (std::size_t i = 1; i < levels.size(); ++i) {  // The first level is the share itself.
       const auto at = networks_.try_emplace(levels[i].name, Network{levels[i].shares}).first;
-      ++at->second.known;
+      ++at->second.share_count;
       share.networks.push_back(at);
     }
   }
@@ -214,8 +215,8 @@ class FairQueue {
   // Returns the client whose first job is next in a share, if one may run.
   [[nodiscard]] std::optional<std::pair<std::uint64_t, const Queue*>> next_of(
       const Share& share) const {
-    if (share.waiting == 0 || share.running >= kMostOfAShare) return std::nullopt;
-    const bool may_be_long = running_long_ < max_long_ && share.running_long < kMostLongOfAShare;
+    if (share.waiting == 0 || share.running >= kMaxJobsPerShare) return std::nullopt;
+    const bool may_be_long = running_long_ < max_long_ && share.running_long < kMaxLongJobsPerShare;
     std::optional<std::pair<std::uint64_t, const Queue*>> next;
     std::optional<ClientTurn> best;
     for (const auto& [number, queue] : share.clients) {
@@ -231,35 +232,35 @@ class FairQueue {
     --served.waiting;
     ++served.running;
     served.last_turn = turns_;
-    served.served += job.expected_seconds / weight;
+    served.served_until += job.expected_seconds / weight;
   }
   static void end(Served& served, const Job& job, double seconds, double weight) {
     --served.running;
-    served.served += (seconds - job.expected_seconds) / weight;
+    served.served_until += (seconds - job.expected_seconds) / weight;
   }
 
   // Forgets idle shares and clients, except those that were served ahead of virtual time. Forgets
   // all of them when no work is left.
   void drop_idle_clients(Share& share) {
     std::erase_if(share.clients, [&share](const auto& entry) {
-      return entry.second.is_idle() && entry.second.served <= share.now;
+      return entry.second.is_idle() && entry.second.served_until <= share.virtual_now;
     });
     std::erase_if(shares_, [this](const auto& entry) {
       const Share& one = entry.second;
-      if (!one.is_idle() || (one.served > now_ && busy_shares_ > 0)) return false;
+      if (!one.is_idle() || (one.served_until > virtual_now_ && busy_shares_ > 0)) return false;
       for (const auto& network : one.networks) {
-        if (--network->second.known == 0) networks_.erase(network);
+        if (--network->second.share_count == 0) networks_.erase(network);
       }
       return true;
     });
-    if (shares_.empty()) now_ = 0;
+    if (shares_.empty()) virtual_now_ = 0;
   }
 
   std::size_t max_long_;
   std::size_t running_long_ = 0;
   std::size_t waiting_ = 0;
   std::uint64_t turns_ = 0;
-  double now_ = 0;
+  double virtual_now_ = 0;
   std::map<std::string, Share> shares_;
   Networks networks_;
   std::size_t busy_shares_ = 0;

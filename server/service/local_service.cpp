@@ -29,7 +29,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   void answer(RunQuery action, std::stop_token stop,
               std::function<void(Result<DatasetQueryReply>)> done) override;
   void set_bandwidth(double bytes_per_second) override { bytes_per_second_ = bytes_per_second; }
-  void keep_time(Clock::time_point now) override;
+  void enforce_limits(Clock::time_point now) override;
 
  protected:
   void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
@@ -126,11 +126,11 @@ class LocalCaller::Stream : public ProgressiveStream {
   std::weak_ptr<LocalCaller> caller_;
 };
 
-void LocalCaller::keep_time(Clock::time_point now) {
+void LocalCaller::enforce_limits(Clock::time_point now) {
   if (stream_ && stream_->worker.is_past(now)) {
     stream_->worker.clear();
     client()->admission().observer().refused(client()->facts(), "request_seconds");
-    stream_->fail(too_long(service_.options().limits.request_time));
+    stream_->fail(time_limit_error(service_.options().limits.request_time));
   }
   for (const JobPtr& job : jobs_) {
     if (!job->worker.is_past(now)) continue;
@@ -156,7 +156,7 @@ std::optional<Error> LocalCaller::check_backlog() {
       std::chrono::duration<double>(service_.options().limits.waiting_time).count();
   if (limit <= 0 || backlog.seconds <= limit) return std::nullopt;
   client()->admission().observer().refused(client()->facts(), "waiting_seconds");
-  return come_again(backlog, limit);
+  return backlog_error(backlog, limit);
 }
 
 StepLimits LocalCaller::step_limits() const {
@@ -179,7 +179,7 @@ ProgressiveStreamPtr LocalCaller::steps(StartStream action, std::function<void()
 
 void LocalCaller::make_next_step() {
   if (is_making_ || !stream_) return;
-  const auto state = stream_->messages.wanted();
+  const auto state = stream_->messages.take_request();
   if (!state) return;
   stream_->memory = {};
   // The guard keeps the executor running until the step is back. References are posted back, to be
@@ -189,7 +189,7 @@ void LocalCaller::make_next_step() {
     const asio::any_io_executor executor = guard.get_executor();
     multitetra::post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
-    limits.others_wait = self->service_.workers().waiting() > 0;
+    limits.is_contended = self->service_.workers().waiting() > 0;
     auto made = make_step(stream->action, state, limits, stream->stop.get_token());
     multitetra::post(executor, [self = std::move(self), stream = std::move(stream),
                                 made = std::make_shared<Result<StepResult>>(std::move(made)),
@@ -268,7 +268,7 @@ void LocalCaller::run(WorkKind work, Priority priority, std::stop_token left,
       }
       if (!*made && job->is_late) {
         self->client()->admission().observer().refused(self->client()->facts(), "request_seconds");
-        *made = tl::unexpected(too_long(self->service_.options().limits.request_time));
+        *made = tl::unexpected(time_limit_error(self->service_.options().limits.request_time));
       }
       done(std::move(*made));
     });

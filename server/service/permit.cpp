@@ -125,7 +125,7 @@ Result<DatasetInfo> Permit::describe(const std::string& dataset) const {
 }
 
 Result<SurfaceProviderPtr> Permit::provider(const std::string& dataset) const {
-  if (no_work_) return tl::unexpected(*no_work_);
+  if (rejection_) return tl::unexpected(*rejection_);
   return find(dataset);
 }
 

@@ -57,7 +57,7 @@ class Permit {
   // Returns the codecs that payloads for this client may have.
   [[nodiscard]] std::vector<PayloadCodec> codecs() const;
   // Rejects all further streams and queries with this error.
-  void refuse_work(Error why) { no_work_ = std::move(why); }
+  void reject_requests(Error why) { rejection_ = std::move(why); }
 
   [[nodiscard]] const AccessListPtr& access() const { return access_; }
   [[nodiscard]] const AccessRights& rights() const { return rights_; }
@@ -95,7 +95,7 @@ class Permit {
   AccessListPtr access_;
   std::string token_;
   AccessRights rights_;
-  std::optional<Error> no_work_;
+  std::optional<Error> rejection_;
   bool decodes_shells_ = false;
 };
 

@@ -5,21 +5,21 @@
 namespace multitetra {
 
 TiledStep SurfaceCache::get(const std::string& key, const std::stop_token& stop, const Make& make) {
-  if (auto step = remembered(key)) return *std::move(step);
+  if (auto step = find_cached(key)) return *std::move(step);
   return flights_.get(key, stop, [&](const std::stop_token& all_stop) {
     TiledStep step = make(all_stop);
-    remember(key, step);
+    add(key, step);
     return step;
   });
 }
 
-bool SurfaceCache::remembers(const std::string& key) {
+bool SurfaceCache::is_cached(const std::string& key) {
   const std::lock_guard lock(mutex_);
   const Outline* const found = outlines_.find(key);
   return found != nullptr && tiles_.has_all(found->tiles);
 }
 
-std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
+std::optional<TiledStep> SurfaceCache::find_cached(const std::string& key) {
   Outline outline;
   {
     const std::lock_guard lock(mutex_);
@@ -37,7 +37,7 @@ std::optional<TiledStep> SurfaceCache::remembered(const std::string& key) {
   return step;
 }
 
-void SurfaceCache::remember(const std::string& key, const TiledStep& step) {
+void SurfaceCache::add(const std::string& key, const TiledStep& step) {
   Outline outline{.step = step, .tiles = {}};
   outline.step.tiles = {};
   outline.step.meshes = {};

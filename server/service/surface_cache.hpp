@@ -34,7 +34,7 @@ class SurfaceCache {
                               const Make& make);
 
   // Returns whether get() would find the step in the cache.
-  [[nodiscard]] bool remembers(const std::string& key);
+  [[nodiscard]] bool is_cached(const std::string& key);
 
   [[nodiscard]] TileCache& tiles() { return tiles_; }
 
@@ -43,8 +43,8 @@ class SurfaceCache {
     TiledStep step;  // Its tiles and meshes are empty.
     std::vector<TileKey> tiles;
   };
-  [[nodiscard]] std::optional<TiledStep> remembered(const std::string& key);
-  void remember(const std::string& key, const TiledStep& step);
+  [[nodiscard]] std::optional<TiledStep> find_cached(const std::string& key);
+  void add(const std::string& key, const TiledStep& step);
 
   TileCache tiles_;
   SingleFlight<std::string, TiledStep> flights_;

@@ -99,7 +99,7 @@ class Caller {
   // ---- for both
 
   // Ends work that exceeds its time limit.
-  virtual void keep_time(std::chrono::steady_clock::time_point now) = 0;
+  virtual void enforce_limits(std::chrono::steady_clock::time_point now) = 0;
   // Cancels the client's work because it disconnected, or for the reason `why`.
   void close(std::optional<Error> why = std::nullopt);
 

@@ -68,7 +68,7 @@ class Session {
   // Sets the client's catalogue. Must be called before receive(Hello), which uses it.
   void offer(CataloguePtr catalogue) { catalogue_ = std::move(catalogue); }
   // Rejects all further streams and queries with this error.
-  void refuse_work(Error why) { permit_.refuse_work(std::move(why)); }
+  void reject_requests(Error why) { permit_.reject_requests(std::move(why)); }
 
   // Reports that the running stream has sent its last message.
   void stream_ended(std::uint64_t request_id);

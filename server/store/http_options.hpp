@@ -11,19 +11,20 @@ namespace multitetra {
 struct HttpStoreOptions {
   std::size_t connections = 16;  // Maximum number of concurrent connections; at least 1.
   // Maximum number of attempts per request; at least 1.
-  int tries = 5;
+  int max_attempts = 5;
   std::chrono::milliseconds first_pause{100};  // Before the second attempt.
   // Also caps Retry-After.
   std::chrono::milliseconds longest_pause{5000};
-  std::chrono::seconds connecting{20};
-  std::chrono::seconds stalled{30};  // Aborts attempts below 256 bytes/s for this long.
+  std::chrono::seconds connect_timeout{20};
+  std::chrono::seconds stall_timeout{30};  // Aborts attempts below 256 bytes/s for this long.
   // Time limit of a request, including all attempts.
   std::chrono::milliseconds deadline{600000};
   // How long requests to a host fail at once after a request to it has failed for good.
-  std::chrono::milliseconds rest_after_failure{0};
-  bool follow = false;  // Permits redirects to other hosts, and keys that lead out of the address.
+  std::chrono::milliseconds cooldown_after_failure{0};
+  // Permits redirects to other hosts, and keys that lead out of the address.
+  bool allow_other_hosts = false;
   // Called on the requesting thread before every retry.
-  std::function<void()> tries_again = {};
+  std::function<void()> on_retry = {};
 };
 
 // Returns whether the text begins with http://, https:// or s3://.

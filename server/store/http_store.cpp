@@ -14,7 +14,9 @@ namespace {
 class HttpStore : public ObjectStore {
  public:
   HttpStore(std::string base, bool is_s3, const HttpStoreOptions& options)
-      : base_(std::move(base)), follow_(options.follow), client_(is_s3, options) {}
+      : base_(std::move(base)),
+        allow_other_hosts_(options.allow_other_hosts),
+        client_(is_s3, options) {}
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
     return fetched({.address = address_of(key), .most = most});
@@ -38,7 +40,7 @@ class HttpStore : public ObjectStore {
   [[nodiscard]] std::string address_of(const std::string& key) const {
     const std::filesystem::path inside(key);
     const bool leads_out = std::find(inside.begin(), inside.end(), "..") != inside.end();
-    if (leads_out && !follow_) {
+    if (leads_out && !allow_other_hosts_) {
       throw StoreError(base_, "it names '" + key + "', which leads out of the address",
                        "Correct its metadata, or allow it with --follow if you trust them");
     }
@@ -61,7 +63,7 @@ class HttpStore : public ObjectStore {
   }
 
   std::string base_;  // Ends with '/'.
-  bool follow_;
+  bool allow_other_hosts_;
   StoreClient client_;
 };
 

@@ -66,8 +66,10 @@ class ObjectFile {
 
 class FolderStore : public ObjectStore {
  public:
-  FolderStore(fs::path folder, bool follow)
-      : folder_(std::move(folder)), follow_(follow), real_folder_(fs::weakly_canonical(folder_)) {}
+  FolderStore(fs::path folder, bool allow_external_files)
+      : folder_(std::move(folder)),
+        allow_external_files_(allow_external_files),
+        real_folder_(fs::weakly_canonical(folder_)) {}
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
     const std::optional<fs::path> path = path_of(key);
@@ -106,10 +108,10 @@ class FolderStore : public ObjectStore {
     const fs::path inside(key);
     const bool names_out =
         inside.is_absolute() || std::find(inside.begin(), inside.end(), "..") != inside.end();
-    if (names_out && !follow_) fail_leading_out(key);
+    if (names_out && !allow_external_files_) fail_leading_out(key);
     std::error_code error;
     if (!fs::exists(folder_ / inside, error)) return std::nullopt;
-    if (follow_) return folder_ / inside;
+    if (allow_external_files_) return folder_ / inside;
     const fs::path real = fs::canonical(folder_ / inside, error);
     const fs::path below = real.lexically_relative(real_folder_);
     if (error || below.empty() || *below.begin() == "..") fail_leading_out(key);
@@ -122,14 +124,14 @@ class FolderStore : public ObjectStore {
   }
 
   fs::path folder_;
-  bool follow_;
+  bool allow_external_files_;
   fs::path real_folder_;
 };
 
 }  // namespace
 
-std::unique_ptr<ObjectStore> folder_store(fs::path folder, bool follow) {
-  return std::make_unique<FolderStore>(std::move(folder), follow);
+std::unique_ptr<ObjectStore> folder_store(fs::path folder, bool allow_external_files) {
+  return std::make_unique<FolderStore>(std::move(folder), allow_external_files);
 }
 
 std::optional<std::string> text_of(ObjectStore& store, const std::string& key) {

@@ -35,9 +35,10 @@ class ObjectStore {
   [[nodiscard]] virtual std::size_t parallel_requests() const = 0;
 };
 
-// Returns the files below a folder. Links that lead out of it and keys with ".." require `follow`.
+// Returns the files below a folder. Links that lead out of it and keys with ".." require
+// `allow_external_files`.
 [[nodiscard]] std::unique_ptr<ObjectStore> folder_store(std::filesystem::path folder,
-                                                        bool follow = true);
+                                                        bool allow_external_files = true);
 
 // Reads an object of at most 16 MiB as text; nullopt if it does not exist.
 [[nodiscard]] std::optional<std::string> text_of(ObjectStore& store, const std::string& key);

@@ -58,7 +58,7 @@ struct RemoteFiles::OpenFile {
 
 RemoteFiles::RemoteFiles(const RemoteFilesOptions& options)
     : options_(options), memory_(options.memory_bytes) {
-  options_.http.tries_again = [this, also = options.http.tries_again] {
+  options_.http.on_retry = [this, also = options.http.on_retry] {
     ++retries_;
     if (also) also();
   };
@@ -79,8 +79,8 @@ std::shared_ptr<StoreClient> RemoteFiles::client_for(const std::string& origin, 
   return client;
 }
 
-std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t bytes,
-                                        OpenFile& file) {
+std::vector<std::byte> RemoteFiles::fetch_beginning(const std::string& address, std::size_t bytes,
+                                                    OpenFile& file) {
   const HttpPlace place = http_place(address);
   file.address = address;
   file.url = place.address();
@@ -113,13 +113,14 @@ std::vector<std::byte> RemoteFiles::ask(const std::string& address, std::size_t 
 
 std::string RemoteFiles::version_of(const std::string& address) {
   OpenFile file(memory_);
-  (void)ask(address, 1, file);
+  (void)fetch_beginning(address, 1, file);
   return file.version;
 }
 
 std::shared_ptr<const RemoteFile> RemoteFiles::open(const std::string& address) {
   auto file = std::make_shared<OpenFile>(memory_);
-  const std::vector<std::byte> bytes = ask(address, kOpeningBlocks * kBlockBytes, *file);
+  const std::vector<std::byte> bytes =
+      fetch_beginning(address, kOpeningBlocks * kBlockBytes, *file);
   std::uint64_t block = 0;
   for (auto begin = bytes.begin(); begin != bytes.end(); ++block) {
     const auto end = begin + static_cast<std::ptrdiff_t>(file->bytes_of(block));
@@ -139,9 +140,9 @@ std::shared_ptr<const RemoteFile> RemoteFiles::open(const std::string& address) 
 RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t first,
                                         std::size_t count) {
   Blocks found(count);
-  std::vector<std::shared_future<CachedBytes>> of_others(count);
+  std::vector<std::shared_future<CachedBytes>> pending_elsewhere(count);
   std::vector<std::promise<CachedBytes>> promises(count);
-  std::vector<bool> is_ours(count);
+  std::vector<bool> fetched_here(count);
   {
     const std::lock_guard lock(mutex_);
     for (std::size_t i = 0; i < count; ++i) {
@@ -151,17 +152,17 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
         ++counts_.memory_hits;
         continue;
       }
-      const auto [at, is_first] = under_way_.try_emplace(file->owner.key(block));
+      const auto [at, is_first] = pending_.try_emplace(file->owner.key(block));
       if (is_first) at->second = promises[i].get_future().share();
-      is_ours[i] = is_first;
-      if (!is_first) of_others[i] = at->second;
+      fetched_here[i] = is_first;
+      if (!is_first) pending_elsewhere[i] = at->second;
     }
   }
   std::exception_ptr failure;
   for (std::size_t begin = 0; begin < count; ++begin) {
-    if (!is_ours[begin]) continue;
+    if (!fetched_here[begin]) continue;
     std::size_t end = begin;
-    while (end < count && is_ours[end]) ++end;
+    while (end < count && fetched_here[end]) ++end;
     const auto run = std::span(found).subspan(begin, end - begin);
     if (!failure) {
       try {
@@ -175,7 +176,7 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
     }
     const std::lock_guard lock(mutex_);
     for (std::size_t i = begin; i < end; ++i) {
-      under_way_.erase(file->owner.key(first + i));
+      pending_.erase(file->owner.key(first + i));
       if (found[i]) {
         promises[i].set_value(found[i]);
       } else {
@@ -186,7 +187,7 @@ RemoteFiles::Blocks RemoteFiles::blocks(const OpenFilePtr& file, std::uint64_t f
   }
   if (failure) std::rethrow_exception(failure);
   for (std::size_t i = 0; i < count; ++i) {
-    if (!found[i]) found[i] = of_others[i].get();
+    if (!found[i]) found[i] = pending_elsewhere[i].get();
   }
   return found;
 }
@@ -258,7 +259,7 @@ std::vector<std::uint64_t> RemoteFiles::missing_blocks(const OpenFile& file,
     for (std::uint64_t block = range.offset / kBlockBytes; block <= last; ++block) {
       const bool is_known = (!missing.empty() && missing.back() == block) ||
                             memory_.find(file.owner.key(block)) ||
-                            under_way_.contains(file.owner.key(block));
+                            pending_.contains(file.owner.key(block));
       if (!is_known) missing.push_back(block);
     }
   }
@@ -300,7 +301,7 @@ std::uint64_t RemoteFiles::missing_bytes(const OpenFile& file, std::span<const F
   return bytes;
 }
 
-void RemoteFiles::forget(const OpenFile& file, const FileRange& range) {
+void RemoteFiles::invalidate(const OpenFile& file, const FileRange& range) {
   if (range.size == 0) return;
   for (std::uint64_t block = range.offset / kBlockBytes;
        block <= (range.offset + range.size - 1) / kBlockBytes; ++block) {
@@ -366,6 +367,6 @@ std::uint64_t RemoteFile::missing_bytes(std::span<const FileRange> ranges) const
   return files_->missing_bytes(*file_, ranges);
 }
 
-void RemoteFile::forget(const FileRange& range) const { files_->forget(*file_, range); }
+void RemoteFile::invalidate(const FileRange& range) const { files_->invalidate(*file_, range); }
 
 }  // namespace multitetra

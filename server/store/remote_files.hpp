@@ -103,8 +103,8 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
   using OpenFilePtr = std::shared_ptr<const OpenFile>;
 
   // Requests the first `bytes` bytes and sets the members of `file` from the response.
-  [[nodiscard]] std::vector<std::byte> ask(const std::string& address, std::size_t bytes,
-                                           OpenFile& file);
+  [[nodiscard]] std::vector<std::byte> fetch_beginning(const std::string& address,
+                                                       std::size_t bytes, OpenFile& file);
   [[nodiscard]] Blocks blocks(const OpenFilePtr& file, std::uint64_t first, std::size_t count);
   void fetch_run(const OpenFile& file, std::uint64_t first, std::span<CachedBytes> into);
   void prefetch_ranges(const OpenFilePtr& file, std::span<const FileRange> ranges);
@@ -112,7 +112,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
                                             std::span<const FileRange> ranges);
   [[nodiscard]] std::vector<std::uint64_t> missing_blocks(const OpenFile& file,
                                                           std::span<const FileRange> ranges);
-  void forget(const OpenFile& file, const FileRange& range);
+  void invalidate(const OpenFile& file, const FileRange& range);
   std::shared_ptr<StoreClient> client_for(const std::string& origin, bool is_s3);
   void work(const std::stop_token& stop);
 
@@ -123,7 +123,7 @@ class RemoteFiles : public std::enable_shared_from_this<RemoteFiles> {
 
   mutable std::mutex mutex_;  // Guards the following members, except the threads.
   std::map<std::string, std::shared_ptr<StoreClient>> clients_;
-  std::map<MemoryCache::Key, std::shared_future<CachedBytes>> under_way_;
+  std::map<MemoryCache::Key, std::shared_future<CachedBytes>> pending_;
   Counts counts_;
   std::deque<Job> jobs_;
   std::size_t job_blocks_ = 0;
@@ -151,7 +151,7 @@ class RemoteFile {
   // Returns the bytes of these ranges that are neither cached nor being fetched, in whole blocks.
   [[nodiscard]] std::uint64_t missing_bytes(std::span<const FileRange> ranges) const;
   // Drops cached blocks of a range that turned out to be damaged; the next read fetches them again.
-  void forget(const FileRange& range) const;
+  void invalidate(const FileRange& range) const;
 
   [[nodiscard]] const std::shared_ptr<RemoteFiles>& files() const { return files_; }
 

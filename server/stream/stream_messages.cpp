@@ -20,7 +20,7 @@ StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info,
       scalars_(scalars),
       known_(open.cached_tile_digests.begin(), open.cached_tile_digests.end()) {}
 
-std::optional<StreamState> StreamMessages::wanted() {
+std::optional<StreamState> StreamMessages::take_request() {
   if (phase_ != Phase::kWanted) return std::nullopt;
   phase_ = Phase::kMaking;
   return state_;

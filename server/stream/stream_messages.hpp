@@ -3,9 +3,9 @@
 //   StepBegin, Tile and TileScalars..., StepEnd      once for each step of the plan
 //   StreamEnd or ErrorReply
 //
-// Pure: wanted() returns the state for the next step, and the caller computes that step only after
-// all messages of the previous one were taken (back-pressure). So a slow client keeps one encoded
-// step in memory, never a queue.
+// Pure: take_request() returns the state for the next step, and the caller computes that step only
+// after all messages of the previous one were taken (back-pressure). So a slow client keeps one
+// encoded step in memory, never a queue.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@ class StreamMessages {
 
   // Returns the state from which the next step must be computed, once for each step; nullopt while
   // messages are left, a step is being computed, or none follows.
-  [[nodiscard]] std::optional<StreamState> wanted();
+  [[nodiscard]] std::optional<StreamState> take_request();
   // Supplies the step for the returned state, and the time it took. Ignored after end() or fail().
   void supply(StepResult step, double seconds);
 

@@ -115,9 +115,9 @@ TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_m
 // built and measured. Fails with kLimitExceeded if not even the coarsest surface fits.
 Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorSchedule& schedule,
                                      int level, bool as_meshes, const std::stop_token& stop) {
-  constexpr double kMostOfIt = 0.7;
+  constexpr double kGoodPart = 0.7;
   constexpr double kHalfOfIt = 0.5;
-  constexpr double kAimedAt = 0.9;
+  constexpr double kTargetPart = 0.9;
   constexpr int kFewSurfaces = 4;
   constexpr int kMostSurfaces = 7;  // The maximum if little of the budget is used.
   std::optional<TriedLevel> too_large, fitting;
@@ -135,7 +135,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     }
     const int from = too_large ? too_large->level + 1 : 0;
     if (best) {
-      const bool is_good = fitting->part >= kMostOfIt || from == fitting->level;
+      const bool is_good = fitting->part >= kGoodPart || from == fitting->level;
       const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kHalfOfIt;
       if (is_good || is_good_enough || surfaces >= kMostSurfaces) return *std::move(best);
     }
@@ -143,7 +143,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     if (from == schedule.size()) return budget_too_small(size, request, estimated, source.info());
     const auto expected = corrected(std::move(estimated), request, size);
     const int to = fitting ? fitting->level : schedule.size();
-    level = next_level(too_large, fitting, schedule.lowest_fitting(expected, from, to, kAimedAt),
+    level = next_level(too_large, fitting, schedule.lowest_fitting(expected, from, to, kTargetPart),
                        schedule.last());
     // After repeated failures of the estimate, bisects.
     if (!best && surfaces >= kFewSurfaces) level = std::max(level, (from + schedule.last()) / 2);
@@ -179,7 +179,7 @@ class TriangleLimit {
     if (sizes.rough(request).triangles <= most()) return {};
     const double triangles = sizes.of({.request = request}).triangles;
     if (triangles <= quick_is_within(request) * most()) return {};
-    return fail(ErrorCode::kLimitExceeded, words("about ", triangles, request, 1));
+    return fail(ErrorCode::kLimitExceeded, limit_error_text("about ", triangles, request, 1));
   }
   [[nodiscard]] Result<void> check_made(const IsosurfaceRequest& request,
                                         const TiledStep& step) const {
@@ -193,9 +193,9 @@ class TriangleLimit {
                       "; request its octants, or allow a larger error.");
     }
     const double expected = careful()({.request = request}).triangles;
-    return fail(
-        ErrorCode::kLimitExceeded,
-        words("", triangles, request, expected > 0 ? std::max(triangles / expected, 1.0) : 1));
+    return fail(ErrorCode::kLimitExceeded,
+                limit_error_text("", triangles, request,
+                                 expected > 0 ? std::max(triangles / expected, 1.0) : 1));
   }
 
  private:
@@ -205,8 +205,9 @@ class TriangleLimit {
   }
 
   // `error_of_estimates` is the factor by which estimates are too small.
-  [[nodiscard]] std::string words(const std::string& about, double triangles,
-                                  IsosurfaceRequest request, double error_of_estimates) const {
+  [[nodiscard]] std::string limit_error_text(const std::string& about, double triangles,
+                                             IsosurfaceRequest request,
+                                             double error_of_estimates) const {
     request.max_triangles =
         std::max<std::uint64_t>(static_cast<std::uint64_t>(most() / error_of_estimates), 1);
     request.max_bytes = 0;
@@ -236,7 +237,7 @@ PlanLimits plan_limits(const StreamState& state, const StepLimits& limits) {
     of_plan.certified_triangles = std::min(of_plan.certified_triangles, most);
     of_plan.shell_triangles = std::min(of_plan.shell_triangles, most);
   }
-  if (limits.others_wait || state.steps != StepPolicy::kProgressive) {
+  if (limits.is_contended || state.steps != StepPolicy::kProgressive) {
     of_plan.certified_triangles = 0;
   }
   return of_plan;

@@ -45,7 +45,7 @@ struct StepLimits {
   std::uint64_t max_triangles = 0;
   // The bandwidth to the client.
   double bytes_per_second = kUsualBytesPerSecond;
-  bool others_wait = false;  // Other work waits for threads: skips the certified preview.
+  bool is_contended = false;  // Other work waits for threads: skips the certified preview.
   // Builds final steps as meshes (see SurfaceProvider::make_meshes).
   bool as_meshes = false;
 };

@@ -12,7 +12,7 @@ SurfaceSize size_of(const TiledStep& step) {
   }
   size.extracted = step.is_in_shells
                        ? size.triangles
-                       : kTrianglesATetrahedron * static_cast<double>(step.active_tetrahedra);
+                       : kTrianglesPerTetrahedron * static_cast<double>(step.active_tetrahedra);
   return size;
 }
 

@@ -53,7 +53,7 @@ class SurfaceProvider {
     return make(step, std::move(stop));
   }
   // Returns whether make() is known to have this step in a cache.
-  [[nodiscard]] virtual bool remembers(const StepRequest&) const { return false; }
+  [[nodiscard]] virtual bool is_cached(const StepRequest&) const { return false; }
   // Returns size estimates of steps; valid while the provider lives.
   [[nodiscard]] virtual SizeEstimates sizes(std::stop_token stop, SizeAccuracy accuracy) const = 0;
   // Returns the costs of steps on this machine, without the link.

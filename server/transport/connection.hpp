@@ -21,7 +21,7 @@ class Connection {
   virtual void end(const Error& why) = 0;
   // Enforces the time limits. Called periodically, so thousands of connections share one timer
   // instead of arming several for each message.
-  virtual void keep_time(Clock::time_point now) = 0;
+  virtual void enforce_limits(Clock::time_point now) = 0;
 };
 using ConnectionPtr = std::shared_ptr<Connection>;
 

@@ -16,7 +16,7 @@ ConnectionTable::ConnectionTable(asio::io_context& io, std::chrono::milliseconds
       timer_(io) {}
 
 void ConnectionTable::start() {
-  spawn(timer_.get_executor(), [this] { return keep_time(); });
+  spawn(timer_.get_executor(), [this] { return enforce_limits(); });
 }
 
 void ConnectionTable::put(std::uint64_t id, ConnectionPtr connection) {
@@ -38,13 +38,13 @@ void ConnectionTable::close(const Error& why) {
   for (const ConnectionPtr& connection : all) connection->end(why);
 }
 
-asio::awaitable<void> ConnectionTable::keep_time() {
+asio::awaitable<void> ConnectionTable::enforce_limits() {
   while (!closed_ || !connections_.empty()) {
     timer_.expires_after(pause_);
     co_await wait_on(timer_);
     const Clock::time_point now = Clock::now();
     // Connections are not removed during this loop, as coroutines report their ends later.
-    for (const auto& [id, connection] : connections_) connection->keep_time(now);
+    for (const auto& [id, connection] : connections_) connection->enforce_limits(now);
   }
 }
 

@@ -27,7 +27,7 @@ class ConnectionTable {
   void close(const Error& why);
 
  private:
-  asio::awaitable<void> keep_time();
+  asio::awaitable<void> enforce_limits();
 
   std::chrono::milliseconds pause_;
   asio::steady_timer timer_;

@@ -46,7 +46,7 @@ void MessageConnection::end(const Error& why) {
   linger_.set(options_.linger);
 }
 
-void MessageConnection::keep_time(Clock::time_point now) {
+void MessageConnection::enforce_limits(Clock::time_point now) {
   if (hello_.is_past(now)) {
     hello_.clear();
     if (!conversation_->is_welcomed()) {
@@ -57,7 +57,7 @@ void MessageConnection::keep_time(Clock::time_point now) {
   if (write_.is_past(now) || linger_.is_past(now)) {
     close();
   } else {
-    conversation_->keep_time(now);
+    conversation_->enforce_limits(now);
   }
 }
 
@@ -117,7 +117,7 @@ asio::awaitable<void> MessageConnection::write() {
     client_->admission().observer().sent(client_->facts().protocol, *sent);
   }
   linger_.set(options_.linger);
-  co_await transport_->leave();
+  co_await transport_->close_gracefully();
 }
 
 void MessageConnection::close() {

@@ -32,7 +32,7 @@ class MessageConnection : public Connection,
     return conversation_->idle_since();
   }
   void end(const Error& why) override;
-  void keep_time(Clock::time_point now) override;
+  void enforce_limits(Clock::time_point now) override;
 
  private:
   asio::awaitable<void> open_and_read();

@@ -125,7 +125,7 @@ StoredVolume open_format(const fs::path& path, VolumeFormat format, const Volume
     case VolumeFormat::kCube:
       return open_cube(path);
     case VolumeFormat::kRawDescription:
-      return open_described(described_raw(path, choice.follow));
+      return open_described(described_raw(path, choice.allow_external_files));
     case VolumeFormat::kRaw:
       break;
   }

@@ -31,10 +31,10 @@ void check_range(std::string_view bytes) {
   require(range->first <= range->last);
   const std::uint64_t got = range->last - range->first + 1;
   require(got > 0 && (!range->total || (range->last < *range->total && got <= *range->total)));
-  if (range->is({.first = first, .length = length})) {
+  if (range->matches({.first = first, .length = length})) {
     require(range->first == first && got <= length);
   }
-  if (range->is({.first = ByteRange::kFromEnd, .length = length})) {
+  if (range->matches({.first = ByteRange::kFromEnd, .length = length})) {
     require(got <= length && range->last + 1 == range->total);
   }
 }

@@ -106,7 +106,7 @@ std::optional<std::string> shell_fault(const StepBegin& begin, const OpenStream&
   }
   std::vector<OctreeCube> cubes;
   for (const TileSummary& tile : begin.tiles) cubes.push_back(tile.cube);
-  if (!are_apart(cubes)) return "the cubes of its sample shells overlap";
+  if (!are_disjoint(cubes)) return "the cubes of its sample shells overlap";
   // Other machines round exponential functions in another way.
   constexpr double kRounding = 1e-9;
   const double bound = error_bound(*begin.shell, info.spacing, begin.finest_spacing);

@@ -5,12 +5,13 @@ namespace multitetra::shell {
 namespace {
 
 // The corners of the six paths from 0 to 7, and whether they span a negative volume.
-struct Way {
+struct CornerPath {
   uint8_t corners[4];
   bool is_negative;
 };
-constexpr Way kWays[6] = {{{0, 1, 3, 7}, false}, {{0, 1, 5, 7}, true},  {{0, 2, 3, 7}, true},
-                          {{0, 2, 6, 7}, false}, {{0, 4, 5, 7}, false}, {{0, 4, 6, 7}, true}};
+constexpr CornerPath kCornerPaths[6] = {{{0, 1, 3, 7}, false}, {{0, 1, 5, 7}, true},
+                                        {{0, 2, 3, 7}, true},  {{0, 2, 6, 7}, false},
+                                        {{0, 4, 5, 7}, false}, {{0, 4, 6, 7}, true}};
 
 uint8_t edge_between(CellCases& cases, int& known, uint8_t a, uint8_t b) {
   const uint8_t low = a < b ? a : b;
@@ -25,27 +26,27 @@ uint8_t edge_between(CellCases& cases, int& known, uint8_t a, uint8_t b) {
   return static_cast<uint8_t>(known++);
 }
 
-void add_polygon(CellCases& cases, int& known_edges, const Way& way, bool is_mirrored,
+void add_polygon(CellCases& cases, int& known_edges, const CornerPath& path, bool is_mirrored,
                  unsigned signs, CellCase& out) {
   // Orders positive corners first and tracks whether that is an odd permutation.
   uint8_t order[4] = {};
   int positives = 0;
   int last = 4;
   for (uint8_t i = 0; i < 4; ++i) {
-    const bool is_positive = (signs >> way.corners[i] & 1U) != 0;
+    const bool is_positive = (signs >> path.corners[i] & 1U) != 0;
     order[is_positive ? positives++ : --last] = i;
   }
   if (positives == 0 || positives == 4) return;
-  bool turned = way.is_negative != is_mirrored;
+  bool turned = path.is_negative != is_mirrored;
   for (int i = 0; i < 4; ++i) {
     for (int j = i + 1; j < 4; ++j) turned = turned != (order[i] > order[j]);
   }
   CellPolygon& polygon = out.polygon[out.polygons++];
-  for (const uint8_t corner : way.corners) {
+  for (const uint8_t corner : path.corners) {
     polygon.tetrahedron = static_cast<uint8_t>(polygon.tetrahedron | 1U << corner);
   }
   const auto edge = [&](int i, int j) {
-    return edge_between(cases, known_edges, way.corners[order[i]], way.corners[order[j]]);
+    return edge_between(cases, known_edges, path.corners[order[i]], path.corners[order[j]]);
   };
   const auto swap = [&polygon](int i, int j) {
     const uint8_t kept = polygon.edges[i];
@@ -75,8 +76,8 @@ CellCases make_cell_cases() {
   int known_edges = 0;
   for (int mirrored = 0; mirrored < 2; ++mirrored) {
     for (unsigned signs = 0; signs < 256; ++signs) {
-      for (const Way& way : kWays) {
-        add_polygon(cases, known_edges, way, mirrored != 0, signs, cases.of[mirrored][signs]);
+      for (const CornerPath& path : kCornerPaths) {
+        add_polygon(cases, known_edges, path, mirrored != 0, signs, cases.of[mirrored][signs]);
       }
     }
   }

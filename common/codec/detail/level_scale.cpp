@@ -50,9 +50,9 @@ void LevelScale::begin(const ShellHeader& header) {
   }
   for (int32_t i = 0; i <= kMaxDifference; ++i) cuts_[i] = cut_at(steps_, i * eighths_a_level, 0);
   if (header.values != ShellValues::kLatticeExact) return;
-  for (int32_t i = 0; i <= kMaxDoubtful; ++i) {
-    doubts_[i] = {.least = static_cast<int16_t>(cut_at(steps_, i + 1, -1)),
-                  .greatest = static_cast<int16_t>(cut_at(steps_, i - 1, 1))};
+  for (int32_t i = 0; i <= kMaxMarginDifference; ++i) {
+    rounding_margins_[i] = {.least = static_cast<int16_t>(cut_at(steps_, i + 1, -1)),
+                            .greatest = static_cast<int16_t>(cut_at(steps_, i - 1, 1))};
   }
 }
 

@@ -55,13 +55,13 @@ class LevelScale {
     int16_t greatest = 1;
   };
   [[nodiscard]] RoundingMargin rounding_margin(int32_t difference) const {
-    return doubts_[difference > kMaxDoubtful ? kMaxDoubtful : difference];
+    return rounding_margins_[difference > kMaxMarginDifference ? kMaxMarginDifference : difference];
   }
 
  private:
   // Beyond it all cuts are next to an end: 2^(difference / L) exceeds the lattice steps of an edge.
   static constexpr int32_t kMaxDifference = 8 * (kMaxShellLatticeBits + 2);
-  static constexpr int32_t kMaxDoubtful = 8 * (8 + 2);
+  static constexpr int32_t kMaxMarginDifference = 8 * (8 + 2);
   // The logarithms of 1 + (i + 1/2) / 32, in eighths of an octave, rounded.
   static constexpr uint8_t kEighthsOfMantissa[32] = {0, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3,
                                                      4, 4, 4, 4, 5, 5, 5, 5, 5, 6, 6,
@@ -73,7 +73,7 @@ class LevelScale {
   int32_t first_ = 0;  // The level of magnitude 1.
   int32_t magnitudes_[kMaxLevels] = {};
   int32_t cuts_[kMaxDifference + 1] = {};
-  RoundingMargin doubts_[kMaxDoubtful + 1];
+  RoundingMargin rounding_margins_[kMaxMarginDifference + 1];
 };
 
 }  // namespace multitetra::shell

@@ -82,7 +82,7 @@ struct PredictionContext {
 struct PredictionContexts {
   PredictionContext of[128];
 };
-[[nodiscard]] constexpr PredictionContexts make_supports() {
+[[nodiscard]] constexpr PredictionContexts make_contexts() {
   constexpr uint32_t kWeight[7] = {8, 8, 8, 3, 3, 3, 1};
   PredictionContexts supports{};
   for (unsigned mask = 1; mask < 128; ++mask) {
@@ -101,7 +101,7 @@ struct PredictionContexts {
   }
   return supports;
 }
-inline constexpr PredictionContexts kSupports = make_supports();
+inline constexpr PredictionContexts kContexts = make_contexts();
 
 // Running means, for samples without active neighbours.
 struct RunningMeans {
@@ -155,7 +155,7 @@ struct SignsAround {
   inputs.missed = recent.missed;
   for (unsigned i = 0; i < 7; ++i) inputs.mask |= (known[i].w != 0 ? 1U : 0U) << i;
   if (inputs.mask != 0) {
-    const PredictionContext& support = kSupports.of[inputs.mask];
+    const PredictionContext& support = kContexts.of[inputs.mask];
     const auto mean = [&support](int32_t sum) {
       return static_cast<int32_t>(static_cast<uint32_t>(sum) * support.reciprocal >> 32);
     };
@@ -189,7 +189,7 @@ struct SignsAround {
   const int32_t magnitude = (inputs.is_positive ? sum : -sum) >> 9;
   return {.magnitude = magnitude < 0 ? 0 : magnitude,
           .scale = inputs.missed + (inputs.g >> 2),
-          .support = kSupports.of[inputs.mask].kind};
+          .support = kContexts.of[inputs.mask].kind};
 }
 
 // Codes a residual: whether it is 0, its sign, its number of bits, and these bits. `place` is the

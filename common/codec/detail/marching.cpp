@@ -122,7 +122,7 @@ bool Marching::add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriang
   const RowOfCells cells(*signs_, y, z, odd_y, odd_z);
   const RowBits mixed = cells.mixed() & not_last_;
   if (!mixed.any()) return true;
-  const RowOfCells there(kHasVoid ? *present_ : *signs_, y, z, odd_y, odd_z);
+  const RowOfCells present(kHasVoid ? *present_ : *signs_, y, z, odd_y, odd_z);
 
   // Where the vertex indices of a cell's edges are stored, for cells with even and odd x.
   const EdgeOfCell* const edges[2] = {cell_edge_table().of[odd_y << 1 | odd_z << 2],
@@ -144,24 +144,24 @@ bool Marching::add_row_of_cells(int y, int z, ShellVertex* vertices, ShellTriang
       has_room = false;
       return;
     }
-    const unsigned corners_there = kHasVoid ? there.corners(x, odd_x != 0) : 0xffU;
+    const unsigned present_corners = kHasVoid ? present.corners(x, odd_x != 0) : 0xffU;
     const auto vertex = [&](uint8_t edge) {
       uint32_t& number = numbers[odd_x][edge][x];
-      if (kHasVoid && (number & kToBeMade) != 0) {
+      if (kHasVoid && (number & kPendingVertex) != 0) {
         if (vertex_count_ == max_vertices_) {
           has_room = false;
           return 0U;
         }
         const EdgeOfCell& one = edges[odd_x][edge];
         vertices[vertex_count_] = vertex_at(x + one.x, y + one.y, z + one.z, one.direction,
-                                            static_cast<int32_t>(number & ~kToBeMade));
+                                            static_cast<int32_t>(number & ~kPendingVertex));
         number = vertex_count_++;
       }
       return number;
     };
     for (int i = 0; i < cell.polygons; ++i) {
       const CellPolygon& polygon = cell.polygon[i];
-      if (kHasVoid && (polygon.tetrahedron & ~corners_there) != 0) continue;
+      if (kHasVoid && (polygon.tetrahedron & ~present_corners) != 0) continue;
       if (kHasVoid && polygon.corners - 2U > max_triangles_ - triangle_count_) {
         has_room = false;
         return;

@@ -49,7 +49,7 @@ class Marching {
  private:
   using NumbersOfRow = uint32_t[kMaxShellSamples + 1];
   // Marks the entry of a vertex not created yet, which holds its cut instead of its index.
-  static constexpr uint32_t kToBeMade = 1U << 31;
+  static constexpr uint32_t kPendingVertex = 1U << 31;
 
   [[nodiscard]] ShellVertex vertex_at(int x, int y, int z, int direction, int32_t cut) const {
     const EdgeDirection d = kEdgeDirection[direction];
@@ -87,8 +87,9 @@ bool Marching::add_vertices(const CrossedEdges& edges, int z, int first, int end
       if (!crossed.any()) continue;
       uint32_t* const numbers = numbers_[z & 1][y][d];
       if (present_ != nullptr) {
-        for_each_sample(
-            crossed, [&](int x) { numbers[x] = kToBeMade | static_cast<uint32_t>(cut(x, y, d)); });
+        for_each_sample(crossed, [&](int x) {
+          numbers[x] = kPendingVertex | static_cast<uint32_t>(cut(x, y, d));
+        });
         continue;
       }
       if (static_cast<uint32_t>(count(crossed)) > max_vertices_ - vertex_count_) return false;

@@ -28,7 +28,7 @@ constexpr std::array<std::string_view, 3> kKnownExtensions = {
 constexpr std::uint64_t kDracoMemory = std::uint64_t{8} << 30;
 constexpr std::chrono::minutes kMostDracoTime{10};
 
-DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> position_id) {
+DracoMesh decode_in_child(std::string_view bytes, std::optional<std::uint32_t> position_id) {
   std::string made;
   try {
     made = run_in_child_process(
@@ -45,7 +45,7 @@ DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> pos
         },
         kDracoMemory, kMostDracoTime);
   } catch (const std::runtime_error& problem) {
-    throw MeshFault(problem.what());
+    throw MeshFileError(problem.what());
   }
   MeshBytes answer(made);
   DracoMesh mesh;
@@ -60,7 +60,7 @@ DracoMesh decoded_apart(std::string_view bytes, std::optional<std::uint32_t> pos
 
 // Reads a non-negative integer.
 std::size_t whole(const json& value) {
-  if (!value.is_number_unsigned()) throw MeshFault("its JSON has something else for a number");
+  if (!value.is_number_unsigned()) throw MeshFileError("its JSON has something else for a number");
   return value.get<std::size_t>();
 }
 std::size_t whole_or(const json& object, const char* key, std::size_t otherwise) {
@@ -69,7 +69,8 @@ std::size_t whole_or(const json& object, const char* key, std::size_t otherwise)
 
 const json& element(const json& document, const char* array, std::size_t index) {
   if (!document.contains(array) || !document[array].is_array() || index >= document[array].size()) {
-    throw MeshFault("its JSON names an element of '" + std::string(array) + "' that is not there");
+    throw MeshFileError("its JSON names an element of '" + std::string(array) +
+                        "' that is not there");
   }
   return document[array][index];
 }
@@ -77,7 +78,7 @@ const json& element(const json& document, const char* array, std::size_t index) 
 std::vector<double> numbers(const json& array, std::size_t count) {
   if (!array.is_array() || array.size() != count ||
       !std::all_of(array.begin(), array.end(), [](const json& v) { return v.is_number(); })) {
-    throw MeshFault("a node's transformation is not " + std::to_string(count) + " numbers");
+    throw MeshFileError("a node's transformation is not " + std::to_string(count) + " numbers");
   }
   return array.get<std::vector<double>>();
 }
@@ -123,12 +124,12 @@ class GlbReader {
         const auto name = extension.get<std::string>();
         if (std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) ==
             kKnownExtensions.end()) {
-          throw MeshFault("it needs the extension '" + name.substr(0, 60) +
-                          "', which is not known here");
+          throw MeshFileError("it needs the extension '" + name.substr(0, 60) +
+                              "', which is not known here");
         }
       }
     }
-    if (!document_.contains("scenes")) throw MeshFault("it has no scene");
+    if (!document_.contains("scenes")) throw MeshFileError("it has no scene");
     const json& scene = element(document_, "scenes", whole_or(document_, "scene", 0));
     if (scene.contains("nodes")) {
       // Turns glTF's y-up to our z-up.
@@ -143,13 +144,13 @@ class GlbReader {
     constexpr int kMaxDepth = 64;
     constexpr std::size_t kMaxNodes = 1'000'000;
     if (depth > kMaxDepth || ++nodes_ > kMaxNodes) {
-      throw MeshFault("its nodes contain each other");
+      throw MeshFileError("its nodes contain each other");
     }
     const json& node = element(document_, "nodes", number);
     const Affine map = composed(parent, node_map(node));
     if (node.contains("mesh")) {
       const json& mesh = element(document_, "meshes", whole(node["mesh"]));
-      if (!mesh.contains("primitives")) throw MeshFault("a mesh has no primitives");
+      if (!mesh.contains("primitives")) throw MeshFileError("a mesh has no primitives");
       for (const json& primitive : mesh["primitives"]) add_primitive(primitive, map);
     }
     if (!node.contains("children")) return;
@@ -159,23 +160,23 @@ class GlbReader {
   void add_primitive(const json& primitive, const Affine& map) {
     const std::size_t mode = whole_or(primitive, "mode", 4);
     if (mode < 4) return;  // Points and lines.
-    if (mode > 4) throw MeshFault("its triangles are strips or fans");
+    if (mode > 4) throw MeshFileError("its triangles are strips or fans");
     if (!primitive.contains("attributes") || !primitive["attributes"].contains("POSITION")) {
-      throw MeshFault("a primitive has no positions");
+      throw MeshFileError("a primitive has no positions");
     }
     DracoMesh part;
     if (primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension)) {
       const json& draco = primitive["extensions"][kDracoExtension];
       constexpr int kMostDracoMeshes = 10'000;
       if (++draco_meshes_ > kMostDracoMeshes) {
-        throw MeshFault("it has more than 10000 meshes compressed with Draco");
+        throw MeshFileError("it has more than 10000 meshes compressed with Draco");
       }
       if (!draco.contains("bufferView") || !draco.contains("attributes") ||
           !draco["attributes"].contains("POSITION")) {
-        throw MeshFault("its Draco extension has no positions");
+        throw MeshFileError("its Draco extension has no positions");
       }
-      part = decoded_apart(view(whole(draco["bufferView"])).first,
-                           static_cast<std::uint32_t>(whole(draco["attributes"]["POSITION"])));
+      part = decode_in_child(view(whole(draco["bufferView"])).first,
+                             static_cast<std::uint32_t>(whole(draco["attributes"]["POSITION"])));
     } else {
       part = plain_part(primitive);
     }
@@ -183,7 +184,7 @@ class GlbReader {
     // A few bytes can instance the same mesh a million times.
     constexpr std::size_t kMostVertices = std::size_t{1} << 28;
     if (first + part.positions.size() > kMostVertices) {
-      throw MeshFault("it has more than 2^28 vertices");
+      throw MeshFileError("it has more than 2^28 vertices");
     }
     for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));
     const bool is_mirrored = map.determinant() < 0;  // glTF then reverses the faces.
@@ -204,7 +205,7 @@ class GlbReader {
       visit(element(document_, "accessors", whole(primitive["indices"])), 1,
             [&](const std::array<double, 3>& v) {
               if (!(v[0] >= 0 && v[0] < static_cast<double>(part.positions.size()))) {
-                throw MeshFault("a triangle has a vertex that is not there");
+                throw MeshFileError("a triangle has a vertex that is not there");
               }
               corners.push_back(static_cast<std::uint32_t>(v[0]));
             });
@@ -222,12 +223,12 @@ class GlbReader {
     const json& description = element(document_, "bufferViews", number);
     if (whole_or(description, "buffer", 0) != 0 ||
         element(document_, "buffers", 0).contains("uri")) {
-      throw MeshFault("its arrays are in another file");
+      throw MeshFileError("its arrays are in another file");
     }
     const std::size_t offset = whole_or(description, "byteOffset", 0);
     const std::size_t length = whole_or(description, "byteLength", 0);
     if (offset > binary_.size() || length > binary_.size() - offset) {
-      throw MeshFault("an array reaches beyond its end");
+      throw MeshFileError("an array reaches beyond its end");
     }
     return {binary_.substr(offset, length), whole_or(description, "byteStride", 0)};
   }
@@ -236,18 +237,18 @@ class GlbReader {
   template <typename Take>
   void visit(const json& accessor, std::size_t components, const Take& take) {
     if (accessor.contains("sparse") || !accessor.contains("bufferView")) {
-      throw MeshFault("an array of it is sparse");
+      throw MeshFileError("an array of it is sparse");
     }
     const std::string type = accessor.value("type", "");
     if (type != (components == 1 ? "SCALAR" : "VEC3")) {
-      throw MeshFault("an array of it is " + type.substr(0, 20));
+      throw MeshFileError("an array of it is " + type.substr(0, 20));
     }
     const std::size_t kind = whole_or(accessor, "componentType", 0);
     const std::size_t width = kind == 5120 || kind == 5121   ? 1
                               : kind == 5122 || kind == 5123 ? 2
                               : kind == 5125 || kind == 5126 ? 4
                                                              : 0;
-    if (width == 0) throw MeshFault("an array of it has the type " + std::to_string(kind));
+    if (width == 0) throw MeshFileError("an array of it has the type " + std::to_string(kind));
     const auto [bytes, given_stride] = view(whole(accessor["bufferView"]));
     const std::size_t size = components * width;
     const std::size_t stride = given_stride != 0 ? given_stride : size;
@@ -256,7 +257,7 @@ class GlbReader {
     if (count == 0) return;
     if (stride < size || offset > bytes.size() || bytes.size() - offset < size ||
         (bytes.size() - offset - size) / stride < count - 1) {
-      throw MeshFault("an array reaches beyond its end");
+      throw MeshFileError("an array reaches beyond its end");
     }
     const bool is_normalized = accessor.value("normalized", false);
     for (std::size_t i = 0; i < count; ++i) {
@@ -300,10 +301,10 @@ TriangleMesh read_glb(std::string_view file) {
   constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
   MeshBytes bytes(file);
   bytes.take(4);
-  if (bytes.take_number<std::uint32_t>() != 2) throw MeshFault("it is not of glTF 2");
+  if (bytes.take_number<std::uint32_t>() != 2) throw MeshFileError("it is not of glTF 2");
   bytes.take(4);  // Length of the file.
   const auto length = bytes.take_number<std::uint32_t>();
-  if (bytes.take_number<std::uint32_t>() != kJsonChunk) throw MeshFault("it has no JSON first");
+  if (bytes.take_number<std::uint32_t>() != kJsonChunk) throw MeshFileError("it has no JSON first");
   const std::string_view text = bytes.take(length);
   std::string_view binary;
   if (bytes.size() >= 8) {
@@ -315,12 +316,12 @@ TriangleMesh read_glb(std::string_view file) {
     const json document = json::parse(text);
     return GlbReader(document, binary).read();
   } catch (const json::exception&) {
-    throw MeshFault("its JSON is damaged or is not glTF");
+    throw MeshFileError("its JSON is damaged or is not glTF");
   }
 }
 
 TriangleMesh read_draco(std::string_view file) {
-  DracoMesh mesh = decoded_apart(file, std::nullopt);
+  DracoMesh mesh = decode_in_child(file, std::nullopt);
   return {.vertices = std::move(mesh.positions), .triangles = std::move(mesh.triangles)};
 }
 

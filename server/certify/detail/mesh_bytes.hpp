@@ -14,9 +14,9 @@
 namespace multitetra {
 
 // An error in a mesh file. read_mesh() adds the file's name.
-class MeshFault : public std::runtime_error {
+class MeshFileError : public std::runtime_error {
  public:
-  explicit MeshFault(const std::string& what) : std::runtime_error(what) {}
+  explicit MeshFileError(const std::string& what) : std::runtime_error(what) {}
 };
 
 // Appends polygons as triangle fans around their first corner.
@@ -25,11 +25,12 @@ class PolygonSink {
   explicit PolygonSink(TriangleMesh& mesh) : mesh_(mesh) {}
 
   void begin() { count_ = 0; }
-  // Adds a corner. `vertex` comes unchecked from the file; throws MeshFault if it is out of range.
+  // Adds a corner. `vertex` comes unchecked from the file; throws MeshFileError if it is out of
+  // range.
   void add(std::int64_t vertex) {
     if (vertex < 0 || vertex >= static_cast<std::int64_t>(mesh_.vertices.size())) {
-      throw MeshFault("a face has the vertex " + std::to_string(vertex) + " of " +
-                      std::to_string(mesh_.vertices.size()));
+      throw MeshFileError("a face has the vertex " + std::to_string(vertex) + " of " +
+                          std::to_string(mesh_.vertices.size()));
     }
     const auto corner = static_cast<std::uint32_t>(vertex);
     if (count_ == 0) first_ = corner;
@@ -45,7 +46,7 @@ class PolygonSink {
   std::uint32_t last_ = 0;
 };
 
-// Reads numbers and words from text or bytes; throws MeshFault if they end too early.
+// Reads numbers and words from text or bytes; throws MeshFileError if they end too early.
 class MeshBytes {
  public:
   explicit MeshBytes(std::string_view rest) : rest_(rest) {}
@@ -54,7 +55,7 @@ class MeshBytes {
   [[nodiscard]] bool is_empty() const { return rest_.empty(); }
 
   std::string_view take(std::size_t bytes) {
-    if (bytes > rest_.size()) throw MeshFault("it ends too early");
+    if (bytes > rest_.size()) throw MeshFileError("it ends too early");
     const std::string_view taken = rest_.substr(0, bytes);
     rest_.remove_prefix(bytes);
     return taken;
@@ -79,7 +80,7 @@ class MeshBytes {
 };
 static_assert(std::endian::native == std::endian::little);
 
-// Throw MeshFault unless the whole word is a number.
+// Throw MeshFileError unless the whole word is a number.
 [[nodiscard]] double decimal_from(std::string_view word);
 [[nodiscard]] std::int64_t integer_from(std::string_view word);
 

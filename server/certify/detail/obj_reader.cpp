@@ -9,7 +9,7 @@ TriangleMesh read_obj(std::string_view file) {
   MeshBytes bytes(file);
   while (!bytes.is_empty()) {
     const std::string_view text = bytes.take_line();
-    if (text.ends_with('\\')) throw MeshFault("it has a continued line");
+    if (text.ends_with('\\')) throw MeshFileError("it has a continued line");
     MeshBytes line(text);
     const std::string_view word = line.take_word();
     if (word == "v") {
@@ -25,7 +25,7 @@ TriangleMesh read_obj(std::string_view file) {
       }
     }
   }
-  if (mesh.vertices.empty()) throw MeshFault("it has no vertices");
+  if (mesh.vertices.empty()) throw MeshFileError("it has no vertices");
   return mesh;
 }
 

@@ -35,7 +35,7 @@ PlyType ply_type(std::string_view word) {
   for (std::size_t i = 0; i < kNames.size(); ++i) {
     if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<PlyType>(i);
   }
-  throw MeshFault("its header names the type '" + std::string(word.substr(0, 40)) + "'");
+  throw MeshFileError("its header names the type '" + std::string(word.substr(0, 40)) + "'");
 }
 
 // Reads the values of elements in any encoding.
@@ -73,7 +73,7 @@ class PlyValues {
     const double value = take(type);
     const bool fits = value >= -2147483648.0 && value <= 4294967295.0;
     if (!fits || value != static_cast<double>(static_cast<std::int64_t>(value))) {
-      throw MeshFault("a number of a list is no integer");
+      throw MeshFileError("a number of a list is no integer");
     }
     return static_cast<std::int64_t>(value);
   }
@@ -104,19 +104,21 @@ PlyHeader take_header(MeshBytes& bytes) {
       } else if (name == "binary_big_endian") {
         header.encoding = PlyEncoding::kBig;
       } else {
-        throw MeshFault("its format is '" + std::string(name.substr(0, 40)) + "'");
+        throw MeshFileError("its format is '" + std::string(name.substr(0, 40)) + "'");
       }
     } else if (word == "element") {
       PlyElement element{.name = std::string(line.take_word())};
       element.count = integer_from(line.take_word());
       // Each element takes at least a byte.
       if (element.count < 0 || element.count > static_cast<std::int64_t>(bytes.size())) {
-        throw MeshFault("it is shorter than the " + std::to_string(element.count) + " elements '" +
-                        element.name.substr(0, 40) + "' that its header promises");
+        throw MeshFileError("it is shorter than the " + std::to_string(element.count) +
+                            " elements '" + element.name.substr(0, 40) +
+                            "' that its header promises");
       }
       header.elements.push_back(std::move(element));
     } else if (word == "property") {
-      if (header.elements.empty()) throw MeshFault("its header has a property without an element");
+      if (header.elements.empty())
+        throw MeshFileError("its header has a property without an element");
       PlyProperty property;
       std::string_view type = line.take_word();
       if (type == "list") {
@@ -128,7 +130,7 @@ PlyHeader take_header(MeshBytes& bytes) {
       header.elements.back().properties.push_back(std::move(property));
     }
   }
-  throw MeshFault("its header has no end");
+  throw MeshFileError("its header has no end");
 }
 
 void take_vertices(const PlyElement& element, PlyValues& values, TriangleMesh& mesh) {
@@ -138,7 +140,7 @@ void take_vertices(const PlyElement& element, PlyValues& values, TriangleMesh& m
       if (!property.count && property.name == std::string(1, "xyz"[axis])) axes |= 1U << axis;
     }
   }
-  if (axes != 7) throw MeshFault("its vertices have no x, y and z");
+  if (axes != 7) throw MeshFileError("its vertices have no x, y and z");
   for (std::int64_t i = 0; i < element.count; ++i) {
     Vec3& place = mesh.vertices.emplace_back();
     for (const PlyProperty& property : element.properties) {
@@ -189,7 +191,7 @@ TriangleMesh read_ply(std::string_view file) {
   for (const PlyElement& element : header.elements) {
     if (element.properties.empty()) continue;
     if (element.name == "tristrips") {
-      throw MeshFault("its triangles are strips");
+      throw MeshFileError("its triangles are strips");
     }
     if (element.name == "vertex") {
       has_vertices = true;
@@ -198,7 +200,7 @@ TriangleMesh read_ply(std::string_view file) {
       take_lists(element, values, mesh);
     }
   }
-  if (!has_vertices) throw MeshFault("it has no vertices");
+  if (!has_vertices) throw MeshFileError("it has no vertices");
   return mesh;
 }
 

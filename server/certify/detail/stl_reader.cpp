@@ -15,7 +15,7 @@ void add_corner(TriangleMesh& mesh, const Vec3& place) {
 
 TriangleMesh read_binary(MeshBytes bytes, std::uint32_t count) {
   TriangleMesh mesh;
-  if (count > 0xFFFFFFFF / 3) throw MeshFault("it has more than 2^32 corners");
+  if (count > 0xFFFFFFFF / 3) throw MeshFileError("it has more than 2^32 corners");
   mesh.vertices.reserve(3 * std::size_t{count});
   mesh.triangles.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -45,7 +45,7 @@ TriangleMesh read_text(MeshBytes bytes) {
     for (double& coordinate : place) coordinate = line.take_decimal();
     add_corner(mesh, place);
   }
-  if (!has_end || mesh.vertices.size() % 3 != 0) throw MeshFault("it ends too early");
+  if (!has_end || mesh.vertices.size() % 3 != 0) throw MeshFileError("it ends too early");
   return mesh;
 }
 
@@ -59,11 +59,12 @@ TriangleMesh read_stl(std::string_view file) {
     const auto count = bytes.take_number<std::uint32_t>();
     if (bytes.size() == kStlTriangleBytes * count) return read_binary(bytes, count);
     if (!file.starts_with("solid")) {
-      throw MeshFault("its header promises " + std::to_string(count) + " triangles and it has " +
-                      std::to_string(bytes.size()) + " bytes for them");
+      throw MeshFileError("its header promises " + std::to_string(count) +
+                          " triangles and it has " + std::to_string(bytes.size()) +
+                          " bytes for them");
     }
   }
-  if (!file.starts_with("solid")) throw MeshFault("it is neither text nor binary STL");
+  if (!file.starts_with("solid")) throw MeshFileError("it is neither text nor binary STL");
   return read_text(MeshBytes(file));
 }
 

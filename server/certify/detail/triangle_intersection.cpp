@@ -7,21 +7,21 @@
 namespace multitetra {
 namespace {
 
-using Places = std::array<Vec3, 3>;
+using Corners = std::array<Vec3, 3>;
 
 // Projects along an axis.
-Vec2 seen(const Vec3& p, std::size_t axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
+Vec2 project(const Vec3& p, std::size_t axis) { return {p[(axis + 1) % 3], p[(axis + 2) % 3]}; }
 
 // A projection axis in which the triangle has an area, and the orientation of its corners there; 0
 // if the triangle is flat.
-struct View {
+struct Projection {
   std::size_t axis = 0;
-  int turn = 0;
+  int sign = 0;
 };
-View view_of(const Places& t) {
+Projection projection_of(const Corners& t) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int turn = orientation(seen(t[0], axis), seen(t[1], axis), seen(t[2], axis));
-    if (turn != 0) return {axis, turn};
+    const int sign = orientation(project(t[0], axis), project(t[1], axis), project(t[2], axis));
+    if (sign != 0) return {axis, sign};
   }
   return {};
 }
@@ -43,45 +43,46 @@ bool segments_meet(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
 }
 
 // Returns whether a segment in the plane of the triangle meets it.
-bool meets_in_plane(const Vec3& p, const Vec3& q, const Places& t) {
-  const View view = view_of(t);
-  const std::array<Vec2, 3> corners = {seen(t[0], view.axis), seen(t[1], view.axis),
-                                       seen(t[2], view.axis)};
-  const Vec2 a = seen(p, view.axis);
-  const Vec2 b = seen(q, view.axis);
+bool meets_in_plane(const Vec3& p, const Vec3& q, const Corners& t) {
+  const Projection projection = projection_of(t);
+  const std::array<Vec2, 3> corners = {project(t[0], projection.axis),
+                                       project(t[1], projection.axis),
+                                       project(t[2], projection.axis)};
+  const Vec2 a = project(p, projection.axis);
+  const Vec2 b = project(q, projection.axis);
   bool contains = true;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec2& from = corners[i];
     const Vec2& to = corners[(i + 1) % 3];
     if (segments_meet(a, b, from, to)) return true;
-    contains = contains && orientation(from, to, a) == view.turn;
+    contains = contains && orientation(from, to, a) == projection.sign;
   }
   return contains;
 }
 
 // Returns whether the closed segment and the closed triangle share a point. `side_p` and `side_q`
 // are the sides of the triangle's plane on which p and q lie.
-bool meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Places& t) {
+bool meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const Corners& t) {
   if (side_p * side_q > 0) return false;
   if (side_p == 0 && side_q == 0) return meets_in_plane(p, q, t);
   int least = 1;
   int most = -1;
   for (std::size_t i = 0; i < 3; ++i) {
-    const int turn = orientation(p, q, t[i], t[(i + 1) % 3]);
-    least = std::min(least, turn);
-    most = std::max(most, turn);
+    const int sign = orientation(p, q, t[i], t[(i + 1) % 3]);
+    least = std::min(least, sign);
+    most = std::max(most, sign);
   }
   return least >= 0 || most <= 0;
 }
 
-int side_of(const Vec3& p, const Places& t) { return orientation(t[0], t[1], t[2], p); }
+int side_of(const Vec3& p, const Corners& t) { return orientation(t[0], t[1], t[2], p); }
 
-bool meets(const Vec3& p, const Vec3& q, const Places& t) {
+bool meets(const Vec3& p, const Vec3& q, const Corners& t) {
   return meets(p, q, side_of(p, t), side_of(q, t), t);
 }
 
-bool any_side_meets(const Places& sides, const std::array<int, 3>& side_of_corner,
-                    const Places& t) {
+bool any_side_meets(const Corners& sides, const std::array<int, 3>& side_of_corner,
+                    const Corners& t) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     if (meets(sides[i], sides[j], side_of_corner[i], side_of_corner[j], t)) return true;
@@ -89,7 +90,7 @@ bool any_side_meets(const Places& sides, const std::array<int, 3>& side_of_corne
   return false;
 }
 
-std::array<int, 3> sides_of(const Places& corners, const Places& t) {
+std::array<int, 3> sides_of(const Corners& corners, const Corners& t) {
   return {side_of(corners[0], t), side_of(corners[1], t), side_of(corners[2], t)};
 }
 
@@ -97,7 +98,7 @@ bool is_on_one_side(const std::array<int, 3>& sides) {
   return sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2];
 }
 
-bool apart_triangles_meet(const Places& a, const Places& b) {
+bool disjoint_triangles_meet(const Corners& a, const Corners& b) {
   const std::array<int, 3> of_a = sides_of(a, b);
   if (is_on_one_side(of_a)) return false;
   const std::array<int, 3> of_b = sides_of(b, a);
@@ -122,18 +123,18 @@ bool neighbours_overlap(const MeshTriangle& a, const MeshTriangle& b) {
   const Vec3& own = a.places[i];
   const Vec3& other = b.places[own_corner(b, a)];
   if (side_of(other, a.places) != 0) return false;
-  const View view = view_of(a.places);
-  const Vec2 from = seen(a.places[(i + 1) % 3], view.axis);
-  const Vec2 to = seen(a.places[(i + 2) % 3], view.axis);
-  return orientation(from, to, seen(own, view.axis)) ==
-         orientation(from, to, seen(other, view.axis));
+  const Projection projection = projection_of(a.places);
+  const Vec2 from = project(a.places[(i + 1) % 3], projection.axis);
+  const Vec2 to = project(a.places[(i + 2) % 3], projection.axis);
+  return orientation(from, to, project(own, projection.axis)) ==
+         orientation(from, to, project(other, projection.axis));
 }
 
 // Triangles with a common vertex that share further points share a segment from there or an area,
 // which reaches the opposite side of one of them.
 bool meet_beyond_vertex(const MeshTriangle& a, std::size_t shared_in_a, const MeshTriangle& b,
                         std::size_t shared_in_b) {
-  const auto opposite_meets = [](const Places& of, std::size_t shared, const Places& other) {
+  const auto opposite_meets = [](const Corners& of, std::size_t shared, const Corners& other) {
     return meets(of[(shared + 1) % 3], of[(shared + 2) % 3], other);
   };
   return opposite_meets(a.places, shared_in_a, b.places) ||
@@ -142,7 +143,7 @@ bool meet_beyond_vertex(const MeshTriangle& a, std::size_t shared_in_a, const Me
 
 }  // namespace
 
-bool is_flat(const std::array<Vec3, 3>& places) { return view_of(places).turn == 0; }
+bool is_flat(const std::array<Vec3, 3>& places) { return projection_of(places).sign == 0; }
 
 bool intersect(const MeshTriangle& a, const MeshTriangle& b) {
   std::size_t shared = 0;
@@ -156,7 +157,7 @@ bool intersect(const MeshTriangle& a, const MeshTriangle& b) {
       in_b = j;
     }
   }
-  if (shared == 0) return apart_triangles_meet(a.places, b.places);
+  if (shared == 0) return disjoint_triangles_meet(a.places, b.places);
   if (shared == 1) return meet_beyond_vertex(a, in_a, b, in_b);
   return shared == 3 || neighbours_overlap(a, b);
 }

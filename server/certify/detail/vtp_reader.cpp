@@ -49,7 +49,7 @@ class VtkNumbers {
   // Reads an index, an integer below 2^53.
   std::int64_t take_index() {
     const double value = take();
-    if (!(value >= 0 && value < 0x1p53)) throw MeshFault("an index is no index");
+    if (!(value >= 0 && value < 0x1p53)) throw MeshFileError("an index is no index");
     return static_cast<std::int64_t>(value);
   }
 
@@ -63,7 +63,7 @@ class VtkNumbers {
   void fill() {
     constexpr std::uint64_t kPortion = 1 << 16;
     const std::uint64_t count = std::min(left_, kPortion);
-    if (count == 0) throw MeshFault("an array ends too early");
+    if (count == 0) throw MeshFileError("an array ends too early");
     buffer_.resize(count * bytes_of(type_));
     bytes_->read(read_, buffer_);
     read_ += buffer_.size();
@@ -83,7 +83,7 @@ const VtiArray& array_of(const VtiHeader& header, std::string_view section, std:
   for (const VtiArray& array : header.arrays) {
     if (array.section == section && (name.empty() || array.name == name)) return array;
   }
-  throw MeshFault("its " + std::string(section) + " have no array '" + std::string(name) + "'");
+  throw MeshFileError("its " + std::string(section) + " have no array '" + std::string(name) + "'");
 }
 
 // Calls `begin()` for each cell of a section and `add(vertex)` for each of its vertices.
@@ -96,7 +96,7 @@ void visit_cells(const VtkArrays& arrays, std::string_view section, std::uint64_
   VtkNumbers of_ends(arrays, offsets, cells);
   for (std::uint64_t i = 0; i < cells; ++i) {
     ends.push_back(of_ends.take_index());
-    if (i > 0 && ends[i] < ends[i - 1]) throw MeshFault("its cells have no order");
+    if (i > 0 && ends[i] < ends[i - 1]) throw MeshFileError("its cells have no order");
   }
   VtkNumbers vertices(arrays, array_of(arrays.header(), section, "connectivity"),
                       static_cast<std::uint64_t>(ends.back()));
@@ -115,7 +115,7 @@ TriangleMesh read_vtp(const std::filesystem::path& file) {
   TriangleMesh mesh;
   if (header.points > 0) {
     const VtiArray& points = array_of(header, "Points", "");
-    if (points.components != 3) throw MeshFault("its points have no three coordinates");
+    if (points.components != 3) throw MeshFileError("its points have no three coordinates");
     VtkNumbers coordinates(arrays, points, 3 * header.points);
     for (std::uint64_t i = 0; i < header.points; ++i) {
       Vec3& place = mesh.vertices.emplace_back();

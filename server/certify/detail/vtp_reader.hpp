@@ -7,7 +7,7 @@
 
 namespace multitetra {
 
-// Reads polygons and triangle strips; ignores vertices and lines. Throws MeshFault or
+// Reads polygons and triangle strips; ignores vertices and lines. Throws MeshFileError or
 // VolumeFileError.
 [[nodiscard]] TriangleMesh read_vtp(const std::filesystem::path& file);
 

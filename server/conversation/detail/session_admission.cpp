@@ -60,7 +60,7 @@ Received receive_from(ConnectionContext& client, Session& session,
   const AdmissionControl& admission = client.admission();
   Received received;
   Actions& actions = received.actions;
-  if (const auto work = admission.may_begin_work(); !work) session.refuse_work(work.error());
+  if (const auto work = admission.may_begin_work(); !work) session.reject_requests(work.error());
   const bool has_expired = session.permit().rights().has_expired(std::chrono::system_clock::now());
   if (has_expired || session.access() != admission.access()) {
     append(actions, session.renew(admission.access()));
@@ -76,9 +76,9 @@ Received receive_from(ConnectionContext& client, Session& session,
     actions.push_back(Send{std::move(admitted.error())});
   }
   if (!was_welcomed && session.is_welcomed()) {
-    client.is_named(session.permit().rights().name(), session.permit().has_token());
+    client.set_identity(session.permit().rights().name(), session.permit().has_token());
     if (const auto* hello = std::get_if<Hello>(&*message)) {
-      client.asks_for(hello->on_behalf_of, hello->client_address);
+      client.set_forwarded_share(hello->on_behalf_of, hello->client_address);
     }
   }
   return received;

@@ -15,7 +15,7 @@ namespace multitetra {
 namespace {
 
 // Grid steps beyond the cube in which errors of spacing 1, 2 and 4 are needed.
-constexpr std::array<std::int32_t, kSpectrumExponent> kReach = {6, 4, 0};
+constexpr std::array<std::int32_t, kSpectrumExponent> kHaloSteps = {6, 4, 0};
 
 using Float4 = Lanes<float>::Vector;
 using Mask = std::int32_t __attribute__((vector_size(16)));
@@ -213,7 +213,7 @@ void FineErrors::compute(int exponent) {
 
 void FineErrors::compute_kind(const FineCell& cell, int exponent, PointKind kind) {
   const std::int32_t step = 1 << exponent;
-  const std::int32_t reach = kReach[static_cast<std::size_t>(exponent)];
+  const std::int32_t reach = kHaloSteps[static_cast<std::size_t>(exponent)];
   const std::int32_t last = 1 << volume_.info.grid_exponent;
   // Restricted to the needed points inside the grid.
   const auto needed = [&](std::int32_t low, std::int32_t origin) {

@@ -17,7 +17,7 @@ void MeasuredCosts::note(StepForm form, double extracted, double seconds) {
                   : form == StepForm::kSimplified ? costs_.simplified
                   : form == StepForm::kEmbedded   ? costs_.embedded
                                                   : costs_.plain;
-  const double found = std::max(seconds - CostEstimates::kSecondsAStep, 0.0) / extracted;
+  const double found = std::max(seconds - CostEstimates::kSecondsPerStep, 0.0) / extracted;
   known += kWeight * (std::clamp(found, known / kMostAtOnce, known * kMostAtOnce) - known);
 }
 

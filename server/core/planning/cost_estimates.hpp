@@ -33,7 +33,7 @@ struct CostEstimates {
   double bytes_per_second = kUsualBytesPerSecond;
   double client_triangles_per_second = 0;  // 0 if the client's time is ignored.
 
-  [[nodiscard]] double a_triangle(StepForm form) const {
+  [[nodiscard]] double seconds_per_triangle(StepForm form) const {
     switch (form) {
       case StepForm::kSimplified:
         return simplified;
@@ -46,7 +46,7 @@ struct CostEstimates {
     }
   }
   [[nodiscard]] double server_seconds(const SurfaceSize& size, StepForm form) const {
-    return kSecondsAStep + size.extracted * a_triangle(form);
+    return kSecondsPerStep + size.extracted * seconds_per_triangle(form);
   }
   [[nodiscard]] double link_seconds(const SurfaceSize& size) const {
     return size.bytes / bytes_per_second;
@@ -57,7 +57,7 @@ struct CostEstimates {
     return size.triangles / std::max(client_triangles_per_second, 1.0);
   }
 
-  static constexpr double kSecondsAStep = 2e-3;  // Independent of the step's content.
+  static constexpr double kSecondsPerStep = 2e-3;  // Independent of the step's content.
 };
 
 // Measured costs of past steps on this machine, recent ones weighted most. Pure.

@@ -283,13 +283,13 @@ double estimated_bytes(double triangles, const StepRequest& step, SampleType typ
     // There is half a vertex per triangle; coarse levels are less smooth.
     const double coarse = step.finest_spacing > 1 ? 1.4 : 1;
     const double bits = bits_a_vertex(*step.shell, type, step.request.lattice_resolution);
-    return triangles * coarse * bits / 16 + kBytesATile;
+    return triangles * coarse * bits / 16 + kBytesPerTile;
   }
   const int normal_bits = step.request.normal_bits;
   const double normals = normal_bits == 0 ? 0 : 0.6 + 0.15 * (normal_bits - kMinNormalBits);
-  const double a_triangle =
+  const double bytes_per_triangle =
       0.3 + 0.19 * (step.request.lattice_resolution + std::log2(step.finest_spacing)) + normals;
-  return triangles * a_triangle + kBytesATile * std::ceil(triangles / kTrianglesATile);
+  return triangles * bytes_per_triangle + kBytesPerTile * std::ceil(triangles / kTrianglesPerTile);
 }
 
 }  // namespace multitetra

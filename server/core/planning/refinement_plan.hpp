@@ -123,8 +123,8 @@ struct PlanLimits {
                                     const SizeEstimates& sizes, const CostEstimates& costs);
 
 // Bytes of a tile independent of its content, and the average triangles of a tile.
-inline constexpr double kBytesATile = 250;
-inline constexpr double kTrianglesATile = 10'000;
+inline constexpr double kBytesPerTile = 250;
+inline constexpr double kTrianglesPerTile = 10'000;
 
 // Returns the bits per vertex in sample shells of spacing 1, as measured on public volumes. `type`
 // is that of the dataset's samples: the more bits exact samples have, the more of these are noise.

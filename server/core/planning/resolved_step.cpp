@@ -32,11 +32,9 @@ SimplificationOptions ResolvedStep::simplification() const {
           .is_embedded = step_.request.embedded};
 }
 
-bool ResolvedStep::has_important_places() const {
-  return thresholds_.least() != thresholds_.largest();
-}
+bool ResolvedStep::has_send_order() const { return thresholds_.least() != thresholds_.largest(); }
 
-double ResolvedStep::importance(const OctreeCube& cube) const {
+double ResolvedStep::send_order(const OctreeCube& cube) const {
   return model_thresholds_.least_in(box_of(cube));
 }
 

@@ -33,10 +33,10 @@ class ResolvedStep {
   [[nodiscard]] ModelOptions model() const;
   // Returns options with the rest of the thresholds.
   [[nodiscard]] SimplificationOptions simplification() const;
-  // Returns whether tiles differ in importance. The tile with the smallest importance() comes
+  // Returns whether tiles differ in importance. The tile with the smallest send_order() comes
   // first: the smallest error is allowed there, as near the eye or in the finest region.
-  [[nodiscard]] bool has_important_places() const;
-  [[nodiscard]] double importance(const OctreeCube& cube) const;
+  [[nodiscard]] bool has_send_order() const;
+  [[nodiscard]] double send_order(const OctreeCube& cube) const;
 
  private:
   StepRequest step_;

@@ -14,7 +14,8 @@ constexpr double kLeastInner = 0.05;
 
 }  // namespace
 
-double triangles_a_border_edge(const SimplifiedBlocks& apart, const SimplifiedBlocks& joined) {
+double estimate_triangles_per_border_edge(const SimplifiedBlocks& apart,
+                                          const SimplifiedBlocks& joined) {
   const double edges = apart.border_edges - joined.border_edges;
   if (edges < kFewBorderEdges) {
     return apart.before > 0 ? 1 - 0.6 * std::sqrt(std::min(apart.left / apart.before, 1.0)) : 1;
@@ -22,10 +23,11 @@ double triangles_a_border_edge(const SimplifiedBlocks& apart, const SimplifiedBl
   return std::clamp((apart.left - joined.left) / edges, 0.0, 1.0);
 }
 
-double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge, double before) {
+double remaining_share(const SimplifiedBlocks& blocks, double triangles_per_border_edge,
+                       double before) {
   if (blocks.before <= 0) return 1;
   const double left = blocks.left / blocks.before;
-  const double at_border = a_border_edge * blocks.border_edges / blocks.before;
+  const double at_border = triangles_per_border_edge * blocks.border_edges / blocks.before;
   const double inner = std::max(left - at_border, kLeastInner * left);
   const SimplifiedTileLimits limits;
   // The average fill of tiles. A tile that contains everything has no border.

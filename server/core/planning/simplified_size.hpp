@@ -22,13 +22,13 @@ struct SimplifiedBlocks {
 // Returns the triangles per border edge, 0 to 1, from the same surface in small and in larger
 // blocks. If these do not suffice, from the remaining share: measured 0.6 if a third is left, 0.98
 // if a hundredth is.
-[[nodiscard]] double triangles_a_border_edge(const SimplifiedBlocks& apart,
-                                             const SimplifiedBlocks& joined);
+[[nodiscard]] double estimate_triangles_per_border_edge(const SimplifiedBlocks& apart,
+                                                        const SimplifiedBlocks& joined);
 
 // Returns the share of a surface's `before` triangles that remains, 0 to 1, when it is cut into
 // tiles as in simplified_cube.hpp; 1 without data.
-[[nodiscard]] double remaining_share(const SimplifiedBlocks& blocks, double a_border_edge,
-                                     double before);
+[[nodiscard]] double remaining_share(const SimplifiedBlocks& blocks,
+                                     double triangles_per_border_edge, double before);
 
 // Returns a rough, rather small remaining share without any blocks, for an error in voxels. Public
 // volumes have 0.3 at a tenth of a voxel, 0.04 to 0.2 at half a voxel, 0.007 and more at two.

@@ -38,7 +38,7 @@ struct CubeSample {
                                                double isovalue, CubeMemory& memory);
 
 // Triangles per crossed tetrahedron, which has a triangle or a quad: measured 1.30 to 1.32.
-inline constexpr double kTrianglesATetrahedron = 1.31;
+inline constexpr double kTrianglesPerTetrahedron = 1.31;
 
 // Calls `visit` in octree order for the refined cubes of that exponent, which must be at least
 // kSpectrumExponent + 1; an exception from it ends the visit. Reads only the spectrum, and takes

@@ -57,11 +57,11 @@ class SimplifiedPiece::Run {
     for (std::uint32_t v = 0; v < points_.size(); ++v) {
       if (mesh_.kind(v) == CollapsingMesh::VertexKind::kInner) open_.push_back(v);
     }
-    if (limit.largest() <= piece.least_tried_) open_around_seams(piece.parts_);
+    if (limit.largest() <= piece.smallest_tried_limit_) open_around_seams(piece.parts_);
   }
 
-  // Stores the result in the piece: all of it if it `goes_on`, otherwise only the mesh.
-  void simplify(SimplifiedPiece& piece, const std::function<void()>& checkpoint, bool goes_on) {
+  // Stores the result in the piece: all of it if it `keeps_state`, otherwise only the mesh.
+  void simplify(SimplifiedPiece& piece, const std::function<void()>& checkpoint, bool keeps_state) {
     for (int pass = 0; pass < kPasses && choose_candidates(); ++pass) {
       for (std::size_t i = 0; i < candidates_.size(); ++i) {
         if (i % kBetweenCheckpoints == 0) checkpoint();
@@ -76,11 +76,11 @@ class SimplifiedPiece::Run {
       piece.mesh_.triangles.push_back(mesh_.triangle(t));
     }
     piece.map_.largest = carried_.largest();
-    if (!goes_on) return;
+    if (!keeps_state) return;
     piece.map_ = carried_.map(numbers);
     piece.quadrics_ = std::move(quadrics_);
     piece.parts_.assign(piece.mesh_.triangles.size(), 0);
-    piece.least_tried_ = limit_.largest();
+    piece.smallest_tried_limit_ = limit_.largest();
   }
 
  private:
@@ -90,7 +90,7 @@ class SimplifiedPiece::Run {
   static constexpr std::uint8_t kRefusals = 4;
   // Weight of a squared length relative to a squared distance. 0.01 gives up to an eighth fewer
   // thin triangles; 0.03 up to a quarter fewer, but five percent more bytes for flat surfaces.
-  static constexpr float kOfLength = 0.01F;
+  static constexpr float kLengthWeight = 0.01F;
 
   struct State {
     float least_cost = 0;
@@ -129,9 +129,9 @@ class SimplifiedPiece::Run {
     if (costs_.empty()) return false;
     const auto middle = costs_.begin() + static_cast<std::ptrdiff_t>(costs_.size() / 2);
     std::nth_element(costs_.begin(), middle, costs_.end());
-    dearest_ = *middle;
+    max_cost_ = *middle;
     for (const std::uint32_t v : open_) {
-      if (!states_[v].is_closed && states_[v].least_cost <= dearest_) candidates_.push_back(v);
+      if (!states_[v].is_closed && states_[v].least_cost <= max_cost_) candidates_.push_back(v);
     }
     return true;
   }
@@ -158,7 +158,7 @@ class SimplifiedPiece::Run {
   float cost(std::uint32_t u, const Vec3& goal) const {
     const Vec3 along = difference(goal, points_[u].at);
     const Quadric& q = quadrics_[u];
-    return q.at(along) + kOfLength * q.weight() * static_cast<float>(squared_length(along));
+    return q.at(along) + kLengthWeight * q.weight() * static_cast<float>(squared_length(along));
   }
 
   void try_vertex(std::uint32_t u) {
@@ -166,7 +166,7 @@ class SimplifiedPiece::Run {
     const bool was_stale = state.is_stale;
     find_costs(u);
     // It may have become too expensive if neighbours have changed in this pass.
-    if (was_stale && state.least_cost > 1.5F * dearest_) return;
+    if (was_stale && state.least_cost > 1.5F * max_cost_) return;
     for (int tries = 0; tries < kTries && !ring_costs_.empty();) {
       const auto least = std::min_element(ring_costs_.begin(), ring_costs_.end());
       if (*least == std::numeric_limits<float>::infinity()) break;
@@ -197,12 +197,12 @@ class SimplifiedPiece::Run {
   bool try_collapse(std::uint32_t u) {
     if (!carried_.fits(turned_, places_)) return false;
     if (embedding_ && !embedding_->allows(turned_)) return false;
-    carried_.keep(turned_);
-    if (embedding_) embedding_->keep(turned_);
+    carried_.commit(turned_);
+    if (embedding_) embedding_->commit(turned_);
     const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(turned_[0]));
     if (history_) history_->add(vertices_[u], vertices_[v], carried_.largest_of_last());
     mesh_.collapse(turned_);
-    quadrics_[v].add(quadrics_[u].seen_from(difference(points_[v].at, points_[u].at)));
+    quadrics_[v].add(quadrics_[u].relative_to(difference(points_[v].at, points_[u].at)));
     states_[v].is_stale = true;
     reopen(v);
     for (const std::uint32_t c : turned_) {
@@ -240,7 +240,7 @@ class SimplifiedPiece::Run {
   std::span<const LatticePoint> vertices_;
   CollapseHistory* history_;  // Null without a history.
   // The maximum cost in a pass.
-  float dearest_ = 0;
+  float max_cost_ = 0;
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
@@ -319,7 +319,7 @@ void SimplifiedPiece::finish() {
   map_ = {.carriers = {}, .edges = {}, .crossings = {}, .largest = map_.largest};
 }
 
-void SimplifiedPiece::keep_history() {
+void SimplifiedPiece::record_history() {
   std::vector<LatticeTriangle> triangles;
   append_triangles(triangles);
   history_.emplace(std::move(triangles), map_.largest);

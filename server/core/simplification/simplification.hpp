@@ -101,7 +101,7 @@ class SimplifiedPiece {
   void finish();
   // Starts recording collapses so that they can be undone; those of the first stage cannot. Either
   // all pieces that are joined have a history, or none.
-  void keep_history();
+  void record_history();
   [[nodiscard]] std::span<const Collapse> history() const {
     return history_ ? history_->collapses() : std::span<const Collapse>();
   }
@@ -143,7 +143,7 @@ class SimplifiedPiece {
   StoredMapping map_;  // In units.
   std::optional<CollapseHistory> history_;
   // In units: no collapse within this limit is left inside of the parts.
-  double least_tried_ = 0;
+  double smallest_tried_limit_ = 0;
 };
 
 }  // namespace multitetra

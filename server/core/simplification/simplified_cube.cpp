@@ -38,7 +38,7 @@ SimplifiedCube join_simplified(const OctreeCube& cube, std::vector<SimplifiedCub
       for (const SimplifiedCube& child : children) child.rest.append_triangles(others);
     }
     if (is_begun) own->begin(options.max_distance, embedded(), checkpoint);
-    if (options.is_resumable) own->keep_history();
+    if (options.is_resumable) own->record_history();
     if (!is_begun) own->simplify(options.max_distance, checkpoint, embedded(), stage);
     pieces.push_back(*std::move(own));
     others.resize(without_rest);

@@ -14,12 +14,12 @@ namespace {
 constexpr std::int32_t kTile = 64;  // Cells read at a time along x and y.
 
 template <typename Sample>
-constexpr Sample above_all() {
+constexpr Sample max_sample() {
   if constexpr (std::is_floating_point_v<Sample>) return std::numeric_limits<Sample>::infinity();
   return std::numeric_limits<Sample>::max();
 }
 template <typename Sample>
-constexpr Sample below_all() {
+constexpr Sample min_sample() {
   if constexpr (std::is_floating_point_v<Sample>) return -std::numeric_limits<Sample>::infinity();
   return std::numeric_limits<Sample>::lowest();
 }
@@ -82,8 +82,8 @@ struct SamplesAlong {
 template <typename Sample>
 std::array<Sample, 2> range_of(const DatasetInfo& info, const CellSamples& box,
                                const std::vector<Sample>& samples, GridPoint cell) {
-  Sample low = above_all<Sample>();
-  Sample high = below_all<Sample>();
+  Sample low = max_sample<Sample>();
+  Sample high = min_sample<Sample>();
   const SamplesAlong x(info, cell.x, 0);
   const SamplesAlong y(info, cell.y, 1);
   const SamplesAlong z(info, cell.z, 2);

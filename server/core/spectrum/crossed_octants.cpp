@@ -30,8 +30,8 @@ Span cells_of(std::int32_t position, std::int32_t cells, std::int32_t low, std::
 }
 
 template <typename Sample>
-void look_at_cells(const PreparedVolume& volume, const OctreeCube& cube, double isovalue,
-                   Sides& sides) {
+void scan_cells(const PreparedVolume& volume, const OctreeCube& cube, double isovalue,
+                Sides& sides) {
   const LevelExtent cells = cell_extent(volume.info);
   const std::span<const std::byte> ranges = volume.ranges.bytes();
   const std::int32_t side = cube.side() >> kSpectrumExponent;
@@ -77,7 +77,7 @@ bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube, double iso
     sides.not_above = !sides.above;
   }
   visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
-    look_at_cells<Sample>(volume, cube, isovalue, sides);
+    scan_cells<Sample>(volume, cube, isovalue, sides);
   });
   return sides.are_both();
 }

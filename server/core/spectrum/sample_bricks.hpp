@@ -53,7 +53,7 @@ class BrickSource {
     return 0;
   }
   // Returns whether prefetch() has an effect, so that finding the needed bricks pays off.
-  [[nodiscard]] virtual bool is_far() const { return false; }
+  [[nodiscard]] virtual bool is_remote() const { return false; }
 };
 
 // Bytes that are loaded as a whole on first use and stay loaded.

@@ -33,7 +33,7 @@ constexpr std::int32_t parts(std::int32_t count, std::int32_t size) {
 }
 
 // Returns the size of nearly equal parts: as many as parts of `size`, none larger.
-constexpr std::int32_t evened(std::int32_t count, std::int32_t size) {
+constexpr std::int32_t evenly_divided(std::int32_t count, std::int32_t size) {
   const std::int32_t number = parts(count, size);
   return parts(count, number);
 }
@@ -92,7 +92,8 @@ class FineLevels {
       const std::size_t bytes =
           SpectrumColumn<Real>::most_bytes(size.x, size.y, bins_.count()) * work_.threads;
       if (columns >= wanted && bytes <= work_.column_bytes) {
-        return {evened(cells.x, size.x), evened(cells.y, size.y), evened(cells.z, size.z)};
+        return {evenly_divided(cells.x, size.x), evenly_divided(cells.y, size.y),
+                evenly_divided(cells.z, size.z)};
       }
     }
     return kColumns.back();
@@ -200,7 +201,7 @@ bool is_empty(const DatasetInfo& info, const IsovalueBins& bins) {
 
 template <typename Real>
 void build(const DatasetInfo& info, const IsovalueBins& bins, const SpectrumWork& work) {
-  FineLevels<Real> fine(info, bins, work, work.varied_cells.value_or(spectrum_cells(info)));
+  FineLevels<Real> fine(info, bins, work, work.nonconstant_cells.value_or(spectrum_cells(info)));
   fine.make();
   build_coarse_levels<Real>(info, bins, fine.curves(), work);
 }

@@ -53,7 +53,7 @@ struct SpectrumWork {
   // Called from any thread with the number of further samples done.
   std::function<void(std::uint64_t samples)> progress = nullptr;
   // If known, the only cells in which the field is not constant; others have no errors.
-  std::optional<CellBox> varied_cells = std::nullopt;
+  std::optional<CellBox> nonconstant_cells = std::nullopt;
 };
 
 // The result does not depend on threads or memory.

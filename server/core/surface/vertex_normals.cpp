@@ -12,11 +12,11 @@ namespace multitetra {
 namespace {
 
 // Maps gradients per grid step to descent directions in the world.
-class FallingDirections {
+class DescentDirections {
  public:
   // The columns of the inverse transpose are the cross products of the map's columns divided by the
   // determinant. Their magnitude is irrelevant and scaled to about 1.
-  explicit FallingDirections(const Affine& grid_to_world) {
+  explicit DescentDirections(const Affine& grid_to_world) {
     const auto& [a, b, c] = grid_to_world.columns;
     columns_ = {cross(b, c), cross(c, a), cross(a, b)};
     double largest = 0;
@@ -48,7 +48,7 @@ class FallingDirections {
 // Cells have a side of 2^exponent lattice steps.
 template <typename Values>
 std::vector<UnitVector> normals_from(Values values, std::span<const LatticePoint> points,
-                                     int exponent, const FallingDirections& falling) {
+                                     int exponent, const DescentDirections& falling) {
   std::vector<UnitVector> normals;
   normals.reserve(points.size());
   CellNeighbourhood around;
@@ -66,7 +66,7 @@ std::vector<UnitVector> vertex_normals(const PreparedVolume& volume,
                                        std::span<const LatticePoint> points, int lattice_resolution,
                                        NormalSource source) {
   if (points.empty()) return {};
-  const FallingDirections falling(volume.info.index_to_world);
+  const DescentDirections falling(volume.info.index_to_world);
   return visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
     if (source == NormalSource::kCoarseSamples) {
       return normals_from(CoarseValues<Sample>(volume), points,

@@ -7,7 +7,7 @@
 
 #include "server/core/thresholds/detail/region_octree.hpp"
 #include "server/core/thresholds/detail/region_set.hpp"
-#include "server/core/thresholds/detail/threshold_interval.hpp"
+#include "server/core/thresholds/detail/threshold_bound.hpp"
 #include "server/core/thresholds/detail/threshold_pyramid.hpp"
 #include "server/core/thresholds/detail/view_threshold.hpp"
 
@@ -36,18 +36,19 @@ Box places_of(const DatasetInfo& info) {
 }
 
 // Returns whether the squares of all mapped coordinates over the box stay finite.
-bool is_tame(const Affine& map, const Box& box) {
-  constexpr double kTame = 1e150;
+bool has_finite_squares(const Affine& map, const Box& box) {
+  constexpr double kMaxSafeCoordinate = 1e150;
   const Box image = image_of(map, box);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!(image.low[axis] >= -kTame && image.high[axis] <= kTame)) return false;
+    if (!(image.low[axis] >= -kMaxSafeCoordinate && image.high[axis] <= kMaxSafeCoordinate))
+      return false;
   }
   return true;
 }
 
 // The parts of a request's map, before its regions are indexed.
-struct Pieces {
-  Pieces(const IsosurfaceRequest& request, const DatasetInfo& info);
+struct MapParts {
+  MapParts(const IsosurfaceRequest& request, const DatasetInfo& info);
 
   [[nodiscard]] double largest() const;
 
@@ -58,10 +59,10 @@ struct Pieces {
   RegionSet regions;
   std::optional<ThresholdPyramid> grid;
   std::optional<ViewThreshold> view;
-  bool is_tame;  // If not set, the map is `at_least` everywhere.
+  bool has_finite_squares;  // If not set, the map is `at_least` everywhere.
 };
 
-Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
+MapParts::MapParts(const IsosurfaceRequest& request, const DatasetInfo& info)
     : combination(request.thresholds.combination),
       everywhere(world(request.error, unit_of(request, info))),
       at_least(world(request.thresholds.at_least, unit_of(request, info))),
@@ -70,15 +71,15 @@ Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
               request.thresholds.coordinates == CoordinateSystem::kWorld ? grid_to_world(info)
                                                                          : grid_to_index(info),
               unit_of(request, info)),
-      is_tame(multitetra::is_tame(grid_to_world(info), places)) {
+      has_finite_squares(multitetra::has_finite_squares(grid_to_world(info), places)) {
   const LocalThresholds& thresholds = request.thresholds;
-  if (thresholds.grid && is_tame) {
+  if (thresholds.grid && has_finite_squares) {
     const Affine to_samples =
         composed(inverse(thresholds.grid->index_to_world), grid_to_world(info));
-    is_tame = multitetra::is_tame(to_samples, places);
-    if (is_tame) grid.emplace(*thresholds.grid, to_samples, unit_of(request, info));
+    has_finite_squares = multitetra::has_finite_squares(to_samples, places);
+    if (has_finite_squares) grid.emplace(*thresholds.grid, to_samples, unit_of(request, info));
   }
-  if (thresholds.view && is_tame) {
+  if (thresholds.view && has_finite_squares) {
     const bool is_in_world = thresholds.coordinates == CoordinateSystem::kWorld;
     view.emplace(is_in_world ? *thresholds.view : in_world(*thresholds.view, info.index_to_world),
                  grid_to_world(info), unit_of(request, info));
@@ -87,9 +88,9 @@ Pieces::Pieces(const IsosurfaceRequest& request, const DatasetInfo& info)
 
 // A part that is defined everywhere bounds the result: in order, it hides the parts after it; for
 // the minimum, it is an upper bound.
-double Pieces::largest() const {
+double MapParts::largest() const {
   constexpr double kNothing = std::numeric_limits<double>::infinity();
-  if (!is_tame) return at_least;
+  if (!has_finite_squares) return at_least;
   const RegionSet::List list = regions.relevant(regions.all(), places);
   double of_regions = 0;
   for (const RegionSet::Index i : list.regions) {
@@ -115,9 +116,9 @@ double Pieces::largest() const {
 
 }  // namespace
 
-struct ThresholdMap::Parts {
-  Parts(Pieces made_of, int grid_exponent, const std::function<void()>& check)
-      : pieces(std::move(made_of)),
+struct ThresholdMap::IndexedParts {
+  IndexedParts(MapParts parts, int grid_exponent, const std::function<void()>& check)
+      : pieces(std::move(parts)),
         regions(std::move(pieces.regions), pieces.places, grid_exponent, check) {}
 
   [[nodiscard]] double least_in(const Box& box) const {
@@ -129,29 +130,29 @@ struct ThresholdMap::Parts {
 
   // Regions hide the view, the view hides the grid, and the grid hides the threshold everywhere.
   [[nodiscard]] double least_in_order(const Box& box) const {
-    const ThresholdInterval by_regions = regions.least_in(box);
+    const ThresholdBound by_regions = regions.least_in(box);
     if (!by_regions.has_gap) return by_regions.least;
     if (pieces.view) return std::min(by_regions.least, pieces.view->least_in(box));
-    const ThresholdInterval by_grid =
-        pieces.grid ? pieces.grid->least_in(box) : ThresholdInterval{.has_gap = true};
+    const ThresholdBound by_grid =
+        pieces.grid ? pieces.grid->least_in(box) : ThresholdBound{.has_gap = true};
     const double least = std::min(by_regions.least, by_grid.least);
     return by_grid.has_gap ? std::min(least, pieces.everywhere) : least;
   }
 
   [[nodiscard]] double least_of_all(const Box& box) const {
-    const ThresholdInterval by_regions = regions.least_in(box);
+    const ThresholdBound by_regions = regions.least_in(box);
     double least = by_regions.least;
     bool has_gap = by_regions.has_gap && !pieces.view;
     if (pieces.view) least = std::min(least, pieces.view->least_in(box));
     if (pieces.grid) {
-      const ThresholdInterval by_grid = pieces.grid->least_in(box);
+      const ThresholdBound by_grid = pieces.grid->least_in(box);
       least = std::min(least, by_grid.least);
       has_gap = has_gap && by_grid.has_gap;
     }
     return has_gap ? std::min(least, pieces.everywhere) : least;
   }
 
-  Pieces pieces;  // Its regions have been moved into the octree.
+  MapParts pieces;  // Its regions have been moved into the octree.
   RegionOctree regions;
 };
 
@@ -163,13 +164,13 @@ ThresholdMap::ThresholdMap(const IsosurfaceRequest& request, const DatasetInfo& 
         std::max(world(request.error, unit), world(request.thresholds.at_least, unit));
     return;
   }
-  Pieces pieces(request, info);
+  MapParts pieces(request, info);
   largest_ = pieces.largest();
-  if (!pieces.is_tame) {
+  if (!pieces.has_finite_squares) {
     least_ = largest_;
     return;
   }
-  auto parts = std::make_shared<const Parts>(std::move(pieces), info.grid_exponent, check);
+  auto parts = std::make_shared<const IndexedParts>(std::move(pieces), info.grid_exponent, check);
   least_ = parts->least_in(parts->pieces.places);
   if (least_ != largest_) parts_ = std::move(parts);
 }
@@ -178,7 +179,7 @@ double ThresholdMap::least_of_parts(const Box& box) const { return parts_->least
 
 double largest_threshold(const IsosurfaceRequest& request, const DatasetInfo& info) {
   return request.thresholds.is_uniform() ? ThresholdMap(request, info).largest()
-                                         : Pieces(request, info).largest();
+                                         : MapParts(request, info).largest();
 }
 
 }  // namespace multitetra

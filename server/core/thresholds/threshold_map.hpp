@@ -6,7 +6,7 @@
 // least_in is a lower bound of the thresholds at all places of the box, exact where the map's parts
 // are parallel to the grid and their borders do not cross inside the box. It is *monotone*, bit for
 // bit: for a box inside another it is never smaller. Models conform because of this: the region of
-// a child lies inside that of its parents, so a kept point has kept parents. threshold_interval.hpp
+// a child lies inside that of its parents, so a kept point has kept parents. threshold_bound.hpp
 // explains why this also holds in floating point.
 //
 // Boxes are first clamped to the extent of the samples, which keeps nested boxes nested.
@@ -46,14 +46,14 @@ class ThresholdMap {
   [[nodiscard]] double largest() const { return largest_; }
 
  private:
-  struct Parts;
+  struct IndexedParts;
 
   ThresholdMap(double least, double largest) : least_(least), largest_(largest) {}
   [[nodiscard]] double least_of_parts(const Box& box) const;
 
   double least_;
   double largest_;
-  std::shared_ptr<const Parts> parts_;  // Null if the threshold is the same everywhere.
+  std::shared_ptr<const IndexedParts> parts_;  // Null if the threshold is the same everywhere.
 };
 
 // Returns ThresholdMap(request, info).largest() without building the index for queries: a bound of

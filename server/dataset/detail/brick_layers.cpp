@@ -64,10 +64,10 @@ void BrickLayers::add(const Samples& slab, std::int32_t slices) {
   if (!scratch_) scratch_ = sink_.new_scratch();
   std::visit(
       [&](const auto& samples) {
-        aside_.push_back(scratch_->put(std::as_bytes(std::span(samples))));
+        buffered_offsets_.push_back(scratch_->put(std::as_bytes(std::span(samples))));
       },
       slab);
-  slices_aside_.push_back(slices);
+  buffered_slices_.push_back(slices);
   slices_in_layer_ += slices;
   if (slices_in_layer_ == layer_slices) flush();
 }
@@ -79,8 +79,8 @@ void BrickLayers::flush() {
   }
   layer_begin_ += slices_in_layer_;
   slices_in_layer_ = 0;
-  aside_.clear();
-  slices_aside_.clear();
+  buffered_offsets_.clear();
+  buffered_slices_.clear();
   scratch_.reset();
 }
 
@@ -90,9 +90,9 @@ void BrickLayers::add_row(std::int32_t y, const GridCounts& box) {
   const std::size_t rows = row * static_cast<std::size_t>(box[1]);
   std::vector<Sample> samples(rows * static_cast<std::size_t>(box[2]));
   std::span<Sample> left(samples);
-  for (std::size_t i = 0; i < aside_.size(); ++i) {
-    for (std::int32_t z = 0; z < slices_aside_[i]; ++z, left = left.subspan(rows)) {
-      scratch_->get(aside_[i] + static_cast<std::uint64_t>(z) * slice_bytes_ +
+  for (std::size_t i = 0; i < buffered_offsets_.size(); ++i) {
+    for (std::int32_t z = 0; z < buffered_slices_[i]; ++z, left = left.subspan(rows)) {
+      scratch_->get(buffered_offsets_[i] + static_cast<std::uint64_t>(z) * slice_bytes_ +
                         static_cast<std::uint64_t>(y) * row * sizeof(Sample),
                     std::as_writable_bytes(left.first(rows)));
     }

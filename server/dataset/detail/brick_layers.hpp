@@ -52,9 +52,10 @@ class BrickLayers {
   BrickAssembler brick_assembler_;
   std::int32_t layer_begin_ = 0;
   std::unique_ptr<Scratch> scratch_;
-  std::int32_t slices_in_layer_ = 0;        // Buffered.
-  std::vector<std::uint64_t> aside_;        // Offset of each buffered slab in the scratch space.
-  std::vector<std::int32_t> slices_aside_;  // Number of slices of each buffered slab.
+  std::int32_t slices_in_layer_ = 0;  // Buffered.
+  // Offset of each buffered slab in the scratch space.
+  std::vector<std::uint64_t> buffered_offsets_;
+  std::vector<std::int32_t> buffered_slices_;  // Number of slices of each buffered slab.
   Samples row_;
 };
 

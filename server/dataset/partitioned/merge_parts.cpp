@@ -180,7 +180,7 @@ class PartMerger {
 
   const fs::path& dataset_;
   const PartOptions& options_;
-  const KnownPlan plan_;
+  const StoredPlan plan_;
   const DatasetInfo& info_;
   const std::size_t width_;
   const BrickLayout layout_;
@@ -199,7 +199,7 @@ class PartMerger {
 }  // namespace
 
 std::vector<std::size_t> missing_parts(const fs::path& dataset) {
-  const KnownPlan known = plan_of(dataset);
+  const StoredPlan known = plan_of(dataset);
   std::vector<std::size_t> missing;
   for (std::size_t part = 0; part < known.plan.parts; ++part) {
     const auto text = small_text(part_file(dataset, part, ".json"));

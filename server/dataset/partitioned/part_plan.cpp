@@ -188,7 +188,7 @@ std::filesystem::path plan_file(const std::filesystem::path& dataset) {
   return parts_folder(dataset) / "plan.json";
 }
 
-KnownPlan plan_of(const std::filesystem::path& dataset) {
+StoredPlan plan_of(const std::filesystem::path& dataset) {
   const std::filesystem::path file = plan_file(dataset);
   const auto text = small_text(file);
   if (!text) {

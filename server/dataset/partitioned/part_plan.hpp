@@ -77,11 +77,11 @@ struct PartCosts {
 
 // The plan of a dataset, and the checksum of its text. plan_of() throws DatasetFileError, with a
 // remedy, if there is none.
-struct KnownPlan {
+struct StoredPlan {
   PartPlan plan;
   std::uint64_t id = 0;
 };
-[[nodiscard]] KnownPlan plan_of(const std::filesystem::path& dataset);
+[[nodiscard]] StoredPlan plan_of(const std::filesystem::path& dataset);
 
 // Writes the plan atomically. Throws DatasetFileError.
 void write_plan(const std::filesystem::path& dataset, const PartPlan& plan);

@@ -155,7 +155,7 @@ class PartMaker {
 
   const fs::path& dataset_;
   const PartOptions& options_;
-  const KnownPlan plan_;
+  const StoredPlan plan_;
   const DatasetInfo& info_;
   const std::size_t number_;
   const PartBox box_;

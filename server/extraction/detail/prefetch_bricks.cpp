@@ -69,7 +69,7 @@ std::vector<std::size_t> sample_bricks(const DatasetInfo& info, std::span<const 
 
 std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume, std::int32_t finest_spacing) {
   const BrickSource& spectrum = *volume.spectrum.bricks;
-  if (!spectrum.is_far()) return 0;
+  if (!spectrum.is_remote()) return 0;
   std::vector<std::size_t> bricks;
   for (const SpectrumLayout::Level& level : volume.spectrum.layout.levels()) {
     if (level.extent.exponent < exponent_of(finest_spacing)) continue;
@@ -80,11 +80,11 @@ std::uint64_t spectrum_bytes_to_fetch(const PreparedVolume& volume, std::int32_t
 
 void prefetch_bricks(const PreparedVolume& volume, std::span<const OctreeCube> cubes,
                      std::int32_t finest_spacing) {
-  if (volume.spectrum.bricks->is_far()) {
+  if (volume.spectrum.bricks->is_remote()) {
     volume.spectrum.bricks->prefetch(
         spectrum_bricks(volume.spectrum.layout, cubes, exponent_of(finest_spacing)));
   }
-  if (finest_spacing < kSpectrumSpacing && volume.samples->is_far()) {
+  if (finest_spacing < kSpectrumSpacing && volume.samples->is_remote()) {
     volume.samples->prefetch(sample_bricks(volume.info, cubes));
   }
 }

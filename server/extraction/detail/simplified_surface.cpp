@@ -15,12 +15,12 @@ namespace multitetra {
 namespace {
 
 // The surface that lies in a cube but in none of its children.
-using CubesOfOneSize = std::map<OctreeCube, std::optional<SimplifiedPiece>>;
+using CubesOfLevel = std::map<OctreeCube, std::optional<SimplifiedPiece>>;
 
 // Returns, by exponent, the cubes of the tiles and all their ancestors.
-std::vector<CubesOfOneSize> cubes_around(std::vector<SimplifiedTile> tiles, int root_exponent) {
-  std::vector<CubesOfOneSize> cubes(static_cast<std::size_t>(root_exponent) + 1);
-  const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfOneSize& {
+std::vector<CubesOfLevel> cubes_around(std::vector<SimplifiedTile> tiles, int root_exponent) {
+  std::vector<CubesOfLevel> cubes(static_cast<std::size_t>(root_exponent) + 1);
+  const auto cubes_like = [&](const OctreeCube& cube) -> CubesOfLevel& {
     return cubes[static_cast<std::size_t>(cube.exponent)];
   };
   for (SimplifiedTile& tile : tiles) {
@@ -35,7 +35,7 @@ std::vector<CubesOfOneSize> cubes_around(std::vector<SimplifiedTile> tiles, int 
 
 // For each cube, the triangles that lie in no single cube of its size and extend into it. Its own
 // surface and those in other cubes need no check, as they stay inside their cubes.
-using ObstaclesOfOneSize = std::map<OctreeCube, std::vector<LatticeTriangle>>;
+using ObstaclesOfLevel = std::map<OctreeCube, std::vector<LatticeTriangle>>;
 
 bool reaches_into(const LatticeTriangle& triangle, const OctreeCube& cube, int resolution) {
   const TriangleBox box = box_of(triangle);
@@ -48,9 +48,8 @@ bool reaches_into(const LatticeTriangle& triangle, const OctreeCube& cube, int r
 }
 
 // Returns the obstacles by exponent.
-std::vector<ObstaclesOfOneSize> obstacles_in(const std::vector<CubesOfOneSize>& cubes,
-                                             int resolution) {
-  std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
+std::vector<ObstaclesOfLevel> obstacles_in(const std::vector<CubesOfLevel>& cubes, int resolution) {
+  std::vector<ObstaclesOfLevel> obstacles(cubes.size());
   for (std::size_t size = cubes.size() - 1; size-- > 0;) {
     for (const auto& [cube, unused] : cubes[size]) {
       std::vector<LatticeTriangle>& found = obstacles[size][cube];
@@ -85,12 +84,12 @@ struct CubeInTree {
 };
 
 // Returns the cubes with children before their parents; the last one is the root.
-std::vector<CubeInTree> tree_of(std::vector<CubesOfOneSize> cubes) {
+std::vector<CubeInTree> tree_of(std::vector<CubesOfLevel> cubes) {
   std::vector<CubeInTree> tree;
   std::map<OctreeCube, std::size_t> halves;
-  for (CubesOfOneSize& of_one_size : cubes) {
+  for (CubesOfLevel& of_level : cubes) {
     std::map<OctreeCube, std::size_t> wholes;
-    for (auto& [cube, own] : of_one_size) {
+    for (auto& [cube, own] : of_level) {
       wholes[cube] = tree.size();
       const std::size_t triangles = own ? own->triangles() : 0;
       tree.push_back({cube, std::move(own), {}, triangles, {}, {}});
@@ -123,7 +122,7 @@ std::vector<std::size_t> depth_first(const std::vector<CubeInTree>& tree) {
 }
 
 // Simplifies the surface in a cube whose children are complete.
-void join(std::vector<CubeInTree>& tree, std::size_t index, const ObstaclesOfOneSize& obstacles,
+void join(std::vector<CubeInTree>& tree, std::size_t index, const ObstaclesOfLevel& obstacles,
           const SimplificationOptions& options, const SimplifiedTileLimits& limits,
           const std::stop_token& stop) {
   CubeInTree& whole = tree[index];
@@ -146,8 +145,7 @@ void join(std::vector<CubeInTree>& tree, std::size_t index, const ObstaclesOfOne
 }
 
 // Simplifies the surface in all cubes, from the smallest up to the root.
-CubeInTree joined(std::vector<CubesOfOneSize> cubes,
-                  const std::vector<ObstaclesOfOneSize>& obstacles,
+CubeInTree joined(std::vector<CubesOfLevel> cubes, const std::vector<ObstaclesOfLevel>& obstacles,
                   const SimplificationOptions& options, const SimplifiedTileLimits& limits,
                   const std::stop_token& stop) {
   std::vector<CubeInTree> tree = tree_of(std::move(cubes));
@@ -193,8 +191,8 @@ SimplificationWork SurfaceSimplifier::simplify(const SimplificationOptions& opti
   // If nothing may change, leaves the pieces separate, so that a first stage can still start.
   if (tiles_.empty() || (options.is_resumable && options.max_distance.largest() == 0)) return {};
   const int resolution = tiles_.front().piece.resolution();
-  std::vector<CubesOfOneSize> cubes = cubes_around(std::move(tiles_), root_exponent_);
-  std::vector<ObstaclesOfOneSize> obstacles(cubes.size());
+  std::vector<CubesOfLevel> cubes = cubes_around(std::move(tiles_), root_exponent_);
+  std::vector<ObstaclesOfLevel> obstacles(cubes.size());
   if (options.is_embedded) obstacles = obstacles_in(cubes, resolution);
   SimplifiedTileLimits here = limits;
   here.root_exponent = root_exponent_;

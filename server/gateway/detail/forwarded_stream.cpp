@@ -29,7 +29,7 @@ std::uint64_t identity_of(const ServerMessage& message) {
 ForwardedStream::Verdict ForwardedStream::next(const ServerMessage& message) {
   const std::uint64_t identity = identity_of(message);
   if (position_ < forwarded_.size()) {
-    return forwarded_[position_++] == identity ? Verdict::kPassOver : Verdict::kDiffers;
+    return forwarded_[position_++] == identity ? Verdict::kSkip : Verdict::kDiffers;
   }
   forwarded_.push_back(identity);
   ++position_;

@@ -22,7 +22,7 @@ class ForwardedStream {
 
   enum class Verdict {
     kForward,  // New to the client.
-    kPassOver,
+    kSkip,
     kDiffers,  // Differs from what the client has received; ends the stream.
   };
   // Classifies the next message: StepBegin, Tile or StepEnd.

@@ -37,11 +37,11 @@ void RemoteCaller::answer(RunQuery action, std::stop_token,
                           std::function<void(Result<DatasetQueryReply>)> done) {
   spawn(executor_,
         [self = shared_from_this(), action = std::move(action), done = std::move(done)]() mutable {
-          return self->bring_answer(std::move(action), std::move(done));
+          return self->forward_query(std::move(action), std::move(done));
         });
 }
 
-asio::awaitable<void> RemoteCaller::bring_answer(
+asio::awaitable<void> RemoteCaller::forward_query(
     RunQuery action, std::function<void(Result<DatasetQueryReply>)> done) {
   const auto self = shared_from_this();
   auto dataset = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
@@ -104,9 +104,9 @@ asio::awaitable<Result<RemoteCaller::Collected>> RemoteCaller::collect(
   }
 }
 
-asio::awaitable<void> RemoteCaller::bring_surface(StartStream action, std::uint64_t max_triangles,
-                                                  std::stop_token stop,
-                                                  std::function<void(Result<Surface>)> done) {
+asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uint64_t max_triangles,
+                                                    std::stop_token stop,
+                                                    std::function<void(Result<Surface>)> done) {
   const auto self = shared_from_this();
   auto collected = co_await collect(std::move(action), max_triangles);
   if (!collected) {
@@ -116,7 +116,7 @@ asio::awaitable<void> RemoteCaller::bring_surface(StartStream action, std::uint6
   const bool is_large = triangles_of(collected->tiles.begin) > kManyTriangles;
   const auto tiles = std::make_shared<SurfaceTiles>(std::move(collected->tiles));
   std::function<Result<Surface>()> assemble = [tiles, stop] {
-    return assembled_or_why_not(std::move(*tiles), stop);
+    return try_assemble(std::move(*tiles), stop);
   };
   auto surface = co_await run_on_workers<Surface>(assembling_, client()->share(),
                                                   is_large ? "large mesh" : "small mesh", is_large,
@@ -131,7 +131,8 @@ void RemoteCaller::make_surface(StartStream action, std::uint64_t max_triangles,
                                 std::stop_token stop, std::function<void(Result<Surface>)> done) {
   spawn(executor_, [self = shared_from_this(), action = std::move(action), max_triangles,
                     stop = std::move(stop), done = std::move(done)]() mutable {
-    return self->bring_surface(std::move(action), max_triangles, std::move(stop), std::move(done));
+    return self->forward_surface(std::move(action), max_triangles, std::move(stop),
+                                 std::move(done));
   });
 }
 

@@ -79,8 +79,8 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
          "shall color it."});
   }
   change_.notify_all();
-  if (!std::exchange(is_bringing_, true)) {
-    spawn(executor_, [self = shared_from_this()] { return self->bring_streams(); });
+  if (!std::exchange(is_forwarding_, true)) {
+    spawn(executor_, [self = shared_from_this()] { return self->forward_streams(); });
   }
   return started;
 }
@@ -93,11 +93,11 @@ void RemoteCaller::cancel(RemoteStream& stream) {
   change_.notify_all();
 }
 
-asio::awaitable<void> RemoteCaller::bring_streams() {
+asio::awaitable<void> RemoteCaller::forward_streams() {
   const auto self = shared_from_this();
   while (!is_closed_) {
     if (const StreamPtr stream = stream_; stream && !stream->is_stopped) {
-      co_await bring(stream);
+      co_await forward_stream(stream);
     } else {
       co_await change_.wait();
     }
@@ -108,7 +108,7 @@ asio::awaitable<void> RemoteCaller::bring_streams() {
 asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   const std::vector<std::size_t> replicas = stream->dataset->replicas;
   const bool is_there =
-      reached_ && !reached_->link->is_lost() && upstreams_->may_be_asked(reached_->upstream) &&
+      reached_ && !reached_->link->is_lost() && upstreams_->may_be_tried(reached_->upstream) &&
       std::find(replicas.begin(), replicas.end(), reached_->upstream) != replicas.end();
   if (is_there) co_return true;
   if (reached_) reached_->link->close();
@@ -129,7 +129,7 @@ asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
   co_return false;
 }
 
-asio::awaitable<void> RemoteCaller::bring(StreamPtr stream) {
+asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
   while (!stream->is_stopped && co_await reach_holder(stream)) {
     // An idle link may have been closed meanwhile, which says nothing about its server.
     const bool may_be_stale = std::exchange(reached_->was_used, true);
@@ -180,7 +180,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
     return;
   }
   switch (stream->forwarded.next(message)) {
-    case ForwardedStream::Verdict::kPassOver:
+    case ForwardedStream::Verdict::kSkip:
       return;
     case ForwardedStream::Verdict::kDiffers:
       stream->fail({ErrorCode::kUnavailable,

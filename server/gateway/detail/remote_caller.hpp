@@ -33,7 +33,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   ProgressiveStreamPtr steps(StartStream action, std::function<void()> changed) override;
   void answer(RunQuery action, std::stop_token stop,
               std::function<void(Result<DatasetQueryReply>)> done) override;
-  void keep_time(std::chrono::steady_clock::time_point) override {}
+  void enforce_limits(std::chrono::steady_clock::time_point) override {}
 
  protected:
   std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(std::string token) override {
@@ -48,8 +48,8 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
 
   asio::awaitable<Result<CataloguePtr>> offered(std::string token);
   // Forwards all streams, one after the other, until closed.
-  asio::awaitable<void> bring_streams();
-  asio::awaitable<void> bring(StreamPtr stream);
+  asio::awaitable<void> forward_streams();
+  asio::awaitable<void> forward_stream(StreamPtr stream);
   // Ensures that reached_ has the dataset. Returns false if the stream cannot continue.
   asio::awaitable<bool> reach_holder(StreamPtr stream);
   // Forwards until the stream is over (true) or the server is lost (false).
@@ -59,11 +59,11 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   void keep(const RemoteStream& stream, const Tile& tile);
   void cancel(RemoteStream& stream);
   [[nodiscard]] UpstreamClient upstream_client() const;
-  asio::awaitable<void> bring_answer(RunQuery action,
-                                     std::function<void(Result<DatasetQueryReply>)> done);
-  asio::awaitable<void> bring_surface(StartStream action, std::uint64_t max_triangles,
-                                      std::stop_token stop,
-                                      std::function<void(Result<Surface>)> done);
+  asio::awaitable<void> forward_query(RunQuery action,
+                                      std::function<void(Result<DatasetQueryReply>)> done);
+  asio::awaitable<void> forward_surface(StartStream action, std::uint64_t max_triangles,
+                                        std::stop_token stop,
+                                        std::function<void(Result<Surface>)> done);
   // All tiles of a single-step stream, with their memory reservation.
   struct Collected {
     SurfaceTiles tiles;
@@ -79,7 +79,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
   CataloguePtr catalogue_ = std::make_shared<const DatasetCatalogue>();
   std::string token_;
   bool is_closed_ = false;
-  bool is_bringing_ = false;
+  bool is_forwarding_ = false;
   StreamPtr stream_;  // Null if none runs.
   // The connection of the previous stream, reused by the next one.
   std::optional<UpstreamPool::Reached> reached_;

@@ -10,19 +10,19 @@ namespace multitetra {
 class UpstreamHealth {
  public:
   using Clock = std::chrono::steady_clock;
-  enum class Change { kNone, kThere, kLost };
+  enum class Change { kNone, kReachable, kLost };
 
   // After the first failure a server is not contacted for `least`. Each further failure doubles the
   // time, up to `most`.
   UpstreamHealth(std::chrono::milliseconds least, std::chrono::milliseconds most)
       : least_(least), most_(most) {}
 
-  // Records success. Returns kThere if the previous attempt failed or there was none.
+  // Records success. Returns kReachable if the previous attempt failed or there was none.
   Change reached() {
     const bool is_new = !std::exchange(was_tried_, true) || has_failed();
     backoff_ = {};
     not_before_ = {};
-    return is_new ? Change::kThere : Change::kNone;
+    return is_new ? Change::kReachable : Change::kNone;
   }
 
   // Records a failure to answer or a lost connection. Returns kLost if the previous attempt did not
@@ -38,18 +38,20 @@ class UpstreamHealth {
   // Excludes a server that sent damaged data, for the given time. Returns kLost unless it was
   // excluded already.
   Change quarantine(Clock::time_point now, Clock::duration how_long) {
-    const bool is_news = !is_left_out(now);
+    const bool is_news = !is_quarantined(now);
     quarantined_until_ = now + how_long;
     return is_news ? Change::kLost : Change::kNone;
   }
-  [[nodiscard]] bool is_left_out(Clock::time_point now) const { return now < quarantined_until_; }
+  [[nodiscard]] bool is_quarantined(Clock::time_point now) const {
+    return now < quarantined_until_;
+  }
 
-  [[nodiscard]] bool is_there(Clock::time_point now) const {
-    return was_tried_ && !has_failed() && !is_left_out(now);
+  [[nodiscard]] bool is_reachable(Clock::time_point now) const {
+    return was_tried_ && !has_failed() && !is_quarantined(now);
   }
   [[nodiscard]] bool has_failed() const { return backoff_.count() > 0; }
-  [[nodiscard]] bool may_be_asked(Clock::time_point now) const {
-    return now >= not_before_ && !is_left_out(now);
+  [[nodiscard]] bool may_be_tried(Clock::time_point now) const {
+    return now >= not_before_ && !is_quarantined(now);
   }
   // Returns when a failed server may be retried.
   [[nodiscard]] Clock::time_point next_try() const { return not_before_; }

@@ -52,7 +52,7 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
   }
   if (change == Change::kLost) {
     log_line(LogLevel::kWarning, "upstream unreachable", {{"upstream", one.name}, {"why", why}});
-  } else if (change == Change::kThere) {
+  } else if (change == Change::kReachable) {
     log_line(LogLevel::kInfo, "upstream reachable", {{"upstream", one.name}});
   }
 }
@@ -63,9 +63,11 @@ void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& wh
   Upstream& one = upstreams_[upstream];
   ++one.damaged_tiles;
   catalogues_.clear();
-  if (one.health.quarantine(Clock::now(), options_.left_out) != UpstreamHealth::Change::kLost)
+  if (one.health.quarantine(Clock::now(), options_.quarantine_time) !=
+      UpstreamHealth::Change::kLost)
     return;
-  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(options_.left_out).count();
+  const auto seconds =
+      std::chrono::duration_cast<std::chrono::seconds>(options_.quarantine_time).count();
   log_line(LogLevel::kError,
            "a server sends damaged tiles and is left out for " + std::to_string(seconds) + " s",
            {{"upstream", one.name}, {"why", why}});
@@ -73,20 +75,20 @@ void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& wh
 
 bool UpstreamPool::is_ready() const {
   return std::any_of(upstreams_.begin(), upstreams_.end(),
-                     [](const Upstream& one) { return one.health.is_there(Clock::now()); });
+                     [](const Upstream& one) { return one.health.is_reachable(Clock::now()); });
 }
 
 std::vector<UpstreamState> UpstreamPool::upstreams() const {
   std::vector<UpstreamState> all;
   for (const Upstream& one : upstreams_) {
     all.push_back({.name = one.name,
-                   .is_up = one.health.is_there(Clock::now()),
+                   .is_up = one.health.is_reachable(Clock::now()),
                    .damaged_tiles = one.damaged_tiles});
   }
   return all;
 }
 
-std::string UpstreamPool::shown(const std::string& token) const {
+std::string UpstreamPool::token_for_upstream(const std::string& token) const {
   return options_.secrets.token.value_or(token);
 }
 
@@ -99,7 +101,7 @@ LinkOptions UpstreamPool::link_options() const {
 // A server that refuses the client still counts as reachable.
 asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
                                                        UpstreamClient client) {
-  Hello hello{.token = shown(client.token),
+  Hello hello{.token = token_for_upstream(client.token),
               .agent = "multitetra-gateway/" MULTITETRA_VERSION,
               .on_behalf_of = client.share,
               .client_address = client.address};
@@ -109,10 +111,10 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
                                              std::move(hello), std::move(options));
   // If the gateway's own token is refused, clients get a general error.
   const bool is_ours = options_.secrets.token.has_value();
-  const bool is_there = link || (link.error().code != ErrorCode::kUnavailable && !is_ours);
-  note(upstream, is_there, is_there ? "" : link.error().text);
+  const bool is_reachable = link || (link.error().code != ErrorCode::kUnavailable && !is_ours);
+  note(upstream, is_reachable, is_reachable ? "" : link.error().text);
   // Addresses and reasons are for the log only.
-  if (!is_there) co_return fail(ErrorCode::kUnavailable, kNoUpstream);
+  if (!is_reachable) co_return fail(ErrorCode::kUnavailable, kNoUpstream);
   if (link && is_stopped_) (*link)->close();
   co_return link;
 }
@@ -192,7 +194,7 @@ asio::awaitable<Result<UpstreamPool::Listing>> UpstreamPool::list_of(std::size_t
 }
 
 asio::awaitable<Result<CataloguePtr>> UpstreamPool::catalogue(std::string token) {
-  const std::string key = shown(token);
+  const std::string key = token_for_upstream(token);
   if (const auto known = catalogues_.find(key);
       known != catalogues_.end() && Clock::now() - known->second.at < options_.list_lifetime) {
     co_return known->second.catalogue;
@@ -291,7 +293,7 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
   for (;;) {
     Error failure = {ErrorCode::kUnavailable, kNoUpstream};
     for (const std::size_t replica : by_preference(replicas)) {
-      if (!upstreams_[replica].health.may_be_asked(Clock::now())) continue;
+      if (!upstreams_[replica].health.may_be_tried(Clock::now())) continue;
       auto link = co_await link_to(replica, client);
       if (link) co_return Reached{.link = *std::move(link), .upstream = replica};
       failure = link.error();

@@ -76,8 +76,8 @@ class UpstreamPool {
   void lost(std::size_t upstream);
   // Excludes a server for a while because it sent a tile that differs from its summary.
   void sent_damaged_tile(std::size_t upstream, const std::string& why);
-  [[nodiscard]] bool may_be_asked(std::size_t upstream) const {
-    return upstreams_[upstream].health.may_be_asked(Clock::now());
+  [[nodiscard]] bool may_be_tried(std::size_t upstream) const {
+    return upstreams_[upstream].health.may_be_tried(Clock::now());
   }
 
   // Returns whether any server is reachable.
@@ -114,7 +114,7 @@ class UpstreamPool {
     std::optional<Result<CataloguePtr>> result;
   };
 
-  [[nodiscard]] std::string shown(const std::string& token) const;
+  [[nodiscard]] std::string token_for_upstream(const std::string& token) const;
   [[nodiscard]] asio::awaitable<Result<LinkPtr>> link_to(std::size_t upstream,
                                                          UpstreamClient client);
   [[nodiscard]] LinkOptions link_options() const;

@@ -38,7 +38,7 @@ Result<void> check_tile(const EncodedTile& tile, const StepBegin& step) {
   }
 }
 
-Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& stop) {
+Result<Surface> try_assemble(SurfaceTiles tiles, const std::stop_token& stop) {
   try {
     return assembled(std::move(tiles), stop);
   } catch (const Cancelled&) {

@@ -18,6 +18,6 @@ namespace multitetra {
 [[nodiscard]] Result<void> check_tile(const EncodedTile& tile, const StepBegin& step);
 
 // Same as assembled(), but returns exceptions as errors.
-[[nodiscard]] Result<Surface> assembled_or_why_not(SurfaceTiles tiles, const std::stop_token& stop);
+[[nodiscard]] Result<Surface> try_assemble(SurfaceTiles tiles, const std::stop_token& stop);
 
 }  // namespace multitetra

@@ -76,8 +76,8 @@ void HttpConnection::end(const Error& why) {
   }
 }
 
-void HttpConnection::keep_time(Clock::time_point now) {
-  if (context_ && context_->caller) context_->caller->keep_time(now);
+void HttpConnection::enforce_limits(Clock::time_point now) {
+  if (context_ && context_->caller) context_->caller->enforce_limits(now);
   if (!deadline_.is_past(now)) return;
   log_line(LogLevel::kDebug, "closing the connection: it took too long",
            {{"peer", client_->facts().peer}});

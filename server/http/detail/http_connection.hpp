@@ -29,7 +29,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
 
   [[nodiscard]] std::optional<Clock::time_point> idle_since() const override;
   void end(const Error& why) override;
-  void keep_time(Clock::time_point now) override;
+  void enforce_limits(Clock::time_point now) override;
 
  private:
   asio::awaitable<void> run();

@@ -47,12 +47,13 @@ std::vector<double> sampled_triangles(const SurfaceExtractor& extractor, double 
       crossed += crossed_tetrahedra(model, cube, isovalue, lease.memory());
     }
     const std::uint64_t coarse = sample_cubes(model, 0, isovalue).coarse_tetrahedra;
-    triangles.push_back(kTrianglesATetrahedron * (static_cast<double>(coarse) +
-                                                  sample.weight * static_cast<double>(crossed)));
+    triangles.push_back(kTrianglesPerTetrahedron * (static_cast<double>(coarse) +
+                                                    sample.weight * static_cast<double>(crossed)));
     if (!options.simplify) continue;
     const auto blocks = sampled_blocks(extractor, model, sample.cubes, spec_of(error), kBlocks, {});
     if (!blocks) continue;
-    triangles.back() *= remaining_share(blocks->triangles, blocks->a_border_edge, triangles.back());
+    triangles.back() *=
+        remaining_share(blocks->triangles, blocks->triangles_per_border_edge, triangles.back());
   }
   return triangles;
 }

@@ -310,7 +310,7 @@ void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
   }
 }
 
-void make_room_for(const ListenerOptions& o) {
+void raise_open_file_limit(const ListenerOptions& o) {
   // Files besides connections: datasets, cached meshes, pollers.
   constexpr std::uint64_t kOthers = 512;
   const std::uint64_t allowed = allow_most_open_files();
@@ -325,10 +325,10 @@ void make_room_for(const ListenerOptions& o) {
 }  // namespace
 
 void begin_serving(const ListenerOptions& o, bool is_gateway) {
-  trim_heap();
+  configure_allocator();
   start_log({.format = log_format_from(o.log_format).value(),
              .level = log_level_from(o.log_level).value()});
-  make_room_for(o);
+  raise_open_file_limit(o);
   warn_of_open_listeners(o, is_gateway);
 }
 

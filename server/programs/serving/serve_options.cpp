@@ -64,9 +64,10 @@ RemoteFilesOptions file_options(const ServeOptions& o) {
   const auto connections = static_cast<std::size_t>(o.store_connections);
   http.connections = connections;
   if (o.store_seconds > 0) http.deadline = milliseconds(o.store_seconds);
-  http.stalled = std::min(http.stalled, std::chrono::ceil<std::chrono::seconds>(http.deadline));
-  http.connecting = std::min(http.connecting, http.stalled);
-  http.rest_after_failure = std::chrono::seconds(2);
+  http.stall_timeout =
+      std::min(http.stall_timeout, std::chrono::ceil<std::chrono::seconds>(http.deadline));
+  http.connect_timeout = std::min(http.connect_timeout, http.stall_timeout);
+  http.cooldown_after_failure = std::chrono::seconds(2);
   return {.memory_bytes = o.brick_bytes,
           .folder = o.cache_dir,
           .folder_bytes = o.cache_dir_bytes,

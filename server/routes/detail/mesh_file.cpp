@@ -114,7 +114,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     add_notices(header, *found, surface.request, info);
     all.add(*found, surface);
     const MeshComponents components = components_of(surface.mesh);
-    const std::size_t written = components.count_from(form.min_component);
+    const std::size_t written = components.count_at_least(form.min_component);
     all.components_written += written;
     if (written != components.diagonals.size()) {
       surface.mesh = with_components(surface.mesh, components, form.min_component);

@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-constexpr double kPartOfAShare = 0.25;  // Fraction of the unreserved disk space.
+constexpr double kMaxShareFraction = 0.25;  // Fraction of the unreserved disk space.
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
 std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimited : capacity; }
@@ -14,7 +14,7 @@ std::uint64_t disk_of(std::uint64_t capacity) { return capacity == 0 ? kUnlimite
 }  // namespace
 
 MeshFileCache::MeshFileCache(std::uint64_t capacity)
-    : capacity_(capacity), disk_(disk_of(capacity), kPartOfAShare), kept_(capacity) {}
+    : capacity_(capacity), disk_(disk_of(capacity), kMaxShareFraction), kept_(capacity) {}
 
 std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
   const std::lock_guard lock(mutex_);
@@ -36,7 +36,7 @@ Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& 
   for (;;) {
     auto reservation = disk_.take(share, bytes);
     if (reservation) return *std::move(reservation);
-    if (!kept_.drop_oldest()) break;
+    if (!kept_.evict_oldest()) break;
   }
   return tl::unexpected(Error{.code = ErrorCode::kUnavailable,
                               .text = "The server's disk has no space for another file while "

@@ -98,7 +98,7 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   const IsosurfaceRequest& request = state.request;
   // The final step of any other budget is known only once it is made.
   const bool is_known = !has_budget(request) || has_own_budget(final_step(request));
-  if (is_known && source.remembers(final_step(request))) {
+  if (is_known && source.is_cached(final_step(request))) {
     return {.kind = dataset + " remembered", .is_long = false};
   }
   if (request.cell) {
@@ -135,7 +135,7 @@ WorkKind work_for(const SurfaceProvider& source, const DatasetQuery& query) {
           .is_long = is_long(query)};
 }
 
-Error come_again(const Backlog& backlog, double limit) {
+Error backlog_error(const Backlog& backlog, double limit) {
   const double share_of_time = backlog.seconds_until_done / backlog.seconds;
   const double seconds = std::ceil(std::max(1.0, (backlog.seconds - limit) * share_of_time));
   return {.code = ErrorCode::kUnavailable,
@@ -145,7 +145,7 @@ Error come_again(const Backlog& backlog, double limit) {
           .retry_after = seconds};
 }
 
-Error too_long(std::chrono::milliseconds limit) {
+Error time_limit_error(std::chrono::milliseconds limit) {
   return {ErrorCode::kLimitExceeded,
           "The answer takes this server longer than the " +
               shortest_text(static_cast<double>(limit.count()) / 1000) +

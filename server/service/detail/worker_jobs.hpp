@@ -44,7 +44,7 @@ struct WorkKind {
 
 // Return the errors for a share whose pending work exceeds `limit` seconds, and for a request that
 // takes longer than `limit`.
-[[nodiscard]] Error come_again(const Backlog& backlog, double limit);
-[[nodiscard]] Error too_long(std::chrono::milliseconds limit);
+[[nodiscard]] Error backlog_error(const Backlog& backlog, double limit);
+[[nodiscard]] Error time_limit_error(std::chrono::milliseconds limit);
 
 }  // namespace multitetra

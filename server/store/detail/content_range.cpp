@@ -28,7 +28,7 @@ std::optional<ContentRange> ContentRange::from(std::string_view text) {
   return range;
 }
 
-bool ContentRange::is(const ByteRange& wanted) const {
+bool ContentRange::matches(const ByteRange& wanted) const {
   if (wanted.first == ByteRange::kFromEnd) {
     return total && last + 1 == *total && last - first + 1 == std::min(wanted.length, *total);
   }

@@ -24,7 +24,7 @@ struct ContentRange {
   [[nodiscard]] static std::optional<ContentRange> from(std::string_view text);
 
   // Returns whether this is the wanted range, possibly cut off at the end of the object.
-  [[nodiscard]] bool is(const ByteRange& wanted) const;
+  [[nodiscard]] bool matches(const ByteRange& wanted) const;
 };
 
 }  // namespace multitetra

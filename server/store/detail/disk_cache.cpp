@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // The folder is measured after writing 1/16 of the limit.
-constexpr std::uint64_t kMeasuredAfter = 16;
+constexpr std::uint64_t kScansPerLimit = 16;
 constexpr const char* kBlocks = "blocks";
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // The checksum, stored after the block.
 
@@ -108,9 +108,9 @@ void DiskCache::put(const std::string& file, std::uint64_t block,
     return;  // A full disk is no error for the caller.
   }
   const std::lock_guard lock(mutex_);
-  put_since_ += bytes.size() + kSumBytes;
-  if (put_since_ < most_bytes_ / kMeasuredAfter) return;
-  put_since_ = 0;
+  bytes_since_scan_ += bytes.size() + kSumBytes;
+  if (bytes_since_scan_ < most_bytes_ / kScansPerLimit) return;
+  bytes_since_scan_ = 0;
   evict();
 }
 
@@ -126,7 +126,7 @@ void DiskCache::evict() {
   std::uint64_t bytes = 0;
   for (const CachedBlock& block : blocks) bytes += block.bytes;
   // Frees enough to make the next measurement worthwhile.
-  const std::uint64_t allowed = most_bytes_ - most_bytes_ / kMeasuredAfter;
+  const std::uint64_t allowed = most_bytes_ - most_bytes_ / kScansPerLimit;
   if (bytes <= allowed) return;
   std::sort(blocks.begin(), blocks.end(),
             [](const CachedBlock& a, const CachedBlock& b) { return a.used < b.used; });

@@ -36,8 +36,8 @@ class DiskCache {
 
   std::filesystem::path folder_;
   std::uint64_t most_bytes_;
-  std::mutex mutex_;             // Guards the following members.
-  std::uint64_t put_since_ = 0;  // Bytes written since the last measurement of the folder.
+  std::mutex mutex_;                    // Guards the following members.
+  std::uint64_t bytes_since_scan_ = 0;  // Bytes written since the last measurement of the folder.
 };
 
 }  // namespace multitetra

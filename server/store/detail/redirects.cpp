@@ -6,7 +6,7 @@
 namespace multitetra {
 
 std::optional<RefusedRedirect> refused_redirect(const std::string& from, const std::string& to,
-                                                bool follow) {
+                                                bool allow_other_hosts) {
   const CurlUrl before(from);
   const CurlUrl after(to);
   const std::string problem = "the server redirects to '" + without_password(to) + "'";
@@ -15,7 +15,7 @@ std::optional<RefusedRedirect> refused_redirect(const std::string& from, const s
     return RefusedRedirect{.problem = problem + ", which is no https",
                            .remedy = "Check the address"};
   }
-  if (follow || is_same_host(before, after)) return std::nullopt;
+  if (allow_other_hosts || is_same_host(before, after)) return std::nullopt;
   return RefusedRedirect{.problem = problem + ", which is another host",
                          .remedy = "Give that address; `prepare --follow` allows it for volumes"};
 }

@@ -12,9 +12,10 @@ struct RefusedRedirect {
   std::string remedy;
 };
 
-// Returns nullopt for permitted redirects: http or https on the same host, or with `follow` on any
-// host, but never from https to http.
+// Returns nullopt for permitted redirects: http or https on the same host, or with
+// `allow_other_hosts` on any host, but never from https to http.
 [[nodiscard]] std::optional<RefusedRedirect> refused_redirect(const std::string& from,
-                                                              const std::string& to, bool follow);
+                                                              const std::string& to,
+                                                              bool allow_other_hosts);
 
 }  // namespace multitetra

@@ -60,7 +60,7 @@ std::string header_of(CURL* curl, const char* name) {
 
 // Returns a random pause between half of `pause` and all of it, so that clients that failed
 // together do not retry together.
-milliseconds shaken(milliseconds pause) {
+milliseconds jittered(milliseconds pause) {
   thread_local std::minstd_rand random(std::random_device{}());
   return milliseconds(std::uniform_int_distribution(pause.count() / 2, pause.count())(random));
 }
@@ -117,7 +117,7 @@ StoreClient::StoreClient(bool signs_for_s3, const HttpStoreOptions& options)
 StoreClient::~StoreClient() = default;
 
 HttpAnswer StoreClient::send(const HttpRequest& request) {
-  fail_while_resting(request.address);
+  check_cooldown(request.address);
   const Clock::time_point deadline = Clock::now() + options_.deadline;
   const auto left = [&] {
     return std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
@@ -126,13 +126,13 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
   constexpr int kMostStalls = 2;
   int stalls = 0;
   Outcome outcome;
-  for (int attempt = 0; attempt < options_.tries; ++attempt) {
+  for (int attempt = 0; attempt < options_.max_attempts; ++attempt) {
     if (attempt > 0) {
       const milliseconds wait =
-          std::min(std::max(outcome.pause, shaken(pause)), options_.longest_pause);
+          std::min(std::max(outcome.pause, jittered(pause)), options_.longest_pause);
       if (wait >= left()) break;
       std::this_thread::sleep_for(wait);
-      if (options_.tries_again) options_.tries_again();
+      if (options_.on_retry) options_.on_retry();
       pause *= 2;
     }
     HttpAnswer answer;
@@ -142,21 +142,21 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
     // A stalled attempt has taken its full time, so a server that stalls repeatedly is given up.
     if (outcome.has_stalled && ++stalls == kMostStalls) break;
   }
-  if (outcome.kind == Outcome::Kind::kTryAgain) rest(outcome.problem);
+  if (outcome.kind == Outcome::Kind::kTryAgain) start_cooldown(outcome.problem);
   throw StoreError(request.address, outcome.problem, outcome.remedy);
 }
 
-void StoreClient::fail_while_resting(const std::string& address) {
+void StoreClient::check_cooldown(const std::string& address) {
   const std::lock_guard lock(mutex_);
-  if (Clock::now() >= rests_until_) return;
-  throw StoreError(address, "its store failed a moment ago: " + rests_since_,
+  if (Clock::now() >= cooldown_until_) return;
+  throw StoreError(address, "its store failed a moment ago: " + cooldown_reason_,
                    "It is tried again soon");
 }
 
-void StoreClient::rest(const std::string& problem) {
+void StoreClient::start_cooldown(const std::string& problem) {
   const std::lock_guard lock(mutex_);
-  rests_until_ = Clock::now() + options_.rest_after_failure;
-  rests_since_ = problem;
+  cooldown_until_ = Clock::now() + options_.cooldown_after_failure;
+  cooldown_reason_ = problem;
 }
 
 StoreClient::Outcome StoreClient::attempted(const HttpRequest& request, milliseconds left,
@@ -189,7 +189,7 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
     if (code == CURLE_OK) curl_easy_getinfo(handle.curl, CURLINFO_REDIRECT_URL, &found);
     if (found == nullptr) return Outcome::of(handle.curl, code, next, transfer, answer);
     const std::string to(found);
-    if (const auto refused = refused_redirect(next.address, to, options_.follow)) {
+    if (const auto refused = refused_redirect(next.address, to, options_.allow_other_hosts)) {
       return {.problem = refused->problem, .remedy = refused->remedy};
     }
     if (redirects == kMostRedirects) return {.problem = "it is redirected again and again"};
@@ -206,9 +206,10 @@ CURLcode StoreClient::Handle::perform(const HttpRequest& request, const HttpStor
   curl_easy_setopt(curl, CURLOPT_NOSIGNAL, 1L);
   curl_easy_setopt(curl, CURLOPT_FOLLOWLOCATION, 0L);
   curl_easy_setopt(curl, CURLOPT_PROTOCOLS_STR, "http,https");
-  curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT, static_cast<long>(options.connecting.count()));
+  curl_easy_setopt(curl, CURLOPT_CONNECTTIMEOUT,
+                   static_cast<long>(options.connect_timeout.count()));
   curl_easy_setopt(curl, CURLOPT_LOW_SPEED_LIMIT, 256L);
-  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stalled.count()));
+  curl_easy_setopt(curl, CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stall_timeout.count()));
   curl_easy_setopt(curl, CURLOPT_TIMEOUT_MS, static_cast<long>(std::max<long>(1, left.count())));
   curl_easy_setopt(curl, CURLOPT_USERAGENT, "multitetra");
   curl_easy_setopt(curl, CURLOPT_WRITEFUNCTION, &take_bytes);
@@ -279,7 +280,8 @@ StoreClient::Outcome StoreClient::Outcome::of_part(CURL* curl, const HttpRequest
                                                    HttpAnswer& answer) {
   const std::string text = header_of(curl, "Content-Range");
   const auto range = ContentRange::from(text);
-  if (range && range->is(*request.range) && answer.bytes.size() == range->last - range->first + 1) {
+  if (range && range->matches(*request.range) &&
+      answer.bytes.size() == range->last - range->first + 1) {
     answer.total = range->total.value_or(0);
     return {.kind = Kind::kDone};
   }

@@ -63,8 +63,8 @@ class StoreClient {
   struct Credentials;
   struct Handle;
   struct Outcome;
-  void fail_while_resting(const std::string& address);
-  void rest(const std::string& problem);
+  void check_cooldown(const std::string& address);
+  void start_cooldown(const std::string& problem);
   Outcome attempted(const HttpRequest& request, std::chrono::milliseconds left, HttpAnswer& answer);
   Outcome attempted_along_redirects(Handle& handle, const HttpRequest& request,
                                     std::chrono::milliseconds left, HttpAnswer& answer);
@@ -79,8 +79,8 @@ class StoreClient {
   std::condition_variable is_free_;
   std::size_t free_;  // Number of connections that may still be used.
   std::vector<std::unique_ptr<Handle>> idle_;
-  std::chrono::steady_clock::time_point rests_until_;
-  std::string rests_since_;  // The error that caused the rest.
+  std::chrono::steady_clock::time_point cooldown_until_;
+  std::string cooldown_reason_;  // The error that caused the cooldown.
 };
 
 }  // namespace multitetra

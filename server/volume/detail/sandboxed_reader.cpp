@@ -79,7 +79,7 @@ void serve_source(const OpenSource& open, ChildChannel& parent) {
   };
   try {
     const std::unique_ptr<VolumeSource> source = open(notice, header_is_known);
-    parent.send(kMembers, members_text(source->members()));
+    parent.send(kMembers, contents_text(source->members()));
     if (!parent.send(kOpened, message_of(*source))) return;
     ChildMessage message;
     Samples samples;
@@ -152,7 +152,7 @@ class SandboxedVolume : public VolumeSource {
  private:
   // Handles a message other than a reply. Throws the child's failure.
   void handle(const ChildMessage& message) {
-    if (message.kind == kMembers) members_ = members_from(message.bytes);
+    if (message.kind == kMembers) members_ = contents_from(message.bytes);
     if (message.kind == kNotice && notice_) notice_(message.bytes);
     if (message.kind != kFailed) return;
     if (!message.bytes.empty()) throw VolumeFileError(message.bytes);
@@ -162,7 +162,7 @@ class SandboxedVolume : public VolumeSource {
 
   [[noreturn]] void give_up() {
     try {
-      child_.fail();
+      child_.throw_exit_reason();
     } catch (const ChildProcessError& problem) {
       fail_reading(path_, problem.what(), "It is damaged; get a whole copy of it");
     }

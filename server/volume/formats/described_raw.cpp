@@ -83,17 +83,18 @@ Description description_of(const fs::path& file) {
   return description_in(InputFile(file).beginning(kMostDescriptionBytes));
 }
 
-DescribedRaw raw_from(const Description& description, fs::path data, const fs::path& told_by) {
-  if (!description.dims) fail_reading(told_by, "its Resolution is no three counts", "Correct it");
+DescribedRaw raw_from(const Description& description, fs::path data, const fs::path& described_by) {
+  if (!description.dims)
+    fail_reading(described_by, "its Resolution is no three counts", "Correct it");
   if (!description.type)
-    fail_reading(told_by, "its Format is not known", "Use UCHAR, USHORT or FLOAT");
+    fail_reading(described_by, "its Format is not known", "Use UCHAR, USHORT or FLOAT");
   DescribedRaw raw{.file = std::move(data),
-                   .source = "'" + told_by.filename().string() + "'",
+                   .source = "'" + described_by.filename().string() + "'",
                    .endian = description.endian.value_or(Endian::kLittle)};
   raw.header.dims = *description.dims;
   raw.header.type = *description.type;
   set_box_axes(raw.header, {0, 0, 0}, description.spacing.value_or(Vec3{1, 1, 1}));
-  check_header(told_by, raw.header);
+  check_header(described_by, raw.header);
   return raw;
 }
 
@@ -215,12 +216,13 @@ bool is_raw_description(std::string_view beginning) {
          lower.find("resolution") != std::string::npos;
 }
 
-DescribedRaw described_raw(const fs::path& file, bool follow) {
+DescribedRaw described_raw(const fs::path& file, bool allow_external_files) {
   const Description description = description_of(file);
   if (description.data_file.empty()) {
     fail_reading(file, "its ObjectFileName names no file", "Correct it");
   }
-  return raw_from(description, named_data_file(file, description.data_file, follow), file);
+  return raw_from(description, named_data_file(file, description.data_file, allow_external_files),
+                  file);
 }
 
 std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {

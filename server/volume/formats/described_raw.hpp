@@ -43,7 +43,8 @@ struct DescribedRaw {
 [[nodiscard]] bool is_raw_description(std::string_view beginning);
 
 // Parses the description `file`. Throws VolumeFileError.
-[[nodiscard]] DescribedRaw described_raw(const std::filesystem::path& file, bool follow);
+[[nodiscard]] DescribedRaw described_raw(const std::filesystem::path& file,
+                                         bool allow_external_files);
 
 // Finds the layout of raw samples: in a .dat or .txt file of the same name; in three 16-bit counts
 // before exactly as many 16-bit samples; or in a name such as fuel_64x64x64_uint8.raw. Returns

@@ -117,7 +117,8 @@ void place_meta_image(const fs::path& file, const MetaHeader& header, std::size_
   }
 }
 
-std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& header, bool follow) {
+std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& header,
+                                      bool allow_external_files) {
   const std::string value = header.value({"ElementDataFile"});
   if (lower_case(value) == "local") return {file};
   std::vector<std::string> names = {value};
@@ -127,15 +128,16 @@ std::vector<fs::path> meta_data_files(const fs::path& file, const MetaHeader& he
     names = numbered_names(file, value);
   }
   std::vector<fs::path> paths;
-  for (const std::string& name : names) paths.push_back(named_data_file(file, name, follow));
+  for (const std::string& name : names)
+    paths.push_back(named_data_file(file, name, allow_external_files));
   return paths;
 }
 
 // Returns the slices of volume `time`, of `times` consecutive ones.
 std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader& header,
-                                          bool follow, std::int64_t times, std::int64_t time,
-                                          const ImageHeader& image) {
-  const std::vector<fs::path> files = meta_data_files(file, header, follow);
+                                          bool allow_external_files, std::int64_t times,
+                                          std::int64_t time, const ImageHeader& image) {
+  const std::vector<fs::path> files = meta_data_files(file, header, allow_external_files);
   const std::uint64_t volume_bytes =
       image.slice_bytes() * static_cast<std::uint64_t>(image.dims[2]);
   const std::uint64_t all_bytes = volume_bytes * static_cast<std::uint64_t>(times);
@@ -216,7 +218,7 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   }
   volume.members.times =
       axes == 4 ? even_times(dims[3], origin[3], spacing[3], /*unit=*/"") : SourceTimes();
-  volume.slices = meta_slices(path, header, choice.follow, dims[3],
+  volume.slices = meta_slices(path, header, choice.allow_external_files, dims[3],
                               chosen_time(path, dims[3], choice), volume.header);
   return volume;
 }

@@ -51,14 +51,14 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
                      .meaning = {.space = WorldSpace::kLps, .length_unit = "mm", .value_unit = {}}};
   // Voxel size, directions of the three axes, and center of the volume. The default is coronal
   // slices of 1 mm.
-  const bool is_told = bytes.at<std::int16_t>(28) == 1;
+  const bool has_geometry = bytes.at<std::int16_t>(28) == 1;
   std::array<Vec3, 3> steps = {Vec3{-1, 0, 0}, Vec3{0, 0, -1}, Vec3{0, 1, 0}};
   Vec3 origin{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    for (std::size_t row = 0; is_told && row < 3; ++row) {
+    for (std::size_t row = 0; has_geometry && row < 3; ++row) {
       steps[axis][row] = real(42 + 12 * axis + 4 * row) * real(30 + 4 * axis);
     }
-    if (is_told) origin[axis] += real(78 + 4 * axis);
+    if (has_geometry) origin[axis] += real(78 + 4 * axis);
     for (std::size_t row = 0; row < 3; ++row) {
       origin[row] -= steps[axis][row] * static_cast<double>(header.dims[axis]) / 2;
     }

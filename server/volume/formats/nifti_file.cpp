@@ -250,11 +250,12 @@ std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::i
 }
 
 // Returns the file with the samples of a header.
-fs::path image_file(const fs::path& header, bool follow) {
+fs::path image_file(const fs::path& header, bool allow_external_files) {
   const fs::path stem = header.extension() == ".gz" ? header.stem().stem() : header.stem();
   const bool packed =
       header.extension() == ".gz" || !fs::exists(header.parent_path() / (stem.string() + ".img"));
-  return named_data_file(header, stem.string() + (packed ? ".img.gz" : ".img"), follow);
+  return named_data_file(header, stem.string() + (packed ? ".img.gz" : ".img"),
+                         allow_external_files);
 }
 
 }  // namespace
@@ -318,7 +319,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
     fail_reading(path, "its samples begin at byte " + std::to_string(nifti.offset),
                  "Get a complete copy of the file");
   }
-  const fs::path data = nifti.in_two_files ? image_file(path, choice.follow) : path;
+  const fs::path data = nifti.in_two_files ? image_file(path, choice.allow_external_files) : path;
   std::vector<std::unique_ptr<StoredSlices>> slices;
   for (std::int64_t i = 0; i < volumes; ++i) {
     const auto before =

@@ -263,7 +263,8 @@ std::uint64_t behind_lines(const fs::path& file, std::uint64_t begin, std::int64
 }
 
 std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
-                                 const std::vector<std::int64_t>& sizes, bool follow) {
+                                 const std::vector<std::int64_t>& sizes,
+                                 bool allow_external_files) {
   const std::string value = header.field("data file");
   if (value.empty()) {
     if (!header.has_end)
@@ -297,7 +298,8 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
     }
   }
   std::vector<fs::path> files;
-  for (const std::string& name : names) files.push_back(named_data_file(file, name, follow));
+  for (const std::string& name : names)
+    files.push_back(named_data_file(file, name, allow_external_files));
   return files;
 }
 
@@ -401,7 +403,7 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
                    "with --component, from 0 on");
     }
   }
-  const std::vector<fs::path> files = data_files(path, header, sizes, choice.follow);
+  const std::vector<fs::path> files = data_files(path, header, sizes, choice.allow_external_files);
   const auto count = static_cast<std::uint64_t>(others);
   if (other == 0U) {
     volume.slices = slices_behind(path, header, files, 1, 0, volume.header);

@@ -138,13 +138,14 @@ std::string unit_from(std::string_view text) {
   return is_unit_text(text) ? std::string(text) : std::string();
 }
 
-fs::path named_data_file(const fs::path& header, const std::string& name, bool follow) {
+fs::path named_data_file(const fs::path& header, const std::string& name,
+                         bool allow_external_files) {
   const fs::path folder = header.has_parent_path() ? header.parent_path() : fs::path(".");
   const fs::path file = folder / name;
   std::error_code error;
   const fs::path inside =
       fs::weakly_canonical(file, error).lexically_relative(fs::weakly_canonical(folder, error));
-  if (!follow && (error || inside.empty() || *inside.begin() == "..")) {
+  if (!allow_external_files && (error || inside.empty() || *inside.begin() == "..")) {
     fail_reading(
         header, "it names the data file '" + name + "', which leads out of the header's folder",
         "Put the data beside the header, or allow it with --follow if you trust the header");

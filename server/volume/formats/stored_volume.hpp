@@ -92,7 +92,7 @@ struct VolumeChoice {
   std::optional<std::int64_t> channel = std::nullopt;  // Counted from 0.
   std::string series = {};  // DICOM: UID of a series, or its number from 1.
   ComponentChoice component = {};
-  bool follow = false;    // Allows data files outside the folder of their header.
+  bool allow_external_files = false;  // Allows data files outside the folder of their header.
   bool resample = false;  // DICOM: interpolates uneven and tilted slices to a rectangular grid.
   // Takes the first of several if none is chosen; for listing contents.
   bool first = false;
@@ -126,8 +126,9 @@ void set_axes(const std::filesystem::path& file, ImageHeader& header,
 [[nodiscard]] std::string unit_from(std::string_view text);
 
 // Returns the data file `name`, relative to the header's folder. Throws if it is outside of that
-// folder (unless `follow`) or is not a regular file.
+// folder (unless `allow_external_files`) or is not a regular file.
 [[nodiscard]] std::filesystem::path named_data_file(const std::filesystem::path& header,
-                                                    const std::string& name, bool follow);
+                                                    const std::string& name,
+                                                    bool allow_external_files);
 
 }  // namespace multitetra

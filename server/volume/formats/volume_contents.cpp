@@ -62,7 +62,7 @@ bool have_layers(const std::vector<SourceLabel>& labels) {
                      [](const SourceLabel& label) { return label.layer != 0; });
 }
 
-std::string members_text(const VolumeContents& members) {
+std::string contents_text(const VolumeContents& members) {
   MembersJson fields = MembersJson::array();
   for (const SourceField& field : members.fields) {
     fields.push_back({field.name, field.array,
@@ -86,7 +86,7 @@ std::string members_text(const VolumeContents& members) {
       .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
 }
 
-VolumeContents members_from(std::string_view text) {
+VolumeContents contents_from(std::string_view text) {
   const MembersJson json = MembersJson::parse(text);
   VolumeContents members;
   members.times = {.count = json.at("times").get<std::int64_t>(),

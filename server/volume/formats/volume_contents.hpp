@@ -74,9 +74,9 @@ inline constexpr std::size_t kMostSourceMembers = 32'768;  // Maximum members of
 
 [[nodiscard]] bool have_layers(const std::vector<SourceLabel>& labels);
 
-// Convert contents to a text for another process, and back. members_from() requires a result of
-// members_text().
-[[nodiscard]] std::string members_text(const VolumeContents& members);
-[[nodiscard]] VolumeContents members_from(std::string_view text);
+// Convert contents to a text for another process, and back. contents_from() requires a result of
+// contents_text().
+[[nodiscard]] std::string contents_text(const VolumeContents& members);
+[[nodiscard]] VolumeContents contents_from(std::string_view text);
 
 }  // namespace multitetra

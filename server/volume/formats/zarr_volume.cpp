@@ -409,12 +409,12 @@ bool has_metadata(ObjectStore& store) {
 
 }  // namespace
 
-bool is_zarr(const std::string& place, bool follow) {
-  return has_metadata(*volume_objects(place, follow));
+bool is_zarr(const std::string& place, bool allow_external_files) {
+  return has_metadata(*volume_objects(place, allow_external_files));
 }
 
 StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
-  std::shared_ptr<ObjectStore> store = volume_objects(place, choice.follow);
+  std::shared_ptr<ObjectStore> store = volume_objects(place, choice.allow_external_files);
   if (!has_metadata(*store)) {
     fail_reading(place,
                  "there is no zarr.json, .zattrs, .zgroup, .zarray or attributes.json below it",

@@ -8,8 +8,8 @@
 namespace multitetra {
 
 // Returns whether the folder, zip archive or address has Zarr or N5 metadata at its root. Links
-// that lead elsewhere require `follow`.
-[[nodiscard]] bool is_zarr(const std::string& place, bool follow);
+// that lead elsewhere require `allow_external_files`.
+[[nodiscard]] bool is_zarr(const std::string& place, bool allow_external_files);
 
 // Opens the array choice.array, or the level choice.level of the image at the root (0, the finest,
 // by default), or the root itself. choice.time and choice.channel select along dimensions named t

@@ -121,7 +121,7 @@ void write_half_and_die(const fs::path& path, AtomicFile::TemporaryKind before) 
 
 TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFileAndNothingElse) {
   std::ofstream(file_) << "old";
-  write_half_and_die(file_, AtomicFile::TemporaryKind::kNameless);
+  write_half_and_die(file_, AtomicFile::TemporaryKind::kUnnamed);
   EXPECT_EQ(content(), "old");
   if (knows_nameless_files()) {
     EXPECT_EQ(entries(), Names{"file.mtd"});
@@ -189,7 +189,7 @@ TEST_F(AtomicFileTest, AReplacedFileKeepsItsMode) {
   const auto mode = [this] { return fs::status(file_).permissions() & fs::perms::mask; };
   std::ofstream(file_) << "old";
   for (const AtomicFile::TemporaryKind before :
-       {AtomicFile::TemporaryKind::kNameless, AtomicFile::TemporaryKind::kHidden}) {
+       {AtomicFile::TemporaryKind::kUnnamed, AtomicFile::TemporaryKind::kHidden}) {
     fs::permissions(file_, static_cast<fs::perms>(0640));
     AtomicFile(file_, before).commit(Durability::kProcessEnd);
     EXPECT_EQ(mode(), static_cast<fs::perms>(0640));

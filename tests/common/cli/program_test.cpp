@@ -25,8 +25,8 @@ Ended ended(const std::function<int()>& body) {
 
 TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
   EXPECT_EQ(ended([] { return 3; }).code, 3);
-  const Ended no_secrets = ended([]() -> int { throw ExitError(kNoSecrets, "No key."); });
-  EXPECT_EQ(no_secrets.code, kNoSecrets);
+  const Ended no_secrets = ended([]() -> int { throw ExitError(kBadCredentials, "No key."); });
+  EXPECT_EQ(no_secrets.code, kBadCredentials);
   EXPECT_EQ(no_secrets.output, "multitetra-this: No key.\n");
   EXPECT_EQ(ended([]() -> int { throw std::runtime_error("Oh."); }).code, kFailed);
   EXPECT_EQ(ended([]() -> int { throw std::invalid_argument("--size"); }).code, kUsage);

@@ -55,7 +55,7 @@ TEST(SurfaceOptions, AcceptSeveralIsovalues) {
     std::reverse(words.begin(), words.end());
     command.app().parse(words);
     std::vector<double> isovalues;
-    const auto requests = requests_of(arguments, info());
+    const auto requests = requests_from(arguments, info());
     for (const IsosurfaceRequest& each : *requests) {
       EXPECT_EQ(each.error, arguments.query.request.error);
       isovalues.push_back(each.isovalue);
@@ -225,13 +225,13 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   EXPECT_EQ(all.components, 3U);
   EXPECT_EQ(all.mesh.triangles.size(), 3U);
   EXPECT_EQ(all.large, (std::vector<std::uint32_t>{3, 4, 5}));
-  EXPECT_EQ(left_out_text(all, {}), "");
+  EXPECT_EQ(removed_text(all, {}), "");
   SurfaceArguments large;
   large.query.min_component = 10;
   const OutputSurface one = output_surface(mesh, large, info());
   EXPECT_EQ(one.mesh.triangles.size(), 1U);
   EXPECT_EQ(one.large, (std::vector<std::uint32_t>{0, 1, 2}));
-  EXPECT_EQ(left_out_text(one, large),
+  EXPECT_EQ(removed_text(one, large),
             "1 of 3 components, those with a diagonal of 10 samples or more");
 }
 

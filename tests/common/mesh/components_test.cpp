@@ -46,9 +46,9 @@ TEST(MeshComponents, MatchTheTopologysCount) {
   EXPECT_EQ(topology(mesh, {}).components, 7);
   EXPECT_EQ(components.largest(), 5U);
   EXPECT_NEAR(components.diagonals[5], 40 * std::sqrt(3), 1e-9) << "in samples";
-  EXPECT_EQ(components.count_from(0), 7U);
-  EXPECT_EQ(components.count_from(6 * std::sqrt(3) - 1e-9), 2U);
-  EXPECT_EQ(components.count_from(1000), 0U);
+  EXPECT_EQ(components.count_at_least(0), 7U);
+  EXPECT_EQ(components.count_at_least(6 * std::sqrt(3) - 1e-9), 2U);
+  EXPECT_EQ(components.count_at_least(1000), 0U);
 }
 
 TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
@@ -56,7 +56,7 @@ TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
   const std::vector<LatticeTriangle> triangles = {{{{1, 1, 1}, {65, 97, 1}, {65, 1, 193}}}};
   const MeshComponents components = components_of(index_triangles(triangles, 5));
   EXPECT_EQ(components.diagonals.front(), 7.0);
-  EXPECT_EQ(components.count_from(7), 1U);
+  EXPECT_EQ(components.count_at_least(7), 1U);
 }
 
 TEST(MeshComponents, RemovesOnlySmallOnes) {

@@ -81,7 +81,7 @@ TEST(RequestNames, ErrorHasOneDefault) {
   EXPECT_EQ(kDefaultError, quality_error_from("fine"));
   for (const RequestField& field : request_fields()) {
     if (field.name != "error") continue;
-    EXPECT_EQ(Names{std::string(field.usual)}, one);
+    EXPECT_EQ(Names{std::string(field.default_text)}, one);
   }
   const std::string number = "(\\d[.\\d]*)";
   EXPECT_EQ(matches(text_of_file("proto/multitetra/v1/request.proto"),
@@ -128,12 +128,13 @@ TEST(RequestNames, MatchTheHttpParametersAndDescriptions) {
     EXPECT_EQ(usual.is_null()     ? ""
               : usual.is_string() ? usual.get<std::string>()
                                   : usual.dump(),
-              field.usual)
+              field.default_text)
         << field.name;
-    if (field.form.find('|') == std::string::npos || field.form == "on|off") continue;
+    if (field.value_syntax.find('|') == std::string::npos || field.value_syntax == "on|off")
+      continue;
     std::string form;
     for (const std::string word : schema["enum"]) form += (form.empty() ? "" : "|") + word;
-    EXPECT_EQ(form, field.form) << field.name;
+    EXPECT_EQ(form, field.value_syntax) << field.name;
   }
   EXPECT_EQ((*++parameter)["name"], "format")
       << "no parameter that is no field but the file's format";

@@ -20,9 +20,9 @@ FieldError set(SurfaceQuery& query, std::string_view name, std::string_view text
 TEST(RequestFields, HaveTheirDocumentedDefaults) {
   const SurfaceQuery usual;
   for (const RequestField& one : request_fields()) {
-    if (one.usual.empty()) continue;
+    if (one.default_text.empty()) continue;
     SurfaceQuery query;
-    EXPECT_EQ(one.set(one, one.usual, query), std::nullopt) << one.name;
+    EXPECT_EQ(one.set(one, one.default_text, query), std::nullopt) << one.name;
     EXPECT_EQ(query.request, usual.request) << one.name;
     EXPECT_EQ(query.coordinates, usual.coordinates) << one.name;
     EXPECT_EQ(query.min_component, usual.min_component) << one.name;
@@ -34,8 +34,8 @@ TEST(RequestFields, HaveTheirDocumentedDefaults) {
 
 TEST(RequestFields, TakeEveryAlternativeOfTheirFormAndNoOther) {
   for (const RequestField& one : request_fields()) {
-    if (one.form.find('|') == std::string_view::npos) continue;
-    for (std::string_view rest = one.form; !rest.empty();) {
+    if (one.value_syntax.find('|') == std::string_view::npos) continue;
+    for (std::string_view rest = one.value_syntax; !rest.empty();) {
       const std::size_t end = std::min(rest.find('|'), rest.size());
       SurfaceQuery query;
       EXPECT_EQ(one.set(one, rest.substr(0, end), query), std::nullopt) << one.name;

@@ -44,7 +44,7 @@ TEST_P(CertificateEverySurface, EverySurfaceOfOursIsKept) {
                                    .margin = setting.margin,
                                    .samples = 2000};
       const Certificate certificate = certify(mesh, setting.volume, options);
-      EXPECT_TRUE(certificate.is_kept())
+      EXPECT_TRUE(certificate.passes())
           << text_of(certificate, {.mesh = "mesh", .volume = "volume"}, options);
       EXPECT_TRUE(certificate.keeps_topology());
       EXPECT_EQ(certificate.grid.grid_exponent, dataset->info.grid_exponent);
@@ -78,8 +78,8 @@ class CertificateErrors : public ::testing::Test {
 
 TEST_F(CertificateErrors, AcceptsTheRightSurface) {
   const Certificate certificate = certified(surface(0.5), half_);
-  EXPECT_TRUE(certificate.is_kept());
-  EXPECT_EQ(certificate.error, ErrorVerdict::kKept);
+  EXPECT_TRUE(certificate.passes());
+  EXPECT_EQ(certificate.error, ErrorVerdict::kProven);
   EXPECT_GT(certificate.mesh.border_edges, 0);
   EXPECT_FALSE(certificate.is_watertight()) << "it ends at the border of the data";
 }
@@ -87,7 +87,7 @@ TEST_F(CertificateErrors, AcceptsTheRightSurface) {
 TEST_F(CertificateErrors, DetectsAShift) {
   const Certificate certificate = certified(testing::shifted(surface(0.5), {1, 0, 0}), half_);
   EXPECT_EQ(certificate.error, ErrorVerdict::kExceeded);
-  EXPECT_FALSE(certificate.is_kept());
+  EXPECT_FALSE(certificate.passes());
 }
 
 TEST_F(CertificateErrors, DetectsAHole) {
@@ -99,7 +99,7 @@ TEST_F(CertificateErrors, DetectsAHole) {
   EXPECT_LE(certificate.distance.mesh_to_reference.maximum_at_most, 0.06);
   EXPECT_GT(certificate.distance.reference_to_mesh.maximum, 1);
   EXPECT_GT(certificate.mesh.open_edges, 0);
-  EXPECT_FALSE(certificate.is_kept());
+  EXPECT_FALSE(certificate.passes());
 }
 
 TEST_F(CertificateErrors, ASurfaceBesideTheDataHasNoBorder) {
@@ -107,7 +107,7 @@ TEST_F(CertificateErrors, ASurfaceBesideTheDataHasNoBorder) {
   EXPECT_EQ(certificate.mesh.border_edges + certificate.mesh.open_edges,
             certificate.reference.border_edges);
   EXPECT_GT(certificate.mesh.open_edges, 0);
-  EXPECT_FALSE(certificate.is_kept());
+  EXPECT_FALSE(certificate.passes());
 }
 
 TEST_F(CertificateErrors, DetectsALargerError) {
@@ -128,8 +128,8 @@ TEST_F(CertificateErrors, MeasuresWithoutABound) {
   EXPECT_EQ(certificate.error, ErrorVerdict::kNotAsked);
   EXPECT_GT(certificate.maximum(), 0.2);
   // Moved off the data's border it has open edges.
-  EXPECT_FALSE(certificate.is_kept());
-  EXPECT_TRUE(certified(mesh, {.any_topology = true}).is_kept());
+  EXPECT_FALSE(certificate.passes());
+  EXPECT_TRUE(certified(mesh, {.any_topology = true}).passes());
 }
 
 TEST_F(CertificateErrors, DetectsTurnedOrMissingTriangles) {
@@ -141,10 +141,10 @@ TEST_F(CertificateErrors, DetectsTurnedOrMissingTriangles) {
   ASSERT_NE(inside, mesh.triangles.end());
   std::swap((*inside)[1], (*inside)[2]);
   EXPECT_EQ(certified(mesh, {}).mesh.nonmanifold_edges, 3);
-  EXPECT_FALSE(certified(mesh, {}).is_kept());
+  EXPECT_FALSE(certified(mesh, {}).passes());
   mesh.triangles.erase(inside);
   EXPECT_EQ(certified(mesh, {}).mesh.open_edges, 3);
-  EXPECT_FALSE(certified(mesh, {}).is_kept());
+  EXPECT_FALSE(certified(mesh, {}).passes());
 }
 
 TEST_F(CertificateErrors, HintsAtTheDatasetForVerticesBeyondTheSamples) {
@@ -157,7 +157,7 @@ TEST_F(CertificateErrors, HintsAtTheDatasetForVerticesBeyondTheSamples) {
   CertifyOptions same = half_;
   same.outside = -10;
   same.margin = 1;
-  EXPECT_TRUE(certified(mesh, same).is_kept());
+  EXPECT_TRUE(certified(mesh, same).passes());
   EXPECT_EQ(report(same).find("DATASET.mtd"), std::string::npos) << report(same);
 }
 
@@ -203,7 +203,7 @@ TEST(Certificate, RejectsAMeshWithoutAComponent) {
   EXPECT_LT(certificate.distance.mesh_to_reference.maximum_at_most, 0.07);
   EXPECT_NEAR(certificate.distance.reference_to_mesh.maximum, 22 + 4.2 - 8 - 5.3, 0.1);
   EXPECT_NEAR(certificate.distance.reference_to_mesh.farthest[0], 26.2, 0.1);
-  EXPECT_FALSE(certificate.is_kept());
+  EXPECT_FALSE(certificate.passes());
 }
 
 // The ball around x = 22 has a diagonal of 14.5 samples, the other one of 18.4.
@@ -226,7 +226,7 @@ class WithoutTheSmallBall : public ::testing::Test {
 
 TEST_F(WithoutTheSmallBall, NamesTheOptionThatExpectsItToBeMissing) {
   const Certificate certificate = certified(cleaned_, 0);
-  EXPECT_FALSE(certificate.is_kept());
+  EXPECT_FALSE(certificate.passes());
   ASSERT_TRUE(certificate.missing);
   EXPECT_EQ(certificate.missing->count, 1U);
   EXPECT_NEAR(certificate.missing->largest_diagonal, 14.5, 0.1);
@@ -240,16 +240,16 @@ TEST_F(WithoutTheSmallBall, NamesTheOptionThatExpectsItToBeMissing) {
 
 TEST_F(WithoutTheSmallBall, IsCertifiedWithThatOptionAndTheWholeMeshIsNot) {
   const Certificate certificate = certified(cleaned_, 15);
-  EXPECT_TRUE(certificate.is_kept()) << text_of(certificate, {}, options_);
+  EXPECT_TRUE(certificate.passes()) << text_of(certificate, {}, options_);
   EXPECT_EQ(certificate.reference.components, 1);
   EXPECT_FALSE(certificate.missing);
-  EXPECT_TRUE(certified(cleaned_, 14).is_kept()) << "the error may move it across the limit";
-  EXPECT_TRUE(certified(whole_, 15).is_kept()) << "likewise";
+  EXPECT_TRUE(certified(cleaned_, 14).passes()) << "the error may move it across the limit";
+  EXPECT_TRUE(certified(whole_, 15).passes()) << "likewise";
   options_.error = 0.02;
-  EXPECT_TRUE(certified(whole_, 14).is_kept());
-  EXPECT_FALSE(certified(whole_, 15).is_kept()) << "it is too small to be there";
-  EXPECT_TRUE(certified(cleaned_, 15).is_kept());
-  EXPECT_FALSE(certified(cleaned_, 14).is_kept()) << "it is too large to be missing";
+  EXPECT_TRUE(certified(whole_, 14).passes());
+  EXPECT_FALSE(certified(whole_, 15).passes()) << "it is too small to be there";
+  EXPECT_TRUE(certified(cleaned_, 15).passes());
+  EXPECT_FALSE(certified(cleaned_, 14).passes()) << "it is too large to be missing";
 }
 
 TEST_F(WithoutTheSmallBall, IsNoExplanationWhereTheRestDiffersToo) {
@@ -267,15 +267,15 @@ TEST(Certificate, ExpectsAsManyComponentsNearTheLimitAsTheMeshHas) {
   });
   TriangleMesh mesh = extracted(make_dataset(volume, "shell"), {.isovalue = 0.0, .error = 0});
   CertifyOptions options{.isovalue = 0, .error = 2, .lattice = 5, .min_component = 24};
-  EXPECT_TRUE(certify(mesh, volume, options).is_kept());
+  EXPECT_TRUE(certify(mesh, volume, options).passes());
   std::erase_if(mesh.triangles, [&](const TriangleIndices& t) {
     return length(difference(mesh.vertices[t[0]], center)) < 7;
   });
   const Certificate certificate = certify(mesh, volume, options);
-  EXPECT_TRUE(certificate.is_kept()) << text_of(certificate, {}, options);
+  EXPECT_TRUE(certificate.passes()) << text_of(certificate, {}, options);
   EXPECT_EQ(certificate.reference.components, 1);
   options.min_component = 10;
-  EXPECT_FALSE(certify(mesh, volume, options).is_kept());
+  EXPECT_FALSE(certify(mesh, volume, options).passes());
 }
 
 TEST(Certificate, AllowsBoundaryEdgesAtTheMask) {
@@ -285,7 +285,7 @@ TEST(Certificate, AllowsBoundaryEdgesAtTheMask) {
   const Certificate whole = certify(mesh, volume, {.isovalue = 0.1, .error = 0, .lattice = 5});
   EXPECT_EQ(whole.mesh.open_edges, 0);
   EXPECT_GT(whole.mesh.border_edges, 0);
-  EXPECT_TRUE(whole.is_kept());
+  EXPECT_TRUE(whole.passes());
 }
 
 TEST(Certificate, WeldsSeparateCorners) {
@@ -305,7 +305,7 @@ TEST(Certificate, WeldsSeparateCorners) {
   EXPECT_EQ(of_soup.mesh, of_mesh.mesh);
   EXPECT_EQ(of_soup.maximum(), of_mesh.maximum());
   EXPECT_EQ(of_soup.degenerate_triangles, mesh.triangles.size());
-  EXPECT_TRUE(of_soup.is_kept());
+  EXPECT_TRUE(of_soup.passes());
 }
 
 TEST(Certificate, CountsVerticesWhereFansOnlyTouch) {

@@ -124,7 +124,7 @@ TEST_F(ConversationTest, PausesReadingFromClientsAboveTheRate) {
   ASSERT_NE(refusal, nullptr);
   EXPECT_EQ(refusal->error.code, ErrorCode::kLimitExceeded);
   EXPECT_FALSE(has_room());
-  session_->keep_time(std::chrono::steady_clock::now() + std::chrono::seconds(6));
+  session_->enforce_limits(std::chrono::steady_clock::now() + std::chrono::seconds(6));
   EXPECT_TRUE(has_room());
 }
 

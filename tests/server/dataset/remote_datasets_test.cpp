@@ -46,7 +46,7 @@ class RemoteDatasets : public ::testing::Test {
     return std::make_shared<RemoteFiles>(
         RemoteFilesOptions{.memory_bytes = 3 << 20,
                            .folder = folder,
-                           .http = {.tries = 3,
+                           .http = {.max_attempts = 3,
                                     .first_pause = std::chrono::milliseconds(1),
                                     .longest_pause = std::chrono::milliseconds(5),
                                     .deadline = std::chrono::milliseconds(5000)}});

@@ -170,7 +170,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
       marched.back().marched = marched_box(*shells[i].payload);
       cubes.push_back(shells[i].summary.cube);
     }
-    EXPECT_TRUE(are_apart(cubes));
+    EXPECT_TRUE(are_disjoint(cubes));
     // Also where a surface ends that should not.
     DataBorder nowhere = data_border(dataset->info, level.lattice_resolution, 0, spacing);
     nowhere.low = {-1, -1, -1};
@@ -199,10 +199,10 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
 
 TEST(ContainsNestedCubes, FindsCubesInOthers) {
   const OctreeCube cube = {.exponent = 4, .x = 1, .y = 2, .z = 3};
-  EXPECT_TRUE(are_apart(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
-  EXPECT_FALSE(are_apart(std::vector{cube, cube}));
-  EXPECT_FALSE(are_apart(std::vector{cube, cube.child(5)}));
-  EXPECT_FALSE(are_apart(std::vector{cube.child(5).child(2), cube}));
+  EXPECT_TRUE(are_disjoint(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
+  EXPECT_FALSE(are_disjoint(std::vector{cube, cube}));
+  EXPECT_FALSE(are_disjoint(std::vector{cube, cube.child(5)}));
+  EXPECT_FALSE(are_disjoint(std::vector{cube.child(5).child(2), cube}));
 }
 
 DatasetPtr prepared_noise() {

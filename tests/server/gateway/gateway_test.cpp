@@ -63,13 +63,13 @@ TEST(ForwardedStream, SkipsSeenStepsAndDetectsDifferences) {
   EXPECT_EQ(stream.next(end), Verdict::kForward);
   EXPECT_EQ(stream.steps_ended(), 1U);
   stream.restart();
-  EXPECT_EQ(stream.next(begin), Verdict::kPassOver);
-  EXPECT_EQ(stream.next(tile), Verdict::kPassOver);
-  EXPECT_EQ(stream.next(later_end), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(begin), Verdict::kSkip);
+  EXPECT_EQ(stream.next(tile), Verdict::kSkip);
+  EXPECT_EQ(stream.next(later_end), Verdict::kSkip);
   EXPECT_EQ(stream.next(begin), Verdict::kForward);
   EXPECT_EQ(stream.steps_ended(), 1U);
   stream.restart();
-  EXPECT_EQ(stream.next(begin), Verdict::kPassOver);
+  EXPECT_EQ(stream.next(begin), Verdict::kSkip);
   EXPECT_EQ(stream.next(other), Verdict::kDiffers);
 }
 

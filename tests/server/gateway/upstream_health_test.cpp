@@ -13,19 +13,19 @@ constexpr UpstreamHealth::Clock::time_point kStart{1h};
 
 TEST(UpstreamHealth, AnUntriedServerIsUnknown) {
   const UpstreamHealth health(100ms, 1s);
-  EXPECT_FALSE(health.is_there(kStart));
+  EXPECT_FALSE(health.is_reachable(kStart));
   EXPECT_FALSE(health.has_failed());
-  EXPECT_TRUE(health.may_be_asked(kStart));
+  EXPECT_TRUE(health.may_be_tried(kStart));
 }
 
 TEST(UpstreamHealth, ReportsEachChangeOnce) {
   UpstreamHealth health(100ms, 1s);
-  EXPECT_EQ(health.reached(), Change::kThere);
+  EXPECT_EQ(health.reached(), Change::kReachable);
   EXPECT_EQ(health.reached(), Change::kNone);
   EXPECT_EQ(health.failed(kStart), Change::kLost);
   EXPECT_EQ(health.failed(kStart), Change::kNone);
-  EXPECT_EQ(health.reached(), Change::kThere);
-  EXPECT_TRUE(health.is_there(kStart));
+  EXPECT_EQ(health.reached(), Change::kReachable);
+  EXPECT_TRUE(health.is_reachable(kStart));
 }
 
 TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
@@ -34,16 +34,16 @@ TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
   EXPECT_EQ(health.quarantine(kStart, 60s), Change::kLost);
   EXPECT_EQ(health.quarantine(kStart, 60s), Change::kNone);
   health.reached();
-  EXPECT_FALSE(health.may_be_asked(kStart + 59s));
-  EXPECT_FALSE(health.is_there(kStart + 59s));
-  EXPECT_TRUE(health.may_be_asked(kStart + 60s));
-  EXPECT_TRUE(health.is_there(kStart + 60s));
+  EXPECT_FALSE(health.may_be_tried(kStart + 59s));
+  EXPECT_FALSE(health.is_reachable(kStart + 59s));
+  EXPECT_TRUE(health.may_be_tried(kStart + 60s));
+  EXPECT_TRUE(health.is_reachable(kStart + 60s));
 }
 
 TEST(UpstreamHealth, ReportsAServerThatFailsAtOnce) {
   UpstreamHealth health(100ms, 1s);
   EXPECT_EQ(health.failed(kStart), Change::kLost);
-  EXPECT_FALSE(health.is_there(kStart));
+  EXPECT_FALSE(health.is_reachable(kStart));
 }
 
 TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
@@ -52,8 +52,8 @@ TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
   for (const auto wait : {100ms, 200ms, 350ms, 350ms}) {
     health.failed(now);
     EXPECT_EQ(health.next_try(), now + wait);
-    EXPECT_FALSE(health.may_be_asked(now + wait - 1ms));
-    EXPECT_TRUE(health.may_be_asked(now + wait));
+    EXPECT_FALSE(health.may_be_tried(now + wait - 1ms));
+    EXPECT_TRUE(health.may_be_tried(now + wait));
     now += wait;
   }
 }
@@ -62,7 +62,7 @@ TEST(UpstreamHealth, ARecoveredServerStartsAfresh) {
   UpstreamHealth health(100ms, 10s);
   for (int i = 0; i < 5; ++i) health.failed(kStart);
   health.reached();
-  EXPECT_TRUE(health.may_be_asked(kStart));
+  EXPECT_TRUE(health.may_be_tried(kStart));
   health.failed(kStart);
   EXPECT_EQ(health.next_try(), kStart + 100ms);
 }

@@ -9,7 +9,7 @@ constexpr const char* kAddress = "192.0.2.7";
 
 ConnectionContextPtr client_of(AdmissionControl& admission, const char* token = nullptr) {
   const ConnectionContextPtr client = admission.admit("tcp", kAddress, kAddress).client;
-  if (token != nullptr) client->is_named(token, true);
+  if (token != nullptr) client->set_identity(token, true);
   return client;
 }
 

@@ -79,36 +79,36 @@ TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
 
 TEST(ConnectionLimiter, CountsConnectionsInAllAndByName) {
   ConnectionLimiter connections({.total = 3, .per_name = 2});
-  auto a1 = connections.enter("a");
-  auto a2 = connections.enter("a");
+  auto a1 = connections.acquire("a");
+  auto a2 = connections.acquire("a");
   ASSERT_TRUE(a1 && a2);
-  const auto a3 = connections.enter("a");
+  const auto a3 = connections.acquire("a");
   ASSERT_FALSE(a3);
   EXPECT_EQ(a3.error().code, ErrorCode::kUnavailable);
   EXPECT_NE(a3.error().text.find("2 connections from your address"), std::string::npos);
-  auto b = connections.enter("b");
+  auto b = connections.acquire("b");
   ASSERT_TRUE(b);
-  const auto c = connections.enter("c");
+  const auto c = connections.acquire("c");
   ASSERT_FALSE(c);
   EXPECT_NE(c.error().text.find("has its 3 connections"), std::string::npos);
   *a1 = {};
-  EXPECT_EQ(connections.inside(), 2U);
-  EXPECT_TRUE(connections.enter("a"));
-  EXPECT_EQ(connections.inside(), 2U) << "A discarded ticket is given back.";
+  EXPECT_EQ(connections.count(), 2U);
+  EXPECT_TRUE(connections.acquire("a"));
+  EXPECT_EQ(connections.count(), 2U) << "A discarded ticket is given back.";
 }
 
 TEST(ConnectionLimiter, TrustedPeersCountInTheTotalOnly) {
   ConnectionLimiter connections({.total = 3, .per_name = 1});
   std::vector<ConnectionLimiter::Ticket> tickets;
-  for (int i = 0; i < 3; ++i) tickets.push_back(*connections.enter());
-  EXPECT_FALSE(connections.enter());
+  for (int i = 0; i < 3; ++i) tickets.push_back(*connections.acquire());
+  EXPECT_FALSE(connections.acquire());
 }
 
 TEST(ConnectionLimiter, ZeroIsNoLimit) {
   ConnectionLimiter connections({});
   std::vector<ConnectionLimiter::Ticket> tickets;
-  for (int i = 0; i < 1000; ++i) tickets.push_back(*connections.enter("a"));
-  EXPECT_EQ(connections.inside(), 1000U);
+  for (int i = 0; i < 1000; ++i) tickets.push_back(*connections.acquire("a"));
+  EXPECT_EQ(connections.count(), 1000U);
 }
 
 TEST(ByteReservations, GivesBackWhatSharesHeld) {
@@ -177,12 +177,12 @@ TEST(ByteReservations, ManyNetworksOfOneIpv6NetworkCountForAFewShares) {
 // ---- addresses
 
 TEST(ClientAddress, LimitsHoldForAnIpv4AddressOrAnIpv6Network) {
-  EXPECT_EQ(limited_name("192.0.2.7"), "192.0.2.7");
-  EXPECT_EQ(limited_name("::ffff:192.0.2.7"), "192.0.2.7");
-  EXPECT_EQ(limited_name("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
-  EXPECT_EQ(limited_name("2001:db8:1:2::"), limited_name("2001:db8:1:2:ffff::1"));
-  EXPECT_NE(limited_name("2001:db8:1:2::"), limited_name("2001:db8:1:3::"));
-  EXPECT_EQ(limited_name("unknown client"), "unknown client");
+  EXPECT_EQ(limit_key("192.0.2.7"), "192.0.2.7");
+  EXPECT_EQ(limit_key("::ffff:192.0.2.7"), "192.0.2.7");
+  EXPECT_EQ(limit_key("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
+  EXPECT_EQ(limit_key("2001:db8:1:2::"), limit_key("2001:db8:1:2:ffff::1"));
+  EXPECT_NE(limit_key("2001:db8:1:2::"), limit_key("2001:db8:1:3::"));
+  EXPECT_EQ(limit_key("unknown client"), "unknown client");
 }
 
 TEST(ShareLevels, AnIpv6NetworkBelongsToLargerOnes) {

@@ -123,7 +123,7 @@ TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
 // Sanitizers have a heap of their own.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 TEST(TrimHeap, KeepsPiecesOfSomeMebibytesForTheNextUse) {
-  trim_heap();
+  configure_allocator();
   const auto page_faults = [] {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);

@@ -131,7 +131,7 @@ TEST(LocalService, SpendsOnlySoMuchTimeOnARequest) {
   ASSERT_TRUE(working.reaches(1));
   running.io.restart();
   running.io.poll();
-  running.caller->keep_time(std::chrono::steady_clock::now() + 1h);
+  running.caller->enforce_limits(std::chrono::steady_clock::now() + 1h);
   const auto refused = running.finish(std::move(surface));
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
 }

@@ -168,7 +168,7 @@ TEST(Permit, AnotherListHoldsAtOnce) {
 
 TEST(Permit, WhileWorkIsRefusedDatasetsAreStillDescribed) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head"));
-  permit->refuse_work({ErrorCode::kUnavailable, "stopping"});
+  permit->reject_requests({ErrorCode::kUnavailable, "stopping"});
   EXPECT_TRUE(permit->describe("head"));
   EXPECT_EQ(permit->accept(testing::open_fake(1, "head")).error().code, ErrorCode::kUnavailable);
 }

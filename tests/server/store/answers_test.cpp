@@ -14,14 +14,14 @@ namespace {
 TEST(ContentRange, SaysWhichBytesCame) {
   const auto range = ContentRange::from("bytes 10-29/1234");
   ASSERT_TRUE(range);
-  EXPECT_TRUE(range->is({.first = 10, .length = 20}));
-  EXPECT_FALSE(range->is({.first = 10, .length = 21})) << "there are more behind";
-  EXPECT_FALSE(range->is({.first = 11, .length = 19}));
-  EXPECT_TRUE(ContentRange::from("bytes 10-29/30")->is({.first = 10, .length = 100}));
+  EXPECT_TRUE(range->matches({.first = 10, .length = 20}));
+  EXPECT_FALSE(range->matches({.first = 10, .length = 21})) << "there are more behind";
+  EXPECT_FALSE(range->matches({.first = 11, .length = 19}));
+  EXPECT_TRUE(ContentRange::from("bytes 10-29/30")->matches({.first = 10, .length = 100}));
   EXPECT_TRUE(
-      ContentRange::from("bytes 10-29/30")->is({.first = ByteRange::kFromEnd, .length = 20}));
+      ContentRange::from("bytes 10-29/30")->matches({.first = ByteRange::kFromEnd, .length = 20}));
   EXPECT_FALSE(
-      ContentRange::from("bytes 10-29/*")->is({.first = ByteRange::kFromEnd, .length = 20}));
+      ContentRange::from("bytes 10-29/*")->matches({.first = ByteRange::kFromEnd, .length = 20}));
 }
 
 TEST(ContentRange, RefusesWhatIsNoRange) {
@@ -35,16 +35,18 @@ TEST(ContentRange, RefusesWhatIsNoRange) {
 }
 
 TEST(Redirects, NeverLeadFromHttpsToHttp) {
-  for (const bool follow : {false, true}) {
-    const auto refused = refused_redirect("https://a.example/x", "http://a.example/x", follow);
+  for (const bool allow_other_hosts : {false, true}) {
+    const auto refused =
+        refused_redirect("https://a.example/x", "http://a.example/x", allow_other_hosts);
     ASSERT_TRUE(refused);
     EXPECT_NE(refused->problem.find("which is no https"), std::string::npos) << refused->problem;
-    EXPECT_TRUE(refused_redirect("http://a.example/x", "ftp://a.example/x", follow));
-    EXPECT_TRUE(refused_redirect("http://a.example/x", "file:///etc/passwd", follow));
-    EXPECT_FALSE(refused_redirect("http://a.example/x", "https://a.example/y", follow));
-    EXPECT_FALSE(refused_redirect("https://a.example/x", "https://a.example/y", follow));
-    EXPECT_EQ(refused_redirect("https://a.example/x", "https://b.example/x", follow).has_value(),
-              !follow);
+    EXPECT_TRUE(refused_redirect("http://a.example/x", "ftp://a.example/x", allow_other_hosts));
+    EXPECT_TRUE(refused_redirect("http://a.example/x", "file:///etc/passwd", allow_other_hosts));
+    EXPECT_FALSE(refused_redirect("http://a.example/x", "https://a.example/y", allow_other_hosts));
+    EXPECT_FALSE(refused_redirect("https://a.example/x", "https://a.example/y", allow_other_hosts));
+    EXPECT_EQ(refused_redirect("https://a.example/x", "https://b.example/x", allow_other_hosts)
+                  .has_value(),
+              !allow_other_hosts);
   }
 }
 

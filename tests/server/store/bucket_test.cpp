@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const HttpStoreOptions kQuick = {.tries = 2,
+const HttpStoreOptions kQuick = {.max_attempts = 2,
                                  .first_pause = std::chrono::milliseconds(1),
                                  .longest_pause = std::chrono::milliseconds(5)};
 

@@ -30,7 +30,7 @@ class HttpStoreTest : public ::testing::Test {
     return http_store(server_.address() + below, options);
   }
   static HttpStoreOptions quick() {
-    return {.tries = 3, .first_pause = milliseconds(1), .longest_pause = milliseconds(5)};
+    return {.max_attempts = 3, .first_pause = milliseconds(1), .longest_pause = milliseconds(5)};
   }
   [[nodiscard]] std::string whole(ObjectStore& store) const {
     return as_text(store.get("a/object", text_.size()));
@@ -103,10 +103,10 @@ TEST_F(HttpStoreTest, WaitsForAStoreThatStallsNoLongerThanItsDeadline) {
 
 TEST_F(HttpStoreTest, LeavesAStoreThatStallsTwice) {
   HttpStoreOptions options = quick();
-  options.tries = 100;
-  options.stalled = std::chrono::seconds(1);
+  options.max_attempts = 100;
+  options.stall_timeout = std::chrono::seconds(1);
   std::atomic<int> tried_again = 0;
-  options.tries_again = [&] { ++tried_again; };
+  options.on_retry = [&] { ++tried_again; };
   const auto stalled = store("/lies/stalled/1000", options);
   EXPECT_NE(failure([&] { return whole(*stalled); }).find("Timeout"), std::string::npos);
   EXPECT_EQ(tried_again, 1);
@@ -114,7 +114,7 @@ TEST_F(HttpStoreTest, LeavesAStoreThatStallsTwice) {
 
 TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
   HttpStoreOptions options = quick();
-  options.rest_after_failure = std::chrono::hours(1);
+  options.cooldown_after_failure = std::chrono::hours(1);
   const auto failing = store("/lies/503/3", options);
   EXPECT_NE(failure([&] { return whole(*failing); }).find("status 503"), std::string::npos);
   // It would answer now, but gets no request.
@@ -152,7 +152,7 @@ TEST_F(HttpStoreTest, FollowsRedirectsToOtherHostsOnlyWhereThatIsAllowed) {
   const std::string elsewhere = "/redirect/localhost" + port + "/";
   EXPECT_NE(failure([&] { return whole(*store(elsewhere)); }).find("--follow"), std::string::npos);
   HttpStoreOptions options = quick();
-  options.follow = true;
+  options.allow_other_hosts = true;
   EXPECT_EQ(whole(*store(elsewhere, options)), text_);
 }
 
@@ -162,7 +162,7 @@ TEST_F(HttpStoreTest, KeepsKeysBelowTheAddress) {
   EXPECT_FALSE(store("/b/")->get("%2e%2e/a/object", 10'000));
   EXPECT_FALSE(store("/a/")->get("object?part", 10'000));
   HttpStoreOptions options = quick();
-  options.follow = true;
+  options.allow_other_hosts = true;
   EXPECT_EQ(as_text(store("/b/", options)->get("../a/object", 10'000)), text_);
 }
 
@@ -170,7 +170,7 @@ TEST_F(HttpStoreTest, GivesCredentialsToTheirHostAlone) {
   const std::string host = server_.address().substr(7);
   const std::string port = host.substr(host.rfind(':'));
   HttpStoreOptions options = quick();
-  options.follow = true;
+  options.allow_other_hosts = true;
   const auto with_user = [&](const std::string& below) {
     return http_store("http://reader:a%20secret@" + host + below, options);
   };

@@ -38,8 +38,10 @@ class RemoteFilesTest : public ::testing::Test {
     return server_.address() + lie + "/file";
   }
   static RemoteFilesOptions quick(std::size_t memory_bytes = std::size_t{64} << 20) {
-    return {.memory_bytes = memory_bytes,
-            .http = {.tries = 3, .first_pause = milliseconds(1), .longest_pause = milliseconds(5)}};
+    return {
+        .memory_bytes = memory_bytes,
+        .http = {
+            .max_attempts = 3, .first_pause = milliseconds(1), .longest_pause = milliseconds(5)}};
   }
   static std::shared_ptr<RemoteFiles> files(const RemoteFilesOptions& options = quick()) {
     return std::make_shared<RemoteFiles>(options);
@@ -212,7 +214,7 @@ TEST_F(RemoteFilesTest, DiscardDamagedBlocks) {
   const auto all = files();
   const auto file = all->open(address());
   (void)part(*file, 0, kSize);
-  file->forget({5 * kBlock + 7, kBlock});
+  file->invalidate({5 * kBlock + 7, kBlock});
   EXPECT_EQ(file->missing_bytes(std::vector<FileRange>{{0, kSize}}), 2 * kBlock);
   EXPECT_TRUE(part(*file, 0, kSize) == content(1));
 }

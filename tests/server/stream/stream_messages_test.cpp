@@ -46,21 +46,21 @@ std::size_t count_tiles(const std::vector<ServerMessage>& messages) {
 TEST(StreamMessages, RequestsOneStepAtATime) {
   StreamMessages stream(progressive(), octahedra_info());
   EXPECT_FALSE(stream.has_message());
-  EXPECT_TRUE(stream.wanted());
-  EXPECT_FALSE(stream.wanted());
+  EXPECT_TRUE(stream.take_request());
+  EXPECT_FALSE(stream.take_request());
   stream.supply(made_step(coarse_tiles()), 0.5);
   while (stream.has_message()) {
-    EXPECT_FALSE(stream.wanted()) << "made before the step before was taken";
+    EXPECT_FALSE(stream.take_request()) << "made before the step before was taken";
     (void)stream.take();
   }
-  EXPECT_TRUE(stream.wanted());
+  EXPECT_TRUE(stream.take_request());
 }
 
 TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
   StreamMessages stream(progressive(), octahedra_info());
   constexpr std::uint32_t kSteps = 3;
   for (std::uint32_t i = 0; i < kSteps; ++i) {
-    const auto state = stream.wanted();
+    const auto state = stream.take_request();
     ASSERT_TRUE(state);
     EXPECT_EQ(state->request, progressive().request);
     EXPECT_EQ(state->shown.size(), i);
@@ -82,15 +82,15 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
   EXPECT_EQ(end.outcome, StreamOutcome::kComplete);
   EXPECT_EQ(end.steps, kSteps);
   EXPECT_TRUE(stream.is_finished());
-  EXPECT_FALSE(stream.wanted());
+  EXPECT_FALSE(stream.take_request());
 }
 
 TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
   StreamMessages stream(progressive(), octahedra_info());
-  (void)stream.wanted();
+  (void)stream.take_request();
   stream.supply(made_step(fine_tiles()), 0);
   (void)take_all(stream);
-  const auto state = stream.wanted();
+  const auto state = stream.take_request();
   ASSERT_TRUE(state);
   ASSERT_EQ(state->shown.size(), 1U);
   EXPECT_EQ(state->shown[0].step, made_step({}).step);
@@ -102,7 +102,7 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
   const auto tiles = fine_tiles();
   open.cached_tile_digests = {tiles[0].summary.digest};
   StreamMessages stream(open, octahedra_info());
-  (void)stream.wanted();
+  (void)stream.take_request();
   stream.supply(made_step(tiles), 0.5);
   const auto messages = take_all(stream);
   ASSERT_EQ(messages.size(), 3U);
@@ -118,10 +118,10 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
 
 TEST(StreamMessages, ATileOfAnEarlierStepIsNotSentAgain) {
   StreamMessages stream(progressive(), octahedra_info());
-  (void)stream.wanted();
+  (void)stream.take_request();
   stream.supply(made_step(coarse_tiles()), 0);
   EXPECT_EQ(count_tiles(take_all(stream)), 2U);
-  (void)stream.wanted();
+  (void)stream.take_request();
   stream.supply(made_step(fine_tiles()), 0);
   EXPECT_EQ(count_tiles(take_all(stream)), 1U);
 }
@@ -130,7 +130,7 @@ TEST(StreamMessages, AnEmptySurfaceIsAStepWithoutTiles) {
   OpenStream open = progressive();
   open.steps = StepPolicy::kFinalOnly;
   StreamMessages stream(open, octahedra_info());
-  (void)stream.wanted();
+  (void)stream.take_request();
   stream.supply(empty_step(open), 0);
   const auto messages = take_all(stream);
   ASSERT_EQ(messages.size(), 3U);
@@ -149,7 +149,7 @@ TEST(StreamMessages, BoundsAreInWorldUnits) {
     open.request.error = 2;
     open.request.unit = unit;
     StreamMessages stream(open, info);
-    (void)stream.wanted();
+    (void)stream.take_request();
     stream.supply(empty_step(open), 0);
     EXPECT_EQ(std::get<StepBegin>(stream.take()).error_bound_world, bound);
   }
@@ -162,7 +162,7 @@ TEST(StreamMessages, TheBoundIsFiniteHoweverLargeTheError) {
   open.steps = StepPolicy::kFinalOnly;
   open.request.error = 1e308;
   StreamMessages stream(open, info);
-  (void)stream.wanted();
+  (void)stream.take_request();
   stream.supply(empty_step(open), 0);
   EXPECT_EQ(std::get<StepBegin>(stream.take()).error_bound_world,
             std::numeric_limits<double>::max());
@@ -176,7 +176,7 @@ TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
       StreamMessages stream(progressive(), octahedra_info());
       std::uint32_t steps_ended = 0;
       for (int i = 0; i < taken; ++i) {
-        if (stream.wanted()) stream.supply(made_step(fine_tiles()), 0);
+        if (stream.take_request()) stream.supply(made_step(fine_tiles()), 0);
         steps_ended += std::holds_alternative<StepEnd>(stream.take()) ? 1U : 0U;
       }
       if (fails) {
@@ -186,7 +186,7 @@ TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
       }
       stream.supply(made_step(fine_tiles()), 0);
       stream.end(StreamOutcome::kSuperseded);
-      EXPECT_FALSE(stream.wanted());
+      EXPECT_FALSE(stream.take_request());
       const auto messages = take_all(stream);
       ASSERT_EQ(messages.size(), 1U);
       EXPECT_TRUE(stream.is_finished());

@@ -285,7 +285,7 @@ TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
   EXPECT_TRUE(has_own_model(StepPolicy::kProgressive, alone));
   EXPECT_FALSE(has_own_model(StepPolicy::kPreviewsOnly, alone));
   EXPECT_FALSE(
-      has_own_model(StepPolicy::kProgressive, {.bytes_per_second = 1e9, .others_wait = true}));
+      has_own_model(StepPolicy::kProgressive, {.bytes_per_second = 1e9, .is_contended = true}));
   EXPECT_FALSE(
       has_own_model(StepPolicy::kProgressive, {.max_triangles = 500'000, .bytes_per_second = 1e9}));
 }

@@ -82,8 +82,8 @@ class MessageConnectionTest : public ::testing::Test {
     client_.some_output.notify_all();
     run();
   }
-  void keep_time(Clock::duration from_now) {
-    connection_->keep_time(Clock::now() + from_now);
+  void enforce_limits(Clock::duration from_now) {
+    connection_->enforce_limits(Clock::now() + from_now);
     run();
   }
   template <typename Message>
@@ -108,9 +108,9 @@ class MessageConnectionTest : public ::testing::Test {
 
 TEST_F(MessageConnectionTest, EndsWithAReasonWithoutHello) {
   start();
-  keep_time(9s);
+  enforce_limits(9s);
   EXPECT_TRUE(client_.heard.empty());
-  keep_time(11s);
+  enforce_limits(11s);
   ASSERT_TRUE(heard_last<ErrorReply>());
   EXPECT_EQ(std::get<ErrorReply>(client_.heard.back()).error.code, ErrorCode::kUnavailable);
 }
@@ -119,8 +119,8 @@ TEST_F(MessageConnectionTest, OnceWelcomedAnIdleClientStaysHoweverLateItIs) {
   start();
   say(Hello{});
   ASSERT_TRUE(heard_last<Welcome>());
-  keep_time(11s);
-  keep_time(24h);
+  enforce_limits(11s);
+  enforce_limits(24h);
   EXPECT_TRUE(heard_last<Welcome>());
   say(Ping{7});
   ASSERT_TRUE(heard_last<Pong>());
@@ -129,11 +129,11 @@ TEST_F(MessageConnectionTest, OnceWelcomedAnIdleClientStaysHoweverLateItIs) {
 TEST_F(MessageConnectionTest, IdleLimitDisconnectsIdleClientsOnly) {
   start(60s);
   say(Hello{});
-  keep_time(59s);
+  enforce_limits(59s);
   EXPECT_TRUE(heard_last<Welcome>());
   say(Ping{7});
   ASSERT_TRUE(heard_last<Pong>());
-  keep_time(61s);
+  enforce_limits(61s);
   ASSERT_TRUE(heard_last<ErrorReply>());
   EXPECT_EQ(std::get<ErrorReply>(client_.heard.back()).error.code, ErrorCode::kUnavailable);
 }

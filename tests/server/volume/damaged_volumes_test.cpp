@@ -262,7 +262,7 @@ TEST_F(VolumeFileRobustness, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
                      "ObjectFileName: ../secret.raw\nResolution: 4 3 2\nFormat: SHORT\n")}) {
     SCOPED_TRACE(file);
     expect_contains(error_of(file), "--follow");
-    EXPECT_EQ(read_volume(file, {.choice = {.follow = true}}).dims, kDims);
+    EXPECT_EQ(read_volume(file, {.choice = {.allow_external_files = true}}).dims, kDims);
   }
   for (const fs::path& file : {folder_.file("in/pipe.nhdr", lines + "data file: pipe\n"),
                                folder_.file("in/pipe.mhd", meta_image_header("MET_SHORT", "pipe")),

@@ -48,7 +48,7 @@ VolumeChoice choice_from(const std::string& options) {
   for (std::string word; std::getline(words, word, ',');) {
     const std::string value = word.substr(std::min(word.find('=') + 1, word.size()));
     if (word == "resample") choice.resample = true;
-    if (word == "follow") choice.follow = true;
+    if (word == "follow") choice.allow_external_files = true;
     if (word.starts_with("time=")) choice.time = std::stoi(value);
     if (word.starts_with("channel=")) choice.channel = std::stoi(value);
     if (word.starts_with("level=")) choice.level = std::stoi(value);

@@ -26,7 +26,7 @@ PieceLimit::PieceLimit(const AllowedDistance& limit, const PieceFrame& frame,
 }
 
 double PieceLimit::least_near(const Box& box, double reach, double distance) const {
-  const double all = reach + limit_.of_model() * distance;
+  const double all = reach + limit_.model_per_simplification() * distance;
   return limit_.least_in(frame_.grid_box(box, all)) / frame_.unit;
 }
 

@@ -25,7 +25,7 @@ class AllowedDistance {
   // Returns a lower bound of the limits in a box of grid steps.
   [[nodiscard]] double least_in(const Box& box) const { return share_ * thresholds_.least_in(box); }
   // Returns the displacement allowed to the model for each unit allowed to simplification.
-  [[nodiscard]] double of_model() const { return (1 - share_) / share_; }
+  [[nodiscard]] double model_per_simplification() const { return (1 - share_) / share_; }
 
  private:
   ThresholdMap thresholds_;

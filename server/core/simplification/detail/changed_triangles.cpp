@@ -19,10 +19,10 @@ class ClearStars {
  public:
   // `turns` are those of the mesh's triangles.
   ClearStars(const CollapsingMesh& mesh, std::span<const LatticePoint> vertices,
-             std::span<const SeenTurns> turns)
+             std::span<const OrientationMask> turns)
       : mesh_(mesh), vertices_(vertices), turns_(turns), known_(vertices.size(), kUnknown) {}
 
-  [[nodiscard]] bool is_clear(std::uint32_t vertex) {
+  [[nodiscard]] bool has_disjoint_star(std::uint32_t vertex) {
     if (known_[vertex] == kUnknown) known_[vertex] = find(vertex) ? kClear : kUnclear;
     return known_[vertex] == kClear;
   }
@@ -33,19 +33,20 @@ class ClearStars {
   [[nodiscard]] bool find(std::uint32_t vertex) {
     if (mesh_.kind(vertex) != CollapsingMesh::VertexKind::kInner) return false;
     mesh_.ring(vertex, ring_);
-    SeenTurns all;
-    for (const std::uint32_t corner : ring_) all.meet(turns_[CollapsingMesh::triangle_of(corner)]);
+    OrientationMask all;
+    for (const std::uint32_t corner : ring_)
+      all.intersect(turns_[CollapsingMesh::triangle_of(corner)]);
     if (!all.any()) return false;
     around_.clear();
     for (const std::uint32_t corner : ring_) {
       around_.push_back(vertices_[mesh_.vertex(CollapsingMesh::next(corner))]);
     }
-    return go_around_once(vertices_[vertex], around_, all);
+    return winds_once(vertices_[vertex], around_, all);
   }
 
   const CollapsingMesh& mesh_;
   std::span<const LatticePoint> vertices_;
-  std::span<const SeenTurns> turns_;
+  std::span<const OrientationMask> turns_;
   std::vector<Known> known_;
   std::vector<std::uint32_t> ring_;
   std::vector<LatticePoint> around_;
@@ -62,7 +63,7 @@ std::vector<std::uint8_t> ChangedTriangles::intersecting_corners(const Collapsin
   std::vector<std::uint8_t> is_changed;
   std::vector<LatticePlane> planes;
   std::vector<TriangleBox> boxes;
-  std::vector<SeenTurns> turns(mesh.triangle_count());
+  std::vector<OrientationMask> turns(mesh.triangle_count());
   const auto add = [&](const LatticeTriangle& triangle) {
     planes.emplace_back(triangle);
     boxes.push_back(box_of(triangle));
@@ -74,7 +75,7 @@ std::vector<std::uint8_t> ChangedTriangles::intersecting_corners(const Collapsin
     left.push_back(now);
     is_changed.push_back(is_new ? 1 : 0);
     add(placed(now));
-    turns[t] = SeenTurns(planes.back().normal());
+    turns[t] = OrientationMask(planes.back().normal());
   }
   for (const LatticeTriangle& triangle : obstacles_) add(triangle);
   const TriangleTree tree(boxes);
@@ -91,7 +92,7 @@ std::vector<std::uint8_t> ChangedTriangles::intersecting_corners(const Collapsin
       if (other == one || (!is_obstacle && other < one && is_changed[other] != 0)) return false;
       if (!is_obstacle) {
         for (const std::uint32_t v : left[one]) {
-          if (has_corner(left[other], v) && stars.is_clear(v)) return false;
+          if (has_corner(left[other], v) && stars.has_disjoint_star(v)) return false;
         }
       }
       if (!intersect(planes[one], planes[other])) return false;

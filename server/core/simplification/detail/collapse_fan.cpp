@@ -79,7 +79,8 @@ std::optional<std::uint32_t> CollapseFan::sector_near(const Point& point) {
   return sector;
 }
 
-CollapseFan::SeenEdge::SeenEdge(const Point& low_end, const Point& high_end, const Vec3& from)
+CollapseFan::RelativeEdge::RelativeEdge(const Point& low_end, const Point& high_end,
+                                        const Vec3& from)
     : low(difference(low_end.at, from)),
       along(difference(high_end.at, low_end.at)),
       squared_length(multitetra::squared_length(along)),
@@ -89,7 +90,7 @@ CollapseFan::SeenEdge::SeenEdge(const Point& low_end, const Point& high_end, con
 
 // Measures at the pair of nearest points. It is the same pair seen from either side of an edge, as
 // limits that vary between triangles require.
-bool CollapseFan::is_near(const SeenEdge& edge, const FanEdge& spoke) {
+bool CollapseFan::is_near(const RelativeEdge& edge, const FanEdge& spoke) {
   const double mixed = dot(edge.along, spoke.along);
   const double along_spoke = dot(edge.low, spoke.along);
   const double product = edge.squared_length * spoke.squared_length;
@@ -113,7 +114,7 @@ bool CollapseFan::is_near(const SeenEdge& edge, const FanEdge& spoke) {
 
 bool CollapseFan::is_near(const Point& low, const Point& high, std::uint32_t first,
                           std::uint32_t last) {
-  const SeenEdge edge(low, high, apex_);
+  const RelativeEdge edge(low, high, apex_);
   for (std::uint32_t k = first; k <= last; ++k) {
     if (!is_near(edge, spokes_[k])) return false;
   }
@@ -125,7 +126,7 @@ bool CollapseFan::is_near_rim(const Point& low, const Point& high, const Vec3& b
   FanEdge rim{.along = difference(end, begin)};
   rim.squared_length = squared_length(rim.along);
   rim.inverse = rim.squared_length > 0 ? 1 / rim.squared_length : 0;
-  return is_near(SeenEdge(low, high, begin), rim);
+  return is_near(RelativeEdge(low, high, begin), rim);
 }
 
 bool CollapseFan::is_near(double error) {

@@ -57,8 +57,8 @@ class CollapseFan {
     double inverse = 0;  // 1 / the normal's squared length; 0 for a thin triangle.
   };
   // An edge relative to the origin of a spoke.
-  struct SeenEdge {
-    SeenEdge(const Point& low, const Point& high, const Vec3& from);
+  struct RelativeEdge {
+    RelativeEdge(const Point& low, const Point& high, const Vec3& from);
 
     Vec3 low;
     Vec3 along;
@@ -70,7 +70,7 @@ class CollapseFan {
     double rise;
   };
 
-  [[nodiscard]] bool is_near(const SeenEdge& edge, const FanEdge& spoke);
+  [[nodiscard]] bool is_near(const RelativeEdge& edge, const FanEdge& spoke);
 
   std::uint32_t sectors_ = 0;
   Vec3 apex_ = {0, 0, 0};

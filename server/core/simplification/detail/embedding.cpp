@@ -32,7 +32,7 @@ Embedding::Embedding(const CollapsingMesh& mesh, std::span<const LatticePoint> v
       obstacles_(obstacles),
       tree_(boxes_of(mesh, vertices, obstacles)),
       ring_vertices_(vertices.size()),
-      going_(mesh.triangle_count() + obstacles.size(), 0) {
+      removed_in_(mesh.triangle_count() + obstacles.size(), 0) {
   turns_.reserve(mesh.triangle_count());
   for (std::uint32_t t = 0; t < mesh.triangle_count(); ++t) {
     turns_.emplace_back(LatticePlane(triangle(t)).normal());
@@ -47,7 +47,7 @@ LatticeTriangle Embedding::triangle(std::uint32_t index) const {
 
 bool Embedding::allows(std::span<const std::uint32_t> ring) {
   set_up_fan(ring);
-  find_clear_stars(ring);
+  find_disjoint_stars(ring);
   if (fan_meets_itself()) return false;
   TriangleBox all = fan_.front().box;
   for (const FanTriangle& one : fan_) all = box_around(all, one.box);
@@ -55,34 +55,34 @@ bool Embedding::allows(std::span<const std::uint32_t> ring) {
 }
 
 void Embedding::set_up_fan(std::span<const std::uint32_t> ring) {
-  ++now_;
+  ++collapse_number_;
   fan_.clear();
   const auto vertex = [&](std::size_t place) {
     return mesh_.vertex(CollapsingMesh::next(ring[place]));
   };
   for (std::uint32_t place = 0; place < ring.size(); ++place) {
-    ring_vertices_[vertex(place)] = {.seen = now_, .place = place};
-    going_[CollapsingMesh::triangle_of(ring[place])] = now_;
+    ring_vertices_[vertex(place)] = {.last_collapse = collapse_number_, .place = place};
+    removed_in_[CollapsingMesh::triangle_of(ring[place])] = collapse_number_;
     if (place == 0 || place + 1 == ring.size()) continue;
     const LatticeTriangle one = {vertices_[vertex(0)], vertices_[vertex(place)],
                                  vertices_[vertex(place + 1)]};
     const LatticePlane plane(one);
-    fan_.push_back({plane, box_of(one), SeenTurns(plane.normal())});
+    fan_.push_back({plane, box_of(one), OrientationMask(plane.normal())});
   }
 }
 
 // The star of w_0 contains all triangles of the fan; that of w_k those before and after it.
-void Embedding::find_clear_stars(std::span<const std::uint32_t> ring) {
-  clear_stars_.assign(ring.size(), 0);
+void Embedding::find_disjoint_stars(std::span<const std::uint32_t> ring) {
+  disjoint_stars_.assign(ring.size(), 0);
   if (fan_.size() > kMostBits) return;
   for (std::uint32_t place = 0; place < ring.size(); ++place) {
     if (!is_star_clear(ring, place)) continue;
     if (place == 0) {
-      clear_stars_[place] = ~std::uint64_t{0};
+      disjoint_stars_[place] = ~std::uint64_t{0};
       continue;
     }
-    if (place > 1) clear_stars_[place] |= std::uint64_t{1} << (place - 2);
-    if (place <= fan_.size()) clear_stars_[place] |= std::uint64_t{1} << (place - 1);
+    if (place > 1) disjoint_stars_[place] |= std::uint64_t{1} << (place - 2);
+    if (place <= fan_.size()) disjoint_stars_[place] |= std::uint64_t{1} << (place - 1);
   }
 }
 
@@ -95,7 +95,7 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
   const std::uint32_t v = mesh_.vertex(CollapsingMesh::next(ring[0]));
   const bool is_beside_goal = place == 1 || place + 1 == ring.size();
   mesh_.ring(centre, corners_);
-  const SeenTurns turns = turns_around(place);
+  const OrientationMask turns = turns_around(place);
   if (!turns.any()) return false;
   around_.clear();
   for (const std::uint32_t corner : corners_) {
@@ -110,24 +110,24 @@ bool Embedding::is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t
       around_.push_back(vertices_[v]);
     }
   }
-  return go_around_once(vertices_[centre], around_, turns);
+  return winds_once(vertices_[centre], around_, turns);
 }
 
 // Returns the common turns of the unchanged triangles at `corners_` and the fan's there.
-SeenTurns Embedding::turns_around(std::uint32_t place) const {
-  SeenTurns turns;
+OrientationMask Embedding::turns_around(std::uint32_t place) const {
+  OrientationMask turns;
   for (const std::uint32_t corner : corners_) {
     const std::uint32_t t = CollapsingMesh::triangle_of(corner);
-    if (going_[t] != now_) turns.meet(turns_[t]);
+    if (removed_in_[t] != collapse_number_) turns.intersect(turns_[t]);
   }
   for (std::size_t k = 0; k < fan_.size(); ++k) {
-    if (place == 0 || k + 1 == place || k + 2 == place) turns.meet(fan_[k].turns);
+    if (place == 0 || k + 1 == place || k + 2 == place) turns.intersect(fan_[k].turns);
   }
   return turns;
 }
 
 bool Embedding::fan_meets_itself() const {
-  if (clear_stars_[0] != 0) return false;
+  if (disjoint_stars_[0] != 0) return false;
   for (std::size_t k = 1; k < fan_.size(); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
       if (intersect(fan_[j].plane, fan_[k].plane)) return true;
@@ -140,26 +140,27 @@ std::uint64_t Embedding::cleared(std::uint32_t triangle) const {
   if (triangle >= mesh_.triangle_count()) return 0;
   std::uint64_t bits = 0;
   for (const std::uint32_t w : mesh_.triangle(triangle)) {
-    if (ring_vertices_[w].seen == now_) bits |= clear_stars_[ring_vertices_[w].place];
+    if (ring_vertices_[w].last_collapse == collapse_number_)
+      bits |= disjoint_stars_[ring_vertices_[w].place];
   }
   return bits;
 }
 
 bool Embedding::fan_meets(std::uint32_t t) const {
-  if (going_[t] == now_) return false;
+  if (removed_in_[t] == collapse_number_) return false;
   const std::uint64_t bits = cleared(t);
   if (bits == ~std::uint64_t{0}) return false;
   const LatticeTriangle other = triangle(t);
   const TriangleBox box = box_of(other);
   for (std::size_t k = 0; k < fan_.size(); ++k) {
     if (k < kMostBits && (bits >> k & 1) != 0) continue;
-    if (!fan_[k].box.touches(box) || is_beyond(fan_[k].plane, other)) continue;
+    if (!fan_[k].box.touches(box) || touches_only_shared_corners(fan_[k].plane, other)) continue;
     if (intersect(fan_[k].plane, LatticePlane(other))) return true;
   }
   return false;
 }
 
-void Embedding::keep(std::span<const std::uint32_t> ring) {
+void Embedding::commit(std::span<const std::uint32_t> ring) {
   tree_.remove(CollapsingMesh::triangle_of(ring.front()));
   tree_.remove(CollapsingMesh::triangle_of(ring.back()));
   for (std::size_t k = 0; k < fan_.size(); ++k) {

@@ -32,25 +32,25 @@ class Embedding {
   // Returns whether u can collapse onto w_0; `ring` are u's corners before the collapse.
   [[nodiscard]] bool allows(std::span<const std::uint32_t> ring);
   // Records the collapse that was accepted last. Call before the mesh performs it.
-  void keep(std::span<const std::uint32_t> ring);
+  void commit(std::span<const std::uint32_t> ring);
 
  private:
   // A new triangle, of w_0 and two consecutive vertices of the ring.
   struct FanTriangle {
     LatticePlane plane;
     TriangleBox box;
-    SeenTurns turns;
+    OrientationMask turns;
   };
-  // A vertex of the ring. `seen` is the number of the last collapse with it in the ring.
+  // A vertex of the ring. `last_collapse` is the number of the last collapse with it in the ring.
   struct RingVertex {
-    std::uint32_t seen = 0;
+    std::uint32_t last_collapse = 0;
     std::uint32_t place = 0;
   };
 
   void set_up_fan(std::span<const std::uint32_t> ring);
-  void find_clear_stars(std::span<const std::uint32_t> ring);
+  void find_disjoint_stars(std::span<const std::uint32_t> ring);
   [[nodiscard]] bool is_star_clear(std::span<const std::uint32_t> ring, std::uint32_t place);
-  [[nodiscard]] SeenTurns turns_around(std::uint32_t place) const;
+  [[nodiscard]] OrientationMask turns_around(std::uint32_t place) const;
   [[nodiscard]] bool fan_meets_itself() const;
   [[nodiscard]] bool fan_meets(std::uint32_t triangle) const;
   // Returns a mask of the fan's triangles that need not be tested against a triangle of the mesh.
@@ -60,15 +60,15 @@ class Embedding {
   const CollapsingMesh& mesh_;
   std::span<const LatticePoint> vertices_;
   Obstacles obstacles_;
-  TriangleTree tree_;             // Obstacles follow the mesh's triangles.
-  std::vector<SeenTurns> turns_;  // Indexed by triangle of the mesh.
+  TriangleTree tree_;                   // Obstacles follow the mesh's triangles.
+  std::vector<OrientationMask> turns_;  // Indexed by triangle of the mesh.
   // State of one collapse.
-  std::uint32_t now_ = 0;
+  std::uint32_t collapse_number_ = 0;
   std::vector<RingVertex> ring_vertices_;  // By vertex.
-  std::vector<std::uint32_t> going_;       // By triangle: the collapse that removed or moved it.
+  std::vector<std::uint32_t> removed_in_;  // By triangle: the collapse that removed or moved it.
   std::vector<FanTriangle> fan_;           // Element k - 1 is the triangle of w_k and w_(k+1).
   // By position in the ring: mask of the fan's triangles in its star, or 0 if they may overlap.
-  std::vector<std::uint64_t> clear_stars_;
+  std::vector<std::uint64_t> disjoint_stars_;
   std::vector<std::uint32_t> corners_;
   std::vector<LatticePoint> around_;
 };

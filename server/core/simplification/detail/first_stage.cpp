@@ -24,14 +24,14 @@ constexpr int kUncheckedRounds = 4;
 constexpr std::size_t kMostNeighbours = 32;  // Work grows with their square.
 // The weight of a squared length relative to a squared height above the surface. A smaller one
 // yields more long and thin triangles in the end.
-constexpr double kOfLength = 0.5;
+constexpr double kLengthWeight = 0.5;
 
 // Returns the part of the limit that this stage may use. A larger one leaves less work to the
 // second stage but more triangles, especially for small limits.
-double own_part(double limit_in_voxels) {
-  constexpr double kOfOneVoxel = 0.14;
+double first_stage_share(double limit_in_voxels) {
+  constexpr double kShareAtOneVoxel = 0.14;
   constexpr double kMost = 0.3;
-  return std::min(kOfOneVoxel * std::sqrt(limit_in_voxels), kMost);
+  return std::min(kShareAtOneVoxel * std::sqrt(limit_in_voxels), kMost);
 }
 
 class Sweeps {
@@ -119,7 +119,7 @@ class Sweeps {
   }
 
   [[nodiscard]] double own_limit(double limit) const {
-    return own_part(limit_.in_voxels(limit)) * limit;
+    return first_stage_share(limit_.in_voxels(limit)) * limit;
   }
 
   // Returns the limit around u's fan. Points that belong to the fan lie within its errors, so
@@ -141,8 +141,8 @@ class Sweeps {
     if (!(limit > 0) || !errors_.fits(u, neighbours_, places_, limit)) return false;
     if (!mesh_.keeps_topology(ring_)) return false;
     if (embedding_ && !embedding_->allows(ring_)) return false;
-    errors_.keep();
-    if (embedding_) embedding_->keep(ring_);
+    errors_.commit();
+    if (embedding_) embedding_->commit(ring_);
     mesh_.collapse(ring_);
     goals_[u] = neighbours_.front();
     states_[neighbours_.front()].pass_as_goal = static_cast<std::uint8_t>(pass);
@@ -170,7 +170,7 @@ class Sweeps {
     for (std::size_t i = 0; i < places_.size(); ++i) {
       const Vec3 along = difference(u, places_[i]);
       const double height = dot(along, normal);
-      const double cost = height * height * inverse + kOfLength * squared_length(along);
+      const double cost = height * height * inverse + kLengthWeight * squared_length(along);
       if (cost < least) {
         least = cost;
         goal_ = i;

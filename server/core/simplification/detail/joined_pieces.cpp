@@ -17,7 +17,7 @@ SimplifiedPiece SimplifiedPiece::joined(std::vector<SimplifiedPiece> pieces) {
   whole.mesh_.resolution = pieces.front().mesh_.resolution;
   whole.step_ = pieces.front().step_;
   whole.unit_ = pieces.front().unit_;
-  whole.least_tried_ = std::numeric_limits<double>::infinity();
+  whole.smallest_tried_limit_ = std::numeric_limits<double>::infinity();
   VertexNumbers shared;
   for (SimplifiedPiece& piece : pieces) whole.append(std::exchange(piece, {}), shared);
   whole.map_.carriers.resize(whole.mesh_.vertices.size(), CollapsingMesh::kNone);
@@ -78,7 +78,8 @@ void SimplifiedPiece::append(SimplifiedPiece piece, VertexNumbers& shared) {
     if (!history_) history_.emplace();
     history_->append(*std::move(piece.history_));
   }
-  if (!piece.parts_.empty()) least_tried_ = std::min(least_tried_, piece.least_tried_);
+  if (!piece.parts_.empty())
+    smallest_tried_limit_ = std::min(smallest_tried_limit_, piece.smallest_tried_limit_);
 }
 
 }  // namespace multitetra

@@ -44,7 +44,7 @@ struct Quadric {
     c += o.c;
   }
   // Returns the same function relative to `origin`.
-  [[nodiscard]] Quadric seen_from(const Vec3& origin) const {
+  [[nodiscard]] Quadric relative_to(const Vec3& origin) const {
     const auto x = static_cast<float>(origin[0]);
     const auto y = static_cast<float>(origin[1]);
     const auto z = static_cast<float>(origin[2]);

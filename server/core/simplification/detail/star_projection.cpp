@@ -14,10 +14,10 @@ using Number = std::int64_t;
 constexpr std::size_t kDirections = 7;
 
 // Coordinates in a plane transversal to the direction; any suffice, as only turns matter.
-struct Seen {
+struct Projected {
   Number a = 0, b = 0;
 };
-Seen seen(const LatticePoint& p, std::size_t direction) {
+Projected project(const LatticePoint& p, std::size_t direction) {
   switch (direction) {
     case 0:
       return {p.y, p.z};
@@ -47,7 +47,7 @@ std::array<Number, 3> normal_of(const LatticePoint& p, const LatticePoint& q) {
 
 }  // namespace
 
-SeenTurns::SeenTurns(const std::array<std::int64_t, 3>& normal) {
+OrientationMask::OrientationMask(const std::array<std::int64_t, 3>& normal) {
   const auto [x, y, z] = normal;
   const std::array<Number, kDirections> along = {x,         y,         z,        x + y + z,
                                                  x + y - z, x - y + z, x - y - z};
@@ -59,18 +59,18 @@ SeenTurns::SeenTurns(const std::array<std::int64_t, 3>& normal) {
   bits_ = static_cast<std::uint16_t>(bits);
 }
 
-std::size_t SeenTurns::direction() const {
+std::size_t OrientationMask::direction() const {
   return static_cast<std::size_t>(std::countr_zero(bits_)) % kDirections;
 }
 
 // Each triangle turns by less than 180 degrees, and all in the same sense. So four cannot go around
 // twice, and more go around once if they change between the upper and the lower half twice.
-bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> around,
-                    const SeenTurns& turns) {
+bool winds_once(const LatticePoint& centre, std::span<const LatticePoint> around,
+                const OrientationMask& turns) {
   if (around.size() <= 4) return true;
   const std::size_t direction = turns.direction();
   const auto is_in_upper_half = [&](const LatticePoint& p) {
-    const Seen at = seen(from_to(centre, p), direction);
+    const Projected at = project(from_to(centre, p), direction);
     return at.b > 0 || (at.b == 0 && at.a > 0);
   };
   bool was_upper = is_in_upper_half(around.back());
@@ -83,16 +83,16 @@ bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> ar
   return changes == 2;
 }
 
-bool lie_side_by_side(const LatticePoint& centre, std::span<const LatticePoint> around) {
-  SeenTurns turns;
+bool is_disjoint_star(const LatticePoint& centre, std::span<const LatticePoint> around) {
+  OrientationMask turns;
   LatticePoint before = from_to(centre, around.back());
   for (const LatticePoint& p : around) {
     const LatticePoint at = from_to(centre, p);
-    turns.meet(SeenTurns(normal_of(before, at)));
+    turns.intersect(OrientationMask(normal_of(before, at)));
     if (!turns.any()) return false;
     before = at;
   }
-  return go_around_once(centre, around, turns);
+  return winds_once(centre, around, turns);
 }
 
 }  // namespace multitetra

@@ -11,15 +11,15 @@ namespace multitetra {
 
 // The directions, of a fixed few, from which a triangle with this normal turns left, and those from
 // which it turns right: one bit each. Triangles with a common bit turn the same way in that view.
-class SeenTurns {
+class OrientationMask {
  public:
-  SeenTurns() = default;
-  explicit SeenTurns(const std::array<std::int64_t, 3>& normal);
+  OrientationMask() = default;
+  explicit OrientationMask(const std::array<std::int64_t, 3>& normal);
 
   [[nodiscard]] bool any() const { return bits_ != 0; }
   // Returns one of the directions.
   [[nodiscard]] std::size_t direction() const;
-  void meet(const SeenTurns& other) { bits_ &= other.bits_; }
+  void intersect(const OrientationMask& other) { bits_ &= other.bits_; }
 
  private:
   std::uint16_t bits_ = 0x3FFF;  // All bits.
@@ -27,14 +27,14 @@ class SeenTurns {
 
 // Returns whether the triangles (centre, around[i], around[i + 1]), cyclic, go around the centre
 // once. Requires that all turn the same way in each view of `turns`.
-[[nodiscard]] bool go_around_once(const LatticePoint& centre, std::span<const LatticePoint> around,
-                                  const SeenTurns& turns);
+[[nodiscard]] bool winds_once(const LatticePoint& centre, std::span<const LatticePoint> around,
+                              const OrientationMask& turns);
 
 // Returns whether the triangles (centre, around[i], around[i + 1]), cyclic, do not overlap when
 // seen from one of a few directions: all turn the same way and go around the centre once. Then they
 // share only the centre and the edges between neighbours. False proves nothing. Requires lattice
 // coordinates within 0 .. 2^kMaxLatticeBits.
-[[nodiscard]] bool lie_side_by_side(const LatticePoint& centre,
+[[nodiscard]] bool is_disjoint_star(const LatticePoint& centre,
                                     std::span<const LatticePoint> around);
 
 }  // namespace multitetra

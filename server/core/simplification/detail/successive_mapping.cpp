@@ -156,14 +156,14 @@ StoredMapping SuccessiveMapping::map(std::span<const std::uint32_t> numbers) con
 void SuccessiveMapping::mark(std::span<const std::uint32_t> ring) {
   for (std::uint32_t i = 0; i < ring.size(); ++i) {
     Vertex& w = vertices_[mesh_.vertex(CollapsingMesh::next(ring[i]))];
-    w.seen = kStays + now_;
+    w.last_collapse = kStays + collapse_number_;
     w.sectors = {std::max(i, 2U) - 1, std::min(i, fan_.sectors())};
     if (i == 0) w.sectors = {1, fan_.sectors()};
     Edge& across = edges_[edge_of_[ring[i]]];
-    across.seen = now_;
+    across.last_collapse = collapse_number_;
     across.place = i;
     Edge& spoke = edges_[edge_of_[CollapsingMesh::previous(ring[i])]];
-    spoke.seen = now_;
+    spoke.last_collapse = collapse_number_;
     spoke.place = kFanEdge;
   }
 }
@@ -171,7 +171,7 @@ void SuccessiveMapping::mark(std::span<const std::uint32_t> ring) {
 bool SuccessiveMapping::place(std::uint32_t vertex) {
   const auto sector = fan_.sector_near(points_[vertex]);
   if (!sector) return false;
-  vertices_[vertex].seen = now_;
+  vertices_[vertex].last_collapse = collapse_number_;
   vertices_[vertex].sectors = {*sector, *sector};
   placed_.push_back(vertex);
   return true;
@@ -184,9 +184,9 @@ bool SuccessiveMapping::fits(std::span<const std::uint32_t> ring, std::span<cons
 
 bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<const Vec3> places,
                                 double limit) {
-  ++now_;
+  ++collapse_number_;
   placed_.clear();
-  strands_.clear();
+  segments_.clear();
   // Ensures bound() <= limit.
   fan_.set_up(places, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
   if (!place(mesh_.vertex(ring[0]))) return false;
@@ -197,7 +197,7 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<c
     }
   }
   mark(ring);
-  return find_strands_of_vertices() && find_passing_segments(ring);
+  return find_segments_of_vertices() && find_passing_segments(ring);
 }
 
 // First assumes that only the fan's own limit applies, then includes all that lies in it.
@@ -252,7 +252,7 @@ void SuccessiveMapping::include(std::uint32_t vertex) {
   largest_error_ = std::max(largest_error_, points_[vertex].error);
 }
 
-bool SuccessiveMapping::find_strands_of_vertices() {
+bool SuccessiveMapping::find_segments_of_vertices() {
   for (const std::uint32_t p : placed_) {
     const std::uint32_t sector = vertices_[p].sectors.first;
     for (std::uint32_t h = halves_begin_[p]; h < halves_begin_[p + 1]; ++h) {
@@ -260,19 +260,19 @@ bool SuccessiveMapping::find_strands_of_vertices() {
       const bool from_low = p < half.other;
       std::uint32_t c = half.first;
       while (c != kNone && is_fan_edge(crossings_[c].on)) {
-        crossings_[c].seen = now_;
+        crossings_[c].last_collapse = collapse_number_;
         c = from_low ? crossings_[c].next : crossings_[c].previous;
       }
       if (c == kNone) {
         const Vertex& other = vertices_[half.other];
         // Adding it from one of its two ends suffices.
-        if (!from_low && other.seen == now_) continue;
+        if (!from_low && other.last_collapse == collapse_number_) continue;
         if (half.first == kNone && other.sectors.first <= sector && sector <= other.sectors.last) {
           continue;
         }
       }
-      if (!(from_low ? add_strand(h, p, half.other, kNone, c, half.first != c)
-                     : add_strand(half.twin, half.other, p, c, kNone, half.first != c))) {
+      if (!(from_low ? add_segment(h, p, half.other, kNone, c, half.first != c)
+                     : add_segment(half.twin, half.other, p, c, kNone, half.first != c))) {
         return false;
       }
     }
@@ -284,19 +284,19 @@ bool SuccessiveMapping::find_passing_segments(std::span<const std::uint32_t> rin
   for (const std::uint32_t corner : ring) {
     const std::uint32_t spoke = edge_of_[CollapsingMesh::previous(corner)];
     for (std::uint32_t c = edges_[spoke].crossed; c != kNone; c = crossings_[c].next_on) {
-      if (crossings_[c].half == kNone || crossings_[c].seen == now_) continue;
+      if (crossings_[c].half == kNone || crossings_[c].last_collapse == collapse_number_) continue;
       std::uint32_t before = c;
       while (before != kNone && is_fan_edge(crossings_[before].on)) {
-        crossings_[before].seen = now_;
+        crossings_[before].last_collapse = collapse_number_;
         before = crossings_[before].previous;
       }
       std::uint32_t after = c;
       while (after != kNone && is_fan_edge(crossings_[after].on)) {
-        crossings_[after].seen = now_;
+        crossings_[after].last_collapse = collapse_number_;
         after = crossings_[after].next;
       }
       const auto [low, high] = ends(crossings_[c].half);
-      if (!add_strand(crossings_[c].half, low, high, before, after, true)) return false;
+      if (!add_segment(crossings_[c].half, low, high, before, after, true)) return false;
     }
   }
   return true;
@@ -305,39 +305,40 @@ bool SuccessiveMapping::find_passing_segments(std::span<const std::uint32_t> rin
 SuccessiveMapping::Sectors SuccessiveMapping::sectors_at(std::uint32_t crossing,
                                                          std::uint32_t vertex) const {
   if (crossing == kNone) {
-    assert(vertices_[vertex].seen == now_ || vertices_[vertex].seen == now_ + kStays);
+    assert(vertices_[vertex].last_collapse == collapse_number_ ||
+           vertices_[vertex].last_collapse == collapse_number_ + kStays);
     return vertices_[vertex].sectors;
   }
   const Edge& on = edges_[crossings_[crossing].on];
-  assert(on.seen == now_ && on.place != kFanEdge);
+  assert(on.last_collapse == collapse_number_ && on.place != kFanEdge);
   const std::uint32_t sector = std::clamp(on.place, 1U, fan_.sectors());
   return {sector, sector};
 }
 
-bool SuccessiveMapping::add_strand(std::uint32_t half, std::uint32_t low, std::uint32_t high,
-                                   std::uint32_t before, std::uint32_t after, bool had_crossings) {
+bool SuccessiveMapping::add_segment(std::uint32_t half, std::uint32_t low, std::uint32_t high,
+                                    std::uint32_t before, std::uint32_t after, bool had_crossings) {
   const auto is_near = [&](std::uint32_t first, std::uint32_t last) {
     return fan_.is_near(points_[low], points_[high], first, last);
   };
   const Sectors from = sectors_at(before, low);
   const Sectors to = sectors_at(after, high);
-  OverlaySegment strand{.half = half, .before = before, .after = after, .from = 0, .to = 0};
+  OverlaySegment segment{.half = half, .before = before, .after = after, .from = 0, .to = 0};
   if (from.last < to.first) {
-    strand.from = from.last;
-    strand.to = to.first;
+    segment.from = from.last;
+    segment.to = to.first;
     if (!is_near(from.last + 1, to.first)) return false;
   } else if (to.last < from.first) {
-    strand.from = from.first;
-    strand.to = to.last;
+    segment.from = from.first;
+    segment.to = to.last;
     if (!is_near(to.last + 1, from.first)) return false;
   } else if (!had_crossings) {
     return true;
   }
-  strands_.push_back(strand);
+  segments_.push_back(segment);
   return true;
 }
 
-void SuccessiveMapping::keep(std::span<const std::uint32_t> ring) {
+void SuccessiveMapping::commit(std::span<const std::uint32_t> ring) {
   for (const std::uint32_t corner : ring) {
     first_carried_[CollapsingMesh::triangle_of(corner)] = kNone;
     Edge& spoke = edges_[edge_of_[CollapsingMesh::previous(corner)]];
@@ -354,31 +355,31 @@ void SuccessiveMapping::keep(std::span<const std::uint32_t> ring) {
     vertices_[vertex].next_carried = first;
     first = vertex;
   }
-  for (const OverlaySegment& strand : strands_) keep_strand(strand, ring);
+  for (const OverlaySegment& segment : segments_) commit_segment(segment, ring);
   is_carried_[placed_.front()] = 1;
   edge_of_[CollapsingMesh::previous(ring[1])] = edge_of_[ring[0]];
   edge_of_[CollapsingMesh::next(ring[fan_.sectors()])] = edge_of_[ring.back()];
   largest_ = std::max(largest_, fan_.largest());
 }
 
-void SuccessiveMapping::keep_strand(const OverlaySegment& strand,
-                                    std::span<const std::uint32_t> ring) {
-  std::uint32_t before = strand.before;
-  std::uint32_t after = strand.after;
+void SuccessiveMapping::commit_segment(const OverlaySegment& segment,
+                                       std::span<const std::uint32_t> ring) {
+  std::uint32_t before = segment.before;
+  std::uint32_t after = segment.after;
   if (before != kNone && after != kNone && crossings_[before].on == crossings_[after].on) {
     // It enters and leaves across the same edge, so both crossings cancel.
     crossings_[before].half = crossings_[after].half = kNone;
     before = crossings_[before].previous;
     after = crossings_[after].next;
   }
-  Half& low = halves_[strand.half];
+  Half& low = halves_[segment.half];
   const auto link = [&](std::uint32_t c) {
     (before == kNone ? low.first : crossings_[before].next) = c;
     if (c != kNone) crossings_[c].previous = before;
     before = c;
   };
-  for (std::uint32_t k = strand.from; k != strand.to; k < strand.to ? ++k : --k) {
-    const std::uint32_t on = edge_of_[CollapsingMesh::previous(ring[k < strand.to ? k + 1 : k])];
+  for (std::uint32_t k = segment.from; k != segment.to; k < segment.to ? ++k : --k) {
+    const std::uint32_t on = edge_of_[CollapsingMesh::previous(ring[k < segment.to ? k + 1 : k])];
     std::uint32_t c = free_;
     if (c == kNone) {
       c = static_cast<std::uint32_t>(crossings_.size());
@@ -386,7 +387,7 @@ void SuccessiveMapping::keep_strand(const OverlaySegment& strand,
     } else {
       free_ = crossings_[c].next_on;
     }
-    crossings_[c] = {.half = strand.half, .on = on, .next_on = edges_[on].crossed};
+    crossings_[c] = {.half = segment.half, .on = on, .next_on = edges_[on].crossed};
     edges_[on].crossed = c;
     link(c);
   }

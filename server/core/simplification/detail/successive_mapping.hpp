@@ -101,7 +101,7 @@ class SuccessiveMapping {
   // are u's corners before the collapse, `places` the positions of w_0, w_1, ...
   [[nodiscard]] bool fits(std::span<const std::uint32_t> ring, std::span<const Vec3> places);
   // Applies the collapse that was accepted last.
-  void keep(std::span<const std::uint32_t> ring);
+  void commit(std::span<const std::uint32_t> ring);
 
   // Returns the largest distance certified for that collapse.
   [[nodiscard]] double largest_of_last() const { return fan_.largest(); }
@@ -117,7 +117,8 @@ class SuccessiveMapping {
   static constexpr std::uint32_t kNone = CollapsingMesh::kNone;
   static constexpr std::uint32_t kFanEdge = kNone;
   static constexpr double kLargestLimit = 1e150;  // Its square is finite.
-  // Added to `seen` for vertices of the ring, which stay. No surface has this many attempts.
+  // Added to `last_collapse` for vertices of the ring, which stay. No surface has this many
+  // attempts.
   static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
   // A range of the fan's triangles.
   struct Sectors {
@@ -126,7 +127,7 @@ class SuccessiveMapping {
   };
   struct Vertex {
     std::uint32_t next_carried = kNone;  // The next one carried by the same triangle.
-    std::uint32_t seen = 0;              // The last collapse with it in the fan,
+    std::uint32_t last_collapse = 0;     // The last collapse with it in the fan,
     Sectors sectors;                     // and its position there.
   };
   // An edge of the original surface, as seen from one of its ends. The half at the low end
@@ -138,16 +139,16 @@ class SuccessiveMapping {
   };
   // An edge of the simplified surface.
   struct Edge {
-    std::uint32_t crossed = kNone;  // Head of the list of crossings on it.
-    std::uint32_t seen = 0;         // The last collapse that touched it;
-    std::uint32_t place = 0;        // then kFanEdge, or i for the edge from w_i to w_(i+1).
+    std::uint32_t crossed = kNone;    // Head of the list of crossings on it.
+    std::uint32_t last_collapse = 0;  // The last collapse that touched it;
+    std::uint32_t place = 0;          // then kFanEdge, or i for the edge from w_i to w_(i+1).
   };
   struct Crossing {
     std::uint32_t half = kNone;                    // The low half; kNone for a deleted crossing.
     std::uint32_t on = kNone;                      // The crossed edge.
     std::uint32_t previous = kNone, next = kNone;  // Along the original edge.
     std::uint32_t next_on = kNone;                 // In the list of `on`.
-    std::uint32_t seen = 0;
+    std::uint32_t last_collapse = 0;
   };
   // A segment of an original edge inside the ring, in order from the low end.
   struct OverlaySegment {
@@ -171,15 +172,15 @@ class SuccessiveMapping {
   }
   [[nodiscard]] bool place(std::uint32_t vertex);
   void mark(std::span<const std::uint32_t> ring);
-  [[nodiscard]] bool find_strands_of_vertices();
+  [[nodiscard]] bool find_segments_of_vertices();
   [[nodiscard]] bool find_passing_segments(std::span<const std::uint32_t> ring);
   // Adds a segment of the edge with this low half, from `low` to `high`.
-  [[nodiscard]] bool add_strand(std::uint32_t half, std::uint32_t low, std::uint32_t high,
-                                std::uint32_t before, std::uint32_t after, bool had_crossings);
+  [[nodiscard]] bool add_segment(std::uint32_t half, std::uint32_t low, std::uint32_t high,
+                                 std::uint32_t before, std::uint32_t after, bool had_crossings);
   [[nodiscard]] Sectors sectors_at(std::uint32_t crossing, std::uint32_t vertex) const;
-  void keep_strand(const OverlaySegment& strand, std::span<const std::uint32_t> ring);
+  void commit_segment(const OverlaySegment& segment, std::span<const std::uint32_t> ring);
   [[nodiscard]] bool is_fan_edge(std::uint32_t edge) const {
-    return edges_[edge].seen == now_ && edges_[edge].place == kFanEdge;
+    return edges_[edge].last_collapse == collapse_number_ && edges_[edge].place == kFanEdge;
   }
 
   const CollapsingMesh& mesh_;
@@ -198,10 +199,10 @@ class SuccessiveMapping {
   double largest_ = 0;
 
   // State of one collapse.
-  std::uint32_t now_ = 0;
+  std::uint32_t collapse_number_ = 0;
   CollapseFan fan_;
   std::vector<std::uint32_t> placed_;
-  std::vector<OverlaySegment> strands_;
+  std::vector<OverlaySegment> segments_;
   // For limits that vary: a box around all that lies in the fan, and the largest error in it.
   Box region_ = {};
   double largest_error_ = 0;

@@ -26,7 +26,7 @@ bool VertexErrors::fits(std::uint32_t u, std::span<const std::uint32_t> ring,
   return fits_map;
 }
 
-void VertexErrors::keep() {
+void VertexErrors::commit() {
   for (std::size_t i = 0; i < ring_.size(); ++i) errors_[ring_[i]] = after_[i];
 }
 

@@ -41,7 +41,7 @@ class VertexErrors {
   [[nodiscard]] bool fits(std::uint32_t u, std::span<const std::uint32_t> ring,
                           std::span<const Vec3> places, double limit);
   // Applies the collapse that was accepted last.
-  void keep();
+  void commit();
 
   [[nodiscard]] double operator[](std::uint32_t vertex) const { return errors_[vertex]; }
 

@@ -26,7 +26,7 @@ class SpectrumColumn {
   [[nodiscard]] static std::size_t most_bytes(std::int32_t cells_x, std::int32_t cells_y,
                                               int bins) {
     const auto along = [](std::int32_t cells) {
-      return static_cast<std::size_t>(kCell * cells + 2 * kSeam[0] + 1);
+      return static_cast<std::size_t>(kCell * cells + 2 * kHaloSteps[0] + 1);
     };
     const std::size_t blocks = (static_cast<std::size_t>(bins) + 3) / 4;
     return along(cells_x) * along(cells_y) * (6 * blocks * sizeof(CurveBlock) + 64);
@@ -61,7 +61,7 @@ class SpectrumColumn {
   static constexpr int kFineLevels = kSpectrumExponent;
   static constexpr std::int32_t kCell = kSpectrumSpacing;
   // Grid steps around the cells that each level covers.
-  static constexpr std::array<std::int32_t, kFineLevels> kSeam = {6, 4, 0};
+  static constexpr std::array<std::int32_t, kFineLevels> kHaloSteps = {6, 4, 0};
 
   // The cube centres of a level's last four steps, for the next level.
   class CubeRing {
@@ -90,7 +90,7 @@ class SpectrumColumn {
   // Returns the window of a level over the cells begin ... end - 1 and the seam around them.
   static LevelWindow window_over_cells(const Grid& grid, GridPoint begin, GridPoint end,
                                        int exponent) {
-    const std::int32_t seam = kSeam[static_cast<std::size_t>(exponent)];
+    const std::int32_t seam = kHaloSteps[static_cast<std::size_t>(exponent)];
     const auto low = [&](std::int32_t cell) {
       return std::max(0, kCell * cell - seam) >> exponent;
     };

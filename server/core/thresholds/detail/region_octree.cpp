@@ -34,12 +34,12 @@ RegionOctree::RegionOctree(RegionSet regions, const Box& places, int exponent,
     : regions_(std::move(regions)),
       places_(places),
       side_(static_cast<double>(std::int64_t{1} << exponent)) {
-  grow(regions_.relevant(regions_.all(), places), check);
-  sum_up();
+  build(regions_.relevant(regions_.all(), places), check);
+  propagate_bounds();
 }
 
 // Divides the largest cubes first, so that the entries are spread evenly.
-void RegionOctree::grow(RegionSet::List all, const std::function<void()>& check) {
+void RegionOctree::build(RegionSet::List all, const std::function<void()>& check) {
   std::size_t entries = all.regions.size();
   nodes_.emplace_back();
   std::deque<Leaf> waiting;
@@ -48,7 +48,7 @@ void RegionOctree::grow(RegionSet::List all, const std::function<void()>& check)
     if (check) check();
     const Leaf leaf = std::move(waiting.front());
     waiting.pop_front();
-    settle(leaf);
+    set_bound(leaf);
     if (!is_divisible(leaf, entries)) {
       store(leaf);
       continue;
@@ -77,7 +77,7 @@ std::vector<RegionOctree::Leaf> RegionOctree::divide(const Leaf& leaf) {
     const Cube cube = child(leaf.cube, first, octant);
     const Box box = box_of(cube);
     if (is_empty(box)) {  // Beyond the places: no query reaches it.
-      nodes_[cube.node] = {.least = ThresholdInterval{}.least, .is_constant = true};
+      nodes_[cube.node] = {.least = ThresholdBound{}.least, .is_constant = true};
     } else {
       parts.push_back({cube, regions_.relevant(leaf.list, box)});
     }
@@ -95,11 +95,11 @@ void RegionOctree::store(const Leaf& leaf) {
 }
 
 // Children follow their parents in `nodes_`, so their sums are complete before their parent's.
-void RegionOctree::sum_up() {
+void RegionOctree::propagate_bounds() {
   for (std::size_t i = nodes_.size(); i-- > 0;) {
     Node& node = nodes_[i];
     if (!node.has_children) continue;
-    node.least = ThresholdInterval{}.least;
+    node.least = ThresholdBound{}.least;
     node.has_gap = false;
     for (std::size_t octant = 0; octant < 8; ++octant) {
       node.least = std::min(node.least, nodes_[node.first + octant].least);
@@ -123,11 +123,11 @@ RegionOctree::Cube RegionOctree::child(const Cube& cube, std::uint32_t first, un
 }
 
 // Sets the bound of a leaf's whole cube.
-void RegionOctree::settle(const Leaf& leaf) {
+void RegionOctree::set_bound(const Leaf& leaf) {
   const RegionSet::List& list = leaf.list;
   Node& bounded = nodes_[leaf.cube.node];
   bounded.has_gap = !list.is_closed;
-  bounded.least = ThresholdInterval{}.least;
+  bounded.least = ThresholdBound{}.least;
   double largest = 0;
   for (const RegionSet::Index i : list.regions) {
     bounded.least = std::min(bounded.least, regions_.threshold(i));
@@ -136,13 +136,13 @@ void RegionOctree::settle(const Leaf& leaf) {
   bounded.is_constant = list.regions.empty() || (list.is_closed && bounded.least == largest);
 }
 
-ThresholdInterval RegionOctree::least_in(const Box& box) const {
-  ThresholdInterval bound;
+ThresholdBound RegionOctree::least_in(const Box& box) const {
+  ThresholdBound bound;
   add({.node = 0, .low = {}, .side = side_}, box, bound);
   return bound;
 }
 
-void RegionOctree::add(const Cube& cube, const Box& box, ThresholdInterval& bound) const {
+void RegionOctree::add(const Cube& cube, const Box& box, ThresholdBound& bound) const {
   const Node& node = nodes_[cube.node];
   if (node.least >= bound.least && (bound.has_gap || !node.has_gap)) return;
   const Box whole = box_of(cube);
@@ -170,8 +170,8 @@ void RegionOctree::add(const Cube& cube, const Box& box, ThresholdInterval& boun
   }
 }
 
-void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdInterval& bound) const {
-  const RegionSet::Places places = regions_.places(part);
+void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdBound& bound) const {
+  const RegionSet::MappedBox places = regions_.mapped(part);
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const RegionSet::Index region = lists_[i];
     const Contact contact = regions_.contact(region, places);

@@ -7,7 +7,7 @@
 // border of the box tests its regions against its part of the box. Where the borders of very many
 // regions cross in a small cube, the least threshold of them is used for the whole cube.
 //
-// The result is monotone (threshold_interval.hpp): an inner box touches no leaf that the outer one
+// The result is monotone (threshold_bound.hpp): an inner box touches no leaf that the outer one
 // does not touch, its part of a leaf lies in the outer box's part, and the result for a part is the
 // minimum over the regions that touch it and are not hidden by a later region that contains it.
 #pragma once
@@ -18,7 +18,7 @@
 
 #include "server/core/framework/box.hpp"
 #include "server/core/thresholds/detail/region_set.hpp"
-#include "server/core/thresholds/detail/threshold_interval.hpp"
+#include "server/core/thresholds/detail/threshold_bound.hpp"
 
 namespace multitetra {
 
@@ -31,7 +31,7 @@ class RegionOctree {
                const std::function<void()>& check = {});
 
   // Requires a box within the places. Costs a few comparisons for each cube at the box's border.
-  [[nodiscard]] ThresholdInterval least_in(const Box& box) const;
+  [[nodiscard]] ThresholdBound least_in(const Box& box) const;
 
  private:
   struct Node {
@@ -58,14 +58,14 @@ class RegionOctree {
 
   [[nodiscard]] Box box_of(const Cube& cube) const;  // Clipped to the places.
   [[nodiscard]] static Cube child(const Cube& cube, std::uint32_t first, unsigned octant);
-  void grow(RegionSet::List all, const std::function<void()>& check);
-  void settle(const Leaf& leaf);
+  void build(RegionSet::List all, const std::function<void()>& check);
+  void set_bound(const Leaf& leaf);
   [[nodiscard]] bool is_divisible(const Leaf& leaf, std::size_t entries) const;
   [[nodiscard]] std::vector<Leaf> divide(const Leaf& leaf);
   void store(const Leaf& leaf);
-  void sum_up();
-  void add(const Cube& cube, const Box& box, ThresholdInterval& bound) const;
-  void add_leaf(const Node& node, const Box& part, ThresholdInterval& bound) const;
+  void propagate_bounds();
+  void add(const Cube& cube, const Box& box, ThresholdBound& bound) const;
+  void add_leaf(const Node& node, const Box& part, ThresholdBound& bound) const;
 
   RegionSet regions_;
   Box places_;

@@ -47,7 +47,7 @@ RegionSet::Region RegionSet::prepared(const ThresholdRegion& region, double unit
   return result;
 }
 
-Contact RegionSet::contact(Index i, const Places& places) const {
+Contact RegionSet::contact(Index i, const MappedBox& places) const {
   const Region& region = regions_[i];
   switch (region.kind) {
     case Kind::kBox:
@@ -74,7 +74,7 @@ RegionSet::List RegionSet::all() const {
 }
 
 RegionSet::List RegionSet::relevant(const List& of_outer, const Box& box) const {
-  const Places here = places(box);
+  const MappedBox here = mapped(box);
   List list;
   for (const Index i : of_outer.regions) {
     const Contact found = contact(i, here);

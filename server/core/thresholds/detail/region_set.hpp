@@ -29,12 +29,12 @@ class RegionSet {
   [[nodiscard]] double threshold(Index i) const { return regions_[i].threshold; }  // World units.
 
   // A box in grid coordinates, and its image in the regions' coordinates.
-  struct Places {
+  struct MappedBox {
     Box grid;
     Box image;
   };
-  [[nodiscard]] Places places(const Box& box) const { return {box, image_of(to_regions_, box)}; }
-  [[nodiscard]] Contact contact(Index i, const Places& places) const;
+  [[nodiscard]] MappedBox mapped(const Box& box) const { return {box, image_of(to_regions_, box)}; }
+  [[nodiscard]] Contact contact(Index i, const MappedBox& places) const;
 
   // The regions that may apply in a box: those that touch it, the last first, up to the first that
   // contains the box and so hides all earlier regions.

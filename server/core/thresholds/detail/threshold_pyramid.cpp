@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-constexpr float kSilent = std::numeric_limits<float>::infinity();
+constexpr float kNoThreshold = std::numeric_limits<float>::infinity();
 
 double world(float threshold, double unit) {
   return std::min(static_cast<double>(threshold) * unit, std::numeric_limits<double>::max());
@@ -19,8 +19,9 @@ ThresholdPyramid::ThresholdPyramid(const ThresholdGrid& grid, const Affine& to_s
     : to_samples_(to_samples), unit_(unit), thresholds_(grid.thresholds) {
   Level finest{.dims = grid.dims, .cells = {}};
   for (const float threshold : grid.thresholds) {
-    const bool is_silent = std::isnan(threshold);
-    finest.cells.push_back({.least = is_silent ? kSilent : threshold, .has_gap = is_silent});
+    const bool has_no_threshold = std::isnan(threshold);
+    finest.cells.push_back(
+        {.least = has_no_threshold ? kNoThreshold : threshold, .has_gap = has_no_threshold});
   }
   levels_.push_back(std::move(finest));
   while (levels_.back().cells.size() > 1) {
@@ -29,7 +30,7 @@ ThresholdPyramid::ThresholdPyramid(const ThresholdGrid& grid, const Affine& to_s
     for (std::size_t axis = 0; axis < 3; ++axis) level.dims[axis] = (finer.dims[axis] + 1) / 2;
     level.cells.assign(
         static_cast<std::size_t>(std::int64_t{level.dims[0]} * level.dims[1] * level.dims[2]),
-        {.least = kSilent, .has_gap = false});
+        {.least = kNoThreshold, .has_gap = false});
     std::size_t from = 0;
     for (std::int32_t z = 0; z < finer.dims[2]; ++z) {
       for (std::int32_t y = 0; y < finer.dims[1]; ++y) {
@@ -63,9 +64,9 @@ ThresholdPyramid::Range ThresholdPyramid::range_of(const Box& box) const {
   return range;
 }
 
-ThresholdInterval ThresholdPyramid::least_in(const Box& box) const {
+ThresholdBound ThresholdPyramid::least_in(const Box& box) const {
   const Range range = range_of(box);
-  Cell bound{.least = kSilent, .has_gap = range.leaves_grid || range.is_empty};
+  Cell bound{.least = kNoThreshold, .has_gap = range.leaves_grid || range.is_empty};
   if (!range.is_empty) {
     // The finest level on which the range spans at most two cells along every axis.
     int level = 0;
@@ -80,7 +81,7 @@ ThresholdInterval ThresholdPyramid::least_in(const Box& box) const {
       }
     }
   }
-  if (bound.least == kSilent) return {.has_gap = bound.has_gap};
+  if (bound.least == kNoThreshold) return {.has_gap = bound.has_gap};
   return {.least = world(bound.least, unit_), .has_gap = bound.has_gap};
 }
 

@@ -2,7 +2,7 @@
 //
 // A sample applies to its voxel, half a step around it, borders included. The result for a box is
 // the minimum over all voxels touched by its image in the grid's own indices, or by the smallest
-// box around that. Monotone (threshold_interval.hpp): the image and the voxel range of an inner box
+// box around that. Monotone (threshold_bound.hpp): the image and the voxel range of an inner box
 // lie in those of the outer one.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 #include "common/request/local_thresholds.hpp"
 #include "server/core/framework/box.hpp"
-#include "server/core/thresholds/detail/threshold_interval.hpp"
+#include "server/core/thresholds/detail/threshold_bound.hpp"
 
 namespace multitetra {
 
@@ -22,7 +22,7 @@ class ThresholdPyramid {
   // world length of the thresholds' unit.
   ThresholdPyramid(const ThresholdGrid& grid, const Affine& to_samples, double unit);
 
-  [[nodiscard]] ThresholdInterval least_in(const Box& box) const;
+  [[nodiscard]] ThresholdBound least_in(const Box& box) const;
 
   // Returns an upper bound of least_in for any box within this one; 0 without a threshold.
   [[nodiscard]] double largest_in(const Box& box) const;

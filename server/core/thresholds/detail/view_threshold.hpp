@@ -1,7 +1,7 @@
 // The threshold of a view over a box: the length that the tolerated pixels cover there.
 //
 // tau(x) = k |x - eye| in world units, and at least `outside` outside the frustum. It is defined
-// everywhere, so there is never a gap. Monotone (threshold_interval.hpp): the world box of an inner
+// everywhere, so there is never a gap. Monotone (threshold_bound.hpp): the world box of an inner
 // box lies in that of the outer one, so it is no nearer to the eye; and if the outer box lies
 // wholly beyond a plane of the frustum, so does the inner one.
 #pragma once

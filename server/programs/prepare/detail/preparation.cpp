@@ -127,7 +127,7 @@ std::optional<PrepareResult> Preparation::prepare_unless_up_to_date(const Prepar
   DatasetOutput output(job.output, arguments_.force);
   const Provenance note = note_of(job);
   if (arguments_.force || !is_up_to_date(job, note)) return prepare_one(job, note, output);
-  see_prepared(job);
+  check_prepared_grid(job);
   return std::nullopt;
 }
 
@@ -147,7 +147,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   }
   const OpenedJob opened = open_job(job, options, maps_);
   const VolumeHeader& header = opened.source->header();
-  see(job, {header.dims, header.index_to_world, header.meaning});
+  check_grid(job, {header.dims, header.index_to_world, header.meaning});
   std::string pass;
   PrepareOptions how{.name = job.name,
                      .outside = outside,
@@ -188,18 +188,19 @@ Provenance Preparation::note_of(const PrepareJob& job) {
   return note;
 }
 
-void Preparation::see_prepared(const PrepareJob& job) {
+void Preparation::check_prepared_grid(const PrepareJob& job) {
   if (!job.member) return;
   const DatasetInfo info = PreparedFile(job.output.string()).info();
-  see(job, {info.dims, info.index_to_world, info.meaning});
+  check_grid(job, {info.dims, info.index_to_world, info.meaning});
 }
 
 // Fails for a member whose grid differs from that of the first one.
-void Preparation::require_same_places(const PrepareJob& job, const Places& found,
-                                      const Places& first, const std::string& first_input) {
-  const auto size = [](const Places& places) {
-    return std::to_string(places.dims[0]) + " x " + std::to_string(places.dims[1]) + " x " +
-           std::to_string(places.dims[2]);
+void Preparation::require_same_placement(const PrepareJob& job, const GridPlacement& found,
+                                         const GridPlacement& first,
+                                         const std::string& first_input) {
+  const auto size = [](const GridPlacement& placement) {
+    return std::to_string(placement.dims[0]) + " x " + std::to_string(placement.dims[1]) + " x " +
+           std::to_string(placement.dims[2]);
   };
   const auto refuse = [&](const std::string& difference) {
     fail_reading(job.input, difference + "; members of a series must have the same grid",
@@ -214,10 +215,10 @@ void Preparation::require_same_places(const PrepareJob& job, const Places& found
   }
 }
 
-void Preparation::see(const PrepareJob& job, const Places& places) {
+void Preparation::check_grid(const PrepareJob& job, const GridPlacement& placement) {
   if (!job.member) return;
-  const auto [first, is_new] = first_.try_emplace(job.member->series, places, job.input);
-  if (!is_new) require_same_places(job, places, first->second.first, first->second.second);
+  const auto [first, is_new] = first_.try_emplace(job.member->series, placement, job.input);
+  if (!is_new) require_same_placement(job, placement, first->second.first, first->second.second);
 }
 
 }  // namespace multitetra

@@ -82,23 +82,23 @@ class Preparation {
 
  private:
   // The placement of samples, common to the members of a series.
-  struct Places {
+  struct GridPlacement {
     std::array<std::int32_t, 3> dims{};
     Affine index_to_world;
     PhysicalMeaning meaning;
   };
-  void see(const PrepareJob& job, const Places& places);
+  void check_grid(const PrepareJob& job, const GridPlacement& placement);
   // Checks the placement of a dataset that is up to date. Throws if it differs.
-  void see_prepared(const PrepareJob& job);
-  static void require_same_places(const PrepareJob& job, const Places& found, const Places& first,
-                                  const std::string& first_input);
+  void check_prepared_grid(const PrepareJob& job);
+  static void require_same_placement(const PrepareJob& job, const GridPlacement& found,
+                                     const GridPlacement& first, const std::string& first_input);
 
   const PrepareArguments& arguments_;
   LatestLabelMap& maps_;
   std::stop_token stop_;
   std::map<std::string, Provenance> notes_;
   // The first member's placement and input, by series.
-  std::map<std::string, std::pair<Places, std::string>> first_;
+  std::map<std::string, std::pair<GridPlacement, std::string>> first_;
 };
 
 }  // namespace multitetra

@@ -10,7 +10,7 @@ namespace multitetra {
 namespace {
 
 template <typename Action>
-auto as_volume_trouble(const Action& action) {
+auto rethrow_as_volume_error(const Action& action) {
   try {
     return action();
   } catch (const StoreAccessDenied& refusal) {
@@ -25,11 +25,11 @@ class VolumeObjects : public ObjectStore {
   explicit VolumeObjects(std::unique_ptr<ObjectStore> store) : store_(std::move(store)) {}
 
   std::optional<std::vector<std::byte>> get(const std::string& key, std::uint64_t most) override {
-    return as_volume_trouble([&] { return store_->get(key, most); });
+    return rethrow_as_volume_error([&] { return store_->get(key, most); });
   }
   std::optional<std::vector<std::byte>> get_range(const std::string& key, std::uint64_t offset,
                                                   std::uint64_t length) override {
-    return as_volume_trouble([&] { return store_->get_range(key, offset, length); });
+    return rethrow_as_volume_error([&] { return store_->get_range(key, offset, length); });
   }
   [[nodiscard]] std::filesystem::path place(const std::string& key) const override {
     return store_->place(key);
@@ -44,11 +44,12 @@ class VolumeObjects : public ObjectStore {
 
 }  // namespace
 
-std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool follow) {
-  return std::make_shared<VolumeObjects>(as_volume_trouble([&] {
-    if (is_address(place)) return http_store(place, {.follow = follow});
+std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool allow_external_files) {
+  return std::make_shared<VolumeObjects>(rethrow_as_volume_error([&] {
+    if (is_address(place)) return http_store(place, {.allow_other_hosts = allow_external_files});
     std::error_code error;
-    if (std::filesystem::is_directory(place, error)) return folder_store(place, follow);
+    if (std::filesystem::is_directory(place, error))
+      return folder_store(place, allow_external_files);
     return zip_store(place);
   }));
 }

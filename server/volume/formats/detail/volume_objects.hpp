@@ -16,8 +16,10 @@ class InaccessibleObject : public VolumeFileError {
 };
 
 // Opens the files below a folder, in a zip archive, or below an address (http_store.hpp). Links,
-// keys and redirects that lead elsewhere require `follow`. This function and the store's throw
-// VolumeFileError instead of StoreError, and InaccessibleObject instead of StoreAccessDenied.
-[[nodiscard]] std::shared_ptr<ObjectStore> volume_objects(const std::string& place, bool follow);
+// keys and redirects that lead elsewhere require `allow_external_files`. This function and the
+// store's throw VolumeFileError instead of StoreError, and InaccessibleObject instead of
+// StoreAccessDenied.
+[[nodiscard]] std::shared_ptr<ObjectStore> volume_objects(const std::string& place,
+                                                          bool allow_external_files);
 
 }  // namespace multitetra

@@ -85,8 +85,8 @@ bool are_alike(const DicomImage& a, const DicomImage& b) {
 }
 
 // Drops localizers, and images whose size, type or orientation differs from the majority.
-void keep_volume(const fs::path& place, std::vector<DicomImage>& images,
-                 std::vector<std::string>& notices) {
+void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
+                   std::vector<std::string>& notices) {
   const auto leave_out = [&](const std::string& what, const auto& stays) {
     const auto first_out = std::stable_partition(images.begin(), images.end(), stays);
     if (first_out == images.end()) return;
@@ -338,7 +338,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
   StoredVolume volume;
   std::vector<DicomImage> images = chosen_series(place, all, choice.series);
   note_origins(place, images, volume.notices);
-  keep_volume(place, images, volume.notices);
+  drop_outliers(place, images, volume.notices);
   if (images.front().frames > 1 && !images.front().has_own_place &&
       images.front().file != images.back().file) {
     fail_reading(place, "its series has several files whose frames have no positions of their own",

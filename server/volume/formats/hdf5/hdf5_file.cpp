@@ -274,7 +274,8 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
                  "Leave --level out");
   }
   const std::string name = imaris ? imaris->dataset : chosen_dataset(path, file.get(), choice);
-  std::optional<Hdf5Id> found = open_hdf5_dataset(path, file.get(), name, choice.follow);
+  std::optional<Hdf5Id> found =
+      open_hdf5_dataset(path, file.get(), name, choice.allow_external_files);
   if (!found)
     fail_reading(path, "it has no dataset '" + name + "'", "Check the path inside the file");
   Hdf5Id dataset = *std::move(found);

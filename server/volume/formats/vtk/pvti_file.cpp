@@ -127,7 +127,7 @@ StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
   StoredVolume volume;
   bool of_cells = false;
   for (const std::string& source : parsed->pieces) {
-    const fs::path piece_file = named_data_file(path, source, choice.follow);
+    const fs::path piece_file = named_data_file(path, source, choice.allow_external_files);
     VtiPiece piece = open_vti_piece(piece_file, choice);
     const ImageHeader& header = piece.volume.header;
     if (pieces.empty()) {

@@ -483,9 +483,9 @@ TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
 TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
   MeasuredCosts learned;
   for (int i = 0; i < 30; ++i) {
-    learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsAStep + 0.02);
-    learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsAStep + 0.5);
-    learned.note(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsAStep + 1);
+    learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsPerStep + 0.02);
+    learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsPerStep + 0.5);
+    learned.note(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsPerStep + 1);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);

@@ -188,9 +188,9 @@ const SimplifiedBlocks kBlocksOf32{
 constexpr double kInOnePiece = 18'926;
 
 TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
-  const double seen = triangles_a_border_edge(kBlocksOf16, kBlocksOf32);
+  const double seen = estimate_triangles_per_border_edge(kBlocksOf16, kBlocksOf32);
   for (const SimplifiedBlocks& blocks : {kBlocksOf16, kBlocksOf32}) {
-    const double without_seeing = triangles_a_border_edge(blocks, blocks);
+    const double without_seeing = estimate_triangles_per_border_edge(blocks, blocks);
     for (const double at_border : {seen, without_seeing}) {
       EXPECT_NEAR(remaining_share(blocks, at_border, 506'480) * 506'480, kInOnePiece,
                   0.25 * kInOnePiece);
@@ -205,11 +205,11 @@ TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
 TEST(SimplifiedSize, BordersKeepAShareOfATrianglePerEdge) {
   const SimplifiedBlocks small{.count = 8, .before = 1e4, .left = 5000, .border_edges = 1000};
   SimplifiedBlocks large{.count = 1, .before = 1e4, .left = 4700, .border_edges = 500};
-  EXPECT_DOUBLE_EQ(triangles_a_border_edge(small, large), 0.6);
+  EXPECT_DOUBLE_EQ(estimate_triangles_per_border_edge(small, large), 0.6);
   large.left = 100;
-  EXPECT_EQ(triangles_a_border_edge(small, large), 1);
+  EXPECT_EQ(estimate_triangles_per_border_edge(small, large), 1);
   large.left = 5100;
-  EXPECT_EQ(triangles_a_border_edge(small, large), 0);
+  EXPECT_EQ(estimate_triangles_per_border_edge(small, large), 0);
 }
 
 }  // namespace

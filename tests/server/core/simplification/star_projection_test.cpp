@@ -37,7 +37,7 @@ TEST(StarProjection, NeverClearsStarsThatIntersectThemselves) {
     for (std::size_t k = 0; k < count; ++k) {
       around.push_back({centre.x + off(random), centre.y + off(random), centre.z + off(random)});
     }
-    if (lie_side_by_side(centre, around)) {
+    if (is_disjoint_star(centre, around)) {
       ++clear;
       ASSERT_FALSE(intersects_itself(centre, around)) << i;
     } else {
@@ -69,18 +69,18 @@ TEST(StarProjection, ClearsFlatStarsWhateverWayTheyFace) {
                         centre.y + static_cast<std::int32_t>(s * a[1] + t * b[1]),
                         centre.z + static_cast<std::int32_t>(s * a[2] + t * b[2])});
     }
-    EXPECT_TRUE(lie_side_by_side(centre, around)) << i;
+    EXPECT_TRUE(is_disjoint_star(centre, around)) << i;
   }
 }
 
 TEST(StarProjection, ClearsNothingThatGoesAroundTwiceOrBack) {
   const LatticePoint centre = {10, 10, 10};
   const auto at = [](std::int32_t x, std::int32_t y) { return LatticePoint{10 + x, 10 + y, 10}; };
-  EXPECT_TRUE(lie_side_by_side(centre, std::vector{at(4, 0), at(0, 4), at(-4, 0), at(0, -4)}));
-  EXPECT_FALSE(lie_side_by_side(
+  EXPECT_TRUE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4), at(-4, 0), at(0, -4)}));
+  EXPECT_FALSE(is_disjoint_star(
       centre, std::vector{at(4, 0), at(-3, 3), at(-3, -3), at(4, 1), at(-4, 3), at(-4, -3)}));
-  EXPECT_FALSE(lie_side_by_side(centre, std::vector{at(4, 0), at(0, 4), at(2, 2), at(0, -4)}));
-  EXPECT_FALSE(lie_side_by_side(centre, std::vector{at(4, 0), at(0, 4)}));
+  EXPECT_FALSE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4), at(2, 2), at(0, -4)}));
+  EXPECT_FALSE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4)}));
 }
 
 }  // namespace

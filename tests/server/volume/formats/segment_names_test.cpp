@@ -37,7 +37,7 @@ TEST(SegmentNames, SeveralLayersAreNumbered) {
   EXPECT_EQ(found[2], (SourceLabel{.label = {.value = 3, .name = "spleen"}, .stored = 2}));
   EXPECT_EQ(segments_in("Segment0_LabelValue:=3\nSegment1_LabelValue:=4\nSegment1_Layer:=1\n", 1),
             (std::vector<SourceLabel>{{.label = {.value = 3}, .stored = 3}}));
-  EXPECT_EQ(members_from(members_text({.labels = found})).labels, found);
+  EXPECT_EQ(contents_from(contents_text({.labels = found})).labels, found);
 }
 
 }  // namespace

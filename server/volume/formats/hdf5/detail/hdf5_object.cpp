@@ -25,7 +25,7 @@ herr_t keep_problem(unsigned, const H5E_error2_t* error, void* into) {
 // State for checking external links while one is followed.
 struct LinkGuard {
   fs::path file;
-  bool follow;
+  bool allow_external_files;
   std::string refusal = {};
 };
 
@@ -33,7 +33,7 @@ herr_t guard_link(const char*, const char*, const char* child_file, const char*,
                   void* data) {
   auto& guard = *static_cast<LinkGuard*>(data);
   try {
-    (void)named_data_file(guard.file, child_file, guard.follow);
+    (void)named_data_file(guard.file, child_file, guard.allow_external_files);
     return 0;
   } catch (const VolumeFileError& problem) {
     guard.refusal = problem.what();
@@ -62,7 +62,8 @@ std::string sized_text(const Get& get) {
   return text.substr(0, length > 0 ? static_cast<std::size_t>(length) : 0);
 }
 
-void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation, bool follow) {
+void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
+                            bool allow_external_files) {
   const int count = H5Pget_external_count(creation);
   if (count <= 0) return;
   const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
@@ -74,7 +75,7 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
     hsize_t size = 0;
     H5Pget_external(creation, static_cast<unsigned>(i), name.size() - 1, name.data(), &offset,
                     &size);
-    const fs::path data = named_data_file(file, name.data(), follow);
+    const fs::path data = named_data_file(file, name.data(), allow_external_files);
     const hsize_t here = std::min(size, needed);
     const std::uintmax_t found = fs::file_size(data);
     if (found < static_cast<std::uintmax_t>(offset) ||
@@ -88,11 +89,11 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
   }
 }
 
-void check_dataset(const fs::path& file, hid_t dataset, bool follow, int depth);
+void check_dataset(const fs::path& file, hid_t dataset, bool allow_external_files, int depth);
 
 // Returns the file names of a mapping; "%b" numbers the blocks of an unlimited mapping.
 std::vector<std::string> source_names(const std::string& pattern, const fs::path& file,
-                                      bool follow) {
+                                      bool allow_external_files) {
   std::vector<std::string> names;
   const auto replaced = [&](std::size_t block) {
     std::string name;
@@ -115,11 +116,12 @@ std::vector<std::string> source_names(const std::string& pattern, const fs::path
          fs::exists(fs::path(file).replace_filename(replaced(names.size())), error)) {
     names.push_back(replaced(names.size()));
   }
-  for (const std::string& name : names) (void)named_data_file(file, name, follow);
+  for (const std::string& name : names) (void)named_data_file(file, name, allow_external_files);
   return names;
 }
 
-void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool follow, int depth) {
+void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool allow_external_files,
+                   int depth) {
   std::size_t count = 0;
   H5Pget_virtual_count(creation, &count);
   if (depth == kDeepest || count > kMostSources) {
@@ -141,7 +143,7 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
     const bool is_counted = name.find("%b") != std::string::npos;
     const auto check = [&](hid_t in, const fs::path& in_file) {
       if (is_counted) return;  // Blocks may be missing.
-      LinkGuard guard{.file = in_file, .follow = follow};
+      LinkGuard guard{.file = in_file, .allow_external_files = allow_external_files};
       const Hdf5Id source = opened_guarded(in, name, guard);
       if (!source) {
         fail_reading(file,
@@ -149,31 +151,31 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool fol
                          in_file.filename().string() + "', is missing",
                      "Get all of its files");
       }
-      check_dataset(in_file, source.get(), follow, depth + 1);
+      check_dataset(in_file, source.get(), allow_external_files, depth + 1);
     };
     if (pattern == ".") {
       const Hdf5Id own(H5Iget_file_id(dataset), &H5Fclose);
       check(own.get(), file);
       continue;
     }
-    for (const std::string& source_name : source_names(pattern, file, follow)) {
-      const fs::path source_file = named_data_file(file, source_name, follow);
+    for (const std::string& source_name : source_names(pattern, file, allow_external_files)) {
+      const fs::path source_file = named_data_file(file, source_name, allow_external_files);
       const Hdf5Id opened = open_hdf5_file(source_file);
       check(opened.get(), source_file);
     }
   }
 }
 
-void check_dataset(const fs::path& file, hid_t dataset, bool follow, int depth) {
+void check_dataset(const fs::path& file, hid_t dataset, bool allow_external_files, int depth) {
   const Hdf5Id creation(H5Dget_create_plist(dataset), &H5Pclose);
   if (depth > 0 && H5Pget_external_count(creation.get()) > 0) {
     // libhdf5 would search in the working directory.
     fail_reading(file, "a source of a virtual dataset has its samples in another file",
                  "Copy it into one dataset");
   }
-  check_external_storage(file, dataset, creation.get(), follow);
+  check_external_storage(file, dataset, creation.get(), allow_external_files);
   if (H5Pget_layout(creation.get()) == H5D_VIRTUAL) {
-    check_sources(file, dataset, creation.get(), follow, depth);
+    check_sources(file, dataset, creation.get(), allow_external_files, depth);
   }
 }
 
@@ -245,15 +247,15 @@ Hdf5Id open_hdf5_file(const fs::path& file) {
 }
 
 std::optional<Hdf5Id> open_hdf5_dataset(const fs::path& file, hid_t in, const std::string& name,
-                                        bool follow) {
-  LinkGuard guard{.file = file, .follow = follow};
+                                        bool allow_external_files) {
+  LinkGuard guard{.file = file, .allow_external_files = allow_external_files};
   {
     Hdf5Id dataset = opened_guarded(in, name, guard);
     if (!dataset) return std::nullopt;
     const Hdf5Id own(H5Iget_file_id(dataset.get()), &H5Fclose);
     const std::string real = sized_text(
         [&](char* text, std::size_t size) { return H5Fget_name(own.get(), text, size); });
-    check_dataset(real.empty() ? file : fs::path(real), dataset.get(), follow, 0);
+    check_dataset(real.empty() ? file : fs::path(real), dataset.get(), allow_external_files, 0);
     const Hdf5Id creation(H5Dget_create_plist(dataset.get()), &H5Pclose);
     if (H5Pget_external_count(creation.get()) <= 0) return dataset;
   }

@@ -48,8 +48,10 @@ class Hdf5Id {
 
 // Opens a dataset of `file`. Other files that it reads (external links, external storage, sources
 // of virtual datasets) must exist, be complete, and be regular files in the same folder, or
-// anywhere with `follow`. Returns nullopt if there is no such dataset. Throws VolumeFileError.
+// anywhere with `allow_external_files`. Returns nullopt if there is no such dataset. Throws
+// VolumeFileError.
 [[nodiscard]] std::optional<Hdf5Id> open_hdf5_dataset(const std::filesystem::path& file, hid_t in,
-                                                      const std::string& name, bool follow);
+                                                      const std::string& name,
+                                                      bool allow_external_files);
 
 }  // namespace multitetra

@@ -113,9 +113,10 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
     const std::string number = std::to_string(axis);
     const auto low = imaris_number(info.get(), "ExtMin" + number);
     const auto high = imaris_number(info.get(), "ExtMax" + number);
-    const bool is_told = low && high && *high > *low;
-    volume.spacing[axis] = is_told ? (*high - *low) / static_cast<double>(volume.dims[axis]) : 1;
-    volume.origin[axis] = is_told ? *low + volume.spacing[axis] / 2 : 0;
+    const bool has_geometry = low && high && *high > *low;
+    volume.spacing[axis] =
+        has_geometry ? (*high - *low) / static_cast<double>(volume.dims[axis]) : 1;
+    volume.origin[axis] = has_geometry ? *low + volume.spacing[axis] / 2 : 0;
   }
   volume.unit = unit_from(hdf5_text(info.get(), "Unit"));
   return volume;

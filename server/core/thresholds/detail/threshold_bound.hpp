@@ -11,13 +11,13 @@
 
 namespace multitetra {
 
-struct ThresholdInterval {
+struct ThresholdBound {
   // World units; infinite without a threshold.
   double least = std::numeric_limits<double>::infinity();
   // Set if the box may have places without a threshold.
   bool has_gap = false;
 
-  friend bool operator==(const ThresholdInterval&, const ThresholdInterval&) = default;
+  friend bool operator==(const ThresholdBound&, const ThresholdBound&) = default;
 };
 
 }  // namespace multitetra
