@@ -109,7 +109,7 @@ void print(const SnapshotArguments& arguments, const PictureSize& size, const Ta
 
 // How the surfaces look: as many as isovalues, each with its opacity and color. One alone has the
 // usual color. kInvalidArgument, naming the option.
-Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
+Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& arguments) {
   const auto wrong = [](const std::string& text) {
     return fail(ErrorCode::kInvalidArgument, text);
   };
@@ -125,11 +125,11 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
     return wrong("--surface-color: one for all or one for each is needed, and there are " +
                  surfaces + ".");
   }
-  std::vector<DrawnSurface> looks(count);
+  std::vector<DrawnSurface> appearances(count);
   for (std::size_t i = 0; i < count; ++i) {
     if (!arguments.opacities.empty()) {
-      looks[i].opacity = arguments.opacities[i % arguments.opacities.size()];
-      if (!(looks[i].opacity > 0 && looks[i].opacity <= 1)) {
+      appearances[i].opacity = arguments.opacities[i % arguments.opacities.size()];
+      if (!(appearances[i].opacity > 0 && appearances[i].opacity <= 1)) {
         return wrong("--opacity must be more than 0 and at most 1.");
       }
     }
@@ -142,14 +142,14 @@ Result<std::vector<DrawnSurface>> looks_of(const SnapshotArguments& arguments) {
       const auto part = [&](int shift) {
         return light_of(static_cast<int>(*color >> shift & 255));
       };
-      looks[i].color = Light{part(16), part(8), part(0)};
+      appearances[i].color = Light{part(16), part(8), part(0)};
     } else if (count > 1) {
       const auto color = part_color(i);
-      looks[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),
-                             static_cast<float>(color[2])};
+      appearances[i].color = Light{static_cast<float>(color[0]), static_cast<float>(color[1]),
+                                   static_cast<float>(color[2])};
     }
   }
-  return looks;
+  return appearances;
 }
 
 // Fetches every surface that was ordered.
@@ -241,8 +241,8 @@ int snapshot(const SnapshotArguments& arguments) {
   }
   const auto size = parse_picture_size(arguments.size);
   if (!size) return print_error(kUsage, size.error().text);
-  auto looks = looks_of(arguments);
-  if (!looks) return print_error(kUsage, looks.error().text);
+  auto appearances = appearances_of(arguments);
+  if (!appearances) return print_error(kUsage, appearances.error().text);
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   auto surface = ordered(arguments.order);
@@ -260,9 +260,10 @@ int snapshot(const SnapshotArguments& arguments) {
   const auto came = Clock::now();
   const Camera camera = framing(middle_of(*taken), arguments.azimuth, arguments.elevation,
                                 size->width, size->height, up_axis_from(arguments.up).value());
-  for (std::size_t i = 0; i < looks->size(); ++i) (*looks)[i].mesh = &taken->surfaces[i].drawn.mesh;
+  for (std::size_t i = 0; i < appearances->size(); ++i)
+    (*appearances)[i].mesh = &taken->surfaces[i].drawn.mesh;
   Picture picture =
-      drawn(*looks, camera,
+      drawn(*appearances, camera,
             {.background = background_from(arguments.background),
              .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,

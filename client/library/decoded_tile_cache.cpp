@@ -19,7 +19,7 @@ void DecodedTileCache::keep(const ContentDigest& digest, std::shared_ptr<const L
   }
   const std::size_t triangles = mesh->triangles.size();
   tiles_.add(digest, std::move(mesh), triangles);
-  while (tiles_.size() > most_tiles_) tiles_.evict_oldest();
+  while (tiles_.size() > max_tiles_) tiles_.evict_oldest();
 }
 
 void DecodedTileCache::use(const ContentDigest& digest) { (void)tiles_.find(digest); }

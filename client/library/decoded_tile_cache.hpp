@@ -26,7 +26,7 @@ struct TileMemoryLimits {
 class DecodedTileCache {
  public:
   explicit DecodedTileCache(TileMemoryLimits limits = {})
-      : most_tiles_(limits.tiles), tiles_(limits.triangles) {}
+      : max_tiles_(limits.tiles), tiles_(limits.triangles) {}
 
   // Keeps the tile as the one used last. Others may have to go for it; it is not kept at all if it
   // is larger than the limit by itself. Of a tile that came without normals and with them the
@@ -48,7 +48,7 @@ class DecodedTileCache {
  private:
   using Tiles = LruMap<ContentDigest, std::shared_ptr<const LatticeMesh>>;
 
-  std::uint64_t most_tiles_;
+  std::uint64_t max_tiles_;
   Tiles tiles_;  // Their weights are their triangles.
 };
 

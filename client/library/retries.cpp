@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-constexpr double kLongestAskedFor = 60;  // Seconds.
+constexpr double kMaxServerDelay = 60;  // Seconds.
 
 }  // namespace
 
@@ -16,7 +16,7 @@ bool Retries::wait_after(const Error& error) {
   for (int i = 0; i < in_a_row_ && wait < options_.longest_wait; ++i) wait *= 2;
   wait = std::min(wait, options_.longest_wait);
   // The server's own delay counts where it is longer, up to a limit.
-  const std::chrono::duration<double> asked(std::clamp(error.retry_after, 0.0, kLongestAskedFor));
+  const std::chrono::duration<double> asked(std::clamp(error.retry_after, 0.0, kMaxServerDelay));
   wait = std::max(wait, std::chrono::ceil<std::chrono::milliseconds>(asked));
   if (options_.deadline - std::chrono::steady_clock::now() < wait) return false;
   ++in_a_row_;

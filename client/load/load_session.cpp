@@ -75,7 +75,7 @@ asio::awaitable<void> LoadSession::run() {
   co_await wait_until(options_.start + delay_);
   while (LoadClock::now() < options_.stop) {
     if (!channel_) {
-      co_await connect_anew();
+      co_await reconnect();
       if (!channel_) break;
     }
     if (options_.is_idle) {
@@ -102,7 +102,7 @@ asio::awaitable<void> LoadSession::run() {
 // ---- connections
 
 // Tries until it is welcomed or time is over, with waits that grow to two seconds.
-asio::awaitable<void> LoadSession::connect_anew() {
+asio::awaitable<void> LoadSession::reconnect() {
   const auto until = stream_ ? options_.give_up : options_.stop;
   while (LoadClock::now() < until) {
     const bool is_welcomed = co_await connect();
@@ -245,7 +245,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
       const ChannelPtr channel = channel_;
       co_await channel->send(serialize(Ping{}));
     } else if (!channel_) {
-      co_await connect_anew();
+      co_await reconnect();
       if (channel_) co_await ask_for_stream();
     } else if (stream.again && now >= *stream.again) {
       co_await ask_for_stream();

@@ -59,7 +59,7 @@ class LoadSession {
   asio::awaitable<void> listen(ChannelPtr channel);
   asio::awaitable<void> play(Act act);
   asio::awaitable<void> ask_for_stream();
-  asio::awaitable<void> connect_anew();
+  asio::awaitable<void> reconnect();
   asio::awaitable<void> wait_until(LoadClock::time_point time);
   void take(const ServerMessage& message);
   void take_progress(const StreamProgress& progress);

@@ -45,10 +45,10 @@ std::uint32_t MeshComponents::largest() const {
   return static_cast<std::uint32_t>(longest - diagonals.begin());
 }
 
-std::size_t MeshComponents::count_at_least(double least_diagonal) const {
+std::size_t MeshComponents::count_at_least(double min_diagonal) const {
   return static_cast<std::size_t>(
       std::count_if(diagonals.begin(), diagonals.end(),
-                    [&](double diagonal) { return diagonal >= least_diagonal; }));
+                    [&](double diagonal) { return diagonal >= min_diagonal; }));
 }
 
 MeshComponents components_of(const LatticeMesh& mesh) {
@@ -76,11 +76,11 @@ MeshComponents components_of(const LatticeMesh& mesh) {
 }
 
 LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
-                            double least_diagonal) {
+                            double min_diagonal) {
   LatticeMesh kept{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
   std::vector<std::uint32_t> number(mesh.vertices.size());
   const auto is_kept = [&](std::uint32_t v) {
-    return components.diagonals[components.of_vertex[v]] >= least_diagonal;
+    return components.diagonals[components.of_vertex[v]] >= min_diagonal;
   };
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     if (!is_kept(v)) continue;

@@ -2,7 +2,7 @@
 // thousands of small components around the main surface.
 //
 //   const MeshComponents parts = components_of(mesh);
-//   const LatticeMesh organs = with_components(mesh, parts, /*least_diagonal=*/10);
+//   const LatticeMesh organs = with_components(mesh, parts, /*min_diagonal=*/10);
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct MeshComponents {
   // Returns the component with the longest diagonal (the first of several); 0 if there is none.
   [[nodiscard]] std::uint32_t largest() const;
   // Returns the number of components with at least this diagonal.
-  [[nodiscard]] std::size_t count_at_least(double least_diagonal) const;
+  [[nodiscard]] std::size_t count_at_least(double min_diagonal) const;
 };
 
 // Requires that every vertex is used by a triangle.
@@ -30,6 +30,6 @@ struct MeshComponents {
 
 // Returns the components with at least this diagonal, in order, with normals and scalars.
 [[nodiscard]] LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& components,
-                                          double least_diagonal);
+                                          double min_diagonal);
 
 }  // namespace multitetra

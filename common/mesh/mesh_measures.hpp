@@ -26,7 +26,7 @@ struct SurfaceMeasures {
 [[nodiscard]] SurfaceMeasures sum_of(const std::vector<SurfaceMeasures>& measures);
 
 // Returns the total of the components with at least this diagonal, in grid steps.
-[[nodiscard]] SurfaceMeasures measures_from(const LatticeMesh& mesh, double least_diagonal,
+[[nodiscard]] SurfaceMeasures measures_from(const LatticeMesh& mesh, double min_diagonal,
                                             const Affine& grid_to_world);
 
 }  // namespace multitetra

@@ -38,8 +38,8 @@ double pixel_spacing_for(const Rectangle& shown, double finest, const SlicePixel
   if (pixels.height)
     pixel_spacing = std::max(pixel_spacing, for_side(shown.height_in_world, *pixels.height));
   if (!pixels.width && !pixels.height) {
-    pixel_spacing = std::max({finest, for_side(shown.width_in_world, kUsualSlicePixels),
-                              for_side(shown.height_in_world, kUsualSlicePixels)});
+    pixel_spacing = std::max({finest, for_side(shown.width_in_world, kDefaultSlicePixels),
+                              for_side(shown.height_in_world, kDefaultSlicePixels)});
   }
   return pixel_spacing > 0 ? pixel_spacing : finest;
 }

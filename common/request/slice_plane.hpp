@@ -10,13 +10,13 @@
 
 namespace multitetra {
 
-// The size of a slice in pixels. If both are absent, the finest samples or kUsualSlicePixels per
+// The size of a slice in pixels. If both are absent, the finest samples or kDefaultSlicePixels per
 // side determine it, whichever gives fewer pixels; if one is absent, it follows from square pixels.
 struct SlicePixels {
   std::optional<std::uint32_t> width = {};  // At least 2.
   std::optional<std::uint32_t> height = {};
 };
-inline constexpr std::uint32_t kUsualSlicePixels = 1024;
+inline constexpr std::uint32_t kDefaultSlicePixels = 1024;
 
 // Returns the layer of samples at index `at` along an axis (0 to 2); fractional indices lie between
 // layers. The picture's sides are the data's other two axes, with x or y to the right; y points

@@ -18,7 +18,7 @@ constexpr double kTolerance = 0.01;
 
 // Without an allowed error: the distance in voxels within which a component of the full surface
 // counts as present in the mesh.
-constexpr double kErrorUnasked = 1;
+constexpr double kDefaultErrorVoxels = 1;
 
 // The places where the mesh may be open: near the border of the data and near void samples.
 class OpenPlaces {
@@ -151,7 +151,7 @@ Certificate certify(const TriangleMesh& mesh, const Volume& volume, const Certif
   if (options.lattice) {
     certificate.lattice_allowance = lattice_step_world(certificate.grid, *options.lattice);
   }
-  const double allowed = options.error.value_or(kErrorUnasked * voxel) +
+  const double allowed = options.error.value_or(kDefaultErrorVoxels * voxel) +
                          certificate.lattice_allowance + certificate.rounding_allowance;
   const MeshComponents components =
       components_of(own.mesh, inverse(grid_to_world(certificate.grid)));

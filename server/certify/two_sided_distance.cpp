@@ -116,11 +116,11 @@ class MaximumSearch {
   // Drops those with the smallest bounds if there are too many.
   template <typename T, typename Bound>
   void keep_largest(std::vector<T>& all, const Bound& bound) {
-    if (all.size() <= search_.most_pieces) return;
+    if (all.size() <= search_.max_pieces) return;
     std::stable_sort(all.begin(), all.end(),
                      [&](const T& a, const T& b) { return bound(a) > bound(b); });
-    dropped_bound_ = std::max(dropped_bound_, bound(all[search_.most_pieces]));
-    all.erase(all.begin() + static_cast<std::ptrdiff_t>(search_.most_pieces), all.end());
+    dropped_bound_ = std::max(dropped_bound_, bound(all[search_.max_pieces]));
+    all.erase(all.begin() + static_cast<std::ptrdiff_t>(search_.max_pieces), all.end());
   }
 
   [[nodiscard]] std::vector<Piece> cut(const std::vector<Piece>& pieces) const {

@@ -21,7 +21,7 @@ struct DistanceSearch {
   double tolerance = 0;
   // The search continues below the tolerance until it is known whether the maximum exceeds this.
   std::optional<double> limit = std::nullopt;
-  std::size_t most_pieces = 400'000;  // Maximum number of pieces that are split in a round.
+  std::size_t max_pieces = 400'000;  // Maximum number of pieces that are split in a round.
 };
 
 // Lengths in the unit of the coordinates. All infinite if only the other surface is empty; all zero

@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t kMaxWaitingReplies = 64;
 
 // Returns the request and the dataset of a message; 0 if it has none.
-std::pair<std::uint64_t, std::string> dataset_asked_for(const ClientMessage& message) {
+std::pair<std::uint64_t, std::string> requested_dataset(const ClientMessage& message) {
   if (const auto* open = std::get_if<OpenStream>(&message))
     return {open->request_id, open->dataset};
   if (const auto* estimate = std::get_if<Estimate>(&message)) {
@@ -40,7 +40,7 @@ Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Ses
       session_(std::move(session)),
       client_(std::move(client)),
       idleness_(idle_time, Clock::now()),
-      something_to_send_(executor),
+      output_available_(executor),
       replies_taken_(executor) {}
 
 // ---- receiving
@@ -83,13 +83,13 @@ asio::awaitable<void> Conversation::greet(Hello hello, std::size_t message_bytes
 
 void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
                         std::size_t message_bytes) {
-  constexpr std::size_t kLong = 64 * 1024;
-  constexpr double kLongestQuiet = 5;
+  constexpr std::size_t kLongMessageBytes = 64 * 1024;
+  constexpr double kMaxPauseSeconds = 5;
   if (message) note_hidden_dataset(*message);
   Received received = receive_from(*client_, session_, message, message_bytes);
-  if (received.retry_after > 0 && message_bytes >= kLong) {
-    const std::chrono::duration<double> quiet(std::min(received.retry_after, kLongestQuiet));
-    quiet_until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(quiet);
+  if (received.retry_after > 0 && message_bytes >= kLongMessageBytes) {
+    const std::chrono::duration<double> quiet(std::min(received.retry_after, kMaxPauseSeconds));
+    paused_until_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(quiet);
   }
   request_reservation_ = std::move(received.reservation);
   perform(std::move(received.actions));
@@ -98,7 +98,7 @@ void Conversation::take(const tl::expected<ClientMessage, ParseError>& message,
 
 void Conversation::note_hidden_dataset(const ClientMessage& message) {
   if (!session_.is_welcomed() || hidden_datasets_.size() >= kMaxWaitingReplies) return;
-  const auto [request, dataset] = dataset_asked_for(message);
+  const auto [request, dataset] = requested_dataset(message);
   if (request == 0 || session_.permit().rights().may_see(dataset)) return;
   const CataloguePtr catalogue = caller_->catalogue();
   if (catalogue && catalogue->find(dataset)) hidden_datasets_[request] = dataset;
@@ -114,14 +114,14 @@ void Conversation::leave() {
   drop_stream();
   leaving_.reset();
   caller_->close();
-  something_to_send_.notify_all();
+  output_available_.notify_all();
   replies_taken_.notify_all();
 }
 
 void Conversation::enforce_limits(Clock::time_point now) {
   if (is_over_) return;
-  if (quiet_until_ != Clock::time_point() && now >= quiet_until_) {
-    quiet_until_ = {};
+  if (paused_until_ != Clock::time_point() && now >= paused_until_) {
+    paused_until_ = {};
     replies_taken_.notify_all();
   }
   caller_->enforce_limits(now);
@@ -153,7 +153,7 @@ asio::awaitable<std::optional<ServerMessage>> Conversation::next_message() {
     }
     if (is_over_) co_return std::nullopt;
     if (auto message = next_stream_message()) co_return message;
-    co_await something_to_send_.wait();
+    co_await output_available_.wait();
   }
 }
 
@@ -210,7 +210,7 @@ asio::awaitable<void> Conversation::until_readable() {
 // Replies are short except lists and slices, which may have megabytes.
 bool Conversation::has_room() const {
   if (is_over_) return true;
-  if (quiet_until_ != Clock::time_point()) return false;
+  if (paused_until_ != Clock::time_point()) return false;
   const auto is_large = [](const Reply& reply) {
     return std::holds_alternative<DatasetList>(reply.message) ||
            std::holds_alternative<SliceReply>(reply.message);
@@ -221,7 +221,7 @@ bool Conversation::has_room() const {
 
 void Conversation::reply(ServerMessage message, Reservation reservation) {
   replies_.push_back({std::move(message), std::move(reservation)});
-  something_to_send_.notify_all();
+  output_available_.notify_all();
 }
 
 // ---- actions
@@ -230,7 +230,7 @@ void Conversation::perform(Actions actions) {
   for (Action& action : actions) {
     std::visit([this](auto& a) { perform(std::move(a)); }, action);
   }
-  something_to_send_.notify_all();
+  output_available_.notify_all();
 }
 
 void Conversation::perform(Send action) {
@@ -252,7 +252,7 @@ void Conversation::perform(StartStream action) {
                  client_, facts_of("stream", open.request_id, open.dataset, open.request)),
              .reservation = std::move(request_reservation_)};
   stream_->messages = caller_->steps(std::move(action), [weak = weak_from_this()] {
-    if (const auto self = weak.lock()) self->something_to_send_.notify_all();
+    if (const auto self = weak.lock()) self->output_available_.notify_all();
   });
 }
 

@@ -113,14 +113,14 @@ class Conversation : public std::enable_shared_from_this<Conversation> {
   // Reserved for the reply that is being sent.
   ByteReservations::Reservation reply_reservation_;
   // Reading pauses until then because of the rate limit.
-  std::chrono::steady_clock::time_point quiet_until_ = {};
+  std::chrono::steady_clock::time_point paused_until_ = {};
   std::optional<Stream> stream_;
   // Set while the final message of the previous stream is still queued.
   std::unique_ptr<RequestRecord> leaving_;
   std::map<std::uint64_t, RunningQuery> queries_;
   std::uint64_t last_query_ = 0;
   IdleWatch idleness_;
-  AsyncEvent something_to_send_;
+  AsyncEvent output_available_;
   AsyncEvent replies_taken_;
 };
 

@@ -9,8 +9,8 @@
 namespace multitetra {
 namespace {
 
-constexpr int kEffort = 5;
-constexpr int kLittleEffort = 2;
+constexpr int kLz4Level = 5;
+constexpr int kZstdLevel = 2;
 constexpr int kOneThread = 1;
 constexpr std::size_t kBlockBytes = 0;  // Chosen by blosc from the effort and the size alone.
 
@@ -38,11 +38,11 @@ PackedBrick pack_frame(std::span<const std::byte> brick, std::size_t item_bytes,
                        std::size_t slower_below) {
   // Compression pays if it saves at least a sixteenth.
   std::vector<std::byte> packed =
-      frame_of(brick, item_bytes, "lz4", kEffort, brick.size() - brick.size() / 16);
+      frame_of(brick, item_bytes, "lz4", kLz4Level, brick.size() - brick.size() / 16);
   if (packed.empty()) return {BrickCodec::kRaw, {brick.begin(), brick.end()}};
   if (packed.size() < slower_below) {
     std::vector<std::byte> smaller =
-        frame_of(brick, item_bytes, "zstd", kLittleEffort, packed.size() - packed.size() / 4);
+        frame_of(brick, item_bytes, "zstd", kZstdLevel, packed.size() - packed.size() / 4);
     if (!smaller.empty()) packed = std::move(smaller);
   }
   packed.shrink_to_fit();

@@ -57,7 +57,7 @@ void DatasetWriter::read_samples(std::size_t first, std::span<std::byte> into) c
 
 void DatasetWriter::add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes) {
   assert(index < spectrum_places_.size() && spectrum_places_[index].size == 0);
-  assert(bytes.size() <= most_spectrum_brick_bytes());
+  assert(bytes.size() <= max_spectrum_brick_bytes());
   if (bytes.empty()) return;
   spectrum_places_[index] = {.offset = on_disk([&] { return spectrum_.put(bytes); }),
                              .size = bytes.size()};

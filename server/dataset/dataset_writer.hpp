@@ -81,7 +81,7 @@ class DatasetWriter {
   void read_samples(std::size_t first, std::span<std::byte> into) const;
 
   // Adds a brick, in any order. Requires index < spectrum_bricks, each index at most once, and at
-  // most most_spectrum_brick_bytes(). Bricks that are never added are empty.
+  // most max_spectrum_brick_bytes(). Bricks that are never added are empty.
   void add_spectrum_brick(std::size_t index, std::span<const std::byte> bytes);
 
   // Writes the file to disk under its name. Must be the last call. Requires that all samples were

@@ -93,7 +93,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
                       SampleStatisticsBuilder& builder) {
   if (builder.needs_second_pass()) {
     for_each_slab(source, options, "histogram",
-                  [&](const Samples& slab, std::int32_t) { builder.add_again(slab); });
+                  [&](const Samples& slab, std::int32_t) { builder.add_second_pass(slab); });
   }
   DatasetInfo info =
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);

@@ -190,7 +190,7 @@ std::uint64_t content_id_of(const SectionTable& sections) {
   return checksum(std::as_bytes(std::span(identity)));
 }
 
-std::size_t most_spectrum_brick_bytes() {
+std::size_t max_spectrum_brick_bytes() {
   constexpr std::size_t kPlane = 8 * sizeof(std::uint64_t) + 3 * SpectrumLayout::kPoints;
   return 4 + IsovalueBins::kMaxCount * (sizeof(std::uint32_t) + kPlane);
 }
@@ -204,7 +204,7 @@ Result<void> unpack_checked(const std::string& section, std::size_t index, const
   }
   if (!type) {
     const auto size = unpacked_size(place.codec(), packed);
-    if (!size || *size > most_spectrum_brick_bytes()) {
+    if (!size || *size > max_spectrum_brick_bytes()) {
       return damaged(section, brick + "it cannot be unpacked.");
     }
     bytes = *size;

@@ -109,7 +109,7 @@ struct PreparedStructure {
 [[nodiscard]] std::uint64_t content_id_of(const SectionTable& sections);
 
 // Returns the maximum size of a brick of the spectrum.
-[[nodiscard]] std::size_t most_spectrum_brick_bytes();
+[[nodiscard]] std::size_t max_spectrum_brick_bytes();
 
 // Unpacks a brick whose checksum was verified. Bricks of samples need `type` and their unpacked
 // size in `bytes`; bricks of the spectrum have no type and contain their size. Returns kDamagedData

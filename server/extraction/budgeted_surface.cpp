@@ -22,9 +22,9 @@ constexpr double kFirstPart = 1.5;
 constexpr double kLeastFirstPart = 0.5;
 // Models with fewer triangles are built at once: that is faster than estimating.
 constexpr double kSmall = 150'000;
-constexpr double kLittleLess = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
+constexpr double kSafetyFactor = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
 // The share of a byte budget at which the search stops.
-constexpr double kEnoughBytes = 0.93;
+constexpr double kMinUsedPart = 0.93;
 constexpr int kMostCorrections = 8;
 
 double triangles_of(const TiledSurface& surface) {
@@ -157,10 +157,10 @@ BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
     if (request.max_bytes == 0) break;
     const double triangles = triangles_of(surface);
     const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);
-    const bool is_enough = part >= kEnoughBytes || triangles < simplification.most() - 2;
+    const bool is_enough = part >= kMinUsedPart || triangles < simplification.most() - 2;
     if (part <= 1 && (is_enough || corrections > 0)) break;
     if (corrections == kMostCorrections || !simplification.can_shrink_below(triangles)) break;
-    double most = std::floor(kLittleLess * triangles / part);
+    double most = std::floor(kSafetyFactor * triangles / part);
     if (request.max_triangles > 0) {
       most = std::min(most, static_cast<double>(request.max_triangles));
     }

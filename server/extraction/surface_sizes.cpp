@@ -36,7 +36,7 @@ constexpr double kBytesPerBlock = 60;  // Encoded, independent of the content.
 // triangles at its border: 0.7 to 0.9 on public volumes.
 constexpr double kBytesInTiles = 0.82;
 // Triangles of a preview in a refined cube of twice its finest spacing: 4 to 21 on public volumes.
-constexpr double kTrianglesAPreviewCube = 16;
+constexpr double kTrianglesPerPreviewCube = 16;
 
 // Returns fewer blocks the more there is to simplify in each.
 BlockCounts careful_blocks(double triangles_a_cube) {
@@ -92,9 +92,10 @@ SurfaceSize preview_size(const PreparedModel& model, const StepRequest& step,
   double triangles = 0;
   visit_refined_cubes(model, exponent, [&](const OctreeCube&) {
     throw_if_stopped(stop);
-    triangles += kTrianglesAPreviewCube;
+    triangles += kTrianglesPerPreviewCube;
   });
-  return size_with(step.request.simplify ? kLeftOfPreview * triangles : triangles, triangles, step);
+  return size_with(step.request.simplify ? kPreviewRemainingShare * triangles : triangles,
+                   triangles, step);
 }
 
 // Estimates the size of the whole surface from the spectrum and the thresholds alone: smaller

@@ -19,8 +19,8 @@ struct UpstreamOptions {
   // How long a stream waits for a server before it fails.
   std::chrono::milliseconds failover_timeout{30'000};
   // The delay before a failed server is retried, doubled up to the longest.
-  std::chrono::milliseconds least_backoff{100};
-  std::chrono::milliseconds most_backoff{5'000};
+  std::chrono::milliseconds min_backoff{100};
+  std::chrono::milliseconds max_backoff{5'000};
   std::chrono::milliseconds quarantine_time{60'000};  // Exclusion after a damaged tile.
   // How long a listing is cached.
   std::chrono::milliseconds list_lifetime{2'000};

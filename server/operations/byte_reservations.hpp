@@ -25,9 +25,9 @@ class ByteReservations {
  public:
   class Reservation;
 
-  // `part_of_a_share`, in (0, 1]: the part of the bytes left by others that a share may hold.
-  explicit ByteReservations(std::size_t capacity, double part_of_a_share = 1)
-      : accounts_(std::make_shared<Accounts>()), capacity_(capacity), part_(part_of_a_share) {}
+  // `max_share_fraction`, in (0, 1]: the part of the bytes left by others that a share may hold.
+  explicit ByteReservations(std::size_t capacity, double max_share_fraction = 1)
+      : accounts_(std::make_shared<Accounts>()), capacity_(capacity), part_(max_share_fraction) {}
   ByteReservations(const ByteReservations&) = delete;
   ByteReservations& operator=(const ByteReservations&) = delete;
 
@@ -39,7 +39,7 @@ class ByteReservations {
   }
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
   // The largest reservation of a share while no other one holds any.
-  [[nodiscard]] std::size_t most_of_a_share() const {
+  [[nodiscard]] std::size_t max_per_share() const {
     return part_ < 1 ? static_cast<std::size_t>(part_ * static_cast<double>(capacity_)) : capacity_;
   }
 

@@ -7,17 +7,17 @@
 namespace multitetra {
 
 void configure_allocator() {
-  constexpr int kPools = 4;
-  constexpr int kLargePiece = 16 << 20;
-  constexpr int kKept = 64 << 20;
-  constexpr int kAtOnce = 1 << 20;
-  ::mallopt(M_ARENA_MAX, kPools);
+  constexpr int kMaxArenas = 4;
+  constexpr int kMmapThreshold = 16 << 20;
+  constexpr int kTrimThreshold = 64 << 20;
+  constexpr int kTopPad = 1 << 20;
+  ::mallopt(M_ARENA_MAX, kMaxArenas);
   // An explicit threshold is static; by default it grows with freed blocks, up to 32 MiB.
-  ::mallopt(M_MMAP_THRESHOLD, kLargePiece);
+  ::mallopt(M_MMAP_THRESHOLD, kMmapThreshold);
   // Simplification continually frees and allocates blocks of a few MiB. Getting their pages from
   // the system each time would cost a twentieth of the processor time.
-  ::mallopt(M_TRIM_THRESHOLD, kKept);
-  ::mallopt(M_TOP_PAD, kAtOnce);
+  ::mallopt(M_TRIM_THRESHOLD, kTrimThreshold);
+  ::mallopt(M_TOP_PAD, kTopPad);
 }
 
 bool HeapTrimmer::is_due(Clock::time_point now, std::uint64_t work, bool is_busy) {
@@ -25,7 +25,7 @@ bool HeapTrimmer::is_due(Clock::time_point now, std::uint64_t work, bool is_busy
     is_trim_pending_ = true;
     idle_since_ = now;
   }
-  if (!is_trim_pending_ || (now - idle_since_ < kRest && now - done_ < kPause)) return false;
+  if (!is_trim_pending_ || (now - idle_since_ < kIdleTime && now - done_ < kPause)) return false;
   is_trim_pending_ = is_busy;
   done_ = now;
   return true;

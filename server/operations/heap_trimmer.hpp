@@ -21,8 +21,8 @@ class HeapTrimmer {
   [[nodiscard]] bool is_due(Clock::time_point now, std::uint64_t work, bool is_busy);
 
  private:
-  static constexpr std::chrono::seconds kRest{2};    // Idle time before trimming.
-  static constexpr std::chrono::seconds kPause{30};  // Between trims while busy.
+  static constexpr std::chrono::seconds kIdleTime{2};  // Idle time before trimming.
+  static constexpr std::chrono::seconds kPause{30};    // Between trims while busy.
 
   std::uint64_t work_ = 0;  // The value of `work` at the last call.
   bool is_trim_pending_ = false;

@@ -7,10 +7,10 @@
 namespace multitetra {
 
 std::uint64_t allow_most_open_files() {
-  constexpr rlim_t kEnough = 1 << 20;  // No server has that many connections.
+  constexpr rlim_t kMaxOpenFiles = 1 << 20;  // No server has that many connections.
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return 0;
-  const rlim_t wanted = std::min(limit.rlim_max, kEnough);
+  const rlim_t wanted = std::min(limit.rlim_max, kMaxOpenFiles);
   if (limit.rlim_cur < wanted) {
     const rlimit more = {.rlim_cur = wanted, .rlim_max = limit.rlim_max};
     if (::setrlimit(RLIMIT_NOFILE, &more) == 0) limit = more;

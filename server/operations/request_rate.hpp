@@ -48,11 +48,11 @@ class RateAllowance {
 };
 
 // One allowance per name, such as a client's address. Memory is bounded: names with full allowances
-// are removed, and new names beyond `most_names` share one.
+// are removed, and new names beyond `max_names` share one.
 class RatePerName {
  public:
-  explicit RatePerName(RequestRate rate, std::size_t most_names = 65'536)
-      : rate_(rate), most_names_(most_names), newcomers_(rate, 0) {}
+  explicit RatePerName(RequestRate rate, std::size_t max_names = 65'536)
+      : rate_(rate), max_names_(max_names), newcomers_(rate, 0) {}
 
   // Same as RateAllowance::take().
   [[nodiscard]] double take(const std::string& name, double now, double cost = 1) {
@@ -61,7 +61,7 @@ class RatePerName {
       return known->second.take(rate_, now, cost);
     }
     if (allowances_.size() >= next_sweep_) sweep(now);
-    if (allowances_.size() >= most_names_) return newcomers_.take(rate_, now, cost);
+    if (allowances_.size() >= max_names_) return newcomers_.take(rate_, now, cost);
     return allowances_.emplace(name, RateAllowance(rate_, now))
         .first->second.take(rate_, now, cost);
   }
@@ -72,17 +72,17 @@ class RatePerName {
   // Removes full allowances. Repeated when the table has doubled, so a request costs amortized
   // O(1); at most once a second while the table is full.
   void sweep(double now) {
-    if (allowances_.size() >= most_names_ && now < last_sweep_ + 1) return;
+    if (allowances_.size() >= max_names_ && now < last_sweep_ + 1) return;
     last_sweep_ = now;
     std::erase_if(allowances_, [&](const auto& entry) { return entry.second.is_full(rate_, now); });
-    next_sweep_ = std::min(std::max<std::size_t>(64, 2 * allowances_.size()), most_names_);
+    next_sweep_ = std::min(std::max<std::size_t>(64, 2 * allowances_.size()), max_names_);
   }
 
   RequestRate rate_;
-  std::size_t most_names_;
+  std::size_t max_names_;
   RateAllowance newcomers_;
   std::unordered_map<std::string, RateAllowance> allowances_;
-  std::size_t next_sweep_ = std::min<std::size_t>(64, most_names_);
+  std::size_t next_sweep_ = std::min<std::size_t>(64, max_names_);
   double last_sweep_ = -1;
 };
 

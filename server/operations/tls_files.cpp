@@ -34,10 +34,11 @@ std::string last_reason() {
 // speak nothing else.
 int choose_protocol(SSL*, const unsigned char** chosen, unsigned char* size,
                     const unsigned char* offered, unsigned int offered_size, void*) {
-  static constexpr std::array<unsigned char, 9> kOurs = {8, 'h', 't', 't', 'p', '/', '1', '.', '1'};
+  static constexpr std::array<unsigned char, 9> kAlpnProtocols = {8,   'h', 't', 't', 'p',
+                                                                  '/', '1', '.', '1'};
   unsigned char* found = nullptr;
-  const int outcome =
-      SSL_select_next_proto(&found, size, kOurs.data(), kOurs.size(), offered, offered_size);
+  const int outcome = SSL_select_next_proto(&found, size, kAlpnProtocols.data(),
+                                            kAlpnProtocols.size(), offered, offered_size);
   *chosen = found;
   return outcome == OPENSSL_NPN_NEGOTIATED ? SSL_TLSEXT_ERR_OK : SSL_TLSEXT_ERR_NOACK;
 }

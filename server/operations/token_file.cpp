@@ -32,9 +32,9 @@ void share_with_group_of_folder(int descriptor, const fs::path& path) {
 
 TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
     : path_(fs::exists(path) ? fs::canonical(path) : path) {
-  const bool is_new = if_absent == IfAbsent::kMakeIt && !fs::exists(path_);
+  const bool is_new = if_absent == IfAbsent::kCreate && !fs::exists(path_);
   const int flags =
-      O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kMakeIt ? O_CREAT : 0);
+      O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kCreate ? O_CREAT : 0);
   // Opens again if the previous owner of the lock has replaced the file.
   do {
     if (descriptor_ >= 0) ::close(descriptor_);

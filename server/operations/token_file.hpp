@@ -13,7 +13,7 @@ namespace multitetra {
 // Waits until no other TokenFile has the file open. All functions throw std::system_error.
 class TokenFile {
  public:
-  enum class IfAbsent { kMakeIt, kFail };
+  enum class IfAbsent { kCreate, kFail };
 
   // A new file is empty and readable only by its owner. If root creates it in a folder of another
   // group, that group, the service's, may read it too.

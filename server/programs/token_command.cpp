@@ -60,7 +60,7 @@ bool has_name(const AccessList& list, const std::string& name) {
 
 // Adds a line. A name has one token, so an existing one must be replaced explicitly.
 void add_line(const TokenArguments& arguments, const std::string& name, const std::string& line) {
-  TokenFile file(arguments.file, TokenFile::IfAbsent::kMakeIt);
+  TokenFile file(arguments.file, TokenFile::IfAbsent::kCreate);
   std::string text = file.text();
   if (has_name(parsed(arguments.file, text), name)) {
     if (!arguments.replace) {

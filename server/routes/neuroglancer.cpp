@@ -24,7 +24,7 @@ SharedBytes shared(std::string bytes) {
   return std::make_shared<const std::string>(std::move(bytes));
 }
 
-tl::unexpected<Error> nothing_there(const NeuroglancerFile& file) {
+tl::unexpected<Error> not_found_error(const NeuroglancerFile& file) {
   return fail(ErrorCode::kUnknownDataset,
               "Nothing is at \"" + file.path +
                   "\" of this dataset; there are surfaces/info, surfaces/SEGMENT.index and "
@@ -201,10 +201,10 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
   if (file.is_image) {
     if (file.path == "info") co_return shared(image_info_json(info));
     const std::size_t slash = file.path.find('/');
-    if (slash == std::string::npos) co_return nothing_there(file);
+    if (slash == std::string::npos) co_return not_found_error(file);
     const auto chunk = image_chunk_from(info, std::string_view(file.path).substr(0, slash),
                                         std::string_view(file.path).substr(slash + 1));
-    if (!chunk) co_return nothing_there(file);
+    if (!chunk) co_return not_found_error(file);
     co_return co_await image(*chunk, info, context);
   }
   if (file.path == "info") co_return shared(mesh_info_json());
@@ -213,7 +213,7 @@ asio::awaitable<Result<SharedBytes>> NeuroglancerRoute::content(const Neuroglanc
   const bool is_index = segment.ends_with(kIndexSuffix);
   if (is_index) segment.remove_suffix(kIndexSuffix.size());
   const auto isovalue = isovalue_of_segment(segment);
-  if (!isovalue) co_return nothing_there(file);
+  if (!isovalue) co_return not_found_error(file);
   const CellTree tree(info, {.isovalue = *isovalue, .error = file.error});
   auto made = co_await mesh(tree, context);
   if (!made) co_return tl::unexpected(made.error());

@@ -66,7 +66,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
 
   LocalService& service_;
   std::uint64_t queue_number_;
-  double bytes_per_second_ = kUsualBytesPerSecond;
+  double bytes_per_second_ = kDefaultBytesPerSecond;
   StreamPtr stream_;  // Null if none runs.
   std::set<JobPtr> jobs_;
   bool is_making_ = false;  // A worker has a step of stream_ or of a stopped stream.

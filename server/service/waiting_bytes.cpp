@@ -6,8 +6,8 @@ namespace multitetra {
 namespace {
 
 // The session, service and log records of any request.
-constexpr std::size_t kOfAnyRequest = 4096;
-constexpr std::size_t kOfAHeldTile = 64;  // A set entry.
+constexpr std::size_t kBytesPerRequest = 4096;
+constexpr std::size_t kBytesPerHeldTile = 64;  // A set entry.
 
 std::size_t bytes_of(const IsosurfaceRequest& request) {
   // One in the stream, and one in its next step.
@@ -30,19 +30,20 @@ std::size_t bytes_of(const DatasetInfo& info) {
 }  // namespace
 
 std::size_t waiting_bytes(const OpenStream& open) {
-  return kOfAnyRequest + bytes_of(open.request) + open.cached_tile_digests.size() * kOfAHeldTile +
+  return kBytesPerRequest + bytes_of(open.request) +
+         open.cached_tile_digests.size() * kBytesPerHeldTile +
          open.resumed_previews.size() * sizeof(Preview);
 }
 
 std::size_t waiting_bytes(const DatasetQuery& query) {
   if (const auto* estimate = std::get_if<Estimate>(&query)) {
-    return kOfAnyRequest + bytes_of(estimate->request);
+    return kBytesPerRequest + bytes_of(estimate->request);
   }
   if (const auto* probe = std::get_if<Probe>(&query)) {
-    return kOfAnyRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
+    return kBytesPerRequest + probe->probe.places.size() * (sizeof(Vec3) + sizeof(ProbedPlace));
   }
   // One copy as samples, and one in the reply.
-  return kOfAnyRequest + 2 * bytes_of(std::get<Slice>(query).slice);
+  return kBytesPerRequest + 2 * bytes_of(std::get<Slice>(query).slice);
 }
 
 std::size_t waiting_bytes(const ServerMessage& message) {

@@ -51,7 +51,7 @@ void Workers::post(const FairQueue::Client& client, Work work) {
                       .kind = "forecast",
                       .expected_seconds = costs_.expected("forecast", kForecastSeconds),
                       .following_seconds = following});
-  something_to_do_.notify_one();
+  work_available_.notify_one();
 }
 
 void Workers::add(const FairQueue::Client& client, Work work, std::optional<double> seconds) {
@@ -64,7 +64,7 @@ void Workers::add(const FairQueue::Client& client, Work work, std::optional<doub
                       .is_background = work.is_background,
                       .kind = std::move(work.kind),
                       .expected_seconds = expected});
-  something_to_do_.notify_one();
+  work_available_.notify_one();
 }
 
 void Workers::join() {
@@ -72,7 +72,7 @@ void Workers::join() {
     const std::lock_guard lock(mutex_);
     is_closed_ = true;
   }
-  something_to_do_.notify_all();
+  work_available_.notify_all();
   threads_.clear();
 }
 
@@ -92,7 +92,7 @@ void Workers::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
     std::optional<FairQueue::DequeuedJob> taken;
-    something_to_do_.wait(lock, [&] {
+    work_available_.wait(lock, [&] {
       taken = queue_.take();
       return taken || (is_closed_ && queue_.waiting() == 0);
     });
@@ -106,7 +106,7 @@ void Workers::work() {
     queue_.done(*taken, seconds);
     costs_.note(taken->job.kind, seconds);
     // A long job that was held back may now run on any thread.
-    something_to_do_.notify_all();
+    work_available_.notify_all();
   }
 }
 

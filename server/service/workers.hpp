@@ -62,7 +62,7 @@ class Workers {
   void work();
 
   mutable std::mutex mutex_;  // Guards queue_, costs_, next_client_ and is_closed_.
-  std::condition_variable something_to_do_;
+  std::condition_variable work_available_;
   FairQueue queue_;
   WorkCosts costs_;
   std::uint64_t next_client_ = 0;

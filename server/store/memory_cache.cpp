@@ -12,9 +12,8 @@ MemoryCache::Owner::Owner(MemoryCache& cache)
 
 MemoryCache::Owner::~Owner() { cache_.remove_all_of(number_); }
 
-MemoryCache::MemoryCache(std::size_t most_bytes) : most_bytes_(most_bytes) {
-  for (Shard& shard : shards_)
-    shard.entries = LruMap<Key, CachedBytes>(most_bytes / shards_.size());
+MemoryCache::MemoryCache(std::size_t max_bytes) : max_bytes_(max_bytes) {
+  for (Shard& shard : shards_) shard.entries = LruMap<Key, CachedBytes>(max_bytes / shards_.size());
 }
 
 MemoryCache::Shard& MemoryCache::shard_of(const Key& key) {

@@ -50,14 +50,14 @@ class MemoryCache {
     const std::uint64_t number_;
   };
 
-  explicit MemoryCache(std::size_t most_bytes);
+  explicit MemoryCache(std::size_t max_bytes);
 
   // Returns null if the key is not cached.
   [[nodiscard]] CachedBytes find(const Key& key);
   void put(const Key& key, CachedBytes bytes);
   void remove(const Key& key);
 
-  [[nodiscard]] std::size_t most_bytes() const { return most_bytes_; }
+  [[nodiscard]] std::size_t max_bytes() const { return max_bytes_; }
 
   struct Counts {
     std::uint64_t evictions = 0;
@@ -74,7 +74,7 @@ class MemoryCache {
   [[nodiscard]] Shard& shard_of(const Key& key);
   void remove_all_of(std::uint64_t owner);
 
-  const std::size_t most_bytes_;
+  const std::size_t max_bytes_;
   std::array<Shard, 16> shards_;
 };
 

@@ -16,7 +16,7 @@ namespace multitetra {
 namespace {
 
 // Returns the factor by which a quick estimate may exceed the actual size (see SizeAccuracy).
-double quick_is_within(const IsosurfaceRequest& request) { return request.simplify ? 3 : 1.6; }
+double quick_limit_factor(const IsosurfaceRequest& request) { return request.simplify ? 3 : 1.6; }
 
 // Limits rough sizes to the budget, as no surface is planned to exceed it.
 SizeEstimates within(const SizeEstimates& sizes, const IsosurfaceRequest& budget) {
@@ -116,7 +116,7 @@ TiledStep made(const SurfaceProvider& source, const StepRequest& step, bool as_m
 Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorSchedule& schedule,
                                      int level, bool as_meshes, const std::stop_token& stop) {
   constexpr double kGoodPart = 0.7;
-  constexpr double kHalfOfIt = 0.5;
+  constexpr double kAcceptablePart = 0.5;
   constexpr double kTargetPart = 0.9;
   constexpr int kFewSurfaces = 4;
   constexpr int kMostSurfaces = 7;  // The maximum if little of the budget is used.
@@ -136,7 +136,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     const int from = too_large ? too_large->level + 1 : 0;
     if (best) {
       const bool is_good = fitting->part >= kGoodPart || from == fitting->level;
-      const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kHalfOfIt;
+      const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kAcceptablePart;
       if (is_good || is_good_enough || surfaces >= kMostSurfaces) return *std::move(best);
     }
     ErrorSchedule::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
@@ -178,7 +178,7 @@ class TriangleLimit {
     if (request.max_triangles > 0 && request.max_triangles <= most_) return {};
     if (sizes.rough(request).triangles <= most()) return {};
     const double triangles = sizes.of({.request = request}).triangles;
-    if (triangles <= quick_is_within(request) * most()) return {};
+    if (triangles <= quick_limit_factor(request) * most()) return {};
     return fail(ErrorCode::kLimitExceeded, limit_error_text("about ", triangles, request, 1));
   }
   [[nodiscard]] Result<void> check_made(const IsosurfaceRequest& request,

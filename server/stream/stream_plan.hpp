@@ -44,7 +44,7 @@ struct StepLimits {
   // Maximum triangles of a final step; 0 for no limit.
   std::uint64_t max_triangles = 0;
   // The bandwidth to the client.
-  double bytes_per_second = kUsualBytesPerSecond;
+  double bytes_per_second = kDefaultBytesPerSecond;
   bool is_contended = false;  // Other work waits for threads: skips the certified preview.
   // Builds final steps as meshes (see SurfaceProvider::make_meshes).
   bool as_meshes = false;

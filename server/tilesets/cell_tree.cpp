@@ -94,8 +94,8 @@ std::int32_t CellTree::finest_spacing(int exponent) const {
 }
 
 int CellTree::lattice_resolution(int exponent) const {
-  constexpr int kOfPreviews = 3;  // Coarse tetrahedra need no fine lattice.
-  return std::min(is_preview(exponent) ? kOfPreviews : kDefaultLatticeResolution,
+  constexpr int kPreviewLatticeResolution = 3;  // Coarse tetrahedra need no fine lattice.
+  return std::min(is_preview(exponent) ? kPreviewLatticeResolution : kDefaultLatticeResolution,
                   kMaxLatticeBits - info_.grid_exponent);
 }
 

@@ -35,7 +35,7 @@ class BandwidthEstimator {
 
  private:
   static constexpr std::chrono::milliseconds kLeastWait{20};
-  static constexpr double kMuch = 64 * 1024;
+  static constexpr double kMinBytes = 64 * 1024;
   static constexpr double kLeastSeconds = 1e-4;
   static constexpr double kWeight = 0.5;
 
@@ -68,13 +68,13 @@ class BandwidthEstimator {
   void note_passed(double bytes, double seconds) {
     passed_bytes_ += bytes;
     passed_seconds_ += seconds;
-    if (passed_bytes_ < kMuch) return;
+    if (passed_bytes_ < kMinBytes) return;
     const double rate = passed_bytes_ / std::max(passed_seconds_, kLeastSeconds);
     bytes_per_second_ = std::max(bytes_per_second_, rate);
     passed_bytes_ = passed_seconds_ = 0;
   }
 
-  double bytes_per_second_ = kUsualBytesPerSecond;
+  double bytes_per_second_ = kDefaultBytesPerSecond;
   bool is_measured_ = false;  // A rate was measured while bytes were queued.
   std::uint64_t written_ = 0;
 

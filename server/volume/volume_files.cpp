@@ -60,7 +60,7 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
 }
 
 // Returns the bytes of all samples: as stored, plus converted to at most 4 bytes each.
-std::uint64_t bytes_as_a_whole(const ImageHeader& header) {
+std::uint64_t whole_volume_bytes(const ImageHeader& header) {
   const auto samples = static_cast<std::uint64_t>(header.dims[0] * header.dims[1] * header.dims[2]);
   return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]) + 4 * samples;
 }
@@ -81,7 +81,7 @@ ComponentChoice component_of(const VolumeChoice& choice) {
 // ---- opening any path
 
 // Splits "file.h5:/path" into a file and a path inside it, unless a file has that name.
-std::pair<fs::path, std::string> file_and_inside(const fs::path& path) {
+std::pair<fs::path, std::string> split_inner_path(const fs::path& path) {
   std::error_code error;
   const std::string text = path.string();
   const std::size_t colon = text.rfind(":/");
@@ -208,7 +208,7 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
 
 std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Opening& opening) {
   VolumeChoice choice = opening.options.choice;
-  auto [path, inside] = file_and_inside(whole_path);
+  auto [path, inside] = split_inner_path(whole_path);
   if (is_address(whole_path.string())) path = whole_path;
   if (path != whole_path) choice.array = inside;
   std::optional<VolumeFormat> format;
@@ -216,7 +216,7 @@ std::unique_ptr<VolumeSource> open_path(const fs::path& whole_path, const Openin
   check_choice(path, format, choice, stored);
   place(stored.header, opening.options.placement);
   check_header(path, stored.header);
-  opening.header_is_known(opening.use == Use::kWhole ? bytes_as_a_whole(stored.header) : 0);
+  opening.header_is_known(opening.use == Use::kWhole ? whole_volume_bytes(stored.header) : 0);
   if (opening.use == Use::kWhole) check_memory(whole_path, stored.header);
   ComponentChoice component = component_of(choice);
   if (stored.component_of_time) {

@@ -146,7 +146,7 @@ ReferenceSurface reference_surface(const Field& field, const DatasetInfo& info, 
     MeshComponents chosen = reference.components;
     const std::vector<char> stays = choose(reference.mesh.vertices, chosen);
     for (std::size_t i = 0; i < stays.size(); ++i) chosen.diagonals[i] = stays[i] != 0 ? 1 : 0;
-    surface = with_components(surface, chosen, /*least_diagonal=*/1);
+    surface = with_components(surface, chosen, /*min_diagonal=*/1);
     reference.mesh.vertices = crossings(field, surface, isovalue, to_world);
     reference.components = components_of(surface);
   }

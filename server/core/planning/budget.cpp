@@ -6,7 +6,7 @@
 namespace multitetra {
 namespace {
 
-constexpr int kRungsAnOctave = 4;
+constexpr int kLevelsPerOctave = 4;
 constexpr int kFirstOctave = -4;  // A sixteenth of a voxel.
 // Estimates are off by about ten percent: the target leaves a margin.
 constexpr double kBudgetMargin = 0.9;
@@ -15,9 +15,9 @@ constexpr double kGoal = 0.85;
 
 // In voxels. Products of exact numbers, which give the same bits on every machine.
 double floor_of(int index) {
-  constexpr double kParts[kRungsAnOctave] = {1, 1.189207115002721, 1.4142135623730951,
-                                             1.681792830507429};
-  return std::ldexp(kParts[index % kRungsAnOctave], kFirstOctave + index / kRungsAnOctave);
+  constexpr double kParts[kLevelsPerOctave] = {1, 1.189207115002721, 1.4142135623730951,
+                                               1.681792830507429};
+  return std::ldexp(kParts[index % kLevelsPerOctave], kFirstOctave + index / kLevelsPerOctave);
 }
 
 // Returns the binary logarithm, linear between powers of two: within 0.09 of the exact value, with
@@ -54,7 +54,7 @@ double part_of_budget(const SurfaceSize& size, const IsosurfaceRequest& request)
 ErrorSchedule::ErrorSchedule(const IsosurfaceRequest& request, const DatasetInfo& info)
     : request_(request),
       unit_(request.unit == LengthUnit::kVoxel ? 1.0 : voxel_length(info)),
-      floors_(kRungsAnOctave * (info.grid_exponent - kFirstOctave) + 1) {
+      floors_(kLevelsPerOctave * (info.grid_exponent - kFirstOctave) + 1) {
   const double least = least_threshold(request);
   while (below_ + 1 < floors_ && unit_ * floor_of(below_) <= least) ++below_;
 }
@@ -107,31 +107,32 @@ int next_level(const std::optional<TriedLevel>& too_large, const std::optional<T
     const double share = above / std::max(above - octaves(*fitting), 1e-9);
     level = too_large->level + whole(share * (fitting->level - too_large->level));
   } else if (too_large) {
-    const double above = kRungsAnOctave * octaves(*too_large);
+    const double above = kLevelsPerOctave * octaves(*too_large);
     level = std::clamp(estimated, too_large->level + whole(above / 4),
                        too_large->level + whole(4 * above));
   } else if (fitting) {
-    const double below = -kRungsAnOctave * octaves(*fitting);
+    const double below = -kLevelsPerOctave * octaves(*fitting);
     level = std::clamp(estimated, fitting->level - whole(below), fitting->level - whole(below / 4));
   }
   return std::clamp(level, lowest, highest);
 }
 
 int coarser_level(const std::optional<TriedLevel>& before, const TriedLevel& made, int last) {
-  constexpr double kOctavesALevel = 0.2;
+  constexpr double kOctavesPerLevel = 0.2;
   const double above = rough_log2(made.part);
-  double a_level = kOctavesALevel;
+  double octaves_per_level = kOctavesPerLevel;
   if (before) {
     const double fell = rough_log2(before->part) - above;
-    a_level = std::clamp(fell / (made.level - before->level), 0.02, 0.5);
+    octaves_per_level = std::clamp(fell / (made.level - before->level), 0.02, 0.5);
   }
-  const double levels = std::clamp(std::ceil(above / a_level), 1.0, 4.0 * kRungsAnOctave);
+  const double levels =
+      std::clamp(std::ceil(above / octaves_per_level), 1.0, 4.0 * kLevelsPerOctave);
   return std::min(made.level + static_cast<int>(levels), last);
 }
 
 int finer_level(const TriedLevel& made) {
   const double below = -rough_log2(std::max(made.part, 1e-9));
-  return std::max(made.level - static_cast<int>(kRungsAnOctave * (1 + std::ceil(below))), 0);
+  return std::max(made.level - static_cast<int>(kLevelsPerOctave * (1 + std::ceil(below))), 0);
 }
 
 IsosurfaceRequest within_budget(const IsosurfaceRequest& request, const DatasetInfo& info,

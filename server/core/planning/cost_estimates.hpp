@@ -12,7 +12,7 @@ struct SurfaceSize {
 };
 
 // Assumed bandwidth before the first measurement: 10 Mbit/s.
-inline constexpr double kUsualBytesPerSecond = 1.25e6;
+inline constexpr double kDefaultBytesPerSecond = 1.25e6;
 
 // The form of a step's tiles.
 enum class StepForm { kPlain, kSimplified, kEmbedded, kShells };
@@ -30,7 +30,7 @@ struct CostEstimates {
   // The same, keeping the surface embedded.
   double embedded = 5e-6;
   double shells = 0.03e-6;  // To encode the samples around it.
-  double bytes_per_second = kUsualBytesPerSecond;
+  double bytes_per_second = kDefaultBytesPerSecond;
   double client_triangles_per_second = 0;  // 0 if the client's time is ignored.
 
   [[nodiscard]] double seconds_per_triangle(StepForm form) const {

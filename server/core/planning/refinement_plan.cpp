@@ -17,7 +17,7 @@ namespace {
 // Minimum steps a side of a preview's own grid.
 constexpr std::int32_t kLeastStepsASide = 8;
 // Growth in triangles when a preview's finest spacing is halved: 3.5 to 5 on public volumes.
-constexpr double kTrianglesAHalving = 4.5;
+constexpr double kTrianglesPerHalving = 4.5;
 
 bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
   return (1 << info.grid_exponent) / finest >= kLeastStepsASide;
@@ -117,7 +117,7 @@ class Candidates {
       const bool was_simplified = shown.step.request.simplify;
       const double triangles = !step.request.simplify ? extracted
                                : was_simplified       ? factor * shown.size.triangles
-                                                      : kLeftOfPreview * extracted;
+                                                      : kPreviewRemainingShare * extracted;
       const bool is_alike = form_of(step) == form_of(shown.step) ||
                             (is_simplified(form_of(step)) && is_simplified(form_of(shown.step)));
       const double of_estimate =
@@ -133,7 +133,7 @@ class Candidates {
  private:
   [[nodiscard]] static double growth(const DeliveredStep& shown, std::int32_t finest) {
     const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
-    return std::pow(kTrianglesAHalving, halvings);
+    return std::pow(kTrianglesPerHalving, halvings);
   }
 
   template <typename SizeOf>
@@ -264,7 +264,7 @@ PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits
   return {.step = final_step(request), .is_final = true};
 }
 
-double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution) {
+double bits_per_vertex(const ShellStep& shell, SampleType type, int lattice_resolution) {
   const auto of_levels = [](int levels) { return 1.3 + 0.43 * std::log2(levels); };
   switch (shell.values) {
     case shell::ShellValues::kExact:
@@ -282,7 +282,7 @@ double estimated_bytes(double triangles, const StepRequest& step, SampleType typ
   if (step.shell) {
     // There is half a vertex per triangle; coarse levels are less smooth.
     const double coarse = step.finest_spacing > 1 ? 1.4 : 1;
-    const double bits = bits_a_vertex(*step.shell, type, step.request.lattice_resolution);
+    const double bits = bits_per_vertex(*step.shell, type, step.request.lattice_resolution);
     return triangles * coarse * bits / 16 + kBytesPerTile;
   }
   const int normal_bits = step.request.normal_bits;

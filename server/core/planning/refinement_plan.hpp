@@ -128,11 +128,12 @@ inline constexpr double kTrianglesPerTile = 10'000;
 
 // Returns the bits per vertex in sample shells of spacing 1, as measured on public volumes. `type`
 // is that of the dataset's samples: the more bits exact samples have, the more of these are noise.
-[[nodiscard]] double bits_a_vertex(const ShellStep& shell, SampleType type, int lattice_resolution);
+[[nodiscard]] double bits_per_vertex(const ShellStep& shell, SampleType type,
+                                     int lattice_resolution);
 
 // Returns the encoded bytes of a mesh with this number of triangles, as measured on public volumes:
 // about 1.3 bytes a triangle at the default resolution and 0.19 for every doubling of it; with
-// normals of 8 bits 0.6 more, and 0.15 for every further bit. In sample shells bits_a_vertex().
+// normals of 8 bits 0.6 more, and 0.15 for every further bit. In sample shells bits_per_vertex().
 [[nodiscard]] double estimated_bytes(double triangles, const StepRequest& step,
                                      SampleType type = SampleType::kU16);
 

@@ -41,7 +41,7 @@ std::optional<StepRequest> certified_shells(const IsosurfaceRequest& request,
     if (error_bound(shell, info.spacing, 1) > least) continue;
     const StepRequest step = preview_step(request, {.finest_spacing = 1, .shell = shell}, info);
     if (!has_shells(info, level_of(step))) continue;
-    const double bits_of_step = bits_a_vertex(shell, info.type, request.lattice_resolution);
+    const double bits_of_step = bits_per_vertex(shell, info.type, request.lattice_resolution);
     if (cheapest && bits_of_step >= bits) continue;
     cheapest = step;
     bits = bits_of_step;

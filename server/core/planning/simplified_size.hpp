@@ -35,7 +35,7 @@ struct SimplifiedBlocks {
 [[nodiscard]] double rough_remaining_share(double voxels);
 
 // The remaining share assumed for previews, without any blocks: 0.04 to 0.25 on public volumes.
-inline constexpr double kLeftOfPreview = 0.15;
+inline constexpr double kPreviewRemainingShare = 0.15;
 
 // The ratio of bytes per triangle of simplified to other meshes, as simplified triangles are
 // irregular: 1.2 to 1.5 on public volumes.

@@ -69,7 +69,7 @@ class FineLevels {
         curves_(cells_.begin, cells_.end, {size_.x, size_.y, 1}, work.scratch) {}
 
   void make() {
-    const std::size_t bytes = SpectrumColumn<Real>::most_bytes(size_.x, size_.y, bins_.count());
+    const std::size_t bytes = SpectrumColumn<Real>::max_bytes(size_.x, size_.y, bins_.count());
     const std::size_t fit = std::max<std::size_t>(1, work_.column_bytes / bytes);
     const std::size_t at_once = fit < work_.threads ? fit : columns_.size();
     for (std::size_t first = 0; first < columns_.size(); first += at_once) {
@@ -90,7 +90,7 @@ class FineLevels {
                            static_cast<std::size_t>(parts(cells.y, size.y)) *
                            static_cast<std::size_t>(parts(cells.z, size.z));
       const std::size_t bytes =
-          SpectrumColumn<Real>::most_bytes(size.x, size.y, bins_.count()) * work_.threads;
+          SpectrumColumn<Real>::max_bytes(size.x, size.y, bins_.count()) * work_.threads;
       if (columns >= wanted && bytes <= work_.column_bytes) {
         return {evenly_divided(cells.x, size.x), evenly_divided(cells.y, size.y),
                 evenly_divided(cells.z, size.z)};
@@ -168,7 +168,7 @@ class FineLevels {
 // Computes a few blocks at a time and passes their bricks to the sink in order.
 template <typename Real>
 void make_bricks(CoarseLevel<Real>& level, int bins, const SpectrumWork& work) {
-  const std::size_t fit = work.column_bytes / CoarseLevel<Real>::most_bytes(bins);
+  const std::size_t fit = work.column_bytes / CoarseLevel<Real>::max_bytes(bins);
   const std::size_t at_once = std::clamp<std::size_t>(fit, 1, 2 * work.threads);
   for (std::size_t first = 0; first < level.blocks(); first += at_once) {
     std::vector<std::vector<typename CoarseLevel<Real>::Brick>> made(

@@ -177,7 +177,7 @@ bool SampleStatisticsBuilder::needs_second_pass() const {
   return type_ == SampleType::kF32 && min_ < max_;
 }
 
-void SampleStatisticsBuilder::add_again(const Samples& slab) {
+void SampleStatisticsBuilder::add_second_pass(const Samples& slab) {
   assert(static_cast<SampleType>(slab.index()) == type_ && needs_second_pass());
   count_bins(std::get<std::vector<float>>(slab));
 }

@@ -2,7 +2,7 @@
 //
 //   SampleStatisticsBuilder builder(source.header().type);
 //   for (each slab) builder.add(slab);
-//   if (builder.needs_second_pass()) for (each slab) builder.add_again(slab);
+//   if (builder.needs_second_pass()) for (each slab) builder.add_second_pass(slab);
 //   const SampleStatistics facts = builder.finish();
 //
 // Guaranteed: the result does not depend on how the volume is cut into slabs, their order, or the
@@ -34,7 +34,7 @@ class SampleStatisticsBuilder {
   [[nodiscard]] bool needs_second_pass() const;
 
   // Second pass: add each sample again.
-  void add_again(const Samples& slab);
+  void add_second_pass(const Samples& slab);
 
   // Requires that all passes are complete.
   [[nodiscard]] SampleStatistics finish() const;

@@ -125,7 +125,7 @@ PartBox with_halo(const DatasetInfo& info, const PartBox& part) {
 
 PartCosts costs_of(const DatasetInfo& info, const PartBox& part) {
   if (part.is_empty()) return {};
-  constexpr double kSecondsASample = 1.5e-7;  // Measured on noise in a release build.
+  constexpr double kSecondsPerSample = 1.5e-7;  // Measured on noise in a release build.
   constexpr std::uint64_t kSlabBytes = std::uint64_t{64} << 20;
   const auto width = static_cast<std::uint64_t>(bytes_per_sample(info.type));
   const std::uint64_t slice =
@@ -135,7 +135,7 @@ PartCosts costs_of(const DatasetInfo& info, const PartBox& part) {
           .memory_bytes =
               kMostColumnBytes + 3 * std::max(kSlabBytes, slice) + (std::uint64_t{64} << 20),
           .disk_bytes = samples * width + part.samples(),
-          .core_seconds = kSecondsASample * static_cast<double>(samples)};
+          .core_seconds = kSecondsPerSample * static_cast<double>(samples)};
 }
 
 std::string plan_text(const PartPlan& plan) {

@@ -11,9 +11,9 @@ namespace {
 
 // The edges of a uniform level run along axes and diagonals. On average over all orientations, a
 // surface crosses three times as many as along axes alone.
-constexpr double kVerticesAnAxisCrossing = 3;
+constexpr double kVerticesPerAxisCrossing = 3;
 // The growth in triangles when a level's spacing is halved.
-constexpr double kTrianglesAHalvedLevel = 4.3;
+constexpr double kTrianglesPerHalvedLevel = 4.3;
 
 // Counts neighbours along an axis on different sides, among every `step`-th coarse sample.
 template <typename Sample>
@@ -56,7 +56,7 @@ SurfaceSize shell_size(const PreparedVolume& volume, const StepRequest& step) {
   });
   const double halvings = std::log2(coarse / static_cast<double>(step.finest_spacing));
   const double triangles =
-      2 * kVerticesAnAxisCrossing * crossings * std::pow(kTrianglesAHalvedLevel, halvings);
+      2 * kVerticesPerAxisCrossing * crossings * std::pow(kTrianglesPerHalvedLevel, halvings);
   return {.triangles = triangles,
           .bytes = estimated_bytes(triangles, step, volume.info.type),
           .extracted = triangles};

@@ -14,7 +14,7 @@ namespace multitetra {
 namespace {
 
 // Keeps only the servers that also have the coloring dataset. Returns false if there are none.
-bool keep_holders_of_scalars(StartStream& action) {
+bool retain_replicas_with_scalars(StartStream& action) {
   if (!action.scalars) return true;
   const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
   const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
@@ -58,7 +58,7 @@ void RemoteCaller::when_closed() {
 // ---- streams
 
 ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
-  const bool is_held = keep_holders_of_scalars(action);
+  const bool is_held = retain_replicas_with_scalars(action);
   stream_ = std::make_shared<RemoteStream>(
       std::move(action), RemoteStream::Events{.changed = std::move(changed),
                                               .taken =

@@ -12,10 +12,10 @@ class UpstreamHealth {
   using Clock = std::chrono::steady_clock;
   enum class Change { kNone, kReachable, kLost };
 
-  // After the first failure a server is not contacted for `least`. Each further failure doubles the
-  // time, up to `most`.
-  UpstreamHealth(std::chrono::milliseconds least, std::chrono::milliseconds most)
-      : least_(least), most_(most) {}
+  // After the first failure a server is not contacted for `min_backoff`. Each further failure
+  // doubles the time, up to `max_backoff`.
+  UpstreamHealth(std::chrono::milliseconds min_backoff, std::chrono::milliseconds max_backoff)
+      : min_backoff_(min_backoff), max_backoff_(max_backoff) {}
 
   // Records success. Returns kReachable if the previous attempt failed or there was none.
   Change reached() {
@@ -30,7 +30,7 @@ class UpstreamHealth {
   Change failed(Clock::time_point now) {
     const bool is_news = !has_failed();
     was_tried_ = true;
-    backoff_ = std::clamp(2 * backoff_, least_, most_);
+    backoff_ = std::clamp(2 * backoff_, min_backoff_, max_backoff_);
     not_before_ = now + backoff_;
     return is_news ? Change::kLost : Change::kNone;
   }
@@ -57,8 +57,8 @@ class UpstreamHealth {
   [[nodiscard]] Clock::time_point next_try() const { return not_before_; }
 
  private:
-  std::chrono::milliseconds least_;
-  std::chrono::milliseconds most_;
+  std::chrono::milliseconds min_backoff_;
+  std::chrono::milliseconds max_backoff_;
   bool was_tried_ = false;
   std::chrono::milliseconds backoff_{0};  // 0: the last attempt succeeded.
   Clock::time_point not_before_ = {};

@@ -34,7 +34,7 @@ UpstreamPool::UpstreamPool(asio::any_io_executor executor, UpstreamOptions optio
     : executor_(executor), options_(std::move(options)), tiles_(options_.tile_bytes) {
   for (const Endpoint& upstream : options_.upstreams) {
     upstreams_.push_back({.name = to_string(upstream),
-                          .health = UpstreamHealth(options_.least_backoff, options_.most_backoff),
+                          .health = UpstreamHealth(options_.min_backoff, options_.max_backoff),
                           .timer = std::make_unique<asio::steady_timer>(executor)});
   }
 }
@@ -149,7 +149,7 @@ asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
         Result<ServerMessage> sign = co_await one.watched->receive();
         while (sign) sign = co_await one.watched->receive();
         one.watched.reset();
-        next = Clock::now() + options_.least_backoff;
+        next = Clock::now() + options_.min_backoff;
       }
     }
     if (one.health.has_failed()) next = one.health.next_try();
@@ -302,7 +302,7 @@ asio::awaitable<Result<UpstreamPool::Reached>> UpstreamPool::reach(
         Clock::now() >= deadline) {
       co_return tl::unexpected(failure);
     }
-    co_await pause(executor_, options_.least_backoff);
+    co_await pause(executor_, options_.min_backoff);
     replicas = co_await reachable_replicas(dataset, client.token);
   }
 }

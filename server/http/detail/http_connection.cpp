@@ -254,7 +254,7 @@ asio::awaitable<void> HttpConnection::close_connection() {
   deadline_.set(options_.connection.linger);
   const error_code error = co_await stream_->shut_down();
   if (stream_->is_tls() && !error) co_return;  // Both sides have closed the stream.
-  co_await drop_the_rest();
+  co_await drain();
 }
 
 // Bypasses TLS, whose handshake has failed.
@@ -270,11 +270,11 @@ asio::awaitable<void> HttpConnection::refuse_plain_http() {
   co_await asio::async_write(stream_->socket(), asio::buffer(answer), use_error(error));
   if (error) co_return;
   stream_->socket().shutdown(tcp::socket::shutdown_send, error);
-  co_await drop_the_rest();
+  co_await drain();
 }
 
 // Reads until the peer closes or the deadline passes; closing earlier may lose the response.
-asio::awaitable<void> HttpConnection::drop_the_rest() {
+asio::awaitable<void> HttpConnection::drain() {
   error_code error;
   std::array<char, 1024> dropped;  // NOLINT: the content is ignored.
   while (!error) {

@@ -44,7 +44,7 @@ class HttpConnection : public Connection, public std::enable_shared_from_this<Ht
                                    std::uint64_t length);
   asio::awaitable<void> close_connection();
   asio::awaitable<void> refuse_plain_http();
-  asio::awaitable<void> drop_the_rest();
+  asio::awaitable<void> drain();
   // Reports an answered request to the observer. `request` is null if the bytes were malformed.
   void send(const HttpRequest* request, const RequestContext& context, const Answer& answer,
             bool with_body);

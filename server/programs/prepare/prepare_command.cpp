@@ -112,7 +112,7 @@ int prepare_one_volume(const PrepareArguments& arguments) {
   return prepare_single(arguments, job);
 }
 
-void require_one_way(const PrepareArguments& arguments) {
+void require_one_mode(const PrepareArguments& arguments) {
   const SeriesArguments& series = arguments.series;
   const VolumeOptions& volume = arguments.volume;
   const auto refuse = [](bool both, const char* a, const char* b) {
@@ -128,7 +128,7 @@ void require_one_way(const PrepareArguments& arguments) {
 }
 
 int prepare_series(const PrepareArguments& arguments) {
-  require_one_way(arguments);
+  require_one_mode(arguments);
   const std::filesystem::path output = arguments.output;
   const bool is_file = output.extension() == ".mtd";  // A single label or field needs no folder.
   std::optional<OutputFolder> folder;
@@ -167,7 +167,7 @@ int prepare(PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   split_components(arguments);
   arguments.series.check();
-  if (arguments.series.are_given() && arguments.parts.are_given()) require_one_way(arguments);
+  if (arguments.series.are_given() && arguments.parts.are_given()) require_one_mode(arguments);
   if (arguments.parts.are_given()) return prepare_in_parts(arguments);
   if (arguments.inputs.empty()) throw ExitError(kUsage, "Name a volume to prepare.");
   (void)arguments.volume.parsed();

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_folder_of_many(const std::string& input) {
+bool is_multi_volume_folder(const std::string& input) {
   std::error_code error;
   return !is_address(input) && fs::is_directory(input, error) && !recognized_format(input);
 }
@@ -43,7 +43,7 @@ std::string label_text(const Label& label) {
 }
 
 bool has_several_volumes(const std::vector<std::string>& inputs) {
-  return inputs.size() > 1 || is_folder_of_many(inputs.front());
+  return inputs.size() > 1 || is_multi_volume_folder(inputs.front());
 }
 
 std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const fs::path& folder) {
@@ -54,7 +54,7 @@ std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const f
     jobs.push_back({.input = input, .output = folder / (name + ".mtd"), .name = name});
   };
   for (const std::string& input : inputs) {
-    if (!is_folder_of_many(input)) {
+    if (!is_multi_volume_folder(input)) {
       add(input);
       continue;
     }

@@ -109,14 +109,14 @@ int prepare_all(const PrepareArguments& arguments, const std::vector<PrepareJob>
              human_seconds(prepared->seconds.at("total").get<double>()));
       reports.push_back(json_of(job, *prepared));
     } catch (const MissingLabel& missing) {
-      const bool comes_and_goes = job.member && job.member->time;
-      failed += comes_and_goes ? 0 : 1;
+      const bool is_time_member = job.member && job.member->time;
+      failed += is_time_member ? 0 : 1;
       // Removes the dataset of a previous run.
-      if (comes_and_goes) std::filesystem::remove(job.output);
-      report((comes_and_goes ? "left out: " : "FAILED: ") + std::string(missing.what()));
-      if (!comes_and_goes) failures += job.name + ": FAILED: " + missing.what() + "\n";
+      if (is_time_member) std::filesystem::remove(job.output);
+      report((is_time_member ? "left out: " : "FAILED: ") + std::string(missing.what()));
+      if (!is_time_member) failures += job.name + ": FAILED: " + missing.what() + "\n";
       reports.push_back({{"input", without_password(job.input)},
-                         {comes_and_goes ? "left_out" : "error", missing.what()}});
+                         {is_time_member ? "left_out" : "error", missing.what()}});
     } catch (const std::exception& problem) {
       ++failed;
       report(std::string("FAILED: ") + problem.what());

@@ -12,21 +12,22 @@
 namespace multitetra {
 namespace {
 
-[[noreturn]] void wrong_use(const std::string& text) { throw ExitError(kUsage, text); }
+[[noreturn]] void throw_usage_error(const std::string& text) { throw ExitError(kUsage, text); }
 
-[[noreturn]] void wrong_times(const std::string& times) {
-  wrong_use("--times is \"" + times +
-            "\"; it must be numbers that increase, such as 0,0.1,0.3, or the first and the step, "
-            "such as 0:0.1.");
+[[noreturn]] void throw_invalid_times(const std::string& times) {
+  throw_usage_error(
+      "--times is \"" + times +
+      "\"; it must be numbers that increase, such as 0,0.1,0.3, or the first and the step, "
+      "such as 0:0.1.");
 }
 
 void require_unique(const std::vector<std::string>& values, const char* option) {
   std::set<std::string> seen;
   for (const std::string& value : values) {
     if (value == "all" && values.size() > 1)
-      wrong_use(std::string(option) + ": all is for itself; give names or all.");
+      throw_usage_error(std::string(option) + ": all is for itself; give names or all.");
     if (!seen.insert(value).second)
-      wrong_use(std::string(option) + ": " + value + " is named twice.");
+      throw_usage_error(std::string(option) + ": " + value + " is named twice.");
   }
 }
 
@@ -72,22 +73,24 @@ void SeriesArguments::check() const {
   require_unique(labels, "--label");
   require_unique(fields, "--field");
   require_unique(components, "--component");
-  if (!label_names.empty() && labels.empty()) wrong_use("--label-names is for --label.");
+  if (!label_names.empty() && labels.empty()) throw_usage_error("--label-names is for --label.");
   if (all_times && !time_series.empty()) {
-    wrong_use(
+    throw_usage_error(
         "--all-times is for a volume that has several times, --time-series for volumes of one "
         "time each; give one of them.");
   }
   const bool has_times = all_times || !time_series.empty();
-  if (!times.empty() && !has_times) wrong_use("--times is for --time-series and --all-times.");
+  if (!times.empty() && !has_times)
+    throw_usage_error("--times is for --time-series and --all-times.");
   if (!time_unit.empty() && !has_times)
-    wrong_use("--time-unit is for --time-series and --all-times.");
+    throw_usage_error("--time-unit is for --time-series and --all-times.");
   if (!is_unit_text(time_unit)) {
-    wrong_use("--time-unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
-              " bytes without control characters.");
+    throw_usage_error("--time-unit must be UTF-8 of at most " + std::to_string(kMaxUnitBytes) +
+                      " bytes without control characters.");
   }
   if (!time_series.empty() && !check_member({.series = time_series})) {
-    wrong_use("--time-series must have 1 to 255 bytes of UTF-8, no '/' and no control characters.");
+    throw_usage_error(
+        "--time-series must have 1 to 255 bytes of UTF-8, no '/' and no control characters.");
   }
   if (!wants_all_labels()) (void)label_values();
 }
@@ -97,7 +100,8 @@ std::vector<double> SeriesArguments::label_values() const {
   for (const std::string& label : labels) {
     const std::optional<double> value = parse_finite(label);
     if (!value || std::trunc(*value) != *value || std::abs(*value) > 16'777'216) {
-      wrong_use("--label is \"" + label + "\"; it must be whole numbers such as 3,7, or all.");
+      throw_usage_error("--label is \"" + label +
+                        "\"; it must be whole numbers such as 3,7, or all.");
     }
     values.push_back(*value + 0.0);  // Turns -0 into 0.
   }
@@ -111,7 +115,7 @@ std::vector<double> SeriesArguments::time_values(std::size_t count) const {
   if (colon != std::string::npos) {
     const auto first = parse_finite(std::string_view(times).substr(0, colon));
     const auto step = parse_finite(std::string_view(times).substr(colon + 1));
-    if (!first || !step || !(*step > 0)) wrong_times(times);
+    if (!first || !step || !(*step > 0)) throw_invalid_times(times);
     for (std::size_t i = 0; i < count; ++i) {
       values.push_back(*first + *step * static_cast<double>(i));
     }
@@ -119,18 +123,19 @@ std::vector<double> SeriesArguments::time_values(std::size_t count) const {
     for (std::string_view rest = times;;) {
       const std::size_t comma = rest.find(',');
       const auto value = parse_finite(rest.substr(0, comma));
-      if (!value) wrong_times(times);
+      if (!value) throw_invalid_times(times);
       values.push_back(*value);
       if (comma == std::string_view::npos) break;
       rest.remove_prefix(comma + 1);
     }
   }
   if (values.size() != count) {
-    wrong_use("--times has " + std::to_string(values.size()) + " numbers, and there are " +
-              std::to_string(count) + " times.");
+    throw_usage_error("--times has " + std::to_string(values.size()) + " numbers, and there are " +
+                      std::to_string(count) + " times.");
   }
   for (std::size_t i = 0; i < count; ++i) {
-    if (!std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1]))) wrong_times(times);
+    if (!std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1])))
+      throw_invalid_times(times);
   }
   return values;
 }

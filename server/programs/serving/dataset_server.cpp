@@ -14,7 +14,7 @@ namespace multitetra {
 namespace {
 
 // Reloads the datasets after SIGHUP. A failure is only logged.
-void offer_again(Server& server, ServedDatasets& datasets) {
+void rescan_datasets(Server& server, ServedDatasets& datasets) {
   try {
     const CataloguePtr catalogue = datasets.read();
     server.offer(catalogue);
@@ -59,7 +59,7 @@ int serve_until_stopped(const ServeOptions& options, const BackgroundTask& besid
   server_with.when_reloaded = [&asked] { asked->ask(); };
   Server server(catalogue, server_with, listeners);
   // Reloading may take long with many datasets or slow disks, so it has its own thread.
-  CoalescingTask rescan([&] { offer_again(server, datasets); });
+  CoalescingTask rescan([&] { rescan_datasets(server, datasets); });
   asked = &rescan;
   std::shared_ptr<void> work;
   if (beside) work = beside({.urls = server.urls(), .read_again = [&rescan] { rescan.ask(); }});

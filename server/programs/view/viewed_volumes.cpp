@@ -102,7 +102,7 @@ std::vector<std::string> label_images_in(const fs::path& folder) {
   return images;
 }
 
-std::optional<std::string> label_map_beside(const fs::path& volume) {
+std::optional<std::string> sidecar_label_map(const fs::path& volume) {
   std::error_code error;
   const fs::path folder = volume.has_parent_path() ? volume.parent_path() : ".";
   const std::string own = lower_case(default_dataset_name(volume));
@@ -200,7 +200,7 @@ std::vector<std::string> label_maps_of(const fs::path& volume) {
   std::error_code error;
   if (fs::is_directory(volume, error)) return label_images_in(volume);
   if (!fs::is_regular_file(volume, error)) return {};
-  const auto beside = label_map_beside(volume);
+  const auto beside = sidecar_label_map(volume);
   return beside ? std::vector{*beside} : std::vector<std::string>();
 }
 

@@ -26,10 +26,10 @@ std::optional<StoredMesh> MeshFileCache::find(const std::string& key) {
 Result<ByteReservations::Reservation> MeshFileCache::reserve(const std::string& share,
                                                              std::uint64_t bytes) {
   constexpr double kRetryAfter = 10;
-  if (bytes > disk_.most_of_a_share()) {
+  if (bytes > disk_.max_per_share()) {
     return fail(ErrorCode::kLimitExceeded,
                 "The file has " + std::to_string(bytes) + " bytes, and this server holds at most " +
-                    std::to_string(disk_.most_of_a_share()) +
+                    std::to_string(disk_.max_per_share()) +
                     " in one; allow a larger error, or take it as a stream.");
   }
   const std::lock_guard lock(mutex_);

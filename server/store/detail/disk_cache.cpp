@@ -66,8 +66,8 @@ std::vector<CachedBlock> blocks_in(const fs::path& folder) {
 
 }  // namespace
 
-DiskCache::DiskCache(fs::path folder, std::uint64_t most_bytes)
-    : folder_(std::move(folder)), most_bytes_(most_bytes) {
+DiskCache::DiskCache(fs::path folder, std::uint64_t max_bytes)
+    : folder_(std::move(folder)), max_bytes_(max_bytes) {
   if (fs::create_directories(folder_)) fs::permissions(folder_, fs::perms::owner_all);
   evict();
 }
@@ -109,7 +109,7 @@ void DiskCache::put(const std::string& file, std::uint64_t block,
   }
   const std::lock_guard lock(mutex_);
   bytes_since_scan_ += bytes.size() + kSumBytes;
-  if (bytes_since_scan_ < most_bytes_ / kScansPerLimit) return;
+  if (bytes_since_scan_ < max_bytes_ / kScansPerLimit) return;
   bytes_since_scan_ = 0;
   evict();
 }
@@ -126,7 +126,7 @@ void DiskCache::evict() {
   std::uint64_t bytes = 0;
   for (const CachedBlock& block : blocks) bytes += block.bytes;
   // Frees enough to make the next measurement worthwhile.
-  const std::uint64_t allowed = most_bytes_ - most_bytes_ / kScansPerLimit;
+  const std::uint64_t allowed = max_bytes_ - max_bytes_ / kScansPerLimit;
   if (bytes <= allowed) return;
   std::sort(blocks.begin(), blocks.end(),
             [](const CachedBlock& a, const CachedBlock& b) { return a.used < b.used; });

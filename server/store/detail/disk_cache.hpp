@@ -22,7 +22,7 @@ class DiskCache {
  public:
   // Creates the folder, readable by its owner only. Throws std::filesystem::filesystem_error if
   // that fails; ignores later errors.
-  DiskCache(std::filesystem::path folder, std::uint64_t most_bytes);
+  DiskCache(std::filesystem::path folder, std::uint64_t max_bytes);
 
   // Finds a block of one version of a file. `file` names the version, as a valid file name.
   [[nodiscard]] std::optional<std::vector<std::byte>> find(const std::string& file,
@@ -35,7 +35,7 @@ class DiskCache {
   void evict();
 
   std::filesystem::path folder_;
-  std::uint64_t most_bytes_;
+  std::uint64_t max_bytes_;
   std::mutex mutex_;                    // Guards the following members.
   std::uint64_t bytes_since_scan_ = 0;  // Bytes written since the last measurement of the folder.
 };

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLookedAt = 4096;
+constexpr std::size_t kSniffedBytes = 4096;
 
 constexpr std::array kFormats = {
     FormatDescription{"NRRD", ".nrrd, .nhdr",
@@ -154,7 +154,7 @@ std::optional<VolumeFormat> recognized_format(const fs::path& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return format_of_folder(path);
   const InputFile file(path);
-  const std::string bytes = unpacked_beginning(file, kLookedAt);
+  const std::string bytes = unpacked_beginning(file, kSniffedBytes);
   if (is_zip(bytes) && is_zarr(path.string(), /*follow=*/false)) {
     return VolumeFormat::kZarr;
   }

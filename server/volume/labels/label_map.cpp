@@ -21,7 +21,7 @@ namespace multitetra {
 namespace {
 
 // f32 represents all integers up to this one.
-constexpr float kFarthestWhole = 16'777'216;
+constexpr float kMaxExactInteger = 16'777'216;
 
 // Marks void samples; labels cannot have this value.
 constexpr std::int32_t kVoidLabel = std::numeric_limits<std::int32_t>::min();
@@ -96,7 +96,7 @@ class LabelCensus {
   }
 
   void require_label(float value, const std::array<std::int32_t, 3>& place) const {
-    if (std::trunc(value) == value && std::abs(value) <= kFarthestWhole) return;
+    if (std::trunc(value) == value && std::abs(value) <= kMaxExactInteger) return;
     const std::string where = std::to_string(place[0]) + ", " + std::to_string(place[1]) + ", " +
                               std::to_string(place[2]);
     fail_reading(name_,

@@ -108,7 +108,7 @@ TEST(TwoSidedDistance, StaysABoundWithoutMemoryForItsSearch) {
   const TriangleMesh b = testing::shifted(testing::sphere({0, 0, 0}, 1, 7), {0.1, 0, 0});
   const auto exact = two_sided_distance(a, b, {.tolerance = 1e-4}).mesh_to_reference;
   const auto hasty =
-      two_sided_distance(a, b, {.tolerance = 1e-4, .most_pieces = 2}).mesh_to_reference;
+      two_sided_distance(a, b, {.tolerance = 1e-4, .max_pieces = 2}).mesh_to_reference;
   EXPECT_LE(hasty.maximum, exact.maximum_at_most);
   EXPECT_GE(hasty.maximum_at_most, exact.maximum);
   EXPECT_GT(hasty.maximum_at_most - hasty.maximum, exact.maximum_at_most - exact.maximum);

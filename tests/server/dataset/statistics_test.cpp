@@ -134,7 +134,8 @@ SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::siz
     }
   };
   pass([&](const Samples& part) { builder.add(part); });
-  if (builder.needs_second_pass()) pass([&](const Samples& part) { builder.add_again(part); });
+  if (builder.needs_second_pass())
+    pass([&](const Samples& part) { builder.add_second_pass(part); });
   return builder;
 }
 

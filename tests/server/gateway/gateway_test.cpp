@@ -343,8 +343,7 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
 TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
-      {.upstream = {
-           .upstreams = {upstream.endpoint()}, .least_backoff = 10ms, .most_backoff = 50ms}});
+      {.upstream = {.upstreams = {upstream.endpoint()}, .min_backoff = 10ms, .max_backoff = 50ms}});
   WebSocketClient client(gateway.http());
   greet(client);
   upstream.stop();

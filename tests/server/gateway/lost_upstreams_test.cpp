@@ -33,7 +33,7 @@ using testing::WebSocketClient;
 
 TEST(GatewayFailover, ReadyOnlyWithAReachableServer) {
   Upstream upstream(octahedron());
-  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .most_backoff = 50ms}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .max_backoff = 50ms}});
   HttpClient probe(gateway.http());
   const auto is_ready = [&] { return probe.get("/readyz").result_int() == 200U; };
   EXPECT_TRUE(eventually(is_ready));
@@ -48,7 +48,7 @@ TEST(GatewayFailover, TakesAServerThatHangsForALostOne) {
   Upstream good(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint(), good.endpoint()},
                                        .silence = 100ms,
-                                       .least_backoff = 500ms}});
+                                       .min_backoff = 500ms}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   for (std::uint64_t id = 1; id <= 4; ++id) {
@@ -65,7 +65,7 @@ TEST(GatewayFailover, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
   Upstream first(octahedron());
   Upstream second(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()},
-                                       .most_backoff = 50ms,
+                                       .max_backoff = 50ms,
                                        .list_lifetime = 1ms}});
   for (auto& [serving, away] : {std::pair(&first, &second), std::pair(&second, &first)}) {
     away->stop();
@@ -139,7 +139,7 @@ TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
   };
   fast.stop();
   RunningGateway gateway({.upstream = {.upstreams = {fast.endpoint(), slow.endpoint()},
-                                       .most_backoff = 50ms,
+                                       .max_backoff = 50ms,
                                        .list_lifetime = 1ms}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
@@ -187,8 +187,8 @@ TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
   Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()},
                                        .failover_timeout = 5s,
-                                       .least_backoff = 20s,
-                                       .most_backoff = 20s}});
+                                       .min_backoff = 20s,
+                                       .max_backoff = 20s}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   for (int id = 1; id <= 3; ++id) {

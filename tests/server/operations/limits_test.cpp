@@ -58,7 +58,7 @@ TEST(RequestRate, AClockThatStandsStillOrGoesBackGivesNothing) {
 }
 
 TEST(RequestRate, RemovesIdleNamesAndBoundsTheirNumber) {
-  RatePerName rate({.per_second = 10, .burst = 2}, /*most_names=*/1000);
+  RatePerName rate({.per_second = 10, .burst = 2}, /*max_names=*/1000);
   for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("a" + std::to_string(i), 0), 0);
   for (int i = 0; i < 500; ++i) EXPECT_EQ(rate.take("b" + std::to_string(i), 5), 0);
   EXPECT_LE(rate.size(), 600U);
@@ -67,7 +67,7 @@ TEST(RequestRate, RemovesIdleNamesAndBoundsTheirNumber) {
 }
 
 TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
-  RatePerName rate({.per_second = 1, .burst = 1}, /*most_names=*/2);
+  RatePerName rate({.per_second = 1, .burst = 1}, /*max_names=*/2);
   EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_EQ(rate.take("b", 0), 0);
   EXPECT_EQ(rate.take("c", 0), 0);
@@ -126,8 +126,8 @@ TEST(ByteReservations, GivesBackWhatSharesHeld) {
 }
 
 TEST(ByteReservations, AShareLeavesRoomForOthers) {
-  ByteReservations budget(1000, /*part_of_a_share=*/0.25);
-  EXPECT_EQ(budget.most_of_a_share(), 250U);
+  ByteReservations budget(1000, /*max_share_fraction=*/0.25);
+  EXPECT_EQ(budget.max_per_share(), 250U);
   EXPECT_FALSE(budget.take("a", 251));
   auto a = budget.take("a", 250);
   ASSERT_TRUE(a);

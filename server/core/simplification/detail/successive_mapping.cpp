@@ -156,7 +156,7 @@ StoredMapping SuccessiveMapping::map(std::span<const std::uint32_t> numbers) con
 void SuccessiveMapping::mark(std::span<const std::uint32_t> ring) {
   for (std::uint32_t i = 0; i < ring.size(); ++i) {
     Vertex& w = vertices_[mesh_.vertex(CollapsingMesh::next(ring[i]))];
-    w.last_collapse = kStays + collapse_number_;
+    w.last_collapse = kRingOffset + collapse_number_;
     w.sectors = {std::max(i, 2U) - 1, std::min(i, fan_.sectors())};
     if (i == 0) w.sectors = {1, fan_.sectors()};
     Edge& across = edges_[edge_of_[ring[i]]];
@@ -306,7 +306,7 @@ SuccessiveMapping::Sectors SuccessiveMapping::sectors_at(std::uint32_t crossing,
                                                          std::uint32_t vertex) const {
   if (crossing == kNone) {
     assert(vertices_[vertex].last_collapse == collapse_number_ ||
-           vertices_[vertex].last_collapse == collapse_number_ + kStays);
+           vertices_[vertex].last_collapse == collapse_number_ + kRingOffset);
     return vertices_[vertex].sectors;
   }
   const Edge& on = edges_[crossings_[crossing].on];

@@ -119,7 +119,7 @@ class SuccessiveMapping {
   static constexpr double kLargestLimit = 1e150;  // Its square is finite.
   // Added to `last_collapse` for vertices of the ring, which stay. No surface has this many
   // attempts.
-  static constexpr std::uint32_t kStays = std::uint32_t{1} << 31;
+  static constexpr std::uint32_t kRingOffset = std::uint32_t{1} << 31;
   // A range of the fan's triangles.
   struct Sectors {
     std::uint32_t first = 0;

@@ -33,7 +33,7 @@ class CoarseLevel {
   // Returns the maximum memory of a block in bytes: three layers of its own curves and four of the
   // finer level's, with 25 % spare capacity, and for all points one byte for each of three codes,
   // doubled for one layer of bricks.
-  [[nodiscard]] static std::size_t most_bytes(int bins) {
+  [[nodiscard]] static std::size_t max_bytes(int bins) {
     constexpr std::size_t kSide = SpectrumLayout::kSide;
     constexpr std::size_t kPlaces = (kSide * kBricks.x + 5) * (kSide * kBricks.y + 5);
     constexpr std::size_t kBlockBricks = std::size_t{kBricks.x} * kBricks.y * (kBricks.z + 2);

@@ -23,8 +23,7 @@ class SpectrumColumn {
   // along x and y needs at most 3.5 curves of spacing 1 (three quarters of the points of an even
   // layer, twice; those of an odd layer; and the cube centres of four steps), a quarter of that for
   // spacing 2 and less for spacing 4, or 4.6 in all. The layers have up to 25 % spare capacity.
-  [[nodiscard]] static std::size_t most_bytes(std::int32_t cells_x, std::int32_t cells_y,
-                                              int bins) {
+  [[nodiscard]] static std::size_t max_bytes(std::int32_t cells_x, std::int32_t cells_y, int bins) {
     const auto along = [](std::int32_t cells) {
       return static_cast<std::size_t>(kCell * cells + 2 * kHaloSteps[0] + 1);
     };

@@ -39,8 +39,8 @@ namespace {
 // Simplification shrinks thin parts even if its error is less than a quarter of their thickness.
 void warn_of_thin_parts(const PrepareJob& job, const LabelSummary& label,
                         const VolumeFileOptions& options) {
-  constexpr std::uint64_t kWorthANotice = 10;  // A part of 1 / 10 or more.
-  if (!options.notice || label.thin_samples * kWorthANotice < label.samples) return;
+  constexpr std::uint64_t kNoticeDivisor = 10;  // A part of 1 / 10 or more.
+  if (!options.notice || label.thin_samples * kNoticeDivisor < label.samples) return;
   options.notice(
       "'" + job.input + "': of the " + std::to_string(label.samples) + " voxels of label " +
       label_text({.value = label.value}) + " " + std::to_string(label.thin_samples) +

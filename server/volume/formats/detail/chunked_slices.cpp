@@ -75,7 +75,7 @@ class Chunks {
     std::vector<ShardEntry> entries;  // Empty if the shard is missing.
   };
 
-  [[nodiscard]] std::uint64_t most_stored_bytes() const {
+  [[nodiscard]] std::uint64_t max_stored_bytes() const {
     return 2 * layout_.chunk_bytes() + (std::uint64_t{1} << 16);
   }
 
@@ -90,7 +90,7 @@ class Chunks {
 
   std::optional<std::vector<std::byte>> whole_object(const std::vector<std::int64_t>& chunk) {
     const std::string key = path_ + layout_.key(chunk);
-    const auto stored = store_->get(key, most_stored_bytes());
+    const auto stored = store_->get(key, max_stored_bytes());
     if (!stored) return std::nullopt;
     return decoded(key, *stored, "this chunk");
   }
@@ -111,7 +111,7 @@ class Chunks {
     const ShardEntry entry = shard->entries[inside];
     if (entry.offset == kNoChunk && entry.length == kNoChunk) return std::nullopt;
     const std::string what = "the chunk " + std::to_string(inside) + " of this shard";
-    if (entry.length > most_stored_bytes()) {
+    if (entry.length > max_stored_bytes()) {
       fail_reading(store_->place(key),
                    what + " claims to have " + std::to_string(entry.length) + " bytes",
                    "Get a whole copy of the array");

@@ -109,7 +109,7 @@ std::optional<double> contour_level_in_json(std::string_view text) {
   return level;
 }
 
-std::optional<double> contour_level_beside(const fs::path& map) {
+std::optional<double> sidecar_contour_level(const fs::path& map) {
   const std::string name = map.filename().string();
   const fs::path folder = map.has_parent_path() ? map.parent_path() : fs::path(".");
   std::vector<std::string> stems = {name.substr(0, name.find('.'))};

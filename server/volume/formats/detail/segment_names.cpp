@@ -56,7 +56,7 @@ void add_line(std::string_view line, std::map<std::int64_t, Segment>& segments) 
 
 }  // namespace
 
-std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t most_layers) {
+std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t max_layers) {
   std::map<std::int64_t, Segment> segments;
   while (!header.empty()) {
     const std::size_t end = std::min(header.find('\n'), header.size());
@@ -68,7 +68,7 @@ std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t most_
   std::vector<SourceLabel> labels;
   std::set<std::pair<std::int64_t, std::int64_t>> taken;  // Layers and values.
   for (auto& [number, segment] : segments) {
-    if (!segment.value || segment.layer < 0 || segment.layer >= most_layers) continue;
+    if (!segment.value || segment.layer < 0 || segment.layer >= max_layers) continue;
     if (!taken.emplace(segment.layer, *segment.value).second) continue;
     const auto stored = static_cast<double>(*segment.value);
     Label label{.value = stored, .name = std::move(segment.name), .color = segment.color};

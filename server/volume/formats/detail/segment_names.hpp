@@ -12,9 +12,9 @@ namespace multitetra {
 
 // Returns the segments in a NRRD header, sorted by number. Labels have the segments' values; if
 // segments are in several layers, where values may repeat, labels are numbered from 1. Skips
-// segments without a value or with a repeated one, those beyond `most_layers` layers, and invalid
+// segments without a value or with a repeated one, those beyond `max_layers` layers, and invalid
 // names and colors.
 [[nodiscard]] std::vector<SourceLabel> segments_in(std::string_view header,
-                                                   std::int64_t most_layers = kMaxComponents);
+                                                   std::int64_t max_layers = kMaxComponents);
 
 }  // namespace multitetra

@@ -26,7 +26,7 @@ tl::unexpected<Error> damaged(const std::string& what) {
 // A common interface of the streams that are unpacked forward.
 class StreamUnpacker {
  public:
-  enum class Progress { kGoesOn, kEnded, kDamaged };
+  enum class Progress { kContinues, kEnded, kDamaged };
 
   StreamUnpacker(Packing packing) : packing_(packing) { begin(); }
   ~StreamUnpacker() { end(); }
@@ -53,7 +53,7 @@ class StreamUnpacker {
       bzip2_.next_out = reinterpret_cast<char*>(into.data());
       bzip2_.avail_out = out;
       const int state = BZ2_bzDecompress(&bzip2_);
-      if (state == BZ_OK) progress = Progress::kGoesOn;
+      if (state == BZ_OK) progress = Progress::kContinues;
       if (state == BZ_STREAM_END) progress = Progress::kEnded;
       in_left = bzip2_.avail_in;
       out_left = bzip2_.avail_out;
@@ -64,7 +64,7 @@ class StreamUnpacker {
       zlib_.next_out = reinterpret_cast<unsigned char*>(into.data());
       zlib_.avail_out = out;
       const int state = inflate(&zlib_, Z_NO_FLUSH);
-      if (state == Z_OK || state == Z_BUF_ERROR) progress = Progress::kGoesOn;
+      if (state == Z_OK || state == Z_BUF_ERROR) progress = Progress::kContinues;
       if (state == Z_STREAM_END) progress = Progress::kEnded;
       in_left = zlib_.avail_in;
       out_left = zlib_.avail_out;
@@ -94,7 +94,7 @@ class StreamUnpacker {
         high_digit_ = digit;
       }
     }
-    return Progress::kGoesOn;
+    return Progress::kContinues;
   }
 
   void begin() {
@@ -291,7 +291,7 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
                    "Get a complete copy of the file");
     }
     switch (state.unpacker.run(state.left, into)) {
-      case StreamUnpacker::Progress::kGoesOn:
+      case StreamUnpacker::Progress::kContinues:
         break;
       case StreamUnpacker::Progress::kDamaged:
         fail_reading(state.file.path(), "its packed samples are damaged",

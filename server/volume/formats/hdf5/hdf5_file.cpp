@@ -180,9 +180,9 @@ SourceTimes times_along(hid_t dataset, hsize_t count) {
 }
 
 // Returns the position of the volume along the dimensions before z, y, x.
-std::vector<hsize_t> place_along_others(const fs::path& path, const std::vector<hsize_t>& dims,
-                                        const VolumeChoice& choice, hid_t dataset,
-                                        SourceTimes& times, std::int64_t& channels) {
+std::vector<hsize_t> leading_indices(const fs::path& path, const std::vector<hsize_t>& dims,
+                                     const VolumeChoice& choice, hid_t dataset, SourceTimes& times,
+                                     std::int64_t& channels) {
   std::vector<hsize_t> at(dims.size(), 0);
   if (dims.size() <= 3) return at;
   const std::size_t others = dims.size() - 3;
@@ -315,8 +315,7 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   check_header(path, header);
   std::vector<hsize_t> at(dims.size(), 0);
   if (!imaris) {
-    at = place_along_others(path, dims, choice, dataset.get(), volume.members.times,
-                            volume.channels);
+    at = leading_indices(path, dims, choice, dataset.get(), volume.members.times, volume.channels);
     if (choice.first) add_fields_of_shape(file.get(), dims, volume.members);
   }
   volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),

@@ -50,7 +50,7 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
 }
 
 // Returns the other arrays with as many samples as the chosen one.
-VolumeContents members_beside(const VtiHeader& header, const VtiArray& chosen) {
+VolumeContents other_contents(const VtiHeader& header, const VtiArray& chosen) {
   VolumeContents members;
   for (const VtiArray& array : header.arrays) {
     if (array.of_cells != chosen.of_cells || members.fields.size() == kMostSourceMembers) continue;
@@ -91,7 +91,7 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
                                        static_cast<std::uint64_t>(header.components));
   const std::size_t slice_bytes = header.slice_bytes();
   VtiPiece piece{
-      .volume = {.header = header, .slices = nullptr, .members = members_beside(vti, array)},
+      .volume = {.header = header, .slices = nullptr, .members = other_contents(vti, array)},
       .extent = vti.piece,
       .of_cells = array.of_cells,
       .is_part = vti.piece != vti.extent};

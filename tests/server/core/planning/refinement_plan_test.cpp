@@ -445,8 +445,9 @@ TEST(CertifiedShells, CheapestWithinAllThresholds) {
 TEST(EstimatedBytes, ShellBytesFollowTheirValues) {
   const auto bits = [](const ShellStep& shell, SampleType type = SampleType::kU16) {
     const StepRequest step = {.request = {}, .shell = shell};
-    EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_a_vertex(shell, type, 5) + 250, 1);
-    return bits_a_vertex(shell, type, 5);
+    EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_per_vertex(shell, type, 5) + 250,
+                1);
+    return bits_per_vertex(shell, type, 5);
   };
   // As measured on public volumes: the Visible Female and the embryo.
   EXPECT_NEAR(bits(quantized_shells(1)), 1.3, 0.2);

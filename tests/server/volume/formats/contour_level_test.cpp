@@ -42,12 +42,12 @@ TEST(ContourLevel, IgnoresOtherAndDamagedTexts) {
 TEST(ContourLevel, ReadsFilesBesideTheMapAndArchiveHeaders) {
   const TemporaryFolder folder;
   const std::filesystem::path map = folder.file("map/emd_1234.map.gz", "");
-  EXPECT_FALSE(contour_level_beside(map));
+  EXPECT_FALSE(sidecar_contour_level(map));
   (void)folder.file("header/emd-1234.xml", kVersion3);
-  EXPECT_EQ(contour_level_beside(map), 0.05);
+  EXPECT_EQ(sidecar_contour_level(map), 0.05);
   (void)folder.file("map/emd_1234.json",
                     R"({"map": {"contour_list": {"contour": [{"level": 7.5}]}}})");
-  EXPECT_EQ(contour_level_beside(map), 7.5);
+  EXPECT_EQ(sidecar_contour_level(map), 7.5);
 }
 
 }  // namespace
