@@ -24,8 +24,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 29;  // Two gigabytes of floats.
-constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 33;
+constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 29;  // Two gigabytes of floats.
+constexpr std::uint64_t kMaxNrrdFileBytes = std::uint64_t{1} << 33;
 
 // What is wrong with the file, for read_nrrd_thresholds().
 class NrrdFault : public std::runtime_error {
@@ -87,14 +87,14 @@ std::array<std::int32_t, 3> dims_of(const NrrdHeader& header) {
   std::array<std::int32_t, 3> dims = {1, 1, 1};
   double samples = 1;
   for (std::size_t axis = 0; axis < sizes.size(); ++axis) {
-    if (!(sizes[axis] >= 1 && sizes[axis] <= static_cast<double>(kMostSamples)) ||
+    if (!(sizes[axis] >= 1 && sizes[axis] <= static_cast<double>(kMaxSamples)) ||
         sizes[axis] != std::floor(sizes[axis])) {
       throw NrrdFault("its sizes are no numbers of samples");
     }
     dims[axis] = static_cast<std::int32_t>(sizes[axis]);
     samples *= sizes[axis];
   }
-  if (samples > static_cast<double>(kMostSamples)) {
+  if (samples > static_cast<double>(kMaxSamples)) {
     throw NrrdFault("it has more than 2^29 samples",
                     "give a coarser one, of the least threshold of each block",
                     ErrorCode::kLimitExceeded);
@@ -147,7 +147,7 @@ std::string contents_of(const fs::path& file) {
   }
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   const auto size = static_cast<std::uint64_t>(std::max<std::streamoff>(in.tellg(), 0));
-  if (!in || size > kMostFileBytes) throw NrrdFault("its bytes cannot be read");
+  if (!in || size > kMaxNrrdFileBytes) throw NrrdFault("its bytes cannot be read");
   std::string bytes(size, '\0');
   in.seekg(0);
   if (!in.read(bytes.data(), static_cast<std::streamsize>(size))) {
@@ -274,7 +274,7 @@ Result<ThresholdGrid> read_nrrd_thresholds(const fs::path& file, double elsewher
     const std::string bytes = contents_of(file);
     if (!bytes.starts_with("NRRD")) throw NrrdFault("it is no NRRD file", "give a NRRD file");
     const NrrdHeader header =
-        parse_nrrd_header(std::string_view(bytes).substr(0, kMostNrrdHeaderBytes));
+        parse_nrrd_header(std::string_view(bytes).substr(0, kMaxNrrdHeaderBytes));
     const std::array<std::int32_t, 3> dims = dims_of(header);
     const std::size_t count = static_cast<std::size_t>(dims[0]) *
                               static_cast<std::size_t>(dims[1]) * static_cast<std::size_t>(dims[2]);

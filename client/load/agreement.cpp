@@ -17,7 +17,7 @@ Agreement::Verdict Agreement::compare(const std::string& dataset, const StepBegi
   if (known != digests_.end()) {
     return known->second == digest ? Verdict::kSame : Verdict::kAnother;
   }
-  if (digests_.size() < kMostSteps) digests_.emplace(std::move(step), digest);
+  if (digests_.size() < kMaxSteps) digests_.emplace(std::move(step), digest);
   return Verdict::kNew;
 }
 

@@ -20,7 +20,7 @@ class Agreement {
   Verdict compare(const std::string& dataset, const StepBegin& begin, const ContentDigest& digest);
 
  private:
-  static constexpr std::size_t kMostSteps = 1 << 20;
+  static constexpr std::size_t kMaxSteps = 1 << 20;
   std::mutex mutex_;  // Guards the map.
   std::map<std::string, ContentDigest> digests_;
 };

@@ -29,7 +29,7 @@ void LoadStatistics::add_error(const Error& error) {
 
 void LoadStatistics::add_failed_check(const std::string& text) {
   ++checks_failed;
-  if (failed_checks.size() < kMostTexts) failed_checks.push_back(text);
+  if (failed_checks.size() < kMaxTexts) failed_checks.push_back(text);
 }
 
 void LoadStatistics::add(const LoadStatistics& other) {
@@ -47,7 +47,7 @@ void LoadStatistics::add(const LoadStatistics& other) {
   }
   seconds = std::max(seconds, other.seconds);
   for (const std::string& text : other.failed_checks) {
-    if (failed_checks.size() < kMostTexts) failed_checks.push_back(text);
+    if (failed_checks.size() < kMaxTexts) failed_checks.push_back(text);
   }
   for (const auto& [code, occurrences] : other.errors) {
     Occurrences& of_code = errors[code];

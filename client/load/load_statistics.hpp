@@ -54,7 +54,7 @@ struct LoadStatistics {
   std::uint64_t tiles_decoded = 0;
   std::uint64_t steps_compared = 0;    // With the same step as another stream had it.
   std::uint64_t tiles_sent_twice = 0;  // To one client for one request, over all its connections.
-  // At most kMostTexts are reported.
+  // At most kMaxTexts are reported.
   std::vector<std::string> failed_checks;
   std::uint64_t checks_failed = 0;
 
@@ -71,7 +71,7 @@ struct LoadStatistics {
   Times last_tile;
   Times whole;  // Likewise, until their end.
 
-  static constexpr std::size_t kMostTexts = 20;
+  static constexpr std::size_t kMaxTexts = 20;
   void add_error(const Error& error);
   void add_failed_check(const std::string& text);
   void add(const LoadStatistics& other);

@@ -26,7 +26,7 @@ struct NrrdHeader {
   [[nodiscard]] std::vector<std::string> axis_words(std::string_view name, std::size_t axes) const;
 };
 
-inline constexpr std::size_t kMostNrrdHeaderBytes = std::size_t{1} << 22;
+inline constexpr std::size_t kMaxNrrdHeaderBytes = std::size_t{1} << 22;
 
 // Parses the header at the start of a file. Lines end in LF, CR LF or CR; of repeated fields the
 // last one counts. Never fails.

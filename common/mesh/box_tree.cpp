@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kMostInLeaf = 4;
+constexpr std::size_t kMaxInLeaf = 4;
 
 }  // namespace
 
@@ -47,7 +47,7 @@ BoxTree::BoxTree(std::span<const Box3> boxes) {
 void BoxTree::build(std::span<const Box3> boxes, std::span<Entry> entries, std::uint32_t first) {
   const std::size_t self = nodes_.size();
   nodes_.emplace_back();
-  if (entries.size() <= kMostInLeaf) {
+  if (entries.size() <= kMaxInLeaf) {
     Node& leaf = nodes_[self];
     for (const Entry& entry : entries) leaf.box.add(boxes[entry.number]);
     leaf.first = first;

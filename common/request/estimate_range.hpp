@@ -9,8 +9,8 @@ namespace multitetra {
 
 // Estimates are mostly within a third of the real number, as measured by tests/bench/budgets.py.
 // The viewer uses the same factors (client/web/src/shared/quantities.ts); a test compares them.
-inline constexpr double kLeastOfEstimate = 0.75;
-inline constexpr double kMostOfEstimate = 1.5;
+inline constexpr double kMinEstimateFactor = 0.75;
+inline constexpr double kMaxEstimateFactor = 1.5;
 
 struct TriangleRange {
   std::uint64_t least = 0;
@@ -28,8 +28,8 @@ struct TriangleRange {
   };
   const auto count = static_cast<double>(estimate);
   TriangleRange range = {
-      .least = in_two_digits(kLeastOfEstimate * count, [](double x) { return std::floor(x); }),
-      .most = in_two_digits(kMostOfEstimate * count, [](double x) { return std::ceil(x); })};
+      .least = in_two_digits(kMinEstimateFactor * count, [](double x) { return std::floor(x); }),
+      .most = in_two_digits(kMaxEstimateFactor * count, [](double x) { return std::ceil(x); })};
   if (budget > 0) range.most = std::min(range.most, budget);
   range.least = std::min(range.least, range.most);
   return range;

@@ -22,11 +22,11 @@ struct Rectangle {
 
 // Returns at least one pixel.
 std::uint32_t pixels_along(double length, double pixel_spacing) {
-  constexpr double kMost = 1e6;  // More than any slice may have: rejected by validation.
+  constexpr double kMaxSteps = 1e6;  // More than any slice may have: rejected by validation.
   // Tolerates rounding in an integral number of steps.
   const double steps = length / pixel_spacing + 1e-6;
   // NaN is rejected by validation, too.
-  return steps >= 0 ? 1 + static_cast<std::uint32_t>(std::min(steps, kMost)) : 1;
+  return steps >= 0 ? 1 + static_cast<std::uint32_t>(std::min(steps, kMaxSteps)) : 1;
 }
 
 double pixel_spacing_for(const Rectangle& shown, double finest, const SlicePixels& pixels) {

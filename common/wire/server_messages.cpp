@@ -227,12 +227,12 @@ void write(const ErrorReply& reply, v1::ServerMessage& message) {
 // Never fails, as there is no fallback for an error reply: replaces invalid fields by defaults. The
 // text is one line without control characters.
 ErrorReply read(const v1::ErrorReply& wire) {
-  constexpr std::size_t kMostText = 1000;
+  constexpr std::size_t kMaxText = 1000;
   const bool known = v1::ErrorCode_IsValid(wire.code());
   const bool has_retry_after = std::isfinite(wire.retry_after()) && wire.retry_after() > 0;
   return {.request_id = wire.request_id(),
           .error = {.code = known ? static_cast<ErrorCode>(wire.code()) : ErrorCode::kUnknown,
-                    .text = printable_line(wire.text(), kMostText),
+                    .text = printable_line(wire.text(), kMaxText),
                     .retry_after = has_retry_after ? wire.retry_after() : 0}};
 }
 

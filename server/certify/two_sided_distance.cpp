@@ -13,7 +13,7 @@ namespace multitetra {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kMostRounds = 16;
+constexpr int kMaxRounds = 16;
 
 using Found = NearestTriangle::Found;
 
@@ -47,7 +47,7 @@ class MaximumSearch {
 
   SurfaceDistance run(const TriangleMesh& mesh) {
     std::vector<Piece> pieces = undecided_triangles(mesh);
-    for (int round = 0; round < kMostRounds && !pieces.empty(); ++round) {
+    for (int round = 0; round < kMaxRounds && !pieces.empty(); ++round) {
       pieces = cut(pieces);
       for (const Piece& piece : pieces) {
         for (std::size_t i = 0; i < 3; ++i) record(piece.corners[i], piece.nearest[i].distance);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kSuffix = ".mtd";
 // Maximum depth of the search in subfolders.
-constexpr int kMostDepth = 16;
+constexpr int kMaxDepth = 16;
 
 IsovalueBins bins_of(const std::string& place, std::span<const std::byte> bytes) {
   const auto fail_with = [&](const std::string& what) {
@@ -72,7 +72,7 @@ std::vector<std::string> datasets_in(const std::string& folder) {
     std::error_code ignored;
     if (at->is_directory(ignored)) {
       const bool is_left_out = path.filename().string().starts_with('.');
-      if (is_left_out || at.depth() == kMostDepth) at.disable_recursion_pending();
+      if (is_left_out || at.depth() == kMaxDepth) at.disable_recursion_pending();
     } else if (path.extension() == kSuffix) {
       found.push_back(path.string());
     }

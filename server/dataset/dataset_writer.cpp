@@ -151,7 +151,7 @@ std::vector<BrickEntry> DatasetWriter::write_bricks(const char* name, const Layo
     const std::uint64_t begin = sections_.back().size;
     bytes.clear();
     for (const PackedBrick& brick : bricks) {
-      assert(brick.bytes.size() <= kMostPackedBytes);
+      assert(brick.bytes.size() <= kMaxPackedBytes);
       bytes.resize(static_cast<std::size_t>(brick_begin(begin + bytes.size()) - begin));
       bytes.insert(bytes.end(), brick.bytes.begin(), brick.bytes.end());
       index.push_back({.size_and_codec = size_with_codec(brick.bytes.size(), brick.codec),

@@ -49,7 +49,7 @@ struct PrepareOptions {
   std::optional<VariedSamples> varied = std::nullopt;
   // Bound the memory; they do not affect the result.
   std::size_t slab_bytes = std::size_t{64} << 20;  // Bytes read at a time; a slice may exceed it.
-  std::size_t column_bytes = kMostColumnBytes;     // See spectrum_builder.hpp.
+  std::size_t column_bytes = kMaxColumnBytes;      // See spectrum_builder.hpp.
   // Called from time to time with the current pass ("range", "histogram", "errors") and the number
   // of samples of that pass that are done and in total.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;

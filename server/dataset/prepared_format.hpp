@@ -56,7 +56,7 @@ struct BrickEntry {
 };
 static_assert(sizeof(BrickEntry) == 8);
 inline constexpr std::uint64_t kBrickAlignment = 4;
-inline constexpr std::uint32_t kMostPackedBytes = (std::uint32_t{1} << 28) - 1;
+inline constexpr std::uint32_t kMaxPackedBytes = (std::uint32_t{1} << 28) - 1;
 
 [[nodiscard]] inline std::uint32_t size_with_codec(std::size_t size, BrickCodec codec) {
   return static_cast<std::uint32_t>(size) | static_cast<std::uint32_t>(codec) << 28;
@@ -72,7 +72,7 @@ struct BrickPlace {
   std::uint32_t size_and_codec = 0;
   std::uint32_t checksum = 0;
 
-  [[nodiscard]] std::uint32_t size() const { return size_and_codec & kMostPackedBytes; }
+  [[nodiscard]] std::uint32_t size() const { return size_and_codec & kMaxPackedBytes; }
   [[nodiscard]] BrickCodec codec() const { return static_cast<BrickCodec>(size_and_codec >> 28); }
 };
 

@@ -19,13 +19,13 @@ namespace {
 // By a quick estimate, the first surface exceeds the budget by at most the first factor. It may
 // fall below it by the second: then its last collapses are undone.
 constexpr double kFirstPart = 1.5;
-constexpr double kLeastFirstPart = 0.5;
+constexpr double kMinFirstPart = 0.5;
 // Models with fewer triangles are built at once: that is faster than estimating.
 constexpr double kSmall = 150'000;
 constexpr double kSafetyFactor = 0.985;  // Smaller surfaces have slightly more bytes per triangle.
 // The share of a byte budget at which the search stops.
 constexpr double kMinUsedPart = 0.93;
-constexpr int kMostCorrections = 8;
+constexpr int kMaxCorrections = 8;
 
 double triangles_of(const TiledSurface& surface) {
   double sum = 0;
@@ -47,7 +47,7 @@ class BudgetedSimplification {
       level_ = schedule_.lowest_fitting(sizes.of, 0, schedule_.last(), kFirstPart);
     }
     most_ = first_most();
-    while (begin(), part() < kLeastFirstPart && level_ > 0) {
+    while (begin(), part() < kMinFirstPart && level_ > 0) {
       level_ = finer_level({level_, part()});
     }
     first_level_ = level_;
@@ -159,7 +159,7 @@ BudgetedSurface surface_within_budget(const SurfaceExtractor& extractor,
     const double part = bytes_of(surface) / static_cast<double>(request.max_bytes);
     const bool is_enough = part >= kMinUsedPart || triangles < simplification.most() - 2;
     if (part <= 1 && (is_enough || corrections > 0)) break;
-    if (corrections == kMostCorrections || !simplification.can_shrink_below(triangles)) break;
+    if (corrections == kMaxCorrections || !simplification.can_shrink_below(triangles)) break;
     double most = std::floor(kSafetyFactor * triangles / part);
     if (request.max_triangles > 0) {
       most = std::min(most, static_cast<double>(request.max_triangles));

@@ -16,11 +16,10 @@ Result<SampledSlice> sampled_slice(const PreparedVolume& volume, const SliceRequ
   const SliceRequest plane = in_indices(slice, volume.info);
   SampledSlice sampled{.spacing = slice_spacing(plane, volume.info), .values = {}};
   const double bricks = bricks_crossed(plane, volume.info);
-  if (sampled.spacing == 1 && bricks > kMostSliceBricks && has_coarse_samples(volume.info)) {
+  if (sampled.spacing == 1 && bricks > kMaxSliceBricks && has_coarse_samples(volume.info)) {
     return fail(ErrorCode::kLimitExceeded,
                 "The slice crosses about " + std::to_string(std::llround(bricks)) +
-                    " bricks of samples; at most " +
-                    std::to_string(std::llround(kMostSliceBricks)) +
+                    " bricks of samples; at most " + std::to_string(std::llround(kMaxSliceBricks)) +
                     " are read. Ask for a smaller part, or with the detail auto or coarse.");
   }
   sampled.values.resize(plane.pixels());

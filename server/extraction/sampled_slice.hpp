@@ -16,7 +16,7 @@ struct SampledSlice {
 };
 
 // Requires a validated slice. Fails with kLimitExceeded if all samples are requested and need more
-// than kMostSliceBricks bricks. Throws Cancelled soon after `stop` is triggered, and
+// than kMaxSliceBricks bricks. Throws Cancelled soon after `stop` is triggered, and
 // DatasetFileError if the dataset is damaged.
 [[nodiscard]] Result<SampledSlice> sampled_slice(const PreparedVolume& volume,
                                                  const SliceRequest& slice, std::stop_token stop);

@@ -137,7 +137,7 @@ class SharedSpectrum {
 SurfaceSize size_by_threshold(const SurfaceExtractor& extractor, const PreparedModel& model,
                               const ResolvedStep& spec, const BlockCounts& counts, double triangles,
                               const std::stop_token& stop) {
-  constexpr double kLeastBlocks = 2;
+  constexpr double kMinBlocks = 2;
   const std::vector<CubeGroup> groups = cubes_by_threshold(model, spec.request().simplify, stop);
   CubeGroup all;
   for (const CubeGroup& group : groups) {
@@ -149,7 +149,7 @@ SurfaceSize size_by_threshold(const SurfaceExtractor& extractor, const PreparedM
     const double blocks = static_cast<double>(counts.blocks) * group.left / all.left;
     const auto sampled = sampled_blocks(
         extractor, model, group.cubes, spec,
-        {.blocks = static_cast<std::size_t>(std::max(std::round(blocks), kLeastBlocks))}, stop);
+        {.blocks = static_cast<std::size_t>(std::max(std::round(blocks), kMinBlocks))}, stop);
     const double before = triangles * group.extracted / all.extracted;
     const SurfaceSize part =
         sampled ? size_like(*sampled, before, spec.step())

@@ -15,7 +15,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 // Refused connections that linger to receive an error; further ones are dropped without a reply.
-constexpr std::size_t kMostRefusedAtOnce = 64;
+constexpr std::size_t kMaxRefusedAtOnce = 64;
 
 // The part of the unreserved queue bytes that one share may reserve.
 constexpr double kMaxShareFraction = 0.25;
@@ -122,7 +122,7 @@ AdmissionControl::AdmissionControl(AdmissionOptions options)
       tls_(options_.tls ? load_tls(*options_.tls) : nullptr),
       access_(options_.tokens ? load_access_list(*options_.tokens) : nullptr),
       connections_(options_.connections),
-      refused_({.total = kMostRefusedAtOnce}),
+      refused_({.total = kMaxRefusedAtOnce}),
       rates_(options_.requests),
       queue_(options_.queue_bytes, kMaxShareFraction) {}
 

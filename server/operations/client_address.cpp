@@ -37,7 +37,7 @@ std::optional<int> number(std::string_view text, int most) {
 // Parses the forms that proxies use: 192.0.2.7, 192.0.2.7:4711, 2001:db8::7, [2001:db8::7],
 // [2001:db8::7]:4711.
 std::optional<asio::ip::address> parsed_hop(std::string_view text) {
-  constexpr int kMostPort = 65'535;
+  constexpr int kMaxPort = 65'535;
   std::string_view port;
   if (text.starts_with('[')) {
     const std::size_t end = text.find(']');
@@ -48,7 +48,7 @@ std::optional<asio::ip::address> parsed_hop(std::string_view text) {
     port = text.substr(text.find(':'));
     text = text.substr(0, text.find(':'));
   }
-  if (!port.empty() && (!port.starts_with(':') || !number(port.substr(1), kMostPort))) {
+  if (!port.empty() && (!port.starts_with(':') || !number(port.substr(1), kMaxPort))) {
     return std::nullopt;
   }
   return parsed(text);

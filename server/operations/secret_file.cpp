@@ -12,7 +12,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
 
 class OpenFile {
  public:
@@ -53,7 +53,7 @@ std::string read_secret_file(const std::string& what, const std::filesystem::pat
     if (count < 0) throw fail("cannot be read: " + reason() + ".");
     if (count == 0) return content;
     content.append(piece, static_cast<std::size_t>(count));
-    if (content.size() > kMostBytes) throw fail("has more than 16 MiB; is it the right one?");
+    if (content.size() > kMaxBytes) throw fail("has more than 16 MiB; is it the right one?");
   }
 }
 

@@ -35,10 +35,10 @@ std::optional<AccessRights::Time> expiry_of(const std::string& text) {
   using namespace std::chrono;
   if (text.empty()) return std::nullopt;
   if (const auto time = time_from(text)) return *time;
-  constexpr int kMost = 36'500;
+  constexpr int kMaxCount = 36'500;
   std::string_view unit = text;
   const int count = take_number<int>(unit).value_or(0);
-  if (count < 1 || count > kMost || (unit != "d" && unit != "h")) {
+  if (count < 1 || count > kMaxCount || (unit != "d" && unit != "h")) {
     throw ExitError(kUsage, "--expires is \"" + text +
                                 "\"; it must be days as 30d, hours as 12h, or a moment as "
                                 "2027-01-31T12:00:00Z.");

@@ -156,9 +156,9 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
     }
     const auto made = co_await make_fragment(tree, mesh, context);
     if (!made) co_return tl::unexpected(made.error());
-    if (mesh->bytes > kMostBytes) {
+    if (mesh->bytes > kMaxBytes) {
       co_return fail(ErrorCode::kLimitExceeded,
-                     "The mesh has more than " + std::to_string(kMostBytes) +
+                     "The mesh has more than " + std::to_string(kMaxBytes) +
                          " bytes; allow a larger error with surfaces,error=ERROR.");
     }
     reservation = {};

@@ -56,7 +56,7 @@ class NeuroglancerRoute {
 
   static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
   // The size limit of one mesh, in bytes.
-  static constexpr std::size_t kMostBytes = kKeptBytes / 2;
+  static constexpr std::size_t kMaxBytes = kKeptBytes / 2;
   static constexpr std::chrono::seconds kPatience{8};
 
   const RouteOptions& options_;

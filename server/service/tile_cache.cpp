@@ -27,8 +27,8 @@ bool TileCache::has_all(std::span<const TileKey> keys) const {
 
 std::optional<TileCache::Found> TileCache::find_by_digest(const ContentDigest& digest,
                                                           const MaySee& may_see) {
-  constexpr std::int32_t kLeast = std::numeric_limits<std::int32_t>::min();
-  const TileKey first = {.digest = digest, .cube = {kLeast, kLeast, kLeast, kLeast}, .dataset = {}};
+  constexpr std::int32_t kMin = std::numeric_limits<std::int32_t>::min();
+  const TileKey first = {.digest = digest, .cube = {kMin, kMin, kMin, kMin}, .dataset = {}};
   const std::lock_guard lock(mutex_);
   std::optional<bool> is_shell;
   const EncodedTile* const found = tiles_.find_from(

@@ -24,13 +24,13 @@ class WorkCosts {
   void note(const std::string& kind, double seconds) {
     constexpr double kWeight = 0.25;
     if (kind.empty()) return;
-    if (seconds_.size() >= kMostKinds && !seconds_.contains(kind)) seconds_.clear();
+    if (seconds_.size() >= kMaxKinds && !seconds_.contains(kind)) seconds_.clear();
     const auto [at, is_new] = seconds_.try_emplace(kind, seconds);
     if (!is_new) at->second += kWeight * (seconds - at->second);
   }
   [[nodiscard]] std::size_t size() const { return seconds_.size(); }
 
-  static constexpr std::size_t kMostKinds = 16'384;
+  static constexpr std::size_t kMaxKinds = 16'384;
 
  private:
   std::map<std::string, double> seconds_;

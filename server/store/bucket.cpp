@@ -17,12 +17,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{16} << 20;
-constexpr std::size_t kMostTokenBytes = 4096;
+constexpr std::uint64_t kMaxAnswerBytes = std::uint64_t{16} << 20;
+constexpr std::size_t kMaxTokenBytes = 4096;
 // Size of the parts of an upload.
 constexpr std::uint64_t kPartBytes = std::uint64_t{16} << 20;
 // Maximum number of parts of an upload.
-constexpr std::uint64_t kMostParts = 9999;
+constexpr std::uint64_t kMaxParts = 9999;
 
 std::string text_of(const HttpAnswer& answer) {
   return {reinterpret_cast<const char*>(answer.bytes.data()), answer.bytes.size()};
@@ -45,7 +45,7 @@ std::string text_of(const HttpAnswer& answer) {
 // Rejects a listing that never ends. `token` names the next page, `tokens` name earlier pages.
 void check_next_page(const std::string& folder, const std::string& token,
                      const ListingLimits& limits, std::set<std::string>& tokens) {
-  if (token.size() > kMostTokenBytes) {
+  if (token.size() > kMaxTokenBytes) {
     fail_listing(folder, "a continuation token of " + std::to_string(token.size()) + " bytes");
   }
   if (!tokens.insert(token).second) fail_listing(folder, "a continuation token that repeats");
@@ -121,7 +121,7 @@ class Upload {
                          .method = method,
                          .headers = std::move(headers),
                          .body = body,
-                         .most = kMostAnswerBytes});
+                         .most = kMaxAnswerBytes});
   }
 
   std::string address_;
@@ -155,7 +155,7 @@ std::vector<std::string> list_bucket(const std::string& folder, std::string_view
         (next.empty() ? "" : "continuation-token=" + percent_encoded(next) + "&") +
         std::string("delimiter=%2F&list-type=2&prefix=") + percent_encoded(prefix);
     const HttpAnswer answer =
-        client.send({.address = place.origin + "/?" + query, .most = kMostAnswerBytes});
+        client.send({.address = place.origin + "/?" + query, .most = kMaxAnswerBytes});
     if (!answer.is_good()) fail_with(folder, answer, "it cannot be listed");
     const BucketListing listing = bucket_listing(text_of(answer));
     for (const std::string& key : listing.keys) {
@@ -179,7 +179,7 @@ std::optional<StoredObject> find_object(const std::string& address, std::size_t 
   StoreClient client(true, options);
   HttpAnswer answer = client.send({.address = place.address(),
                                    .range = ByteRange{.first = 0, .length = bytes},
-                                   .most = std::max<std::uint64_t>(bytes, kMostAnswerBytes)});
+                                   .most = std::max<std::uint64_t>(bytes, kMaxAnswerBytes)});
   if (answer.status == 404) return std::nullopt;
   if (answer.status == 416) return StoredObject{.etag = answer.etag, .begin = {}};  // It is empty.
   if (!answer.is_good()) fail_with(address, answer, "it cannot be read");
@@ -195,7 +195,7 @@ void upload_file(const fs::path& file, const std::string& address, const UploadC
   Upload upload(address, options);
   for (std::uint64_t done = 0; done < size; done += part.size()) {
     part.resize(static_cast<std::size_t>(
-        std::min(std::max(kPartBytes, size / kMostParts + 1), size - done)));
+        std::min(std::max(kPartBytes, size / kMaxParts + 1), size - done)));
     if (!stream.read(reinterpret_cast<char*>(part.data()),
                      static_cast<std::streamsize>(part.size()))) {
       throw std::system_error(errno, std::generic_category(), "Cannot read " + file.string());

@@ -135,8 +135,8 @@ std::unique_ptr<ObjectStore> folder_store(fs::path folder, bool allow_external_f
 }
 
 std::optional<std::string> text_of(ObjectStore& store, const std::string& key) {
-  constexpr std::uint64_t kMostTextBytes = std::uint64_t{1} << 24;
-  const auto bytes = store.get(key, kMostTextBytes);
+  constexpr std::uint64_t kMaxTextBytes = std::uint64_t{1} << 24;
+  const auto bytes = store.get(key, kMaxTextBytes);
   if (!bytes) return std::nullopt;
   return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
 }

@@ -343,12 +343,12 @@ const std::string& RemoteFile::version() const { return file_->version; }
 
 void RemoteFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   assert(offset <= size() && into.size() <= size() - offset);
-  constexpr std::size_t kMostAtOnce = 64;  // Blocks, which bounds memory.
+  constexpr std::size_t kMaxBlocksAtOnce = 64;  // Blocks, which bounds memory.
   while (!into.empty()) {
     const std::uint64_t first = offset / RemoteFiles::kBlockBytes;
     const std::uint64_t last = (offset + into.size() - 1) / RemoteFiles::kBlockBytes;
     const auto count =
-        static_cast<std::size_t>(std::min<std::uint64_t>(kMostAtOnce, last - first + 1));
+        static_cast<std::size_t>(std::min<std::uint64_t>(kMaxBlocksAtOnce, last - first + 1));
     for (const CachedBytes& block : files_->blocks(file_, first, count)) {
       const auto begin = static_cast<std::size_t>(offset % RemoteFiles::kBlockBytes);
       const std::size_t size = std::min(into.size(), block->size() - begin);

@@ -119,7 +119,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
   constexpr double kAcceptablePart = 0.5;
   constexpr double kTargetPart = 0.9;
   constexpr int kFewSurfaces = 4;
-  constexpr int kMostSurfaces = 7;  // The maximum if little of the budget is used.
+  constexpr int kMaxSurfaces = 7;  // The maximum if little of the budget is used.
   std::optional<TriedLevel> too_large, fitting;
   std::optional<FinalStep> best;
   for (int surfaces = 1;; ++surfaces) {
@@ -137,7 +137,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
     if (best) {
       const bool is_good = fitting->part >= kGoodPart || from == fitting->level;
       const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kAcceptablePart;
-      if (is_good || is_good_enough || surfaces >= kMostSurfaces) return *std::move(best);
+      if (is_good || is_good_enough || surfaces >= kMaxSurfaces) return *std::move(best);
     }
     ErrorSchedule::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
     if (from == schedule.size()) return budget_too_small(size, request, estimated, source.info());

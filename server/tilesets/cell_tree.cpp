@@ -19,10 +19,10 @@ namespace {
 // Increase it when a cell's content changes for the same dataset.
 constexpr const char* kTreeForm = "1 ";
 
-constexpr int kLeafExponent = 6;          // Smaller cells would be mostly border.
-constexpr int kLargestWholeExponent = 8;  // Larger cells would cost more than a first preview.
-constexpr int kStepsOfPreview = 6;        // At most 2^6 steps of its spacing a side.
-constexpr double kLeastDoubled = 0.125;   // The base of error doubling if leaves have less.
+constexpr int kLeafExponent = 6;            // Smaller cells would be mostly border.
+constexpr int kLargestWholeExponent = 8;    // Larger cells would cost more than a first preview.
+constexpr int kStepsOfPreview = 6;          // At most 2^6 steps of its spacing a side.
+constexpr double kMinDoubledError = 0.125;  // The base of error doubling if leaves have less.
 constexpr int kTreeNormalBits = 8;
 
 }  // namespace
@@ -102,7 +102,7 @@ int CellTree::lattice_resolution(int exponent) const {
 double CellTree::threshold(int exponent) const {
   if (exponent == leaf_exponent()) return settings_.error;
   const double doubled =
-      std::ldexp(std::max(settings_.error, kLeastDoubled), exponent - leaf_exponent());
+      std::ldexp(std::max(settings_.error, kMinDoubledError), exponent - leaf_exponent());
   return is_preview(exponent) ? std::max(doubled, finest_spacing(exponent) / 2.0) : doubled;
 }
 

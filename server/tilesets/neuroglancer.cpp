@@ -23,7 +23,7 @@ constexpr int kVertexBits = 16;
 constexpr std::int64_t kLastStep = (1 << kVertexBits) - 1;
 constexpr std::array<std::int32_t, 3> kChunk = {64, 64, 16};
 // The coarsest scale has at least this many voxels along the longest side.
-constexpr std::int32_t kLeastVoxels = 64;
+constexpr std::int32_t kMinVoxels = 64;
 
 double nanometres_a_unit(const DatasetInfo& info) {
   return 1e9 * metres_of(info.meaning.length_unit).value_or(1);
@@ -35,7 +35,7 @@ std::int32_t voxels(const DatasetInfo& info, std::size_t axis, std::int32_t step
 
 bool has_scale(const DatasetInfo& info, std::int32_t step) {
   const std::int32_t longest = *std::max_element(info.dims.begin(), info.dims.end());
-  return step == 1 || longest / step >= kLeastVoxels;
+  return step == 1 || longest / step >= kMinVoxels;
 }
 
 std::string scale_name(std::int32_t step) {

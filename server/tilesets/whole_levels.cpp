@@ -13,7 +13,7 @@ namespace multitetra {
 namespace {
 
 constexpr double kErrorRatio = 4;
-constexpr double kLeastError = 0.25;  // Voxels; applies to all levels but the finest.
+constexpr double kMinError = 0.25;  // Voxels; applies to all levels but the finest.
 // The coarsest error is at most the longest side divided by this.
 constexpr double kCoarsestShare = 16;
 constexpr int kNormalBits = 8;  // Enables normals; float formats do not round them.
@@ -56,7 +56,7 @@ std::vector<WholeLevel> whole_levels(const DatasetInfo& info, const TreeSettings
                                   .simplify = true,
                                   .normal_bits = kNormalBits},
                       .error_bound = error * voxel_length(info) + rounding});
-    error = kErrorRatio * std::max(error, kLeastError);
+    error = kErrorRatio * std::max(error, kMinError);
   } while (error <= coarsest);
   return levels;
 }

@@ -34,9 +34,9 @@ class BandwidthEstimator {
   [[nodiscard]] double bytes_per_second() const { return bytes_per_second_; }
 
  private:
-  static constexpr std::chrono::milliseconds kLeastWait{20};
+  static constexpr std::chrono::milliseconds kMinWait{20};
   static constexpr double kMinBytes = 64 * 1024;
-  static constexpr double kLeastSeconds = 1e-4;
+  static constexpr double kMinSeconds = 1e-4;
   static constexpr double kWeight = 0.5;
 
   void begin(Clock::time_point now, std::uint64_t unsent) {
@@ -52,7 +52,7 @@ class BandwidthEstimator {
     has_waiting_ = unsent > 0;
     if (!has_waiting_) {
       note_passed(bytes, seconds);
-    } else if (now - since_ >= kLeastWait) {
+    } else if (now - since_ >= kMinWait) {
       note_waiting(bytes / seconds);
       begin(now, unsent);
     }
@@ -69,7 +69,7 @@ class BandwidthEstimator {
     passed_bytes_ += bytes;
     passed_seconds_ += seconds;
     if (passed_bytes_ < kMinBytes) return;
-    const double rate = passed_bytes_ / std::max(passed_seconds_, kLeastSeconds);
+    const double rate = passed_bytes_ / std::max(passed_seconds_, kMinSeconds);
     bytes_per_second_ = std::max(bytes_per_second_, rate);
     passed_bytes_ = passed_seconds_ = 0;
   }

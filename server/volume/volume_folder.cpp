@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostDepth = 16;
+constexpr int kMaxFolderDepth = 16;
 
 bool is_volume(const fs::path& file) {
   try {
@@ -40,7 +40,7 @@ void collect(const fs::path& folder, int depth, std::vector<fs::path>& volumes) 
     if (entry.filename().string().starts_with('.') || entry.extension() == ".mtd") continue;
     std::error_code ignored;
     if (fs::is_directory(entry, ignored)) {
-      if (fs::is_symlink(entry, ignored) || depth == kMostDepth) continue;
+      if (fs::is_symlink(entry, ignored) || depth == kMaxFolderDepth) continue;
       // A recognized folder is one volume, even if its images are in subfolders.
       if (recognized_format(entry)) {
         volumes.push_back(entry);

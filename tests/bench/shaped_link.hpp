@@ -21,7 +21,7 @@ class ShapedLink {
     to_server_.open(tcp::v4());
     // What a link has under way is little.
     to_server_.set_option(asio::socket_base::receive_buffer_size(
-        std::max(kLeastUnderWay, static_cast<int>(2 * bytes_per_second * kTick))));
+        std::max(kMinBytesInFlight, static_cast<int>(2 * bytes_per_second * kTick))));
     to_server_.connect({asio::ip::make_address(server.host), server.port});
     thread_ = std::jthread([this] { run(); });
   }
@@ -40,8 +40,8 @@ class ShapedLink {
 
  private:
   using Clock = std::chrono::steady_clock;
-  static constexpr int kLeastUnderWay = 8 * 1024;
-  static constexpr std::size_t kLeastPacket = 1400;
+  static constexpr int kMinBytesInFlight = 8 * 1024;
+  static constexpr std::size_t kMinPacket = 1400;
   static constexpr double kTick = 1e-3;  // Seconds. Sleeping is not exact to much less.
 
   static Clock::duration duration(double seconds) {
@@ -59,7 +59,7 @@ class ShapedLink {
 
   void pass(tcp::socket& from, tcp::socket& to, bool is_shaped) const {
     const double tick_bytes = std::min(bytes_per_second_ * kTick / 2, 1e6);
-    std::vector<char> bytes(std::max(kLeastPacket, static_cast<std::size_t>(tick_bytes)));
+    std::vector<char> bytes(std::max(kMinPacket, static_cast<std::size_t>(tick_bytes)));
     error_code error;
     Clock::time_point free_at = Clock::now();
     while (!error) {

@@ -32,11 +32,11 @@ inline std::string gzipped(std::string_view bytes) {
 // Requires that the slices can be read in any order, each the same alone as among all. Throws
 // VolumeFileError where the volume is refused.
 inline void read_in_any_order(const StoredVolume& volume) {
-  constexpr std::int64_t kMostBytes = 1 << 20;  // Larger volumes only cost time here.
+  constexpr std::int64_t kMaxBytes = 1 << 20;  // Larger volumes only cost time here.
   const ImageHeader& header = volume.header;
   check_header("fuzzed", header);
   const std::size_t slice = header.slice_bytes();
-  if (slice > kMostBytes || header.dims[2] > kMostBytes / static_cast<std::int64_t>(slice)) return;
+  if (slice > kMaxBytes || header.dims[2] > kMaxBytes / static_cast<std::int64_t>(slice)) return;
   const auto slices = static_cast<std::size_t>(header.dims[2]);
   std::vector<std::byte> all(slices * slice);
   volume.slices->read(0, slices, all.data());

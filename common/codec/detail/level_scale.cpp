@@ -7,8 +7,8 @@ namespace {
 // Returns 2^(eighths / 8) in units of 2^-30, for eighths >= 0, limited to two octaves above the
 // largest number of lattice steps.
 uint64_t power(int32_t eighths) {
-  constexpr int32_t kMost = 8 * (kMaxShellLatticeBits + 2);
-  const int32_t bounded = eighths < kMost ? eighths : kMost;
+  constexpr int32_t kMaxEighths = 8 * (kMaxShellLatticeBits + 2);
+  const int32_t bounded = eighths < kMaxEighths ? eighths : kMaxEighths;
   return uint64_t{kEighthPowers[bounded % 8]} << (bounded / 8);
 }
 

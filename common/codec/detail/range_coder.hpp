@@ -18,7 +18,7 @@ struct Probability {
 
   [[nodiscard]] uint32_t of_one() const {
     const uint32_t mean = (uint32_t{fast} + slow) >> 1;
-    return mean < kLeast ? kLeast : mean > kOne - kLeast ? kOne - kLeast : mean;
+    return mean < kMin ? kMin : mean > kOne - kMin ? kOne - kMin : mean;
   }
   void learn_one() {
     fast = static_cast<uint16_t>(fast + ((kOne - fast) >> kFastRate));
@@ -30,13 +30,13 @@ struct Probability {
   }
 
   static constexpr uint32_t kOne = 1U << 15;
-  static constexpr uint32_t kLeast = 64;
+  static constexpr uint32_t kMin = 64;
   static constexpr int kFastRate = 4;
   static constexpr int kSlowRate = 7;
 };
 
 // Below this range a byte is written or read.
-inline constexpr uint32_t kLeastRange = 1U << 24;
+inline constexpr uint32_t kMinRange = 1U << 24;
 
 // Reads bytes sequentially, and zeros after the end.
 struct ByteReader {
@@ -74,7 +74,7 @@ class RangeDecoder {
       range_ -= bound;
       p.learn_zero();
     }
-    while (range_ < kLeastRange) {
+    while (range_ < kMinRange) {
       range_ <<= 8;
       code_ = code_ << 8 | bytes_.byte();
     }

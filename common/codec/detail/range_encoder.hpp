@@ -22,7 +22,7 @@ class RangeEncoder {
       range_ -= bound;
       p.learn_zero();
     }
-    while (range_ < kLeastRange) {
+    while (range_ < kMinRange) {
       range_ <<= 8;
       shift();
     }

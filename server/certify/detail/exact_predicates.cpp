@@ -20,14 +20,14 @@ namespace {
 constexpr double kEpsilon = 0x1p-53;
 constexpr double kError3 = (7 + 56 * kEpsilon) * kEpsilon;
 constexpr double kError2 = (3 + 16 * kEpsilon) * kEpsilon;
-constexpr double kLeastMagnitude = 1e-250;
+constexpr double kMinMagnitude = 1e-250;
 
 int sign(double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; }
 
 // Returns the sign of a determinant in double, unless the error could change it.
 std::optional<int> certain_sign(double determinant, double magnitude, double error) {
   if (magnitude == 0) return std::nullopt;  // Terms may have underflowed.
-  if (magnitude > kLeastMagnitude && std::abs(determinant) > error * magnitude) {
+  if (magnitude > kMinMagnitude && std::abs(determinant) > error * magnitude) {
     return sign(determinant);
   }
   return std::nullopt;
@@ -98,8 +98,8 @@ int exact_sign(const std::array<double, count>& coordinates) {
   // difference has 1 bit more than a coordinate. Another bit is the sign.
   constexpr int kUsualBits = 82;
   static_assert(3 * (kUsualBits + 1) + 3 + 1 <= 256);
-  constexpr int kMostBits = 1024 + 1074;
-  static_assert(3 * (kMostBits + 1) + 3 + 1 <= 64 * 99);
+  constexpr int kMaxBits = 1024 + 1074;
+  static_assert(3 * (kMaxBits + 1) + 3 + 1 <= 64 * 99);
   const BinaryRange range = range_of(coordinates);
   if (range.highest < range.lowest) return 0;
   if (range.highest - range.lowest <= kUsualBits) {

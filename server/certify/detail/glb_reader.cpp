@@ -26,7 +26,7 @@ constexpr std::array<std::string_view, 3> kKnownExtensions = {
 
 // Limits for decoding Draco data, which may announce any size.
 constexpr std::uint64_t kDracoMemory = std::uint64_t{8} << 30;
-constexpr std::chrono::minutes kMostDracoTime{10};
+constexpr std::chrono::minutes kMaxDracoTime{10};
 
 DracoMesh decode_in_child(std::string_view bytes, std::optional<std::uint32_t> position_id) {
   std::string made;
@@ -43,7 +43,7 @@ DracoMesh decode_in_child(std::string_view bytes, std::optional<std::uint32_t> p
                         mesh->triangles.size() * sizeof(TriangleIndices));
           return answer;
         },
-        kDracoMemory, kMostDracoTime);
+        kDracoMemory, kMaxDracoTime);
   } catch (const std::runtime_error& problem) {
     throw MeshFileError(problem.what());
   }
@@ -167,8 +167,8 @@ class GlbReader {
     DracoMesh part;
     if (primitive.contains("extensions") && primitive["extensions"].contains(kDracoExtension)) {
       const json& draco = primitive["extensions"][kDracoExtension];
-      constexpr int kMostDracoMeshes = 10'000;
-      if (++draco_meshes_ > kMostDracoMeshes) {
+      constexpr int kMaxDracoMeshes = 10'000;
+      if (++draco_meshes_ > kMaxDracoMeshes) {
         throw MeshFileError("it has more than 10000 meshes compressed with Draco");
       }
       if (!draco.contains("bufferView") || !draco.contains("attributes") ||
@@ -182,8 +182,8 @@ class GlbReader {
     }
     const auto first = mesh_.vertices.size();
     // A few bytes can instance the same mesh a million times.
-    constexpr std::size_t kMostVertices = std::size_t{1} << 28;
-    if (first + part.positions.size() > kMostVertices) {
+    constexpr std::size_t kMaxVertices = std::size_t{1} << 28;
+    if (first + part.positions.size() > kMaxVertices) {
       throw MeshFileError("it has more than 2^28 vertices");
     }
     for (const Vec3& place : part.positions) mesh_.vertices.push_back(map(place));

@@ -6,19 +6,20 @@ namespace multitetra {
 namespace {
 
 constexpr double kWeight = 0.3;
-constexpr double kLeastTriangles = 2000;  // Fewer give no reliable cost per triangle.
-constexpr double kMostAtOnce = 3;         // Limits the effect of a single delayed step.
+constexpr double kMinTriangles = 2000;  // Fewer give no reliable cost per triangle.
+constexpr double kMaxChangeFactor = 3;  // Limits the effect of a single delayed step.
 
 }  // namespace
 
 void MeasuredCosts::note(StepForm form, double extracted, double seconds) {
-  if (extracted < kLeastTriangles) return;
+  if (extracted < kMinTriangles) return;
   double& known = form == StepForm::kShells       ? costs_.shells
                   : form == StepForm::kSimplified ? costs_.simplified
                   : form == StepForm::kEmbedded   ? costs_.embedded
                                                   : costs_.plain;
   const double found = std::max(seconds - CostEstimates::kSecondsPerStep, 0.0) / extracted;
-  known += kWeight * (std::clamp(found, known / kMostAtOnce, known * kMostAtOnce) - known);
+  known +=
+      kWeight * (std::clamp(found, known / kMaxChangeFactor, known * kMaxChangeFactor) - known);
 }
 
 }  // namespace multitetra

@@ -15,12 +15,12 @@ namespace multitetra {
 namespace {
 
 // Minimum steps a side of a preview's own grid.
-constexpr std::int32_t kLeastStepsASide = 8;
+constexpr std::int32_t kMinStepsPerSide = 8;
 // Growth in triangles when a preview's finest spacing is halved: 3.5 to 5 on public volumes.
 constexpr double kTrianglesPerHalving = 4.5;
 
 bool is_worth_showing(std::int32_t finest, const DatasetInfo& info) {
-  return (1 << info.grid_exponent) / finest >= kLeastStepsASide;
+  return (1 << info.grid_exponent) / finest >= kMinStepsPerSide;
 }
 
 struct Candidate {

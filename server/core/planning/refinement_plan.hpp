@@ -94,9 +94,9 @@ inline constexpr double kPreviewShare = 0.2;
 inline constexpr double kSoonSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
 // More triangles are not worth decoding and drawing for a moment.
-inline constexpr double kMostCertifiedTriangles = 2.5e6;
+inline constexpr double kMaxCertifiedTriangles = 2.5e6;
 // Maximum triangles of a certified step of shells, which are fast to encode and decode.
-inline constexpr double kMostShellTriangles = 12e6;
+inline constexpr double kMaxShellTriangles = 12e6;
 // Levels per octave of previews. One needs the fewest bytes: its displacement of 0.29 of the
 // spacing is small compared to what the spacing itself omits.
 inline constexpr int kPreviewLevels = 1;
@@ -105,11 +105,11 @@ inline constexpr int kPreviewLevels = 1;
 struct PlanLimits {
   bool previews = true;
   // Maximum triangles of the certified preview; 0 disables it.
-  double certified_triangles = kMostCertifiedTriangles;
+  double certified_triangles = kMaxCertifiedTriangles;
   bool shells = false;      // The client decodes shells.
   bool is_display = false;  // The client keeps no mesh.
   // Maximum triangles of a final step of shells.
-  double shell_triangles = kMostShellTriangles;
+  double shell_triangles = kMaxShellTriangles;
 };
 
 // Returns the preview of a request that a Preview identifies.

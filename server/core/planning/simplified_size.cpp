@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFewBorderEdges = 50;  // Fewer are no basis for an estimate.
 // Minimum fraction of the triangles left in blocks: every tile keeps some.
-constexpr double kLeastInner = 0.05;
+constexpr double kMinInnerShare = 0.05;
 
 }  // namespace
 
@@ -28,7 +28,7 @@ double remaining_share(const SimplifiedBlocks& blocks, double triangles_per_bord
   if (blocks.before <= 0) return 1;
   const double left = blocks.left / blocks.before;
   const double at_border = triangles_per_border_edge * blocks.border_edges / blocks.before;
-  const double inner = std::max(left - at_border, kLeastInner * left);
+  const double inner = std::max(left - at_border, kMinInnerShare * left);
   const SimplifiedTileLimits limits;
   // The average fill of tiles. A tile that contains everything has no border.
   const double triangles = 0.6 * static_cast<double>(limits.triangles);

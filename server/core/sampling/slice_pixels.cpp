@@ -51,7 +51,7 @@ std::int32_t slice_spacing(const SliceRequest& plane, const DatasetInfo& info) {
   if (plane.detail == SliceDetail::kCoarse) return kSpectrumSpacing;
   const double apart = std::min(length(plane.right), length(plane.down));
   const bool is_as_good = apart >= 0.5 * kSpectrumSpacing;
-  return is_as_good || bricks_crossed(plane, info) > kMostSliceBricks ? kSpectrumSpacing : 1;
+  return is_as_good || bricks_crossed(plane, info) > kMaxSliceBricks ? kSpectrumSpacing : 1;
 }
 
 void slice_rows(const PreparedVolume& volume, const SliceRequest& plane, std::int32_t spacing,

@@ -17,14 +17,14 @@ namespace multitetra {
 
 // The approximate number of bricks that a slice of all samples may read: those of an axis-parallel
 // plane of 5792 x 5792 samples, 1 GiB of 16-bit samples.
-inline constexpr double kMostSliceBricks = 131072;
+inline constexpr double kMaxSliceBricks = 131072;
 
 // Returns about how many bricks the plane crosses. Requires a plane in sample indices.
 [[nodiscard]] double bricks_crossed(const SliceRequest& plane, const DatasetInfo& info);
 
 // Returns the spacing, along each axis, of the samples that the slice uses: 1 or kSpectrumSpacing.
 // kAuto selects the latter if pixels lie at least half as far apart, or if all samples would need
-// more than kMostSliceBricks bricks. Requires a plane in sample indices.
+// more than kMaxSliceBricks bricks. Requires a plane in sample indices.
 [[nodiscard]] std::int32_t slice_spacing(const SliceRequest& plane, const DatasetInfo& info);
 
 // Computes `rows` rows of pixels from `first_row` on, row by row; NaN where there is no field.

@@ -12,12 +12,12 @@ namespace {
 
 constexpr std::size_t kGuideCells = 4096;
 // The least width of a bin of integers; exact in float for 16-bit values.
-constexpr double kLeastWidth = 0x1p-6;
+constexpr double kMinWidth = 0x1p-6;
 
 // Returns bins a whole number of values wide or, with more bins than values, a half, a quarter, ...
 std::vector<float> integer_edges(float low, float high, int count) {
   double width = std::ceil((double{high} - double{low}) / count);
-  while (2 * (double{high} - double{low}) <= count * width && width > kLeastWidth) width /= 2;
+  while (2 * (double{high} - double{low}) <= count * width && width > kMinWidth) width /= 2;
   std::vector<float> edges;
   for (double edge = low; edge < double{high}; edge += width) {
     edges.push_back(static_cast<float>(edge));

@@ -10,7 +10,7 @@
 // sample, the coarser levels are computed one after the other, each in blocks of bricks.
 //
 // Memory, not counting the scratch: the number and size of concurrent columns, and then of blocks,
-// are chosen so that they fit into kMostColumnBytes even if every point had errors in every bin.
+// are chosen so that they fit into kMaxColumnBytes even if every point had errors in every bin.
 // (The minimum is one: 37 MiB for a column with 256 bins, 110 MiB for a block.) In addition, 16
 // bytes for each stored tile: at most 16 MiB for the largest grid.
 #pragma once
@@ -30,7 +30,7 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostColumnBytes = std::size_t{384} << 20;
+inline constexpr std::size_t kMaxColumnBytes = std::size_t{384} << 20;
 
 // Cells of kSpectrumSpacing grid steps, counted from the grid's origin; the end is exclusive.
 struct CellBox {
@@ -46,7 +46,7 @@ struct SpectrumWork {
   Scratch& scratch;
   ForEach for_each = sequentially;
   std::size_t threads = 1;  // The number of threads of for_each.
-  std::size_t column_bytes = kMostColumnBytes;
+  std::size_t column_bytes = kMaxColumnBytes;
   // Receives the bytes of one brick of SpectrumLayout(info), each brick at most once and in an
   // order that does not depend on threads or memory. Bricks that it does not receive are empty.
   std::function<void(std::size_t brick, std::span<const std::byte> bytes)> sink;

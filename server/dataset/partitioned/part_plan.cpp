@@ -68,7 +68,7 @@ std::uint64_t PartBox::samples() const {
 }
 
 std::vector<PartBox> part_boxes(const GridCounts& dims, std::size_t parts) {
-  assert(parts >= 1 && parts <= kMostParts);
+  assert(parts >= 1 && parts <= kMaxParts);
   const BrickLayout units(dims, kUnit);
   std::vector<UnitBox> boxes;
   halve({{}, {units.counts()[0], units.counts()[1], units.counts()[2]}}, parts, boxes);
@@ -131,11 +131,11 @@ PartCosts costs_of(const DatasetInfo& info, const PartBox& part) {
   const std::uint64_t slice =
       static_cast<std::uint64_t>(info.dims[0]) * static_cast<std::uint64_t>(info.dims[1]) * width;
   const std::uint64_t samples = with_halo(info, part).samples();
-  return {.samples = samples,
-          .memory_bytes =
-              kMostColumnBytes + 3 * std::max(kSlabBytes, slice) + (std::uint64_t{64} << 20),
-          .disk_bytes = samples * width + part.samples(),
-          .core_seconds = kSecondsPerSample * static_cast<double>(samples)};
+  return {
+      .samples = samples,
+      .memory_bytes = kMaxColumnBytes + 3 * std::max(kSlabBytes, slice) + (std::uint64_t{64} << 20),
+      .disk_bytes = samples * width + part.samples(),
+      .core_seconds = kSecondsPerSample * static_cast<double>(samples)};
 }
 
 std::string plan_text(const PartPlan& plan) {
@@ -158,8 +158,8 @@ Result<PartPlan> parse_plan(std::string_view text) {
   };
   if (!has("parts", PlanJson::value_t::number_unsigned) ||
       json->at("parts").get<std::uint64_t>() < 1 ||
-      json->at("parts").get<std::uint64_t>() > kMostParts) {
-    return bad("has no number of parts, 1 to " + std::to_string(kMostParts) + ".");
+      json->at("parts").get<std::uint64_t>() > kMaxParts) {
+    return bad("has no number of parts, 1 to " + std::to_string(kMaxParts) + ".");
   }
   if (!has("metadata", PlanJson::value_t::string) || !has("bins", PlanJson::value_t::array)) {
     return bad("has no metadata or no bins.");

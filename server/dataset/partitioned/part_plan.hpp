@@ -17,7 +17,7 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostParts = 65536;
+inline constexpr std::size_t kMaxParts = 65536;
 
 struct PartPlan {
   DatasetMetadata metadata;
@@ -40,7 +40,7 @@ struct PartBox {
 
 // Divides the volume into boxes of about equal size by repeatedly halving the longest axis. The z
 // axis counts four times its length, since slices are read as a whole. If there are more parts than
-// cubes, some are empty. Requires 1 to kMostParts parts.
+// cubes, some are empty. Requires 1 to kMaxParts parts.
 [[nodiscard]] std::vector<PartBox> part_boxes(const GridCounts& dims, std::size_t parts);
 
 // Returns the part's share of the cells `all`: those whose lowest corner is a sample of the part,

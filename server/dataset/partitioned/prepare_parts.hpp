@@ -26,7 +26,7 @@ namespace multitetra {
 struct PartOptions {
   // Bound the memory; they do not affect the result.
   std::size_t slab_bytes = std::size_t{64} << 20;
-  std::size_t column_bytes = kMostColumnBytes;
+  std::size_t column_bytes = kMaxColumnBytes;
   // Called with the current stage and its progress.
   std::function<void(const char* pass, std::uint64_t done, std::uint64_t all)> progress = nullptr;
 };

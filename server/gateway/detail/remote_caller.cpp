@@ -39,9 +39,9 @@ asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
 }
 
 UpstreamClient RemoteCaller::upstream_client() const {
-  constexpr std::size_t kMostOfAName = 256;  // Token names may be long.
+  constexpr std::size_t kMaxShareNameBytes = 256;  // Token names may be long.
   return {.token = token_,
-          .share = client()->share().substr(0, kMostOfAName),
+          .share = client()->share().substr(0, kMaxShareNameBytes),
           .address = client()->facts().peer};
 }
 
@@ -196,7 +196,7 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
 
 // The check runs on another thread; forwarding does not wait for it.
 void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
-  constexpr std::size_t kMostUnchecked = 64;  // Tiles beyond that are not cached.
+  constexpr std::size_t kMaxUncheckedTiles = 64;  // Tiles beyond that are not cached.
   const StepBegin& step = stream.forwarded.step();
   if (step.request.normal_bits != 0 || tile.index >= step.tiles.size()) return;
   const TileSummary& summary = step.tiles[tile.index];
@@ -204,7 +204,7 @@ void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
                        .cube = summary.cube,
                        .appearance = step.shell ? kShellAppearance : 0,
                        .dataset = stream.dataset->info().name};
-  if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMostUnchecked) return;
+  if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMaxUncheckedTiles) return;
   StepBegin of_step = {
       .request = step.request, .finest_spacing = step.finest_spacing, .shell = step.shell};
   auto check = [upstreams = upstreams_, executor = executor_, upstream = reached_->upstream, key,

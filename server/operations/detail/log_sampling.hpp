@@ -22,12 +22,12 @@ struct LogRates {
 class LogSampler {
  public:
   explicit LogSampler(const LogRates& rates = {})
-      : of_a_name_(rates.of_a_name, kMostNames), all_(rates.of_all), of_all_(rates.of_all, 0) {}
+      : of_a_name_(rates.of_a_name, kMaxNames), all_(rates.of_all), of_all_(rates.of_all, 0) {}
 
   // Returns the number of lines omitted for the name since its last one; nullopt to omit this line.
   [[nodiscard]] std::optional<std::uint64_t> admit(const std::string& name, double now) {
     if (of_a_name_.take(name, now) > 0 || of_all_.take(all_, now, 1) > 0) {
-      const bool is_known = left_out_.contains(name) || left_out_.size() < kMostNames;
+      const bool is_known = left_out_.contains(name) || left_out_.size() < kMaxNames;
       ++left_out_[is_known ? name : std::string()];
       return std::nullopt;
     }
@@ -39,12 +39,12 @@ class LogSampler {
   }
 
  private:
-  static constexpr std::size_t kMostNames = 4096;
+  static constexpr std::size_t kMaxNames = 4096;
 
   RatePerName of_a_name_;
   RequestRate all_;
   RateAllowance of_all_;
-  std::unordered_map<std::string, std::uint64_t> left_out_;  // Names above kMostNames share "".
+  std::unordered_map<std::string, std::uint64_t> left_out_;  // Names above kMaxNames share "".
 };
 
 }  // namespace multitetra

@@ -49,10 +49,10 @@ std::vector<PrepareJob> LabelJobs::of_map(const PrepareJob& volume) const {
   const bool wants_all = arguments_.series.wants_all_labels();
   const std::vector<double> values =
       wants_all ? found_in(volume) : arguments_.series.label_values();
-  if (values.size() > kMostLabelsAtOnce && wants_all) {
+  if (values.size() > kMaxLabelsAtOnce && wants_all) {
     throw ExitError(kUsage, "'" + volume.input + "' has " + std::to_string(values.size()) +
                                 " labels, and --label all makes a dataset of each, of at most " +
-                                std::to_string(kMostLabelsAtOnce) +
+                                std::to_string(kMaxLabelsAtOnce) +
                                 ". Name some of them, such as --label 3,7.");
   }
   if (values.empty()) fail_without_labels(volume.input);

@@ -10,7 +10,7 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostLabelsAtOnce = 1024;  // Limit for --label all.
+inline constexpr std::size_t kMaxLabelsAtOnce = 1024;  // Limit for --label all.
 
 // Labels are sample values. But if the source's segments are in several layers and no component is
 // chosen, they are segment numbers.

@@ -219,7 +219,7 @@ void add_prepare_command(Command& program, Run& run) {
       ->add_option("--plan", a->parts.plan,
                    "Plan the preparation in this many parts on several machines: reads the volume "
                    "once and prints a command for each part")
-      ->within(1, static_cast<int>(kMostParts));
+      ->within(1, static_cast<int>(kMaxParts));
   command->add_option("--part", a->parts.part, "Prepare this part of the plan, for example 3/8");
   command->add_flag("--merge", a->parts.merge, "Make the dataset from all parts of the plan");
   command->begin_group("Output");

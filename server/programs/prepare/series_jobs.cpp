@@ -57,10 +57,10 @@ SeriesSource series_of_volume(const std::string& input, const std::string& name,
   const SeriesArguments& asked = arguments.series;
   const SourceTimes& source_times = series.members.times;
   if (!asked.all_times) return series;
-  if (source_times.count > std::int64_t{kMostSeriesJobs}) {
+  if (source_times.count > std::int64_t{kMaxSeriesJobs}) {
     throw ExitError(kUsage, "'" + input + "' has " + std::to_string(source_times.count) +
                                 " times; --all-times makes a dataset of each, at most " +
-                                std::to_string(kMostSeriesJobs) + ".");
+                                std::to_string(kMaxSeriesJobs) + ".");
   }
   const auto count = static_cast<std::size_t>(source_times.count);
   std::vector<double> times = asked.time_values(count);
@@ -254,8 +254,8 @@ void add_jobs(const SeriesSource& series, const PrepareArguments& arguments, Lat
         job.output = std::filesystem::path(arguments.output) / (job.name + ".mtd");
         jobs.push_back(std::move(job));
       }
-      if (jobs.size() > kMostSeriesJobs) {
-        throw ExitError(kUsage, "There are more than " + std::to_string(kMostSeriesJobs) +
+      if (jobs.size() > kMaxSeriesJobs) {
+        throw ExitError(kUsage, "There are more than " + std::to_string(kMaxSeriesJobs) +
                                     " members. Prepare fewer times, fields or labels at once.");
       }
     }

@@ -9,7 +9,7 @@
 
 namespace multitetra {
 
-inline constexpr std::size_t kMostSeriesJobs = 16'384;
+inline constexpr std::size_t kMaxSeriesJobs = 16'384;
 
 // Requires arguments.series.are_given(). Opens the volumes; reads them for --label all. Groups
 // labels by map. `notice` receives warnings. Throws ExitError (kUsage) if a selected member is

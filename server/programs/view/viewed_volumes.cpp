@@ -132,7 +132,7 @@ std::optional<std::string> sidecar_label_map(const fs::path& volume) {
 // ---- keys
 
 // Larger files contain their samples; a smaller one may be a header for other files.
-constexpr std::uintmax_t kMostHeaderBytes = 1 << 20;
+constexpr std::uintmax_t kMaxHeaderBytes = 1 << 20;
 
 }  // namespace
 
@@ -215,7 +215,7 @@ std::string cache_key(const PrepareArguments& arguments) {
     std::error_code no_file;
     const std::uintmax_t bytes =
         fs::is_regular_file(input, no_file) ? fs::file_size(input, no_file) : 0;
-    const bool stands_alone = fs::is_directory(input, no_file) || bytes > kMostHeaderBytes;
+    const bool stands_alone = fs::is_directory(input, no_file) || bytes > kMaxHeaderBytes;
     const fs::path place = is_address(input) ? fs::path(input) : fs::absolute(input);
     text += '\0' + note.file + '\0' + note.digest + '\0' + (stands_alone ? "" : place.string());
   }

@@ -50,10 +50,10 @@ void MeshFileCache::keep(const std::string& key, const StoredMesh& mesh) {
 }
 
 // Each entry is an open file, and file descriptors are scarce: the minimum weight limits the cache
-// to kMostFiles files.
+// to kMaxFiles files.
 std::size_t MeshFileCache::weight_of(const StoredMesh& mesh) const {
-  constexpr std::uint64_t kMostFiles = 128;
-  return std::max({mesh.bytes, capacity_ / kMostFiles, std::uint64_t{1}});
+  constexpr std::uint64_t kMaxFiles = 128;
+  return std::max({mesh.bytes, capacity_ / kMaxFiles, std::uint64_t{1}});
 }
 
 }  // namespace multitetra

@@ -123,7 +123,7 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
     return std::chrono::duration_cast<milliseconds>(deadline - Clock::now());
   };
   milliseconds pause = options_.first_pause;
-  constexpr int kMostStalls = 2;
+  constexpr int kMaxStalls = 2;
   int stalls = 0;
   Outcome outcome;
   for (int attempt = 0; attempt < options_.max_attempts; ++attempt) {
@@ -140,7 +140,7 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
     if (outcome.kind == Outcome::Kind::kDone) return answer;
     if (outcome.kind == Outcome::Kind::kFailed) break;
     // A stalled attempt has taken its full time, so a server that stalls repeatedly is given up.
-    if (outcome.has_stalled && ++stalls == kMostStalls) break;
+    if (outcome.has_stalled && ++stalls == kMaxStalls) break;
   }
   if (outcome.kind == Outcome::Kind::kTryAgain) start_cooldown(outcome.problem);
   throw StoreError(request.address, outcome.problem, outcome.remedy);
@@ -170,7 +170,7 @@ StoreClient::Outcome StoreClient::attempted(const HttpRequest& request, millisec
 StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
                                                             const HttpRequest& request,
                                                             milliseconds left, HttpAnswer& answer) {
-  constexpr int kMostRedirects = 5;
+  constexpr int kMaxRedirects = 5;
   const Clock::time_point deadline = Clock::now() + left;
   CurlUrl url(request.address);
   if (!url.is_valid()) return {.problem = "it is no address", .remedy = "Write http://host/path"};
@@ -192,7 +192,7 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
     if (const auto refused = refused_redirect(next.address, to, options_.allow_other_hosts)) {
       return {.problem = refused->problem, .remedy = refused->remedy};
     }
-    if (redirects == kMostRedirects) return {.problem = "it is redirected again and again"};
+    if (redirects == kMaxRedirects) return {.problem = "it is redirected again and again"};
     next.address = to;
     answer.bytes.clear();
   }

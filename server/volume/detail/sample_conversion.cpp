@@ -184,10 +184,10 @@ void SampleConversion::convert_from(const std::byte* stored, std::size_t count, 
                 static_cast<double>(std::abs(exact - static_cast<long double>(samples[first + i])));
             largest_error_ = std::max(largest_error_, error);
           } else {
-            constexpr double kLeast = std::numeric_limits<Sample>::lowest();
-            constexpr double kMost = std::numeric_limits<Sample>::max();
-            saturated_ += value < kLeast || value > kMost;
-            value = std::clamp(value, kLeast, kMost);
+            constexpr double kMin = std::numeric_limits<Sample>::lowest();
+            constexpr double kMax = std::numeric_limits<Sample>::max();
+            saturated_ += value < kMin || value > kMax;
+            value = std::clamp(value, kMin, kMax);
             samples[first + i] = static_cast<Sample>(value);
           }
         }

@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostHeaderBytes = std::size_t{1} << 20;
-constexpr std::int64_t kMostAtoms = 100'000;
+constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 20;
+constexpr std::int64_t kMaxAtoms = 100'000;
 
 std::string_view next_line(std::string_view& text) {
   const std::size_t end = std::min(text.find('\n'), text.size());
@@ -71,11 +71,11 @@ StoredVolume open_cube(const fs::path& path) {
   const InputFile file(path);
   const Packing packing = UnpackedStream::packing_at(file, 0);
   const bool is_packed = packing == Packing::kGzip || packing == Packing::kBzip2;
-  const std::string beginning = unpacked_beginning(file, kMostHeaderBytes);
+  const std::string beginning = unpacked_beginning(file, kMaxHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
   if (!grid) fail_reading(path, "it is no cube file", "Get a complete copy of the file");
-  if (std::abs(grid->atoms) > kMostAtoms) {
+  if (std::abs(grid->atoms) > kMaxAtoms) {
     fail_reading(path, "it has " + std::to_string(grid->atoms) + " atoms",
                  "Get a complete copy of the file");
   }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostDescriptionBytes = std::size_t{1} << 16;
+constexpr std::size_t kMaxDescriptionBytes = std::size_t{1} << 16;
 
 // Parses the names of types in files and file names.
 std::optional<StoredType> type_word(std::string_view word) {
@@ -80,7 +80,7 @@ Description description_in(const std::string& text) {
 }
 
 Description description_of(const fs::path& file) {
-  return description_in(InputFile(file).beginning(kMostDescriptionBytes));
+  return description_in(InputFile(file).beginning(kMaxDescriptionBytes));
 }
 
 DescribedRaw raw_from(const Description& description, fs::path data, const fs::path& described_by) {

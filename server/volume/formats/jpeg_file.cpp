@@ -81,10 +81,10 @@ class JpegReading {
   }
   // Progressive images may have any number of scans, each as costly as the whole image.
   static void on_progress(j_common_ptr jpeg) {
-    constexpr int kMostScans = 500;
+    constexpr int kMaxScans = 500;
     auto& errors = *reinterpret_cast<Errors*>(jpeg->err);
     if (!jpeg->is_decompressor ||
-        reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= kMostScans) {
+        reinterpret_cast<j_decompress_ptr>(jpeg)->input_scan_number <= kMaxScans) {
       return;
     }
     (void)std::snprintf(errors.problem.data(), errors.problem.size(), "it has too many scans");

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostMetaHeaderBytes = std::size_t{1} << 16;
+constexpr std::size_t kMaxMetaHeaderBytes = std::size_t{1} << 16;
 
 struct MetaHeader {
   std::map<std::string, std::string, std::less<>> values;  // "Name = value"
@@ -43,7 +43,7 @@ struct MetaHeader {
 
 MetaHeader read_meta_header(const fs::path& file) {
   MetaHeader header;
-  const std::string text = InputFile(file).beginning(kMostMetaHeaderBytes);
+  const std::string text = InputFile(file).beginning(kMaxMetaHeaderBytes);
   std::size_t at = 0;
   while (at < text.size()) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
@@ -66,7 +66,7 @@ MetaHeader read_meta_header(const fs::path& file) {
   if (!header.value({"ElementDataFile"}).empty()) return header;
   fail_reading(file,
                "there is no line ElementDataFile in its first " +
-                   std::to_string(kMostMetaHeaderBytes) + " bytes",
+                   std::to_string(kMaxMetaHeaderBytes) + " bytes",
                "Check that it is a whole file of this format");
 }
 
@@ -213,7 +213,7 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   volume.header.dims = {dims[0], dims[1], dims[2]};
   place_meta_image(path, header, count, spacing, origin, volume.header);
   check_header(path, volume.header);
-  if (dims[3] > std::int64_t{kMostSourceMembers}) {
+  if (dims[3] > std::int64_t{kMaxSourceMembers}) {
     fail_reading(path, "it has " + std::to_string(dims[3]) + " volumes", "Give fewer at a time");
   }
   volume.members.times =

@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostNetcdfHeaderBytes = std::size_t{1} << 24;
-constexpr std::uint64_t kMostEntries = 100'000;
+constexpr std::size_t kMaxNetcdfHeaderBytes = std::size_t{1} << 24;
+constexpr std::uint64_t kMaxEntries = 100'000;
 
 struct NetcdfAttribute {
   std::string name;
@@ -97,7 +97,7 @@ double number_from(StoredType type, const std::byte* bytes) {
 class NetcdfParser {
  public:
   explicit NetcdfParser(const InputFile& file)
-      : file_(file), bytes_(file.beginning(kMostNetcdfHeaderBytes)), at_(4) {
+      : file_(file), bytes_(file.beginning(kMaxNetcdfHeaderBytes)), at_(4) {
     version_ = static_cast<unsigned char>(bytes_[3]);
   }
 
@@ -180,7 +180,7 @@ class NetcdfParser {
   std::uint64_t list(std::uint32_t expected) {
     const auto tag = take<std::uint32_t>();
     const std::uint64_t length = count();
-    if (length > kMostEntries || (length > 0 && tag != expected)) damaged();
+    if (length > kMaxEntries || (length > 0 && tag != expected)) damaged();
     return length;
   }
 

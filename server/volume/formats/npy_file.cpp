@@ -62,8 +62,8 @@ std::vector<std::int64_t> shape_in(std::string_view text) {
 bool is_npy(std::string_view beginning) { return beginning.starts_with("\x93NUMPY"); }
 
 StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
-  constexpr std::size_t kMostHeaderBytes = std::size_t{1} << 16;
-  const std::string beginning = unpacked_beginning(InputFile(path), kMostHeaderBytes);
+  constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 16;
+  const std::string beginning = unpacked_beginning(InputFile(path), kMaxHeaderBytes);
   if (!is_npy(beginning) || beginning.size() < 12) {
     fail_reading(path, "it is no NumPy array", "Get a complete copy of the file");
   }

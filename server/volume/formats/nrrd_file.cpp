@@ -31,14 +31,13 @@ std::string unquoted(std::string text) {
 }
 
 NrrdHeader read_nrrd_header(const fs::path& file) {
-  NrrdHeader header = parse_nrrd_header(InputFile(file).beginning(kMostNrrdHeaderBytes));
+  NrrdHeader header = parse_nrrd_header(InputFile(file).beginning(kMaxNrrdHeaderBytes));
   if (!header.text.starts_with("NRRD")) {
     fail_reading(file, "it does not begin with NRRD",
                  "Check that it is a whole file of this format");
   }
-  if (!header.has_end && header.bytes == kMostNrrdHeaderBytes) {
-    fail_reading(file,
-                 "its header has more than " + std::to_string(kMostNrrdHeaderBytes) + " bytes",
+  if (!header.has_end && header.bytes == kMaxNrrdHeaderBytes) {
+    fail_reading(file, "its header has more than " + std::to_string(kMaxNrrdHeaderBytes) + " bytes",
                  "Check that it is a whole file of this format");
   }
   return header;
@@ -249,8 +248,8 @@ void place(const fs::path& file, const NrrdHeader& header, const NrrdAxes& axes,
 
 // Returns the offset of the samples in a file, after `begin` and the lines to skip.
 std::uint64_t behind_lines(const fs::path& file, std::uint64_t begin, std::int64_t lines) {
-  constexpr std::size_t kMostLineBytes = std::size_t{1} << 16;
-  std::string text(kMostLineBytes, '\0');
+  constexpr std::size_t kMaxLineBytes = std::size_t{1} << 16;
+  std::string text(kMaxLineBytes, '\0');
   text.resize(InputFile(file).read_some(begin, std::as_writable_bytes(std::span(text))));
   std::size_t at = 0;
   for (std::int64_t i = 0; i < lines; ++i) {
@@ -387,10 +386,10 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
   volume.header = one;
   if (axes.component || (other == 0U && others > 1)) volume.header.components = others;
   check_header(path, volume.header);
-  constexpr std::int64_t kMostOthers = std::int64_t{1} << 12;
-  if (others > kMostOthers) {
+  constexpr std::int64_t kMaxOthers = std::int64_t{1} << 12;
+  if (others > kMaxOthers) {
     fail_reading(path, "it has " + std::to_string(others) + " volumes",
-                 "Give at most " + std::to_string(kMostOthers));
+                 "Give at most " + std::to_string(kMaxOthers));
   }
   if (has_layers) {
     volume.members.labels = segments_in(header.text, volume.header.components);

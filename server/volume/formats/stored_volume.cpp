@@ -19,11 +19,11 @@ namespace fs = std::filesystem;
 }  // namespace
 
 void fail_reading(const fs::path& file, const std::string& problem, const std::string& remedy) {
-  constexpr std::size_t kMostBytes = 4000;
+  constexpr std::size_t kMaxBytes = 4000;
   std::string text = printable(
       "Cannot read '" + without_password(file.string()) + "': " + problem + ". " + remedy + ".",
       /*keeps_lines=*/false);
-  if (text.size() > kMostBytes) text = text.substr(0, kMostBytes) + "...";
+  if (text.size() > kMaxBytes) text = text.substr(0, kMaxBytes) + "...";
   throw VolumeFileError(text);
 }
 
@@ -92,7 +92,7 @@ void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing) 
 
 void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 3>& steps,
               const Vec3& origin) {
-  constexpr double kMostCosine = 1e-3;
+  constexpr double kMaxCosine = 1e-3;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     header.spacing[axis] = std::sqrt(dot(steps[axis], steps[axis]));
     for (std::size_t row = 0; row < 3; ++row) {
@@ -102,7 +102,7 @@ void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 
   header.index_to_world.translation = origin;
   for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{0, 1}, {0, 2}, {1, 2}}) {
     const double lengths = header.spacing[a] * header.spacing[b];
-    if (std::abs(dot(steps[a], steps[b])) <= kMostCosine * lengths) continue;
+    if (std::abs(dot(steps[a], steps[b])) <= kMaxCosine * lengths) continue;
     fail_reading(file,
                  "its axes " + std::to_string(a + 1) + " and " + std::to_string(b + 1) +
                      " are not at right angles to each other (a sheared grid or a tilted gantry)",

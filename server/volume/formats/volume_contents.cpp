@@ -21,7 +21,7 @@ using MembersJson = nlohmann::json;
 SourceTimes even_times(std::int64_t count, double first, double step, std::string_view unit) {
   SourceTimes times{.count = count};
   const double last = first + step * static_cast<double>(count - 1);
-  const bool is_known = count >= 2 && count <= std::int64_t{kMostSourceMembers};
+  const bool is_known = count >= 2 && count <= std::int64_t{kMaxSourceMembers};
   if (!is_known || !std::isfinite(first) || !std::isfinite(last) || !(step > 0)) return times;
   for (std::int64_t i = 0; i < count; ++i) {
     times.at.push_back(first + step * static_cast<double>(i));

@@ -57,7 +57,7 @@ struct VolumeContents {
   friend bool operator==(const VolumeContents&, const VolumeContents&) = default;
 };
 
-inline constexpr std::size_t kMostSourceMembers = 32'768;  // Maximum members of each kind.
+inline constexpr std::size_t kMaxSourceMembers = 32'768;  // Maximum members of each kind.
 
 // Returns `count` times from `first`, `step` apart, in `unit`; unknown times if these values are
 // invalid, as from programs that leave the fields at 0.

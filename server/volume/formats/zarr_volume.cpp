@@ -213,7 +213,7 @@ std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count)
   const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
   const Json channels = omero.is_object() ? omero.value("channels", Json()) : Json();
   std::vector<SourceField> fields;
-  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMostSourceMembers); ++i) {
+  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMaxSourceMembers); ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Json channel = channels.is_array() && at < channels.size() ? channels[at] : Json();
     const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
@@ -239,7 +239,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
     if (!entries.is_array()) return;
     for (const Json& entry : entries) {
       const auto value = label_value_of(entry);
-      if (!value || labels.size() >= kMostSourceMembers) continue;
+      if (!value || labels.size() >= kMaxSourceMembers) continue;
       Label& label = labels[*value];
       label.value = *value;
       add(entry, label);

@@ -130,7 +130,7 @@ class BorderSearch {
       }
     }
     const int above = smoothed_steps(sum) - kFieldSteps / 2;
-    return static_cast<std::uint8_t>(std::clamp(above, LabelBorders::kLeast, LabelBorders::kMost));
+    return static_cast<std::uint8_t>(std::clamp(above, LabelBorders::kMin, LabelBorders::kMax));
   }
 
   const LabelBorders::Dims& dims_;
@@ -320,7 +320,7 @@ class LabelBorders::Round {
           kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
       const double magnitude = std::floor(slice.magnitudes[i] + change + 0.5);
       stored_[slice.places[i]] = static_cast<std::uint8_t>(
-          std::clamp(magnitude, static_cast<double>(kLeast), static_cast<double>(kMost)));
+          std::clamp(magnitude, static_cast<double>(kMin), static_cast<double>(kMax)));
     }
   }
 

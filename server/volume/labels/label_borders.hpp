@@ -33,15 +33,15 @@ class LabelBorders {
   using ReadSlice = std::function<void(std::int32_t z, std::span<std::int32_t> into)>;
 
   // Range of magnitudes, in 1/256 of the field's range.
-  static constexpr int kLeast = 4;
-  static constexpr int kMost = 128;
+  static constexpr int kMin = 4;
+  static constexpr int kMax = 128;
 
   // Reads slices several times, each time in order. Stores magnitudes in an unnamed file in
   // `scratch_folder`. Throws what `read` throws, and std::system_error if the disk fails.
   LabelBorders(const Dims& dims, const ReadSlice& read,
                const std::filesystem::path& scratch_folder);
 
-  // Returns kLeast to kMost for the border samples of slice z, and 0 for all others.
+  // Returns kMin to kMax for the border samples of slice z, and 0 for all others.
   void magnitudes(std::int32_t z, std::span<std::uint8_t> into) const;
   // Returns, for each label with a border, its number of samples minus the volume inside its
   // surface, in sample volumes.

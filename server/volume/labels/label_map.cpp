@@ -266,8 +266,8 @@ class LabelMap::Field : public VolumeSource {
       if (magnitude != 0 && is_beside) {
         steps = is_inside ? kHalf + magnitude : kHalf - magnitude;
       } else {
-        steps = is_inside ? std::max(steps, kHalf + LabelBorders::kLeast)
-                          : std::min(steps, kHalf - LabelBorders::kLeast);
+        steps = is_inside ? std::max(steps, kHalf + LabelBorders::kMin)
+                          : std::min(steps, kHalf - LabelBorders::kMin);
       }
       into[i] = static_cast<float>(steps) / static_cast<float>(kFieldSteps);
     };

@@ -16,7 +16,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::size_t kMostNameFileBytes = std::size_t{4} << 20;
+constexpr std::size_t kMaxNameFileBytes = std::size_t{4} << 20;
 
 // A word of a line. A word in double quotes may contain spaces or be empty.
 struct Word {
@@ -115,11 +115,11 @@ Result<std::vector<Label>> parse_label_names(std::string_view text) {
 
 std::vector<Label> read_label_names(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  std::string text(kMostNameFileBytes + 1, '\0');
+  std::string text(kMaxNameFileBytes + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (!in.is_open() || in.bad()) fail_reading(file, "it cannot be opened", "Check the name");
   text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > kMostNameFileBytes) {
+  if (text.size() > kMaxNameFileBytes) {
     fail_reading(file, "it has more than 4 MiB", "Give a text file with one label a line");
   }
   Result<std::vector<Label>> labels = parse_label_names(text);

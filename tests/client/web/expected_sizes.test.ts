@@ -1,7 +1,7 @@
 import { readFileSync } from "node:fs";
 
 import { ExpectedSizes } from "../../../client/web/src/expected_sizes";
-import { inTriangleRange, leastOfEstimate, mostOfEstimate } from "../../../client/web/src/shared/quantities";
+import { inTriangleRange, minEstimateFactor, maxEstimateFactor } from "../../../client/web/src/shared/quantities";
 import { dataset, request } from "./golden_stream";
 
 const info = dataset();
@@ -76,7 +76,7 @@ describe("TriangleRange", () => {
 
   test("HasTheFactorsOfTheCommandLine", () => {
     const header = readFileSync(new URL("../../../common/request/estimate_range.hpp", import.meta.url), "utf8");
-    expect(header).toContain(`kLeastOfEstimate = ${leastOfEstimate};`);
-    expect(header).toContain(`kMostOfEstimate = ${mostOfEstimate};`);
+    expect(header).toContain(`kMinEstimateFactor = ${minEstimateFactor};`);
+    expect(header).toContain(`kMaxEstimateFactor = ${maxEstimateFactor};`);
   });
 });

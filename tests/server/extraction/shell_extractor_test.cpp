@@ -212,12 +212,12 @@ DatasetPtr prepared_noise() {
 TEST(ExtractShellTiles, SplitsTilesWithTooManyTriangles) {
   const DatasetPtr dataset = prepared_noise();
   const ShellLevel level = {.isovalue = 100.5};
-  constexpr std::uint32_t kMost = 12 * 8 * 8 * 8;
+  constexpr std::uint32_t kMaxTriangles = 12 * 8 * 8 * 8;
   const auto whole = extract_shells(*dataset, level);
-  const auto cut = extract_shells(*dataset, level, {}, kShellCells, kMost);
+  const auto cut = extract_shells(*dataset, level, {}, kShellCells, kMaxTriangles);
   const auto triangles = [](const EncodedTile& tile) { return tile.summary.triangles; };
-  EXPECT_GT(std::ranges::max(whole, {}, triangles).summary.triangles, kMost);
-  EXPECT_LE(std::ranges::max(cut, {}, triangles).summary.triangles, kMost);
+  EXPECT_GT(std::ranges::max(whole, {}, triangles).summary.triangles, kMaxTriangles);
+  EXPECT_LE(std::ranges::max(cut, {}, triangles).summary.triangles, kMaxTriangles);
   EXPECT_EQ(sorted_triangles(welded(decoded(cut), 5)), sorted_triangles(welded(decoded(whole), 5)));
 }
 

@@ -12,15 +12,15 @@ export function inTriangles(count: number): string {
 }
 
 // The range of an estimate, as in common/request/estimate_range.hpp.
-export const leastOfEstimate = 0.75;
-export const mostOfEstimate = 1.5;
+export const minEstimateFactor = 0.75;
+export const maxEstimateFactor = 1.5;
 
 // 15000 -> "11 000 to 23 000 triangles". `budget`: the most triangles that were allowed; 0: any number.
 export function inTriangleRange(estimate: number, budget = 0): string {
-  const most = mostOfEstimate * estimate;
+  const most = maxEstimateFactor * estimate;
   const isLimited = budget > 0 && budget < most;
   const to = isLimited ? budget : inTwoDigits(most, Math.ceil);
-  const from = Math.min(to, inTwoDigits(leastOfEstimate * estimate, Math.floor));
+  const from = Math.min(to, inTwoDigits(minEstimateFactor * estimate, Math.floor));
   if (from === to) return inTriangles(to);
   if (from >= 999_500) return `${inDigits(from / 1e6, 2)} to ${inTriangles(to)}`;
   return `${grouped(from)} to ${inTriangles(to)}`;

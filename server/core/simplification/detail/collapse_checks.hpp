@@ -20,11 +20,11 @@ namespace multitetra {
 // degenerate, when its third vertex moves onto w_0. `before` is its current normal_of.
 [[nodiscard]] inline bool turns_over(const Vec3& before, std::span<const Vec3> places,
                                      std::size_t i) {
-  constexpr double kLeastSquaredCosine = 0.04;
+  constexpr double kMinSquaredCosine = 0.04;
   const Vec3 after = normal_of(places[0], places[i], places[i + 1]);
   const double along = dot(before, after);
   return !(along > 0) ||
-         along * along < kLeastSquaredCosine * squared_length(before) * squared_length(after);
+         along * along < kMinSquaredCosine * squared_length(before) * squared_length(after);
 }
 
 // Returns whether this holds for any triangle of the ring when u moves onto w_0.

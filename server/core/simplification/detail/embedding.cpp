@@ -9,7 +9,7 @@ namespace multitetra {
 namespace {
 
 // Fans with more triangles are not tracked by bit mask.
-constexpr std::size_t kMostBits = 64;
+constexpr std::size_t kMaxBits = 64;
 
 std::vector<TriangleBox> boxes_of(const CollapsingMesh& mesh,
                                   std::span<const LatticePoint> vertices, Obstacles obstacles) {
@@ -74,7 +74,7 @@ void Embedding::set_up_fan(std::span<const std::uint32_t> ring) {
 // The star of w_0 contains all triangles of the fan; that of w_k those before and after it.
 void Embedding::find_disjoint_stars(std::span<const std::uint32_t> ring) {
   disjoint_stars_.assign(ring.size(), 0);
-  if (fan_.size() > kMostBits) return;
+  if (fan_.size() > kMaxBits) return;
   for (std::uint32_t place = 0; place < ring.size(); ++place) {
     if (!is_star_clear(ring, place)) continue;
     if (place == 0) {
@@ -153,7 +153,7 @@ bool Embedding::fan_meets(std::uint32_t t) const {
   const LatticeTriangle other = triangle(t);
   const TriangleBox box = box_of(other);
   for (std::size_t k = 0; k < fan_.size(); ++k) {
-    if (k < kMostBits && (bits >> k & 1) != 0) continue;
+    if (k < kMaxBits && (bits >> k & 1) != 0) continue;
     if (!fan_[k].box.touches(box) || touches_only_shared_corners(fan_[k].plane, other)) continue;
     if (intersect(fan_[k].plane, LatticePlane(other))) return true;
   }

@@ -15,13 +15,13 @@ namespace {
 
 constexpr int kPasses = 4;
 // A pass that removes a smaller fraction of the vertices is the last.
-constexpr double kLeastProgress = 0.01;
+constexpr double kMinProgress = 0.01;
 constexpr std::size_t kBetweenCheckpoints = 8192;
 // Without a check per collapse, the few collapses that cause intersections are found afterwards,
 // which is faster. Their vertices are then fixed and the stage is repeated; after this many rounds
 // all collapses are checked.
 constexpr int kUncheckedRounds = 4;
-constexpr std::size_t kMostNeighbours = 32;  // Work grows with their square.
+constexpr std::size_t kMaxNeighbours = 32;  // Work grows with their square.
 // The weight of a squared length relative to a squared height above the surface. A smaller one
 // yields more long and thin triangles in the end.
 constexpr double kLengthWeight = 0.5;
@@ -30,8 +30,8 @@ constexpr double kLengthWeight = 0.5;
 // second stage but more triangles, especially for small limits.
 double first_stage_share(double limit_in_voxels) {
   constexpr double kShareAtOneVoxel = 0.14;
-  constexpr double kMost = 0.3;
-  return std::min(kShareAtOneVoxel * std::sqrt(limit_in_voxels), kMost);
+  constexpr double kMaxShare = 0.3;
+  return std::min(kShareAtOneVoxel * std::sqrt(limit_in_voxels), kMaxShare);
 }
 
 class Sweeps {
@@ -71,7 +71,7 @@ class Sweeps {
         open[kept++] = u;
       }
       open.resize(kept);
-      if (static_cast<double>(gone) < kLeastProgress * static_cast<double>(kept)) break;
+      if (static_cast<double>(gone) < kMinProgress * static_cast<double>(kept)) break;
     }
   }
 
@@ -134,7 +134,7 @@ class Sweeps {
 
   bool try_vertex(std::uint32_t u, int pass) {
     mesh_.ring(u, ring_);
-    if (ring_.size() > kMostNeighbours) return false;
+    if (ring_.size() > kMaxNeighbours) return false;
     turn_to_goal(positions_[u]);
     if (a_triangle_turns_over() || merges_boundaries(mesh_, ring_)) return false;
     const double limit = limit_around(positions_[u]);

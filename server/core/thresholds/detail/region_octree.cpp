@@ -8,7 +8,7 @@ namespace multitetra {
 namespace {
 
 constexpr std::size_t kShortList = 12;  // Lists of at most this length are not divided.
-constexpr double kLeastSide = 8;  // Grid steps. The region of a finest point has a side of 4 to 6.
+constexpr double kMinSide = 8;  // Grid steps. The region of a finest point has a side of 4 to 6.
 // The maximum number of entries in all lists together.
 constexpr std::size_t kMaxEntries = 1 << 20;
 // The longest list that a query scans.
@@ -63,7 +63,7 @@ void RegionOctree::build(RegionSet::List all, const std::function<void()>& check
 
 bool RegionOctree::is_divisible(const Leaf& leaf, std::size_t entries) const {
   const std::size_t size = leaf.list.regions.size();
-  return !nodes_[leaf.cube.node].is_constant && size > kShortList && leaf.cube.side > kLeastSide &&
+  return !nodes_[leaf.cube.node].is_constant && size > kShortList && leaf.cube.side > kMinSide &&
          entries + 7 * size <= kMaxEntries;
 }
 

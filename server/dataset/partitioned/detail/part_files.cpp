@@ -120,8 +120,8 @@ Result<nlohmann::json> json_with_checksum(std::string_view text, const char* for
 std::optional<std::string> small_text(const fs::path& file) {
   if (!fs::exists(file)) return std::nullopt;
   const FileSource source(file);
-  constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
-  if (source.size() > kMostBytes) throw DatasetFileError(file, "it is longer than 256 MiB.");
+  constexpr std::uint64_t kMaxBytes = std::uint64_t{256} << 20;
+  if (source.size() > kMaxBytes) throw DatasetFileError(file, "it is longer than 256 MiB.");
   std::string text(source.size(), '\0');
   source.read(0, std::as_writable_bytes(std::span(text)));
   return text;

@@ -14,10 +14,10 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kMostDimensions = 8;
-constexpr std::int64_t kMostLength = std::int64_t{1} << 40;
-constexpr std::uint64_t kMostChunkBytes = std::uint64_t{1} << 30;
-constexpr std::uint64_t kMostChunksOfAShard = std::uint64_t{1} << 20;
+constexpr std::size_t kMaxDimensions = 8;
+constexpr std::int64_t kMaxLength = std::int64_t{1} << 40;
+constexpr std::uint64_t kMaxChunkBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxChunksPerShard = std::uint64_t{1} << 20;
 
 // Thrown while parsing metadata; the functions below convert it to a Result.
 struct Refused {
@@ -44,12 +44,12 @@ const Json& member(const Json& object, const char* key) {
 std::vector<std::int64_t> lengths_of(const Json& object, const char* key, std::int64_t least) {
   const Json& list = member(object, key);
   std::vector<std::int64_t> lengths;
-  if (!list.is_array() || list.empty() || list.size() > kMostDimensions) {
+  if (!list.is_array() || list.empty() || list.size() > kMaxDimensions) {
     refuse(std::string("its \"") + key + "\" is no list of 1 to 8 lengths: " + shown(list));
   }
   for (const Json& length : list) {
     if (!length.is_number_integer() || length.is_number_float() || length < least ||
-        length > kMostLength) {
+        length > kMaxLength) {
       refuse(std::string("its \"") + key + "\" has a length that is none: " + shown(length));
     }
     lengths.push_back(length.get<std::int64_t>());
@@ -152,7 +152,7 @@ void check_sizes(const ArrayLayout& layout) {
     refuse("its chunks have " + std::to_string(layout.chunk.size()) + " dimensions and the array " +
            std::to_string(layout.shape.size()));
   }
-  (void)product_of(layout.chunk, kMostChunkBytes / bytes_of(layout.type), "chunks");
+  (void)product_of(layout.chunk, kMaxChunkBytes / bytes_of(layout.type), "chunks");
 }
 
 std::vector<std::size_t> straight(std::size_t dimensions) {
@@ -223,7 +223,7 @@ void set_shards(ArrayLayout& layout, const Json& configuration, const Codecs& ou
     if (shard[i] % layout.chunk[i] != 0) refuse("its shards are no whole number of chunks");
     shards.chunk_counts.push_back(shard[i] / layout.chunk[i]);
   }
-  (void)product_of(shards.chunk_counts, kMostChunksOfAShard, "shards");
+  (void)product_of(shards.chunk_counts, kMaxChunksPerShard, "shards");
   const Codecs inner = codecs_of(member(configuration, "codecs"), shard.size());
   const Codecs index = codecs_of(member(configuration, "index_codecs"), shard.size() + 1);
   if (inner.shards != nullptr || index.shards != nullptr) refuse("it has shards inside shards");

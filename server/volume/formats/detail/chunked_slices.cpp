@@ -11,9 +11,9 @@
 namespace multitetra {
 namespace {
 
-constexpr std::uint64_t kMostLayerBytes = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxLayerBytes = std::uint64_t{1} << 30;
 // Limit for chunks and shard indices in progress; one chunk is always allowed.
-constexpr std::uint64_t kMostWorkBytes = std::uint64_t{1} << 29;
+constexpr std::uint64_t kMaxWorkBytes = std::uint64_t{1} << 29;
 
 // Calls body(0) to body(count - 1) on up to `threads` threads; rethrows one of their exceptions.
 // Starts its own threads, since thread pools do not survive a fork.
@@ -54,7 +54,7 @@ class Chunks {
   [[nodiscard]] std::size_t parallel_requests() const {
     const std::uint64_t index = layout_.shards ? 2 * shard_index_bytes(layout_) : 0;
     const std::uint64_t each = 3 * std::uint64_t{layout_.chunk_bytes()} + index;
-    return std::clamp<std::size_t>(kMostWorkBytes / each, 1, store_->parallel_requests());
+    return std::clamp<std::size_t>(kMaxWorkBytes / each, 1, store_->parallel_requests());
   }
 
   // Returns the numbers of a chunk; nullopt if it is missing.
@@ -210,7 +210,7 @@ class ChunkedSlices : public StoredSlices {
     if (z >= begin_ && stop <= end_) return;
     const std::int64_t layer_begin = layer * chunk_[2];
     const bool whole =
-        static_cast<std::uint64_t>(layer_end - layer_begin) * slice_bytes_ <= kMostLayerBytes;
+        static_cast<std::uint64_t>(layer_end - layer_begin) * slice_bytes_ <= kMaxLayerBytes;
     begin_ = whole ? layer_begin : z;
     end_ = begin_;  // Nothing is valid until all of it is loaded.
     const std::int64_t new_end = whole ? layer_end : stop;

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostContourBytes = std::uint64_t{16} << 20;
+constexpr std::uint64_t kMaxContourBytes = std::uint64_t{16} << 20;
 
 // <contour primary="true"><level>0.05</level>; before version 3 <contourLevel>0.05</contourLevel>.
 struct ContourHandler {
@@ -71,11 +71,10 @@ std::string entry_number(const std::string& name) {
 
 std::optional<double> contour_level_in(const fs::path& file) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMostContourBytes ||
-      error) {
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMaxContourBytes || error) {
     return std::nullopt;
   }
-  const std::string text = InputFile(file).beginning(kMostContourBytes);
+  const std::string text = InputFile(file).beginning(kMaxContourBytes);
   return file.extension() == ".json" ? contour_level_in_json(text) : contour_level_in_xml(text);
 }
 

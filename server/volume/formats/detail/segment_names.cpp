@@ -44,7 +44,7 @@ void add_line(std::string_view line, std::map<std::int64_t, Segment>& segments) 
   const std::size_t under = key.find('_');
   if (under == std::string_view::npos) return;
   const std::optional<std::int64_t> number = integer(key.substr(0, under));
-  if (!number || *number < 0 || segments.size() >= kMostSourceMembers) return;
+  if (!number || *number < 0 || segments.size() >= kMaxSourceMembers) return;
   Segment& segment = segments[*number];
   const std::string_view what = key.substr(under + 1);
   const std::string value(trimmed(line.substr(value_at + 2)));

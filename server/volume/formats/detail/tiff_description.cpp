@@ -14,7 +14,7 @@
 namespace multitetra {
 namespace {
 
-constexpr std::int64_t kMostTiffPages = std::int64_t{1} << 24;
+constexpr std::int64_t kMaxTiffPages = std::int64_t{1} << 24;
 
 tl::unexpected<Error> no_description(const std::string& problem) {
   return fail(ErrorCode::kInvalidArgument, problem);
@@ -32,7 +32,7 @@ std::int64_t count_of(const Values& values, std::string_view name) {
   const std::string text = text_of_value(values, name);
   if (text.empty()) return 1;
   const std::int64_t count = integer(text).value_or(0);
-  return count <= kMostTiffPages ? std::max<std::int64_t>(count, 0) : 0;
+  return count <= kMaxTiffPages ? std::max<std::int64_t>(count, 0) : 0;
 }
 
 std::optional<double> length_of(const Values& values, std::string_view name) {
@@ -45,8 +45,8 @@ Result<void> order_pages(TiffDescription& description, std::string_view order) {
   const std::int64_t slices = description.slices;
   const std::int64_t channels = description.channels;
   const std::int64_t times = description.times.count;
-  if (slices < 1 || channels < 1 || times < 1 || slices * channels > kMostTiffPages ||
-      slices * channels * times > kMostTiffPages) {
+  if (slices < 1 || channels < 1 || times < 1 || slices * channels > kMaxTiffPages ||
+      slices * channels * times > kMaxTiffPages) {
     return no_description("its counts of slices, channels and times are no counts");
   }
   const auto step = [&](char axis) {
@@ -162,7 +162,7 @@ class OmeParser {
       const std::int64_t page = count_of_first(block, "IFD");
       const std::int64_t count = block.contains("PlaneCount") ? count_of(block, "PlaneCount") : 1;
       if (z < 0 || z >= description.slices || c < 0 || c >= description.channels || t < 0 ||
-          t >= description.times.count || page < 0 || page > kMostTiffPages) {
+          t >= description.times.count || page < 0 || page > kMaxTiffPages) {
         return no_description("its description has pages of slices that it has not");
       }
       const auto first =

@@ -41,9 +41,9 @@ class StreamUnpacker {
   // Consumes the front of `packed` and fills the front of `into`; both shrink.
   Progress run(std::span<const std::byte>& packed, std::span<std::byte>& into) {
     if (packing_ == Packing::kHex) return run_hex(packed, into);
-    constexpr std::size_t kMost = std::size_t{1} << 30;  // The libraries use 32-bit counts.
-    const auto in = static_cast<unsigned>(std::min(packed.size(), kMost));
-    const auto out = static_cast<unsigned>(std::min(into.size(), kMost));
+    constexpr std::size_t kMax = std::size_t{1} << 30;  // The libraries use 32-bit counts.
+    const auto in = static_cast<unsigned>(std::min(packed.size(), kMax));
+    const auto out = static_cast<unsigned>(std::min(into.size(), kMax));
     unsigned in_left = 0;
     unsigned out_left = 0;
     Progress progress = Progress::kDamaged;
@@ -168,8 +168,8 @@ Result<std::size_t> unpack_blosc(std::span<const std::byte> packed, std::span<st
 }
 
 Result<std::size_t> unpack_lz4(std::span<const std::byte> packed, std::span<std::byte> into) {
-  constexpr std::size_t kMost = std::numeric_limits<int>::max();
-  if (packed.size() > kMost || into.size() > kMost) return damaged("it is too large for LZ4");
+  constexpr std::size_t kMax = std::numeric_limits<int>::max();
+  if (packed.size() > kMax || into.size() > kMax) return damaged("it is too large for LZ4");
   const int done = LZ4_decompress_safe(
       reinterpret_cast<const char*>(packed.data()), reinterpret_cast<char*>(into.data()),
       static_cast<int>(packed.size()), static_cast<int>(into.size()));

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMostDirectoryBytes = std::uint64_t{1} << 28;
+constexpr std::uint64_t kMaxDirectoryBytes = std::uint64_t{1} << 28;
 constexpr std::uint32_t kInZip64 = 0xFFFFFFFF;
 
 struct ZipEntry {
@@ -54,8 +54,8 @@ class ZipStore : public ObjectStore {
     if (offset == kFromEnd) offset = entry->plain - length;
     length = offset > entry->plain ? 0 : std::min(length, entry->plain - offset);
     if (entry->is_deflated) {
-      constexpr std::uint64_t kMostUnpacked = std::uint64_t{1} << 28;
-      if (entry->plain > kMostUnpacked) fail(key, "it is a large shard that is deflated");
+      constexpr std::uint64_t kMaxUnpackedBytes = std::uint64_t{1} << 28;
+      if (entry->plain > kMaxUnpackedBytes) fail(key, "it is a large shard that is deflated");
       const std::vector<std::byte> all = whole(key, *entry);
       const auto begin = all.begin() + static_cast<std::ptrdiff_t>(offset);
       return std::vector<std::byte>(begin, begin + static_cast<std::ptrdiff_t>(length));
@@ -81,9 +81,9 @@ class ZipStore : public ObjectStore {
 
   void read_directory() {
     constexpr std::size_t kEndBytes = 22;
-    constexpr std::size_t kMostComment = 65535;
-    const auto count =
-        static_cast<std::size_t>(std::min<std::uint64_t>(file_.size(), kEndBytes + kMostComment));
+    constexpr std::size_t kMaxCommentBytes = 65535;
+    const auto count = static_cast<std::size_t>(
+        std::min<std::uint64_t>(file_.size(), kEndBytes + kMaxCommentBytes));
     std::string tail(count, '\0');
     file_.read(file_.size() - count, std::as_writable_bytes(std::span(tail)));
     const std::size_t found = tail.rfind(std::string_view("PK\5\6", 4));
@@ -101,7 +101,7 @@ class ZipStore : public ObjectStore {
       size = long_record.at<std::uint64_t>(40);
       offset = long_record.at<std::uint64_t>(48);
     }
-    if (size > kMostDirectoryBytes || offset > file_.size() || size > file_.size() - offset) {
+    if (size > kMaxDirectoryBytes || offset > file_.size() || size > file_.size() - offset) {
       fail("", "the directory of this zip archive is damaged");
     }
     std::string directory(size, '\0');

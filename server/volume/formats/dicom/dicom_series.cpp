@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostFiles = 100'000;
+constexpr std::size_t kMaxSeriesFiles = 100'000;
 
 using Series = std::map<std::string, std::vector<DicomImage>>;
 
@@ -300,8 +300,8 @@ std::vector<fs::path> dicom_files(const fs::path& folder) {
     std::error_code ignored;
     if (file_name.starts_with('.') || file_name == "DICOMDIR" || !entry->is_regular_file(ignored))
       continue;
-    if (files.size() >= kMostFiles) {
-      fail_reading(folder, "it holds more than " + std::to_string(kMostFiles) + " DICOM files",
+    if (files.size() >= kMaxSeriesFiles) {
+      fail_reading(folder, "it holds more than " + std::to_string(kMaxSeriesFiles) + " DICOM files",
                    "Give the folder of one series");
     }
     if (is_dicom(InputFile(entry->path()).beginning(132))) {

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostDatasets = 10'000;
+constexpr std::size_t kMaxDatasets = 10'000;
 
 std::optional<StoredType> type_of_dataset(hid_t dataset) {
   const Hdf5Id type(H5Dget_type(dataset), &H5Tclose);
@@ -55,7 +55,7 @@ struct FoundDatasets {
 herr_t note_dataset(hid_t group, const char* name, const H5O_info_t* info, void* found) {
   if (info->type != H5O_TYPE_DATASET) return 0;
   auto& names = static_cast<FoundDatasets*>(found)->names;
-  if (names.size() >= kMostDatasets) return 1;
+  if (names.size() >= kMaxDatasets) return 1;
   const Hdf5Id dataset(H5Dopen2(group, name, H5P_DEFAULT), &H5Dclose);
   if (!dataset) return 0;
   std::size_t sides = 0;

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostVtkHeaderBytes = std::size_t{1} << 16;
+constexpr std::size_t kMaxVtkHeaderBytes = std::size_t{1} << 16;
 
 [[noreturn]] void fail_in_header(const fs::path& file, const std::string& problem) {
   fail_reading(file, problem, "Save it as structured points, for example with ParaView");
@@ -37,7 +37,7 @@ StoredType legacy_vtk_type(const fs::path& file, const std::string& name) {
 class VtkLines {
  public:
   explicit VtkLines(const fs::path& file)
-      : file_(file), text_(InputFile(file).beginning(kMostVtkHeaderBytes)) {}
+      : file_(file), text_(InputFile(file).beginning(kMaxVtkHeaderBytes)) {}
 
   // Returns the words of the next line that is not empty.
   std::vector<std::string> next() {

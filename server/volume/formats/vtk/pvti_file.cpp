@@ -58,9 +58,9 @@ class PvtiSlices : public StoredSlices {
 
   // Opens pieces on demand and limits the number of open ones.
   StoredSlices& slices_of(std::size_t number) {
-    constexpr std::size_t kMostOpen = 64;
+    constexpr std::size_t kMaxOpen = 64;
     if (!open_[number]) {
-      if (opened_.size() == kMostOpen) {
+      if (opened_.size() == kMaxOpen) {
         open_[opened_.front()].reset();
         opened_.erase(opened_.begin());
       }
@@ -113,15 +113,15 @@ void check_cover(const fs::path& path, const std::vector<PlacedPiece>& pieces,
 }  // namespace
 
 StoredVolume open_pvti(const fs::path& path, const VolumeChoice& choice) {
-  constexpr std::size_t kMostPieces = 4096;
-  constexpr std::size_t kMostBytes = std::size_t{1} << 24;
+  constexpr std::size_t kMaxPieces = 4096;
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 24;
   const InputFile file(path);
-  std::string text = file.beginning(kMostBytes);
+  std::string text = file.beginning(kMaxBytes);
   const Result<PvtiHeader> parsed = parse_pvti(text);
   if (!parsed) fail_reading(path, parsed.error().text, "Save it again");
-  if (parsed->pieces.empty() || parsed->pieces.size() > kMostPieces) {
+  if (parsed->pieces.empty() || parsed->pieces.size() > kMaxPieces) {
     fail_reading(path, "it has " + std::to_string(parsed->pieces.size()) + " pieces",
-                 "Save it as 1 to " + std::to_string(kMostPieces) + " pieces");
+                 "Save it as 1 to " + std::to_string(kMaxPieces) + " pieces");
   }
   std::vector<PlacedPiece> pieces;
   StoredVolume volume;

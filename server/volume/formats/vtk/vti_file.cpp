@@ -53,7 +53,7 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
 VolumeContents other_contents(const VtiHeader& header, const VtiArray& chosen) {
   VolumeContents members;
   for (const VtiArray& array : header.arrays) {
-    if (array.of_cells != chosen.of_cells || members.fields.size() == kMostSourceMembers) continue;
+    if (array.of_cells != chosen.of_cells || members.fields.size() == kMaxSourceMembers) continue;
     const std::string name = member_name_from(array.name);
     if (name.empty()) {
       members.unnamed.push_back(array.name);

@@ -139,8 +139,8 @@ class PackedSampleBytes : public SampleBytes {
     const std::uint64_t count = head[0];
     block_bytes_ = head[1];
     last_bytes_ = head[2] != 0 ? head[2] : head[1];
-    constexpr std::uint64_t kMostBlockBytes = std::uint64_t{1} << 31;
-    if (count == 0 || count > needed || block_bytes_ == 0 || block_bytes_ > kMostBlockBytes ||
+    constexpr std::uint64_t kMaxBlockBytes = std::uint64_t{1} << 31;
+    if (count == 0 || count > needed || block_bytes_ == 0 || block_bytes_ > kMaxBlockBytes ||
         last_bytes_ > block_bytes_ || (count - 1) * block_bytes_ + last_bytes_ != needed ||
         block_bytes_ % sample_width != 0) {
       fail_reading(file.path(),

@@ -237,7 +237,7 @@ TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
   };
   EXPECT_FALSE(is_there(kSimplified, {.certified_triangles = 0}));
   EXPECT_FALSE(is_there(kSimplified, {.certified_triangles = 1e6}));
-  EXPECT_FALSE(is_there(kSimplified, {}, {.triangles = 1.1 * kMostCertifiedTriangles}));
+  EXPECT_FALSE(is_there(kSimplified, {}, {.triangles = 1.1 * kMaxCertifiedTriangles}));
   IsosurfaceRequest with_budget = kSimplified;
   with_budget.max_triangles = 1'000'000;
   EXPECT_FALSE(is_there(with_budget, {}));

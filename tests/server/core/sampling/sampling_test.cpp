@@ -208,7 +208,7 @@ TEST(Slice, HugeVolumesStayWithinTheLimit) {
       for (double& part : *step) part = 20 * fields::uniform(random) - 10;
     }
     const bool is_coarse = slice_spacing(plane, info) == 8;
-    EXPECT_TRUE(is_coarse || bricks_crossed(plane, info) <= kMostSliceBricks);
+    EXPECT_TRUE(is_coarse || bricks_crossed(plane, info) <= kMaxSliceBricks);
   }
   SliceRequest whole = layer(info, 2, 100);
   EXPECT_EQ(slice_spacing(whole, info), 8);

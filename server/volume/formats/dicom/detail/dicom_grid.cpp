@@ -20,7 +20,7 @@ constexpr double kOnGrid = 0.1;
 constexpr double kReportedDeviation = 0.01;
 constexpr double kTilt = 1e-3;  // Minimum cosine of an axis and the slice step.
 // Maximum number of slices of an interpolated grid.
-constexpr double kMostSlices = 1e5;
+constexpr double kMaxSlices = 1e5;
 
 double usual_gap(const std::vector<DicomImage>& stack) {
   std::vector<double> gaps;
@@ -56,7 +56,7 @@ double usual_gap(const std::vector<DicomImage>& stack) {
 
 // Returns the number of samples along an axis of the grid; throws if it exceeds the limit.
 std::int64_t grid_count(const fs::path& place, double count, const char* what) {
-  if (count <= kMostSlices) return static_cast<std::int64_t>(count);
+  if (count <= kMaxSlices) return static_cast<std::int64_t>(count);
   fail_reading(place,
                "its slices are so far apart that an even grid through them would have " +
                    rounded_text(count) + " " + what,

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kMostDicomFrames = 100'000;
+constexpr std::uint32_t kMaxDicomFrames = 100'000;
 
 std::string text_at(const gdcm::DataSet& data, const gdcm::Tag& tag, std::size_t most = 1024) {
   if (!data.FindDataElement(tag)) return {};
@@ -262,9 +262,9 @@ std::vector<DicomImage> dicom_images(const fs::path& path) {
   for (std::size_t axis = 0; axis < std::min<std::size_t>(dims.size(), 2); ++axis)
     image.size[axis] = dims[axis];
   if (dims.size() > 2) image.frames = dims[2];
-  if (image.frames < 1 || image.frames > kMostDicomFrames) {
+  if (image.frames < 1 || image.frames > kMaxDicomFrames) {
     fail_reading(path, "it has " + std::to_string(image.frames) + " frames",
-                 "Give one with 1 to " + std::to_string(kMostDicomFrames));
+                 "Give one with 1 to " + std::to_string(kMaxDicomFrames));
   }
   const gdcm::PixelFormat format = gdcm::ImageHelper::GetPixelFormatValue(file);
   const std::optional<StoredType> type = dicom_type(format);

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kDeepest = 8;  // Nesting of virtual datasets.
-constexpr std::size_t kMostSources = 100'000;
+constexpr std::size_t kMaxSources = 100'000;
 
 // Keeps the first error of libhdf5, which the innermost function reports.
 herr_t keep_problem(unsigned, const H5E_error2_t* error, void* into) {
@@ -112,7 +112,7 @@ std::vector<std::string> source_names(const std::string& pattern, const fs::path
   names.push_back(replaced(0));
   if (names[0] == replaced(1)) return names;
   std::error_code error;
-  while (names.size() < kMostSources &&
+  while (names.size() < kMaxSources &&
          fs::exists(fs::path(file).replace_filename(replaced(names.size())), error)) {
     names.push_back(replaced(names.size()));
   }
@@ -124,7 +124,7 @@ void check_sources(const fs::path& file, hid_t dataset, hid_t creation, bool all
                    int depth) {
   std::size_t count = 0;
   H5Pget_virtual_count(creation, &count);
-  if (depth == kDeepest || count > kMostSources) {
+  if (depth == kDeepest || count > kMaxSources) {
     fail_reading(file, "its virtual dataset has too many sources, or sources of sources",
                  "Copy it into one dataset");
   }
@@ -205,7 +205,7 @@ std::vector<double> hdf5_numbers(hid_t object, const char* name, std::size_t mos
 }
 
 std::string hdf5_text(hid_t object, const char* name) {
-  constexpr std::size_t kMostTextBytes = 4096;
+  constexpr std::size_t kMaxTextBytes = 4096;
   if (H5Aexists(object, name) <= 0) return {};
   const Hdf5Id attribute(H5Aopen(object, name, H5P_DEFAULT), &H5Aclose);
   const Hdf5Id type(H5Aget_type(attribute.get()), &H5Tclose);
@@ -220,7 +220,7 @@ std::string hdf5_text(hid_t object, const char* name) {
     return result;
   }
   const std::size_t size = H5Tget_size(type.get());
-  if ((count != 1 && size != 1) || static_cast<std::size_t>(count) * size > kMostTextBytes)
+  if ((count != 1 && size != 1) || static_cast<std::size_t>(count) * size > kMaxTextBytes)
     return {};
   std::string text(static_cast<std::size_t>(count) * size, '\0');
   if (H5Aread(attribute.get(), type.get(), text.data()) < 0) return {};

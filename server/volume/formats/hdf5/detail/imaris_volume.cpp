@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMostImages = 10'000;
+constexpr std::int64_t kMaxImages = 10'000;
 
 // Imaris stores numbers in attributes as text.
 std::optional<double> imaris_number(hid_t object, const std::string& name) {
@@ -38,7 +38,7 @@ bool has_object(hid_t file, const std::string& path) {
 
 std::int64_t count_of(hid_t file, const std::string& before) {
   std::int64_t count = 0;
-  while (count < kMostImages && has_object(file, before + std::to_string(count))) ++count;
+  while (count < kMaxImages && has_object(file, before + std::to_string(count))) ++count;
   return count;
 }
 

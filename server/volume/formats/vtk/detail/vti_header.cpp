@@ -194,9 +194,9 @@ class VtiParser {
     if (++pieces_ > 1) return print_error("it has several pieces; save it as one");
     const auto count = [this](const std::string& text) -> std::uint64_t {
       std::array<std::int64_t, 1> number{};
-      constexpr std::int64_t kMost = 0xFFFFFFFF;
+      constexpr std::int64_t kMax = 0xFFFFFFFF;
       if (text.empty()) return 0;
-      if (!read_numbers(text, number) || number[0] < 0 || number[0] > kMost) {
+      if (!read_numbers(text, number) || number[0] < 0 || number[0] > kMax) {
         print_error("its piece has '" + text.substr(0, 40) + "' points or cells");
       }
       return static_cast<std::uint64_t>(number[0]);
