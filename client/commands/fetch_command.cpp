@@ -73,7 +73,7 @@ class Output {
       for (std::size_t i = 0; i < parts.size(); ++i) {
         scene.push_back({.name = parts[i].name, .mesh = &surfaces[i].mesh});
       }
-      return write_file(arguments_.mesh, scene_glb(scene));
+      return write_file(arguments_.mesh, scene_glb(scene, surfaces.front().world));
     }
     for (std::size_t i = 0; i < parts.size(); ++i) {
       write_file(parts[i].mesh_file, file_of(surfaces[i]));
@@ -95,7 +95,9 @@ class Output {
  private:
   [[nodiscard]] std::string file_of(const OutputSurface& surface) const {
     return mesh_file(surface.mesh, format_,
-                     {.lattice = surface.lattice, .min_component = surface.min_component});
+                     {.lattice = surface.lattice,
+                      .min_component = surface.min_component,
+                      .world = surface.world});
   }
   static void print(const FetchReport& report) {
     if (report.error) return;
@@ -201,7 +203,7 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
     report.self_intersecting_triangles = lattice_intersections(mesh).triangles;
   }
   OutputSurface written = output.surface_of(*final_step);
-  const std::string left_out = removed_text(written, arguments.order.surface);
+  const std::string left_out = removed_text(written);
   if (!left_out.empty()) surface.notices.add("The file has " + left_out + ".");
   const std::string accuracy = accuracy_text(*final_step->step);
   if (!accuracy.empty() && !arguments.quiet) std::cerr << accuracy << std::endl;
@@ -270,6 +272,7 @@ int fetch(const FetchArguments& arguments) {
   output.final_steps(parts, surfaces);
   for (std::size_t i = 0; i < parts.size(); ++i) {
     reports[i].components_written = surfaces[i].components;
+    reports[i].triangles_written = surfaces[i].mesh.triangles.size();
     reports[i].mesh_file = parts[i].mesh_file;
   }
   output.report(reports);

@@ -183,7 +183,7 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, Connected
     if (each.topology.triangles == 0) {
       surface.notices.add(empty_surface_text(request, surface.info));
     }
-    const std::string left_out = removed_text(each.drawn, arguments.order.surface);
+    const std::string left_out = removed_text(each.drawn);
     if (!left_out.empty()) surface.notices.add("The picture has " + left_out + ".");
     taken.surfaces.push_back(std::move(each));
   }

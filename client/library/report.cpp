@@ -80,6 +80,8 @@ Json json_of(const FetchReport& report) {
       {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
       {"components_written",
        report.components_written ? Json(*report.components_written) : Json(nullptr)},
+      {"triangles_written",
+       report.triangles_written ? Json(*report.triangles_written) : Json(nullptr)},
   };
   json.update(json_of(report.measures, report.distance_bound, area_is_exact(report)));
   json["self_intersecting_triangles"] = report.self_intersecting_triangles
@@ -168,16 +170,12 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
   std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
   if (has_members) rows.front().push_back("MEMBER OF SERIES");
   for (const DatasetInfo& info : datasets) {
-    std::string isovalues;
-    for (const double isovalue : info.suggested_isovalues) {
-      isovalues += (isovalues.empty() ? "" : ", ") + human_number(isovalue);
-    }
     rows.push_back({printable(info.name),
                     std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
                         std::to_string(info.dims[2]),
                     std::string(name(info.type)),
                     human_number(info.min) + " to " + human_number(info.max),
-                    isovalues.empty() ? "none" : isovalues});
+                    human_suggestions(info)});
     if (has_members)
       rows.back().push_back(info.member ? printable(human_member(*info.member)) : "-");
   }

@@ -2,6 +2,9 @@
 
 #include <array>
 #include <cstdio>
+#include <string_view>
+
+#include "common/request/tissues.hpp"
 
 namespace multitetra {
 namespace {
@@ -63,6 +66,16 @@ std::string human_error(double world, LengthUnit unit, const DatasetInfo& info) 
   if (unit == LengthUnit::kWorld) return length;
   const std::string voxels = human_number(world / voxel_length(info));
   return voxels + (voxels == "1" ? " voxel (" : " voxels (") + length + ")";
+}
+
+std::string human_suggestions(const DatasetInfo& info) {
+  std::string text;
+  for (const double isovalue : info.suggested_isovalues) {
+    const std::string_view tissue = tissue_at(isovalue, info);
+    text += (text.empty() ? "" : ", ") + human_number(isovalue);
+    if (!tissue.empty()) text.append(" (").append(tissue).append(")");
+  }
+  return text.empty() ? "none" : text;
 }
 
 std::string human_member(const SeriesMember& member) {

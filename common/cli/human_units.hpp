@@ -24,6 +24,9 @@ namespace multitetra {
 // or "0.24 mm".
 [[nodiscard]] std::string human_error(double world, LengthUnit unit, const DatasetInfo& info);
 
+// "-300.5 (skin), 300.5 (bone)", with what is known about them; "none".
+[[nodiscard]] std::string human_suggestions(const DatasetInfo& info);
+
 // "heart", field p, time 0.25 s, label 3 (liver, #dd8265); omits unknown parts.
 [[nodiscard]] std::string human_member(const SeriesMember& member);
 

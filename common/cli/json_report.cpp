@@ -197,15 +197,14 @@ Json json_of(const std::optional<SurfaceMeasures>& measures, std::optional<doubl
 
 std::vector<std::string> volume_notice(const SurfaceMeasures& measures,
                                        std::optional<double> distance_bound) {
-  constexpr double kWide = 0.1;
+  constexpr double kWide = 0.02;
   const auto bound = volume_bound(measures, distance_bound);
   if (!bound || *bound <= kWide * std::abs(*measures.volume)) return {};
   const double percent = 100 * *bound / std::abs(*measures.volume);
   const std::string part =
       std::isfinite(percent) ? std::to_string(std::llround(percent)) + " % of" : "more than";
   return {"volume_bound is " + part +
-          " the volume; a smaller --error narrows it, down to --error 0 "
-          "with --lattice 8."};
+          " the volume; to quote the volume use --error 0 --lattice 8, which narrows it most."};
 }
 
 std::string text_of(const Json& json) {

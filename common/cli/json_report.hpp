@@ -40,7 +40,7 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] Json json_of(const std::optional<SurfaceMeasures>& measures,
                            std::optional<double> distance_bound,
                            std::optional<bool> is_full_resolution);
-// Returns advice if volume_bound exceeds a tenth of the volume.
+// Returns advice if volume_bound exceeds a fiftieth of the volume.
 [[nodiscard]] std::vector<std::string> volume_notice(const SurfaceMeasures& measures,
                                                      std::optional<double> distance_bound);
 

@@ -109,6 +109,14 @@ bool flips_x_and_y(const SurfaceArguments& arguments, const DatasetInfo& info) {
   return info.meaning.space != (arguments.space == "lps" ? WorldSpace::kLps : WorldSpace::kRas);
 }
 
+PhysicalMeaning world_of(const SurfaceArguments& arguments, const DatasetInfo& info) {
+  if (arguments.query.coordinates != CoordinateSystem::kWorld) return {};
+  PhysicalMeaning world = info.meaning;
+  if (arguments.space == "lps") world.space = WorldSpace::kLps;
+  if (arguments.space == "ras") world.space = WorldSpace::kRas;
+  return world;
+}
+
 }  // namespace
 
 Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
@@ -125,21 +133,22 @@ Affine output_map(const SurfaceArguments& arguments, const DatasetInfo& info) {
 OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& arguments,
                              const DatasetInfo& info) {
   const MeshComponents components = components_of(mesh);
+  const double shortest = components.least(arguments.query.min_component);
   const Affine map = output_map(arguments, info);
   OutputSurface output{.mesh = {},
+                       .world = world_of(arguments, info),
                        .lattice = mesh.resolution,
-                       .min_component = arguments.query.min_component,
-                       .components = components.count_at_least(arguments.query.min_component),
+                       .min_component = shortest,
+                       .components = components.count_at_least(shortest),
                        .total_components = components.diagonals.size()};
-  output.mesh =
-      output.components == output.total_components
-          ? positioned(mesh, map)
-          : positioned(with_components(mesh, components, arguments.query.min_component), map);
+  output.mesh = output.components == output.total_components
+                    ? positioned(mesh, map)
+                    : positioned(with_components(mesh, components, shortest), map);
   const double least =
       components.diagonals.empty() ? 0 : components.diagonals[components.largest()] / 8;
   std::uint32_t number = 0;
   for (const std::uint32_t component : components.of_vertex) {
-    if (components.diagonals[component] < arguments.query.min_component) continue;
+    if (components.diagonals[component] < shortest) continue;
     if (components.diagonals[component] >= least) output.large.push_back(number);
     ++number;
   }
@@ -149,10 +158,10 @@ OutputSurface output_surface(const LatticeMesh& mesh, const SurfaceArguments& ar
   return output;
 }
 
-std::string removed_text(const OutputSurface& surface, const SurfaceArguments& arguments) {
+std::string removed_text(const OutputSurface& surface) {
   if (surface.components == surface.total_components) return {};
   return human_count(surface.components) + " of " + human_count(surface.total_components) +
-         " components, those with a diagonal of " + human_number(arguments.query.min_component) +
+         " components, those with a diagonal of " + human_number(surface.min_component) +
          " samples or more";
 }
 

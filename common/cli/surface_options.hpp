@@ -57,6 +57,7 @@ void add_output_options(Command& command, SurfaceArguments& arguments);
 // A surface in the requested coordinates, with normals, without components that are too small.
 struct OutputSurface {
   PositionedMesh mesh;
+  PhysicalMeaning world = {};  // Of its coordinates; of sample indices nothing is known.
   int lattice = kDefaultLatticeResolution;  // Vertices are at multiples of 2^-lattice grid steps.
   double min_component = 0;  // In samples: components with a shorter diagonal were removed.
   // The number of components in the mesh.
@@ -71,7 +72,6 @@ struct OutputSurface {
                                            const SurfaceArguments& arguments,
                                            const DatasetInfo& info);
 // "3 of 1 204 components, those with a diagonal of 10 samples or more"; empty if none was removed.
-[[nodiscard]] std::string removed_text(const OutputSurface& surface,
-                                       const SurfaceArguments& arguments);
+[[nodiscard]] std::string removed_text(const OutputSurface& surface);
 
 }  // namespace multitetra

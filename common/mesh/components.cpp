@@ -45,10 +45,14 @@ std::uint32_t MeshComponents::largest() const {
   return static_cast<std::uint32_t>(longest - diagonals.begin());
 }
 
+double MeshComponents::least(double min_diagonal) const {
+  return min_diagonal == kLargestAlone && !diagonals.empty() ? diagonals[largest()] : min_diagonal;
+}
+
 std::size_t MeshComponents::count_at_least(double min_diagonal) const {
-  return static_cast<std::size_t>(
-      std::count_if(diagonals.begin(), diagonals.end(),
-                    [&](double diagonal) { return diagonal >= min_diagonal; }));
+  const double shortest = least(min_diagonal);
+  return static_cast<std::size_t>(std::count_if(
+      diagonals.begin(), diagonals.end(), [&](double diagonal) { return diagonal >= shortest; }));
 }
 
 MeshComponents components_of(const LatticeMesh& mesh) {
@@ -79,8 +83,9 @@ LatticeMesh with_components(const LatticeMesh& mesh, const MeshComponents& compo
                             double min_diagonal) {
   LatticeMesh kept{.resolution = mesh.resolution, .vertices = {}, .triangles = {}};
   std::vector<std::uint32_t> number(mesh.vertices.size());
+  const double shortest = components.least(min_diagonal);
   const auto is_kept = [&](std::uint32_t v) {
-    return components.diagonals[components.of_vertex[v]] >= min_diagonal;
+    return components.diagonals[components.of_vertex[v]] >= shortest;
   };
   for (std::uint32_t v = 0; v < mesh.vertices.size(); ++v) {
     if (!is_kept(v)) continue;

@@ -7,11 +7,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "common/mesh/mesh.hpp"
 
 namespace multitetra {
+
+// As a least diagonal: the longest one that occurs, so that the largest component stays alone.
+inline constexpr double kLargestAlone = std::numeric_limits<double>::infinity();
 
 struct MeshComponents {
   std::vector<std::uint32_t> of_vertex;  // The component of each vertex.
@@ -21,6 +25,8 @@ struct MeshComponents {
 
   // Returns the component with the longest diagonal (the first of several); 0 if there is none.
   [[nodiscard]] std::uint32_t largest() const;
+  // The number that a least diagonal stands for.
+  [[nodiscard]] double least(double min_diagonal) const;
   // Returns the number of components with at least this diagonal.
   [[nodiscard]] std::size_t count_at_least(double min_diagonal) const;
 };

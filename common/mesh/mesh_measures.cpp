@@ -81,9 +81,10 @@ SurfaceMeasures measures_from(const LatticeMesh& mesh, double min_diagonal,
                               const Affine& grid_to_world) {
   const MeshComponents components = components_of(mesh);
   const std::vector<SurfaceMeasures> all = measures_of(mesh, components, grid_to_world);
+  const double shortest = components.least(min_diagonal);
   std::vector<SurfaceMeasures> written;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    if (components.diagonals[i] >= min_diagonal) written.push_back(all[i]);
+    if (components.diagonals[i] >= shortest) written.push_back(all[i]);
   }
   return sum_of(written);
 }

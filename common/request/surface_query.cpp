@@ -4,6 +4,7 @@
 #include <type_traits>
 
 #include "common/base/parse_number.hpp"
+#include "common/mesh/components.hpp"
 #include "common/request/same_world.hpp"
 #include "common/request/shared_budget.hpp"
 #include "common/request/threshold_parser.hpp"
@@ -114,9 +115,13 @@ FieldError set_amount(const F& field, std::string_view text, Q& query) {
 }
 
 FieldError set_min_component(const F&, std::string_view text, Q& query) {
+  if (text == "largest") {
+    query.min_component = kLargestAlone;
+    return std::nullopt;
+  }
   const auto diagonal = parse_number<double>(text);
   if (!diagonal || !(*diagonal >= 0 && *diagonal <= 1e6))
-    return "must be a number of samples from 0 to 1e6";
+    return "must be a number of samples from 0 to 1e6, or largest";
   query.min_component = *diagonal;
   return std::nullopt;
 }
@@ -197,7 +202,8 @@ constexpr std::array kFields = {
       "Simplified meshes without self-intersections; takes two to three times as long",
       set_switch<&R::embedded>},
     F{"normals", "BITS", "0", kSize, kRare, kOnce,
-      "Bits of each coordinate of the vertices' normals, 8 to 10; 0: no normals",
+      "Bits of each coordinate of the field's normals at the vertices, 8 to 10; 0: none, and .glb "
+      "files have those of the triangles",
       set_number<&R::normal_bits>},
 
     F{"color_by", "DATASET", "", kColors, kEveryday, kOnce,
@@ -221,8 +227,8 @@ constexpr std::array kFields = {
       "Coordinates of the mesh: world, or sample indices",
       set_word<&Q::coordinates, coordinate_system_from>},
     F{"min_component", "SAMPLES", "0", kFile, kRare, kOnce,
-      "Remove components with a shorter bounding-box diagonal; checks and digests apply to the "
-      "whole surface",
+      "Remove components with a shorter bounding-box diagonal; largest: all but the largest. "
+      "Checks and digests apply to the whole surface",
       set_min_component},
 };
 

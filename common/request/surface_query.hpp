@@ -33,7 +33,8 @@ struct SurfaceQuery {
 
   // The parameters of the output file.
   CoordinateSystem coordinates = CoordinateSystem::kWorld;
-  double min_component = 0;  // In samples: removes components with a shorter diagonal.
+  // In samples: removes components with a shorter diagonal; kLargestAlone: all but the largest.
+  double min_component = 0;
   // Its range is set to that of the step's scalars.
   ColorScale colors = {.map = ColorMap::kViridis};
 };

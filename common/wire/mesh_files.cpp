@@ -161,7 +161,7 @@ std::string mesh_file(const PositionedMesh& mesh, MeshFormat format, const MeshF
     case MeshFormat::kObj:
       return obj(mesh, title);
     case MeshFormat::kGlb:
-      return scene_glb(std::array{ScenePart{.mesh = &mesh}});
+      return scene_glb(std::array{ScenePart{.mesh = &mesh}}, facts.world);
     case MeshFormat::kVtp:
       return vtp_file(mesh);
     case MeshFormat::kDrc:

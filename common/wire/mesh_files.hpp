@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "common/mesh/mesh.hpp"
+#include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
 
@@ -23,6 +24,8 @@ struct MeshFileFacts {
   std::optional<int> lattice = std::nullopt;
   // ", min_component SAMPLES": removed components with a shorter bounding-box diagonal; 0: none.
   double min_component = 0;
+  // The world of the positions, in GLB files alone: see scene_file.hpp.
+  PhysicalMeaning world = {};
 };
 
 enum class MeshFormat { kPly, kStl, kObj, kGlb, kDrc, kVtp };

@@ -109,6 +109,12 @@ class SceneWriter {
     json_["scenes"][0]["nodes"].push_back(number);
   }
 
+  void set_world(const PhysicalMeaning& world) {
+    nlohmann::json& asset = json_["asset"];
+    if (!world.length_unit.empty()) asset["extras"]["length_unit"] = world.length_unit;
+    if (world.space != WorldSpace::kUnnamed) asset["extras"]["space"] = name(world.space);
+  }
+
   // Turns the parts added so far into levels of detail of one surface.
   void make_levels(std::span<const LevelOfDetail> levels) {
     nlohmann::json coarser = nlohmann::json::array();
@@ -171,8 +177,9 @@ std::array<double, 3> part_color(std::size_t number) {
   return kPartColors[number % kPartColors.size()];
 }
 
-std::string scene_glb(std::span<const ScenePart> parts) {
+std::string scene_glb(std::span<const ScenePart> parts, const PhysicalMeaning& world) {
   SceneWriter scene;
+  scene.set_world(world);
   for (std::size_t i = 0; i < parts.size(); ++i) scene.add(parts[i], i);
   return std::move(scene).file();
 }

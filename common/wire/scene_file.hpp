@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/mesh/mesh.hpp"
+#include "common/request/physical_meaning.hpp"
 
 namespace multitetra {
 
@@ -23,8 +24,10 @@ struct ScenePart {
 // leaves the positions unchanged. Meshes without normals get smooth normals. Colors become COLOR_0,
 // in linear light as glTF requires. Scalars become _SCALAR if every vertex has one, as glTF has no
 // NaN. Materials are double-sided, with a different color for each part. Throws std::system_error
-// beyond glTF's 4 GiB.
-[[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts);
+// different colors. The asset's extras have what is known of the positions' world: "length_unit"
+// and "space". Throws std::system_error beyond glTF's 4 GiB.
+[[nodiscard]] std::string scene_glb(std::span<const ScenePart> parts,
+                                    const PhysicalMeaning& world = {});
 
 struct LevelOfDetail {
   const PositionedMesh* mesh = nullptr;  // Not null, with triangles.

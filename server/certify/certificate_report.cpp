@@ -100,8 +100,15 @@ std::string distances_text(const Certificate& certificate, const Lengths& length
   add("of the mesh from the full surface", there);
   add("of the full surface from the mesh", back);
   const bool is_there = there.maximum >= back.maximum;
-  return text_table(rows) + "The farthest point is on the " + (is_there ? "mesh" : "full surface") +
-         ", at " + place_text((is_there ? there : back).farthest) + " in world coordinates.\n";
+  const std::uint64_t undecided = there.undecided + back.undecided;
+  const std::string given_up =
+      undecided == 0 ? ""
+                     : human_count_of(undecided, "piece") +
+                           " of triangles are undecided: the search ends before \"at most\" and "
+                           "\"found\" meet.\n";
+  return text_table(rows) + given_up + "The farthest point is on the " +
+         (is_there ? "mesh" : "full surface") + ", at " +
+         place_text((is_there ? there : back).farthest) + " in world coordinates.\n";
 }
 
 std::string topology_text(const Certificate& certificate) {
@@ -179,7 +186,8 @@ Json json_of(const SurfaceDistance& distance, double voxel) {
   return {{"world", in(1)},
           {"voxel", in(voxel)},
           {"farthest_point", distance.farthest},
-          {"samples", distance.samples}};
+          {"samples", distance.samples},
+          {"undecided_pieces", distance.undecided}};
 }
 
 Json error_json(const Certificate& certificate, const CertifyOptions& options, double voxel) {
@@ -200,14 +208,19 @@ Json missing_json(const Certificate& certificate) {
           {"min_component", missing.min_component ? Json(*missing.min_component) : Json(nullptr)}};
 }
 
+const char* headline(const Certificate& certificate) {
+  if (!certificate.passes()) return "NOT certified: ";
+  return certificate.error == ErrorVerdict::kUndecided ? "Neither refuted nor proven: "
+                                                       : "Certified: ";
+}
+
 }  // namespace
 
 std::string text_of(const Certificate& certificate, const CertifiedFiles& files,
                     const CertifyOptions& options) {
   const Lengths lengths(certificate.grid);
-  return std::string(certificate.passes() ? "Certified: " : "NOT certified: ") +
-         printable(files.mesh) + ", for the surface of " + printable(files.volume) +
-         " at isovalue " + shortest_text(options.isovalue) + ".\n" +
+  return std::string(headline(certificate)) + printable(files.mesh) + ", for the surface of " +
+         printable(files.volume) + " at isovalue " + shortest_text(options.isovalue) + ".\n" +
          text_table({{"  error", error_line(certificate, options, lengths)},
                      {"  topology", topology_line(certificate)}}) +
          "\n" + distances_text(certificate, lengths) + "\n" + topology_text(certificate) +

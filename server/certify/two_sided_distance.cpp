@@ -17,7 +17,18 @@ constexpr int kMaxRounds = 16;
 
 using Found = NearestTriangle::Found;
 
-// Returns a bound of the distance from any point of the triangle to the other surface.
+// Returns a bound of the distance from any point of the triangle to `other`, a triangle of the
+// other surface.
+double bound_by(const SurfaceTriangle& triangle, const SurfaceTriangle& other) {
+  double farthest = 0;
+  for (const Vec3& corner : triangle) {
+    farthest = std::max(farthest, distance_to_triangle(corner, other));
+  }
+  return farthest;
+}
+
+// Returns a bound of the distance from any point of the triangle to the other surface: the least
+// over the triangles nearest to the corners.
 double bound_of(const SurfaceTriangle& triangle, const std::array<Found, 3>& nearest) {
   double bound = kInfinity;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -55,6 +66,7 @@ class MaximumSearch {
       keep_undecided(pieces);
     }
     for (const Piece& piece : pieces) dropped_bound_ = std::max(dropped_bound_, piece.bound);
+    result_.undecided += pieces.size();
     result_.maximum_at_most = std::max({result_.maximum, settled_bound_, dropped_bound_});
     return result_;
   }
@@ -71,6 +83,14 @@ class MaximumSearch {
     return search_.limit && result_.maximum <= *search_.limit && bound > *search_.limit;
   }
 
+  // Where surfaces share vertices, a fan of triangles is nearest to a corner, and any of it is
+  // found there; the middle finds the one that runs along.
+  [[nodiscard]] double tightened(double bound, const SurfaceTriangle& corners) const {
+    if (!is_undecided(bound)) return bound;
+    const Vec3 center = scaled(sum(sum(corners[0], corners[1]), corners[2]), 1.0 / 3);
+    return std::min(bound, bound_by(corners, *other_.nearest(center).triangle));
+  }
+
   // Returns the triangles whose interior may be farther than all vertices.
   std::vector<Piece> undecided_triangles(const TriangleMesh& mesh) {
     std::vector<Found> nearest(mesh.vertices.size());
@@ -84,7 +104,7 @@ class MaximumSearch {
     };
     tbb::parallel_for(std::size_t{0}, bounds.size(), [&](std::size_t i) {
       const Piece piece = piece_of(mesh.triangles[i]);
-      bounds[i] = bound_of(piece.corners, piece.nearest);
+      bounds[i] = tightened(bound_of(piece.corners, piece.nearest), piece.corners);
     });
     std::vector<std::uint32_t> undecided;
     for (std::uint32_t i = 0; i < bounds.size(); ++i) {
@@ -120,6 +140,7 @@ class MaximumSearch {
     std::stable_sort(all.begin(), all.end(),
                      [&](const T& a, const T& b) { return bound(a) > bound(b); });
     dropped_bound_ = std::max(dropped_bound_, bound(all[search_.max_pieces]));
+    result_.undecided += all.size() - search_.max_pieces;
     all.erase(all.begin() + static_cast<std::ptrdiff_t>(search_.max_pieces), all.end());
   }
 
@@ -140,8 +161,8 @@ class MaximumSearch {
                                           {{ab, bc, ca}, {nab, nbc, nca}}}};
       for (std::size_t part = 0; part < 4; ++part) {
         parts[4 * i + part] = four[part];
-        parts[4 * i + part].bound =
-            std::min(pieces[i].bound, bound_of(four[part].corners, four[part].nearest));
+        const double bound = bound_of(four[part].corners, four[part].nearest);
+        parts[4 * i + part].bound = tightened(std::min(pieces[i].bound, bound), four[part].corners);
       }
     });
     return parts;

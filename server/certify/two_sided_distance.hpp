@@ -30,6 +30,9 @@ struct SurfaceDistance {
   // The largest measured distance: a lower bound of the true maximum.
   double maximum = 0;
   double maximum_at_most = 0;  // Upper bound of the true maximum.
+  // Pieces that the search had no memory for: with them `maximum_at_most` may be far from
+  // `maximum`.
+  std::uint64_t undecided = 0;
   double percentile_99 = 0;
   double mean = 0;
   Vec3 farthest = {0, 0, 0};  // The point of this surface at the distance `maximum`.

@@ -13,6 +13,8 @@ namespace multitetra {
 struct UpstreamOptions {
   std::vector<Endpoint> upstreams = {};
   UpstreamSecrets secrets = {};
+  // Warn about a server that requires no token: clients of the gateway need none either.
+  bool warns_of_open_servers = false;
   std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
   // The longest silence of a connected server before it counts as lost.
   std::chrono::milliseconds silence{10'000};

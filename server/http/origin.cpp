@@ -49,7 +49,8 @@ std::string cross_origin_fields(std::string_view origin, std::string_view host,
       "\r\nAccess-Control-Expose-Headers: ETag, Content-Range, X-Request-Id, Multitetra-Notice, "
       "Multitetra-Triangles, Multitetra-Vertices, Multitetra-Euler-Characteristic, "
       "Multitetra-Components, Multitetra-Components-Written, Multitetra-Error-Bound, "
-      "Multitetra-Content-Digest, Multitetra-Width, Multitetra-Height, Multitetra-Origin, "
+      "Multitetra-Length-Unit, Multitetra-Space, Multitetra-Content-Digest, Multitetra-Width, "
+      "Multitetra-Height, Multitetra-Origin, "
       "Multitetra-Right, Multitetra-Down, Multitetra-Sample-Spacing\r\n";
   if (is_preflight) {
     fields +=

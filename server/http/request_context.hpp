@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <stop_token>
@@ -16,7 +17,8 @@ namespace multitetra {
 
 struct RequestContext {
   ConnectionContextPtr client = nullptr;
-  std::string request_id = {};
+  std::uint64_t number = 0;  // Unique in this process; by it a gateway's servers know the request.
+  std::string request_id = {};  // The same as text.
   std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   const char* kind = "malformed";  // A result of name(Route).
   // The service, for requests that need it.
@@ -33,6 +35,10 @@ struct RequestContext {
   // Called before a long operation; afterwards a disconnect of the client is detected.
   std::function<void()> watch = {};
 
+  void take_number(std::uint64_t unique) {
+    number = unique;
+    request_id = std::to_string(unique);
+  }
   // Returns the answer for an error, after counting and logging it. For a dataset that the token
   // does not cover, only the log names it; the client gets the answer for a missing dataset.
   [[nodiscard]] Answer refused(const Error& error);

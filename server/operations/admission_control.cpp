@@ -75,6 +75,11 @@ void ConnectionContext::set_forwarded_share(std::string name, std::string client
   if (!client_address.empty()) facts_.peer = std::move(client_address);
 }
 
+void ConnectionContext::is_welcomed() {
+  facts_.is_welcomed = true;
+  admission_.observer().welcomed(facts_);
+}
+
 std::string ConnectionContext::share() const {
   if (!forwarded_share_.empty()) return "gateway " + address_ + " " + forwarded_share_;
   if (has_token_) return "token " + facts_.name;

@@ -84,6 +84,8 @@ class ConnectionContext {
   // Sets the client that a gateway forwards for, and its address for the log (may be empty).
   // Ignored unless the gateway is trusted.
   void set_forwarded_share(std::string name, std::string client_address);
+  // Its Hello was accepted, and all that is above is known.
+  void is_welcomed();
   // Names the client's share of time and memory: its token's, else its address's (IPv6: its /64
   // network's). For clients of a trusted gateway it is the share that the gateway names; behind a
   // trusted proxy without an address, the connection has its own share.

@@ -26,9 +26,9 @@ std::optional<LogValue> unless_zero(std::uint64_t value) {
   return value;
 }
 
-// HTTP connections are too frequent for level info.
+// HTTP connections and health probes are too frequent for level info.
 LogLevel level_of(const ClientFacts& client) {
-  return std::string_view(client.protocol) == "http" ? LogLevel::kDebug : LogLevel::kInfo;
+  return client.is_welcomed ? LogLevel::kInfo : LogLevel::kDebug;
 }
 
 // Server failures and lack of capacity (with a retry delay) are warnings.
@@ -77,8 +77,16 @@ LogValue request_of(const RequestFacts& facts) {
 
 void RequestLog::connected(const ClientFacts& client) {
   log_line_about(
-      client.peer, level_of(client), "connected",
+      client.peer, level_of(client), "accepted",
       {{"connection", client.connection}, {"transport", client.protocol}, {"peer", client.peer}});
+}
+
+void RequestLog::welcomed(const ClientFacts& client) {
+  log_line_about(client.peer, level_of(client), "connected",
+                 {{"connection", client.connection},
+                  {"transport", client.protocol},
+                  {"peer", client.peer},
+                  {"name", unless_empty(client.name)}});
 }
 
 void RequestLog::disconnected(const ClientFacts& client, double seconds) {

@@ -13,6 +13,7 @@ namespace multitetra {
 class RequestLog : public ServiceObserver {
  public:
   void connected(const ClientFacts& client) override;
+  void welcomed(const ClientFacts& client) override;
   void disconnected(const ClientFacts& client, double seconds) override;
   void refused(const ClientFacts& client, const char* limit) override;
   void request_ended(const ClientFacts& client, const RequestFacts& facts) override;

@@ -26,6 +26,8 @@ struct ClientFacts {
   std::uint64_t connection = 0;  // Unique within the process.
   std::string peer = {};         // Address and port.
   std::string name = {};         // The token's name; empty without a token.
+  // Its Hello was accepted; probes of health send none.
+  bool is_welcomed = false;
 };
 
 // A finished request and its outcome.
@@ -71,6 +73,8 @@ class ServiceObserver {
   virtual ~ServiceObserver() = default;
 
   virtual void connected(const ClientFacts&) {}
+  // A connection for messages whose client is known from now on.
+  virtual void welcomed(const ClientFacts&) {}
   // Called exactly once for each connected().
   virtual void disconnected(const ClientFacts&, double /*seconds*/) {}
   // Reports a refused client; `limit` is a string literal, such as "connections".
@@ -94,6 +98,9 @@ class ServiceObservers : public ServiceObserver {
 
   void connected(const ClientFacts& client) override {
     for (const auto& one : all_) one->connected(client);
+  }
+  void welcomed(const ClientFacts& client) override {
+    for (const auto& one : all_) one->welcomed(client);
   }
   void disconnected(const ClientFacts& client, double seconds) override {
     for (const auto& one : all_) one->disconnected(client, seconds);

@@ -153,14 +153,18 @@ Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& reque
 
 void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& request,
                  const TiledSurface& surface, const MeshTopology& topology,
-                 std::optional<std::size_t> self_intersecting,
+                 const OutputSurface& written, std::optional<std::size_t> self_intersecting,
                  const std::optional<WrittenModel>& model) {
   std::cout << arguments.output << ": "
             << "isovalue " << shortest_text(request.isovalue) << ", "
-            << human_count_of(static_cast<std::uint64_t>(topology.triangles), "triangle") << ", "
-            << human_count(static_cast<std::uint64_t>(topology.vertices)) << " vertices, from "
-            << human_count(surface.tetrahedra) << " tetrahedra\n"
-            << "  Euler characteristic " << topology.euler_characteristic << ", "
+            << human_count_of(written.mesh.triangles.size(), "triangle") << ", "
+            << human_count(written.mesh.positions.size()) << " vertices, from "
+            << human_count(surface.tetrahedra) << " tetrahedra\n  ";
+  if (written.components != written.components_of) {
+    std::cout << "whole surface: "
+              << human_count_of(static_cast<std::uint64_t>(topology.triangles), "triangle") << ", ";
+  }
+  std::cout << "Euler characteristic " << topology.euler_characteristic << ", "
             << human_count_of(static_cast<std::uint64_t>(topology.components), "component") << ", "
             << topology.border_edges << " edges on the border, " << topology.open_edges << " open, "
             << topology.nonmanifold_edges << " non-manifold\n";
@@ -334,7 +338,7 @@ int extract(const ExtractArguments& arguments) {
     }
   }
   const OutputSurface output = output_surface(mesh, arguments.surface, info);
-  const std::string left_out = removed_text(output, arguments.surface);
+  const std::string left_out = removed_text(output);
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();
@@ -342,9 +346,10 @@ int extract(const ExtractArguments& arguments) {
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("file");
-  write_file(arguments.output,
-             mesh_file(output.mesh, format,
-                       {.lattice = output.lattice, .min_component = output.min_component}));
+  write_file(arguments.output, mesh_file(output.mesh, format,
+                                         {.lattice = output.lattice,
+                                          .min_component = output.min_component,
+                                          .world = output.world}));
   std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
@@ -355,10 +360,11 @@ int extract(const ExtractArguments& arguments) {
   Json report = report_now();
   report["mesh_file"] = arguments.output;
   report["components_written"] = output.components;
+  report["triangles_written"] = output.mesh.triangles.size();
   if (model) report["model"] = json_of(arguments, *model);
   put_report(arguments, report);
   if (!arguments.json && !arguments.quiet) {
-    print_facts(arguments, request, surface, topology, self_intersecting, model);
+    print_facts(arguments, request, surface, topology, output, self_intersecting, model);
   }
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is a "

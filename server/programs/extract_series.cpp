@@ -85,7 +85,7 @@ void write_surfaces(const ExtractSeriesArguments& arguments,
   for (const ExtractedSurface& surface : surfaces) {
     parts.push_back({.name = name_of(*surface.info), .mesh = &surface.output.mesh});
   }
-  write_file(arguments.output, scene_glb(parts));
+  write_file(arguments.output, scene_glb(parts, surfaces.front().output.world));
 }
 
 void print_facts(const ExtractedSurface& surface) {

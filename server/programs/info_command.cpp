@@ -96,9 +96,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
                      " of samples around the data");
   line("grid", std::to_string(1 << info.grid_exponent) + " steps a side");
   line("histogram (log)", sketch(info.histogram, 64));
-  std::string isovalues;
-  for (const double isovalue : info.suggested_isovalues) isovalues += human_number(isovalue) + "  ";
-  line("suggested isovalues", isovalues.empty() ? "none" : isovalues);
+  line("suggested isovalues", human_suggestions(info));
   line("size", human_bytes(file.bytes()) + ", " + human_bytes(packed_sample_bytes(file)) +
                    " of it samples (" + human_bytes(sample_bytes(info)) + " decompressed)");
   line("error spectrum", "errors for " + std::to_string(bins_of(file)) + " bins of isovalues");

@@ -109,11 +109,17 @@ void VolumeOptions::add_to(Command& command) {
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
+  Option* const orientation =
+      command
+          .add_option("--orient", orient,
+                      "Turn the volume upright: the new directions of the axes x, y and z of the "
+                      "coordinates that `info` prints without this option")
+          ->type_name("AXIS,AXIS,AXIS");
   command
-      .add_option("--orient", orient,
-                  "Turn the volume upright: the new directions of the axes x, y and z of the "
-                  "coordinates that `info` prints without this option")
-      ->type_name("AXIS,AXIS,AXIS");
+      .add_flag("--mirror", mirror,
+                "Accept an --orient that exchanges left and right, for a volume that is stored as "
+                "its mirror image")
+      ->needs(orientation);
   command
       .add_option("--length-unit", length_unit,
                   "Unit of spacing and coordinates, such as mm or um; replaces that of the file")
@@ -143,6 +149,7 @@ std::string VolumeOptions::command_line() const {
   for (const double step : spacing) add_option_text("--spacing", step);
   for (const double place : origin) add_option_text("--origin", place);
   if (!orient.empty()) add_option_text("--orient", orient);
+  if (mirror) text << " --mirror";
   if (!space.empty()) add_option_text("--space", space);
   if (!length_unit.empty()) add_option_text("--length-unit", length_unit);
   if (dims.empty()) return text.str();
@@ -169,6 +176,15 @@ Placement VolumeOptions::placement() const {
       throw ExitError(kUsage, "--orient: \"" + orient +
                                   "\" is invalid; write x, y and z in any order, each with or "
                                   "without a minus, such as x,-z,y.");
+    }
+    if (is_mirror(*placement.orient) != mirror) {
+      throw ExitError(
+          kUsage,
+          mirror ? "--mirror: --orient " + orient + " turns without mirroring; leave --mirror out."
+                 : "--orient " + orient +
+                       " mirrors the volume: left and right would be exchanged. To turn it give " +
+                       turns_near(*placement.orient) +
+                       "; if the volume is stored as its mirror image, add --mirror.");
     }
   }
   if (!origin.empty()) std::copy_n(origin.begin(), 3, placement.origin.emplace().begin());

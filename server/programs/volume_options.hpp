@@ -36,8 +36,9 @@ struct VolumeOptions {
   std::uint64_t header_bytes = 0;
   std::vector<double> spacing;
   std::vector<double> origin;
-  std::string orient;  // Parsed by axis_directions_from().
-  std::string space;   // LPS, RAS or none; empty: from the file.
+  std::string orient;   // Parsed by axis_directions_from().
+  bool mirror = false;  // Accepts an `orient` that mirrors.
+  std::string space;    // LPS, RAS or none; empty: from the file.
   std::string length_unit;
 
   // Adds --array, --level, --time, --channel, --series, --component, --follow, --resample, and

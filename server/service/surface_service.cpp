@@ -48,7 +48,7 @@ Error Caller::reason(const Error& error) const {
 }
 
 asio::awaitable<Result<Surface>> Caller::surface(SurfaceRequest query) {
-  OpenStream open{.request_id = ++surfaces_,
+  OpenStream open{.request_id = request_ + surfaces_++,
                   .dataset = std::move(query.dataset),
                   .request = std::move(query.request),
                   .steps = StepPolicy::kFinalOnly,
@@ -86,19 +86,19 @@ asio::awaitable<Result<DatasetQueryReply>> Caller::ask(DatasetQuery query) {
 
 asio::awaitable<Result<EstimateReply>> Caller::estimate(std::string dataset,
                                                         IsosurfaceRequest request) {
-  DatasetQuery query =
-      Estimate{.request_id = 1, .dataset = std::move(dataset), .request = std::move(request)};
+  DatasetQuery query = Estimate{
+      .request_id = request_, .dataset = std::move(dataset), .request = std::move(request)};
   co_return the<EstimateReply>(co_await ask(std::move(query)));
 }
 
 asio::awaitable<Result<SliceReply>> Caller::slice(std::string dataset, SliceRequest slice) {
-  DatasetQuery query = Slice{.request_id = 1, .dataset = std::move(dataset), .slice = slice};
+  DatasetQuery query = Slice{.request_id = request_, .dataset = std::move(dataset), .slice = slice};
   co_return the<SliceReply>(co_await ask(std::move(query)));
 }
 
 asio::awaitable<Result<ProbeReply>> Caller::probe(std::string dataset, ProbeRequest probe) {
   DatasetQuery query =
-      Probe{.request_id = 1, .dataset = std::move(dataset), .probe = std::move(probe)};
+      Probe{.request_id = request_, .dataset = std::move(dataset), .probe = std::move(probe)};
   co_return the<ProbeReply>(co_await ask(std::move(query)));
 }
 

@@ -70,6 +70,9 @@ class Caller {
   // Checks the token and sets the client's name. Must be called first.
   [[nodiscard]] asio::awaitable<Result<void>> log_in(std::string token);
   [[nodiscard]] const Permit& permit() const { return permit_; }
+  // The id by which other servers that answer know the request; surfaces after the first have the
+  // next ones.
+  void is_request(std::uint64_t id) { request_ = id; }
 
   // Returns the final surface, or kLimitExceeded above `max_triangles`.
   [[nodiscard]] asio::awaitable<Result<Surface>> surface(SurfaceRequest query);
@@ -124,6 +127,7 @@ class Caller {
   ConnectionContextPtr client_;
   RequestLimits limits_;
   Permit permit_;
+  std::uint64_t request_ = 1;
   std::uint64_t surfaces_ = 0;
   std::stop_source stop_;
   std::optional<Error> closed_;

@@ -35,6 +35,13 @@ void turn_to_lps(Affine& index_to_world) {
   turn(index_to_world.translation);
 }
 
+// "-y"
+std::string direction_text(const Vec3& direction) {
+  std::size_t axis = 0;
+  while (direction[axis] == 0) ++axis;
+  return std::string(direction[axis] < 0 ? "-" : "") + "xyz"[axis];
+}
+
 }  // namespace
 
 std::optional<AxisDirections> axis_directions_from(std::string_view text) {
@@ -53,6 +60,23 @@ std::optional<AxisDirections> axis_directions_from(std::string_view text) {
     directions[i][axis] = sign;
   }
   return directions;
+}
+
+bool is_mirror(const AxisDirections& directions) {
+  return Affine{.columns = directions, .translation = {0, 0, 0}}.determinant() < 0;
+}
+
+std::string turns_near(const AxisDirections& mirror) {
+  constexpr AxisDirections kUnturned = {Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  std::string turns;
+  for (std::size_t opposite = 0; opposite < 2; ++opposite) {
+    AxisDirections turn = mirror;
+    turn[opposite] = scaled(turn[opposite], -1);
+    if (turn == kUnturned) continue;
+    turns += turns.empty() ? "" : " or ";
+    for (std::size_t i = 0; i < 3; ++i) turns += (i == 0 ? "" : ",") + direction_text(turn[i]);
+  }
+  return turns;
 }
 
 void place(ImageHeader& header, const Placement& placement) {

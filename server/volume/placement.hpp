@@ -19,6 +19,12 @@ using AxisDirections = std::array<Vec3, 3>;
 // each world axis occurs once.
 [[nodiscard]] std::optional<AxisDirections> axis_directions_from(std::string_view text);
 
+// Whether these directions make a mirror image of what they are given: left becomes right.
+[[nodiscard]] bool is_mirror(const AxisDirections& directions);
+
+// "-x,y,-z or x,-y,-z": the turns nearest to a mirror, with the same direction for z.
+[[nodiscard]] std::string turns_near(const AxisDirections& mirror);
+
 // Present values replace those of the file.
 struct Placement {
   std::optional<Vec3> spacing = std::nullopt;  // World units between samples; directions are kept.

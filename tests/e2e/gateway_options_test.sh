@@ -39,7 +39,25 @@ kill -HUP "$pid"
 ends_well gateway "$pid"
 grep -q '"text":"stopped"' gateway.log || fail "$(cat gateway.log)"
 
-start open "$gateway" --upstream tcp://127.0.0.1:1 --http 0.0.0.0:0
-url_of open http >/dev/null
-grep -q 'every client may see all datasets of the upstreams' open.log || fail "no warning about an open gateway: $(cat open.log)"
+# The log warns about an open gateway where that shows anything: of servers without tokens, or by the gateway's own.
+server=$(dirname "$gateway")/multitetra-server
+"$server" generate gyroid --size 9 -o v.nrrd --quiet
+"$server" prepare v.nrrd -o v.mtd --quiet
+"$server" token alice --append tokens >token
+start plain "$server" serve v.mtd --tcp 127.0.0.1:0 --http off
+start guarded "$server" serve v.mtd --tcp 127.0.0.1:0 --http off --tokens tokens
+plain=$(url_of plain tcp) guarded=$(url_of guarded tcp)
+warnings() { grep -c 'every client may see' "$1.log" || true; }
+start open "$gateway" --upstream "$plain" --upstream "$guarded" --http 0.0.0.0:0
+for _ in $(seq 100); do [ "$(grep -c 'upstream reachable' open.log)" = 2 ] && break; sleep 0.05; done
+sleep 0.2
+[ "$(warnings open)" = 1 ] || fail "not one warning about an open gateway: $(cat open.log)"
+grep -q "every client may see.*$plain" open.log || fail "the server without tokens is not named: $(cat open.log)"
 ends_well open "$pid"
+start lent "$gateway" --upstream "$guarded" --upstream-token-file token --http 0.0.0.0:0
+url_of lent http >/dev/null
+[ "$(warnings lent)" = 1 ] || fail "no warning about a token for all: $(cat lent.log)"
+start local "$gateway" --upstream "$plain" --http 127.0.0.1:0
+for _ in $(seq 100); do grep -q 'upstream reachable' local.log && break; sleep 0.05; done
+sleep 0.2
+[ "$(warnings local)" = 0 ] || fail "a warning about a gateway for this machine: $(cat local.log)"

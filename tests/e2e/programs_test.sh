@@ -93,10 +93,21 @@ ends 2 "--dims" "$server" prepare raw_with_header.raw --dims 16x16 --type u16 -o
 ends 2 "uint8" "$server" prepare raw_with_header.raw --dims 16x16x8 --type complex -o never.mtd
 "$server" prepare sphere.nrrd -o microns.mtd --length-unit microns --quiet
 [ "$(value <("$server" info microns.mtd --json) length_unit)" = µm ] || fail "microns: $("$server" info microns.mtd --json | grep unit)"
+raw="raw_with_header.raw --dims 16,16,8 --type u16 --header-bytes 6"
+for told in "" "--orient x,-y,-z" "--space LPS"; do
+  # shellcheck disable=SC2086
+  "$server" prepare $raw -o told.mtd --force $told >out 2>&1
+  [ "$(grep -c "does not say which axis is up" out)" = "$([ -z "$told" ] && echo 1 || echo 0)" ] || fail "the axes with \"$told\": $(cat out)"
+done
 "$server" prepare sphere.nrrd -o turned.mtd --origin 1,2,3 --orient x,-z,y --quiet
 "$server" info turned.mtd --json | tr -d ' \n' | grep -qF '"columns":[[1.0,0.0,0.0],[0.0,0.0,-1.0],[0.0,1.0,0.0]],"translation":[1.0,2.0,3.0]' ||
   fail "--orient x,-z,y: $("$server" info turned.mtd --json)"
 ends 2 "--orient" "$server" prepare sphere.nrrd -o never.mtd --orient x,y,y
+ends 2 "give -x,y,-z or x,-y,-z" "$server" prepare sphere.nrrd -o never.mtd --orient x,y,-z
+ends 2 "without mirroring" "$server" prepare sphere.nrrd -o never.mtd --orient x,-y,-z --mirror
+ends 2 "--mirror" "$server" prepare sphere.nrrd -o never.mtd --mirror
+"$server" prepare sphere.nrrd -o mirrored.mtd --orient x,y,-z --mirror --quiet
+"$server" info mirrored.mtd | grep -q -- "--orient x,y,-z --mirror" || fail "--mirror is not noted: $("$server" info mirrored.mtd)"
 ends 2 "4102" "$server" prepare raw_with_header.raw --dims 16,16,9 --type u16 -o never.mtd
 [ ! -e never.mtd ] || fail "a failed prepare left a file"
 
@@ -253,6 +264,12 @@ ends 6 "is empty" "$server" extract dusty.mtd --isovalue 100 --min-component 100
 # Certificates ignore removed components if the file or an option names their size.
 dust() { "$server" certify "$1" --volume dusty.nrrd --isovalue 100 --error 0 --lattice 5 --quiet "${@:2}"; }
 dust large.ply || fail "large.ply is not certified"
+"$server" extract dusty.mtd --isovalue 100 --error 0 --min-component largest -o largest.ply --json >largest.json 2>/dev/null
+[ "$(value largest.json triangles_written)" -lt "$(value largest.json triangles)" ] || fail "triangles_written counts the whole surface: $(cat largest.json)"
+ends 0 "whole surface: $("$server" extract dusty.mtd --isovalue 100 --error 0 -o x.ply 2>/dev/null | sed -n 's/.*, \(.* triangles\),.*/\1/p')" \
+  "$server" extract dusty.mtd --isovalue 100 --error 0 --min-component largest -o x.ply
+[ "$(value largest.json components_written)" = 1 ] || fail "the largest component is not alone: $(cat largest.json)"
+dust largest.ply || fail "largest.ply is not certified"
 "$server" extract dusty.mtd --isovalue 100 --error 0 --min-component 12 -o large.glb --quiet
 ends 3 "compare without them: --min-component" dust large.glb
 dust large.glb --min-component 12 || fail "large.glb is not certified with --min-component"
@@ -370,6 +387,7 @@ for command in generate prepare info plot verify extract serve token; do "$serve
 [ "$("$client" view --dataset a --min-component 12.5)" = "http://127.0.0.1:7480/#dataset=a&min_component=12.5" ] ||
   fail "the viewer's address does not name the hidden components"
 [ "$("$client" view --dataset a --up -y)" = "http://127.0.0.1:7480/#dataset=a&up=-y" ] || fail "view --up is not in the address"
+[ "$("$client" view --min-component largest)" = "http://127.0.0.1:7480/#largest_only=on" ] || fail "view --min-component largest"
 ends 2 "--min-component" "$client" view --min-component -1
 [ "$("$client" view --isovalue 1e30)" = "http://127.0.0.1:7480/#isovalue=1e30" ] || fail "a large isovalue is no number in the viewer's address"
 [ "$(MULTITETRA_SERVER=wss://site.org/volumes/ "$client" view --dataset a)" = "https://site.org/volumes/#dataset=a" ] ||

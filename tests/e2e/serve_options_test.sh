@@ -49,9 +49,12 @@ ends 5 'no dataset' "$server" serve nowhere.mtd
 
 # A damaged dataset is logged and skipped; the others are served until SIGTERM, with exit code 0.
 head -c 100 v.mtd >damaged.mtd
-start server "$server" serve damaged.mtd v.mtd --tcp 127.0.0.1:0 --http off
+cp v.mtd twice.mtd
+start server "$server" serve damaged.mtd v.mtd twice.mtd --tcp 127.0.0.1:0 --http off
 url=$(url_of server tcp)
 grep -q 'skipped: ' server.log || fail "the damaged dataset is not logged: $(cat server.log)"
+grep -q 'left out.*twice.mtd' server.log || fail "a second dataset of a name is not logged: $(cat server.log)"
+[ "$(grep -c ' serving ' server.log)" = 1 ] || fail "a dataset that is left out is said to be served: $(cat server.log)"
 ends 7 'Cannot listen on' "$server" serve v.mtd --tcp "${url#tcp://}" --http off
 kill -HUP "$pid"
 ends_well server "$pid"

@@ -14,6 +14,7 @@ interface Query {
   multitetra?: unknown;
   id?: unknown;
   state?: unknown;
+  dragging?: unknown; // Of set: more will follow at once.
 }
 
 export class Embedding {
@@ -45,7 +46,7 @@ export class Embedding {
   }
 
   private async hear(query: Query | null, origin: string): Promise<void> {
-    const { multitetra: kind, id, state } = query ?? {};
+    const { multitetra: kind, id, state, dragging } = query ?? {};
     if (typeof kind !== "string") return; // From another sender.
     const isFirst = this.origin === null;
     this.origin = origin;
@@ -53,7 +54,7 @@ export class Embedding {
     switch (kind) {
       case "set": {
         const { settings, ignored } = parseSettings(state);
-        this.viewer.set(settings);
+        this.viewer.set(settings, dragging === true);
         return this.post("state", { id, state: this.viewer.get(), ignored });
       }
       case "get":

@@ -80,6 +80,7 @@ Received receive_from(ConnectionContext& client, Session& session,
     if (const auto* hello = std::get_if<Hello>(&*message)) {
       client.set_forwarded_share(hello->on_behalf_of, hello->client_address);
     }
+    client.is_welcomed();
   }
   return received;
 }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/request/tissues.hpp"
 #include "server/dataset/detail/statistics.hpp"
 
 namespace multitetra {
@@ -15,12 +16,6 @@ constexpr double kSkin = -300.5;
 constexpr double kBone = 300.5;
 
 }  // namespace
-
-bool is_ct(const DatasetInfo& info) {
-  if (info.meaning.value_unit == "HU") return true;
-  return info.meaning.value_unit.empty() && info.min >= -3100 && info.min <= -900 &&
-         info.max >= 700 && info.max <= 40000;
-}
 
 void prefer_known_isovalues(const std::optional<double>& recommended, DatasetInfo& info) {
   std::vector<double> preferred;

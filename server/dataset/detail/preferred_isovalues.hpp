@@ -7,10 +7,6 @@
 
 namespace multitetra {
 
-// Returns whether the samples are computed tomography: in Hounsfield units or, if the unit is
-// unknown, with a range from air to bone, which is rare otherwise. The viewer uses the same rule.
-[[nodiscard]] bool is_ct(const DatasetInfo& info);
-
 // Puts known isovalues first among the suggestions: the one the source recommends, then skin and
 // bone for CT. Drops values outside the range of the samples and suggestions close to an earlier
 // one; keeps at most kMaxSuggestedIsovalues.

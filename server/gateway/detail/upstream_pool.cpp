@@ -146,6 +146,12 @@ asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
       const UpstreamClient no_client;  // A named variable, for the reason given below.
       const auto link = co_await link_to(upstream, no_client);
       one.requires_token = !link && link.error().code == ErrorCode::kUnauthenticated;
+      if (link && options_.warns_of_open_servers && !std::exchange(one.is_known_open, true)) {
+        log_line(LogLevel::kWarning,
+                 "other machines can connect, and every client may see all datasets of a server "
+                 "that requires no token: set --tokens to restrict that",
+                 {{"upstream", one.name}});
+      }
       if (link) {
         one.watched = *link;
         Result<ServerMessage> sign = co_await one.watched->receive();

@@ -102,6 +102,7 @@ class UpstreamPool {
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
     bool requires_token = false;  // The server refused a gateway without a token.
+    bool is_known_open = false;   // That it requires none was logged.
   };
   struct CachedCatalogue {
     Clock::time_point at = {};

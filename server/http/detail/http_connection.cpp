@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/base/hex_text.hpp"
 #include "common/net/coroutines.hpp"
 #include "server/http/detail/min_transfer_rate.hpp"
 #include "server/operations/log.hpp"
@@ -14,10 +13,12 @@
 namespace multitetra {
 namespace {
 
-// Returns an id for answers and the log. The first one is random, to avoid repetition between runs.
-std::string new_request_id() {
-  static std::atomic<std::uint64_t> next = (std::uint64_t{std::random_device{}()} << 32) | 1;
-  return hex_text(next++);
+// Returns an id for answers and the log. The first one is random, to avoid repetition between
+// runs; a JSON number holds it exactly.
+std::uint64_t new_request_number() {
+  constexpr std::uint64_t kMaxSurfaces = 1000;  // The next ones are for surfaces of this request.
+  static std::atomic<std::uint64_t> next = (std::uint64_t{std::random_device{}()} << 20) + 1000;
+  return next.fetch_add(kMaxSurfaces);
 }
 
 }  // namespace
@@ -99,7 +100,7 @@ asio::awaitable<void> HttpConnection::run() {
     deadline_.clear();
     const auto context = std::make_shared<RequestContext>();
     context->client = client_;
-    context->request_id = new_request_id();
+    context->take_number(new_request_number());
     context->watch = [this] { watch(); };
     const bool with_body = request->method() != http::verb::head;
     if (const auto admitted = check_admission(*request); !admitted) {
@@ -170,7 +171,7 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       const MalformedRequest& broken = request.error();
       is_answering_ = true;
       RequestContext context;
-      context.request_id = new_request_id();
+      context.take_number(new_request_number());
       context.reason = broken.text;
       // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},

@@ -12,7 +12,10 @@ namespace multitetra {
 namespace {
 
 int serve(const GatewayOptions& options) {
-  begin_serving(options.listeners, /*is_gateway=*/true);
+  // Servers decide what the clients' own tokens, or none, show.
+  begin_serving(options.listeners, options.upstream_token_file.empty()
+                                       ? ""
+                                       : "all datasets of the --upstream-token-file");
   ServerOptions server = server_options(options.listeners);
   server.session.agent = "multitetra-gateway/" MULTITETRA_VERSION;
   Server gateway(remote_service(remote_service_options(options)), std::move(server),

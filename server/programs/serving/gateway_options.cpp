@@ -47,6 +47,8 @@ RemoteServiceOptions remote_service_options(const GatewayOptions& o) {
   // Not an aggregate: GCC 12 destroys members that were never constructed if an initializer throws.
   RemoteServiceOptions options;
   options.upstream.tile_bytes = o.cache_bytes;
+  options.upstream.warns_of_open_servers =
+      o.listeners.tokens.empty() && o.upstream_token_file.empty() && is_open_to_others(o.listeners);
   options.files.ca = o.upstream_ca;
   options.files.token = o.upstream_token_file;
   options.requests = o.listeners.requests;

@@ -277,17 +277,20 @@ ServerOptions server_options(const ListenerOptions& o) {
           .returns_memory = true};
 }
 
-namespace {
-
-void warn_of_open_listeners(const ListenerOptions& o, bool is_gateway) {
+bool is_open_to_others(const ListenerOptions& o) {
   const auto is_reachable = [](const auto& listener) {
     return listener && !is_this_machine(listener->listen.host);
   };
-  const bool is_open = is_reachable(tcp_options(o)) || is_reachable(http_options(o));
-  if (is_open && o.tokens.empty()) {
-    const std::string what = is_gateway ? "all datasets of the upstreams" : "all datasets";
+  return is_reachable(tcp_options(o)) || is_reachable(http_options(o));
+}
+
+namespace {
+
+void warn_of_open_listeners(const ListenerOptions& o, const std::string& without_tokens) {
+  const bool is_open = is_open_to_others(o);
+  if (is_open && o.tokens.empty() && !without_tokens.empty()) {
     log_line(LogLevel::kWarning,
-             "other machines can connect, and every client may see " + what +
+             "other machines can connect, and every client may see " + without_tokens +
                  ": set --tokens to restrict access",
              {});
   }
@@ -322,12 +325,12 @@ void raise_open_file_limit(const ListenerOptions& o) {
 
 }  // namespace
 
-void begin_serving(const ListenerOptions& o, bool is_gateway) {
+void begin_serving(const ListenerOptions& o, const std::string& without_tokens) {
   configure_allocator();
   start_log({.format = log_format_from(o.log_format).value(),
              .level = log_level_from(o.log_level).value()});
   raise_open_file_limit(o);
-  warn_of_open_listeners(o, is_gateway);
+  warn_of_open_listeners(o, without_tokens);
 }
 
 void serve_with_log(Server& server) {

@@ -73,9 +73,12 @@ Option* add_seconds(Command& command, const std::string& name, double& value,
 [[nodiscard]] std::vector<MakeListener> http_listeners(const ListenerOptions& options);
 
 // Starts the log, raises the limit of open files to the system's maximum, and warns of insecure
-// options: no access control (except for a gateway, whose upstreams may have it), no encryption, or
-// a key readable by other users.
-void begin_serving(const ListenerOptions& options, bool is_gateway = false);
+// options: no access control, no encryption, or a key readable by other users. `without_tokens` is
+// what clients may see without --tokens; empty if others decide that.
+void begin_serving(const ListenerOptions& options,
+                   const std::string& without_tokens = "all datasets");
+// Whether other machines can connect to a listener.
+[[nodiscard]] bool is_open_to_others(const ListenerOptions& options);
 // Serves until stopped; logs the server's addresses at the start, and the end.
 void serve_with_log(Server& server);
 

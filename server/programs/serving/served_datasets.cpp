@@ -61,26 +61,22 @@ std::vector<std::string> ServedDatasets::places() const {
   return places;
 }
 
-std::shared_ptr<const SurfaceProvider> ServedDatasets::source_of(const std::string& place) {
+ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
   const auto before = opened_.find(place);
   const Identity identity = identity_of(place);
-  if (before != opened_.end() && before->second.identity == identity) return before->second.source;
+  if (before != opened_.end() && before->second.identity == identity) return &before->second;
   try {
     const DatasetPtr dataset = open_dataset(place, files_);
     const auto source = std::make_shared<ExtractedSurfaces>(
         std::make_shared<SurfaceExtractor>(dataset, pool_), cache_);
-    opened_.insert_or_assign(place, Opened{identity, source});
-    log_line(
-        LogLevel::kInfo, "serving",
-        {{"dataset", dataset->info.name}, {"file", place}, {"size", size_text(dataset->info)}});
-    return source;
+    return &opened_.insert_or_assign(place, Opened{identity, source}).first->second;
   } catch (const std::exception& error) {
     const bool was_served = before != opened_.end();
     log_line(LogLevel::kError,
              std::string(was_served ? "still serving the previous version: " : "skipped: ") +
                  error.what(),
              {{"file", place}});
-    return was_served ? before->second.source : nullptr;
+    return was_served ? &before->second : nullptr;
   }
 }
 
@@ -89,19 +85,26 @@ CataloguePtr ServedDatasets::read() {
   std::set<std::string> there;
   for (const std::string& place : places()) {
     if (!there.insert(place).second) continue;
-    const auto source = source_of(place);
-    if (!source) continue;
+    Opened* const found = opened(place);
+    if (found == nullptr) continue;
     try {
-      catalogue->add(source);
+      catalogue->add(found->source);
+      if (std::exchange(found->is_served, true)) continue;
+      const DatasetInfo& info = found->source->info();
+      log_line(LogLevel::kInfo, "serving",
+               {{"dataset", info.name}, {"file", place}, {"size", size_text(info)}});
     } catch (const std::invalid_argument& twice) {
+      found->is_served = false;
       log_line(LogLevel::kError, std::string("skipped: ") + twice.what(), {{"file", place}});
     }
   }
-  std::erase_if(opened_, [&](const auto& opened) {
-    const auto& [place, what] = opened;
+  std::erase_if(opened_, [&](const auto& one) {
+    const auto& [place, what] = one;
     if (there.contains(place)) return false;
-    log_line(LogLevel::kInfo, "no longer served",
-             {{"dataset", what.source->info().name}, {"file", place}});
+    if (what.is_served) {
+      log_line(LogLevel::kInfo, "no longer served",
+               {{"dataset", what.source->info().name}, {"file", place}});
+    }
     return true;
   });
   return catalogue;

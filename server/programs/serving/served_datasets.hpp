@@ -53,11 +53,12 @@ class ServedDatasets {
   struct Opened {
     Identity identity;
     std::shared_ptr<const SurfaceProvider> source;
+    bool is_served = false;  // Logged so; else another file has its name.
   };
   [[nodiscard]] Identity identity_of(const std::string& place) const;
   [[nodiscard]] std::vector<std::string> places() const;
-  // Returns null if the dataset cannot be read and no previous version was served.
-  [[nodiscard]] std::shared_ptr<const SurfaceProvider> source_of(const std::string& place);
+  // Returns null if the dataset cannot be used and no previous version was served.
+  [[nodiscard]] Opened* opened(const std::string& place);
 
   std::vector<Input> inputs_;
   std::shared_ptr<SurfaceCache> cache_;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/base/number_text.hpp"
+#include "common/base/percent_encoded.hpp"
 #include "common/mesh/components.hpp"
 #include "common/mesh/mesh_checks.hpp"
 #include "common/request/request_notices.hpp"
@@ -70,6 +71,16 @@ void add_facts(Answer& answer, const Totals& all) {
   add_field(answer, "Multitetra-Content-Digest", all.digest.hex());
 }
 
+// What is known of it. A unit may have letters that no header field has.
+void add_world(Answer& answer, const PhysicalMeaning& world) {
+  if (!world.length_unit.empty()) {
+    add_field(answer, "Multitetra-Length-Unit", percent_encoded(world.length_unit));
+  }
+  if (world.space != WorldSpace::kUnnamed) {
+    add_field(answer, "Multitetra-Space", name(world.space));
+  }
+}
+
 PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>& scalars,
                        const DatasetInfo& info, const MeshForm& form) {
   PositionedMesh placed =
@@ -84,17 +95,14 @@ PositionedMesh painted(const LatticeMesh& mesh, const std::optional<ScalarRange>
 }
 
 std::string file_of(const std::vector<PositionedMesh>& meshes, const std::vector<double>& isovalues,
-                    const MeshForm& form, int lattice) {
-  if (meshes.size() == 1) {
-    return mesh_file(meshes.front(), form.format,
-                     {.lattice = lattice, .min_component = form.min_component});
-  }
-  assert(form.format == MeshFormat::kGlb);
+                    MeshFormat format, const MeshFileFacts& facts) {
+  if (meshes.size() == 1) return mesh_file(meshes.front(), format, facts);
+  assert(format == MeshFormat::kGlb);
   std::vector<ScenePart> parts;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     parts.push_back({.name = "isovalue " + shortest_text(isovalues[i]), .mesh = &meshes[i]});
   }
-  return scene_glb(parts);
+  return scene_glb(parts, facts.world);
 }
 
 }  // namespace
@@ -107,6 +115,7 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
   std::vector<PositionedMesh> meshes;
   std::vector<double> isovalues;
   int lattice = kDefaultLatticeResolution;
+  double shortest = 0;
   for (Surface& surface : surfaces) {
     if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
     const auto found = checked(surface, info);
@@ -114,10 +123,11 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     add_notices(header, *found, surface.request, info);
     all.add(*found, surface);
     const MeshComponents components = components_of(surface.mesh);
-    const std::size_t written = components.count_at_least(form.min_component);
+    shortest = components.least(form.min_component);
+    const std::size_t written = components.count_at_least(shortest);
     all.components_written += written;
     if (written != components.diagonals.size()) {
-      surface.mesh = with_components(surface.mesh, components, form.min_component);
+      surface.mesh = with_components(surface.mesh, components, shortest);
     }
     meshes.push_back(painted(surface.mesh, surface.scalars, info, form));
     isovalues.push_back(surface.request.isovalue);
@@ -125,7 +135,11 @@ Result<StoredMesh> store_mesh(std::vector<Surface> surfaces, const DatasetInfo& 
     surface.mesh = {};
   }
   add_facts(header, all);
-  const std::string bytes = file_of(meshes, isovalues, form, lattice);
+  const PhysicalMeaning world = form.is_in_world ? info.meaning : PhysicalMeaning();
+  add_world(header, world);
+  const std::string bytes =
+      file_of(meshes, isovalues, form.format,
+              {.lattice = lattice, .min_component = shortest, .world = world});
   meshes.clear();
   auto reservation = place.reservation(bytes.size());
   if (!reservation) return tl::unexpected(reservation.error());

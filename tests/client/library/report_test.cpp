@@ -106,10 +106,11 @@ TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
 
 TEST(VolumeNotice, SaysHowToNarrowAWideBound) {
   const SurfaceMeasures measures{.area = 12, .volume = -4.0};
-  EXPECT_TRUE(volume_notice(measures, 0.03).empty());
+  EXPECT_TRUE(volume_notice(measures, 0.003).empty());
   const auto wide = volume_notice(measures, 0.11);
   ASSERT_EQ(wide.size(), 1U);
-  EXPECT_TRUE(wide[0].starts_with("volume_bound is 33 % of the volume; a smaller --error"))
+  EXPECT_TRUE(
+      wide[0].starts_with("volume_bound is 33 % of the volume; to quote the volume use --error 0"))
       << wide[0];
   EXPECT_TRUE(volume_notice(measures, std::nullopt).empty());
   EXPECT_TRUE(volume_notice({.area = 12, .volume = std::nullopt}, 0.11).empty());

@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
+#include "common/mesh/components.hpp"
 
 namespace multitetra {
 namespace {
@@ -201,6 +203,8 @@ TEST(SurfaceOptions, ConvertTheMeshToTheRequestedSpace) {
   EXPECT_EQ(turned.positions[0], (std::array<float, 3>{-12, -24, 33}));
   EXPECT_EQ(turned.normals[0], (UnitVector{-0.6F, 0, 0.8F}));
   EXPECT_EQ(output_surface(vertex, in_space("lps"), patient).mesh.normals[0], vertex.normals[0]);
+  EXPECT_EQ(output_surface(vertex, in_space("lps"), patient).world.space, WorldSpace::kLps);
+  EXPECT_EQ(output_surface(vertex, in_space("ras"), patient).world.space, WorldSpace::kRas);
   patient.meaning.space = WorldSpace::kRas;
   EXPECT_EQ(placed("lps"), (Vec3{-12, -24, 33}));
   SurfaceArguments indices = in_space("ras");
@@ -225,14 +229,18 @@ TEST(SurfaceOptions, RemoveSmallComponentsOnlyOnRequest) {
   EXPECT_EQ(all.components, 3U);
   EXPECT_EQ(all.mesh.triangles.size(), 3U);
   EXPECT_EQ(all.large, (std::vector<std::uint32_t>{3, 4, 5}));
-  EXPECT_EQ(removed_text(all, {}), "");
+  EXPECT_EQ(removed_text(all), "");
   SurfaceArguments large;
   large.query.min_component = 10;
   const OutputSurface one = output_surface(mesh, large, info());
   EXPECT_EQ(one.mesh.triangles.size(), 1U);
   EXPECT_EQ(one.large, (std::vector<std::uint32_t>{0, 1, 2}));
-  EXPECT_EQ(removed_text(one, large),
-            "1 of 3 components, those with a diagonal of 10 samples or more");
+  EXPECT_EQ(removed_text(one), "1 of 3 components, those with a diagonal of 10 samples or more");
+  large.query.min_component = kLargestAlone;
+  const OutputSurface largest = output_surface(mesh, large, info());
+  EXPECT_EQ(largest.mesh.positions, one.mesh.positions);
+  EXPECT_NEAR(largest.min_component, 20 * std::sqrt(2.0), 1e-12) << "a number for files";
+  EXPECT_EQ(output_surface({.vertices = {}, .triangles = {}}, large, info()).components, 0U);
 }
 
 // Frames a picture without dust but with all large parts of a flow.

@@ -244,6 +244,16 @@ TEST(MeshFile, GlbHasTheMeshAndItsBounds) {
   }
 }
 
+TEST(MeshFile, GlbSaysWhatIsKnownOfTheWorld) {
+  const auto asset_of = [](const PhysicalMeaning& world) {
+    return read_glb(mesh_file(world_mesh(), MeshFormat::kGlb, {.world = world})).json.at("asset");
+  };
+  EXPECT_FALSE(asset_of({}).contains("extras"));
+  EXPECT_EQ(
+      asset_of({.space = WorldSpace::kRas, .length_unit = "µm", .value_unit = "HU"})["extras"],
+      (nlohmann::json{{"length_unit", "µm"}, {"space", "RAS"}}));
+}
+
 TEST(MeshFile, GlbIsValidGltfWithTheUpAxisTurned) {
   const Glb glb = read_glb(mesh_file(world_mesh(), MeshFormat::kGlb));
   EXPECT_EQ(glb.json.at("asset").at("version"), "2.0");

@@ -354,6 +354,13 @@ TEST(CertificateReport, BeginsWithTheVerdictAndHoldsTheNumbers) {
   EXPECT_EQ(json["distances"]["mesh_to_full"]["world"]["maximum"],
             kept.distance.mesh_to_reference.maximum);
   EXPECT_TRUE(json["self_intersections"].is_object());
+  Certificate open = kept;
+  open.error = ErrorVerdict::kUndecided;
+  open.distance.mesh_to_reference.undecided = 1234;
+  const std::string text = text_of(open, files, options);
+  EXPECT_TRUE(text.starts_with("Neither refuted nor proven: balls.ply")) << text;
+  EXPECT_NE(text.find("1 234 pieces of triangles are undecided"), std::string::npos) << text;
+  EXPECT_EQ(json_of(open, files, options)["distances"]["mesh_to_full"]["undecided_pieces"], 1234);
   options.error = 0.01;
   options.lattice.reset();
   const Certificate exceeded = certify(mesh, volume, options);

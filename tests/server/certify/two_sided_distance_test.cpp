@@ -109,9 +109,22 @@ TEST(TwoSidedDistance, StaysABoundWithoutMemoryForItsSearch) {
   const auto exact = two_sided_distance(a, b, {.tolerance = 1e-4}).mesh_to_reference;
   const auto hasty =
       two_sided_distance(a, b, {.tolerance = 1e-4, .max_pieces = 2}).mesh_to_reference;
+  EXPECT_GT(hasty.undecided, 0U);
+  EXPECT_EQ(exact.undecided, 0U);
   EXPECT_LE(hasty.maximum, exact.maximum_at_most);
   EXPECT_GE(hasty.maximum_at_most, exact.maximum);
   EXPECT_GT(hasty.maximum_at_most - hasty.maximum, exact.maximum_at_most - exact.maximum);
+}
+
+// At a shared vertex any triangle of the fan may be found nearest.
+TEST(TwoSidedDistance, NearlyTheSameMeshesAreDecidedWithoutASearch) {
+  const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 20);
+  const TriangleMesh b = testing::shifted(a, {1e-6, 0, 0});
+  const auto [there, back] = two_sided_distance(a, b, {.tolerance = 1e-3, .max_pieces = 0});
+  for (const SurfaceDistance& way : {there, back}) {
+    EXPECT_EQ(way.undecided, 0U);
+    EXPECT_LE(way.maximum_at_most, 1e-3);
+  }
 }
 
 TEST(TwoSidedDistance, AnEmptyMeshIsInfinitelyFar) {

@@ -2,7 +2,9 @@
 #include <atomic>
 #include <chrono>
 #include <mutex>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -165,6 +167,8 @@ TEST(GuardedGateway, AReloadedListAppliesToOpenConnections) {
 // Counts the rejected tokens and the connections of a server.
 struct CountedRefusals : ServiceObserver {
   std::atomic<int> connections = 0;
+  std::atomic<int> welcomed_clients = 0;
+  void welcomed(const ClientFacts&) override { ++welcomed_clients; }
   std::atomic<int> unauthenticated = 0;
   void connected(const ClientFacts&) override { ++connections; }
   void error_answered(const ClientFacts&, const Error& error, std::uint64_t) override {
@@ -187,6 +191,7 @@ TEST(GuardedGateway, IsRefusedOnceByAServerWithTokens) {
   upstream.start_again();
   EXPECT_TRUE(eventually([&] { return http.get("/readyz").result_int() == 200U; }));
   EXPECT_EQ(counted->unauthenticated, 1);
+  EXPECT_EQ(counted->welcomed_clients, 0) << "probes fill the log of a server";
 }
 
 // Records the peer of the last stream, as the log names it.
@@ -220,6 +225,34 @@ TEST(GuardedGateway, ServersThatTrustItLogTheAddressesOfItsClients) {
         eventually([&] { return !at_server->peer().empty() && !at_gateway->peer().empty(); }));
     EXPECT_EQ(at_server->peer() == at_gateway->peer(), is_trusted) << at_server->peer();
   }
+}
+
+// The numbers of requests, as the log names them.
+struct RequestNumbers : ServiceObserver {
+  std::mutex mutex;
+  std::vector<std::string> all;
+  void request_ended(const ClientFacts&, const RequestFacts& facts) override {
+    const std::lock_guard lock(mutex);
+    if (!facts.dataset.empty()) all.push_back(facts.kind + (" " + std::to_string(facts.request)));
+  }
+  [[nodiscard]] std::vector<std::string> seen() {
+    const std::lock_guard lock(mutex);
+    return all;
+  }
+};
+
+TEST(GuardedGateway, ServersLogTheRequestIdsOfAnswersOverHttp) {
+  const auto numbers = std::make_shared<RequestNumbers>();
+  Upstream upstream(octahedron(), {.admission = {.observer = numbers}});
+  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
+  HttpClient http(gateway.http());
+  const auto id_of = [&](const std::string& target) {
+    return std::string(http.get("/v1/datasets/octahedron/" + target)["X-Request-Id"]);
+  };
+  const std::string surface = id_of("isosurface?isovalue=0&format=ply");
+  const std::string value = id_of("value?at=0,0,0");
+  ASSERT_TRUE(eventually([&] { return numbers->seen().size() >= 2; }));
+  EXPECT_EQ(numbers->seen(), (std::vector{"stream " + surface, "probe " + value}));
 }
 
 // ---- TLS

@@ -88,6 +88,26 @@ TEST(RequestLog, EveryRequestAboutADatasetIsALine) {
   EXPECT_EQ(lines.back().at("request"), "00ab");
 }
 
+TEST(RequestLog, AConnectionIsALineOnceItsClientIsKnown) {
+  const auto probed = [](RequestLog& log) {
+    log.connected({.connection = 8});
+    log.disconnected({.connection = 8}, 0.1);
+  };
+  EXPECT_TRUE(logged(LogLevel::kInfo, probed).empty());
+  EXPECT_EQ(logged(LogLevel::kDebug, probed).size(), 2U);
+  const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
+    ClientFacts alice = kAlice;
+    log.connected(alice);
+    alice.is_welcomed = true;
+    log.welcomed(alice);
+    log.disconnected(alice, 2);
+  });
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_EQ(lines[0].at("text"), "connected");
+  EXPECT_EQ(lines[0].at("name"), "alice");
+  EXPECT_EQ(lines[1].at("text"), "disconnected");
+}
+
 TEST(RequestLog, FilesAndHealthChecksThatSucceedAreForDebugging) {
   const auto work = [](RequestLog& log) {
     log.http_answered(kAlice, {.id = "1", .kind = "tile", .status = 200});

@@ -33,6 +33,7 @@ class CountedSteps : public FakeSteps {
         info_(FakeSteps::info()) {
     info_.content_id = 42;
     info_.suggested_isovalues = {0.5};
+    info_.meaning = {.space = WorldSpace::kLps, .length_unit = "µm", .value_unit = ""};
   }
   [[nodiscard]] const DatasetInfo& info() const override { return info_; }
 
@@ -49,6 +50,17 @@ class IsosurfaceTest : public ::testing::Test {
       catalogue_of(std::make_shared<CountedSteps>(made_)), {}, {}, {.max_mesh_triangles = 1000}};
   HttpClient client_{server_.http()};
 };
+
+TEST_F(IsosurfaceTest, NamesUnitAndAxesOfItsWorld) {
+  const std::string path = "/v1/datasets/octahedron/isosurface?isovalue=0.5";
+  const auto world = client_.get(path);
+  EXPECT_EQ(world["Multitetra-Length-Unit"], "%C2%B5m");
+  EXPECT_EQ(world["Multitetra-Space"], "LPS");
+  EXPECT_NE(world.body().find(R"("extras":{"length_unit":"µm","space":"LPS"})"), std::string::npos);
+  const auto indices = client_.get(path + "&coordinates=index");
+  EXPECT_EQ(indices.count("Multitetra-Length-Unit") + indices.count("Multitetra-Space"), 0U);
+  EXPECT_EQ(indices.body().find("length_unit"), std::string::npos);
+}
 
 TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
   for (const auto& [format, type, start] : {std::tuple{"ply", "application/ply", "ply\n"},

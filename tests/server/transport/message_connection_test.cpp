@@ -43,7 +43,7 @@ class MemoryTransport : public MessageTransport {
     co_return content.size();
   }
   asio::awaitable<void> drain() override { co_return; }
-  asio::awaitable<void> leave() override { co_return; }
+  asio::awaitable<void> close_gracefully() override { co_return; }
   void set_limit(std::uint32_t) override {}
   bool was_cut_off() const override { return false; }
 

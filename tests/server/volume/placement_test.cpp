@@ -1,5 +1,7 @@
 #include "server/volume/placement.hpp"
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "server/volume/volume_files.hpp"
@@ -66,6 +68,19 @@ TEST(AxisDirections, ContainEachAxisOnce) {
   for (const char* text :
        {"", "x", "x,y", "x,y,y", "x,y,z,x", "x,y,z,", "x,y,-", "x,y,w", "xy,z,x", "--x,y,z"}) {
     EXPECT_FALSE(axis_directions_from(text)) << text;
+  }
+}
+
+TEST(AxisDirections, MirrorWhereAnOddNumberIsOppositeOrExchanged) {
+  for (const char* turn : {"x,y,z", "x,-z,y", "-x,-y,z", "y,z,x", "-y,-x,-z"}) {
+    EXPECT_FALSE(is_mirror(axis_directions_from(turn).value())) << turn;
+  }
+  for (const auto& [mirror, turns] : {std::pair{"x,y,-z", "-x,y,-z or x,-y,-z"},
+                                      {"-x,y,z", "-x,-y,z"},
+                                      {"y,x,z", "-y,x,z or y,-x,z"},
+                                      {"-x,-y,-z", "x,-y,-z or -x,y,-z"}}) {
+    EXPECT_TRUE(is_mirror(axis_directions_from(mirror).value())) << mirror;
+    EXPECT_EQ(turns_near(axis_directions_from(mirror).value()), turns);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -148,6 +149,13 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   const OpenedJob opened = open_job(job, options, maps_);
   const VolumeHeader& header = opened.source->header();
   check_grid(job, {header.dims, header.index_to_world, header.meaning});
+  const bool may_lie = header.meaning.space == WorldSpace::kUnnamed &&
+                       arguments_.volume.orient.empty() && arguments_.volume.space.empty();
+  if (may_lie && !std::exchange(has_noted_axes_, true)) {
+    options.notice("'" + job.input +
+                   "' does not say which axis is up; where z is not, --orient turns the volume: "
+                   "x,-y,-z one that is upside down.");
+  }
   std::string pass;
   PrepareOptions how{.name = job.name,
                      .outside = outside,
