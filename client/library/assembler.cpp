@@ -103,6 +103,10 @@ Result<Progress> Assembler::receive(const ServerMessage& message) {
 }
 
 Result<Progress> Assembler::take(const StepBegin& begin) {
+  if (validator_.is_of_several()) {
+    held_.clear();
+    invariants_.reset();
+  }
   tiles_.clear();
   marched_.assign(begin.tiles.size(), std::nullopt);
   waiting_.clear();

@@ -7,7 +7,8 @@
 // the previous step stays shown, so no state has a crack. The checks are those of StreamValidator
 // (order, manifest, counts, digests), and: each tile matches the manifest; every edge of the welded
 // mesh has two triangles, except on the data's border; all steps that preserve the topology have
-// the same Euler characteristic and number of components.
+// the same Euler characteristic and number of components. With further datasets, each step is the
+// preview of another one, on the grid of the first.
 //
 // Nothing that the server sends is trusted. A failed check is an Error that names the step and, if
 // it concerns one, the tile; the assembler then returns this error for every further message.

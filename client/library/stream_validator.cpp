@@ -22,7 +22,10 @@ std::string sizes(std::uint64_t tiles, std::uint64_t bytes) {
 
 StreamValidator::StreamValidator(DatasetInfo info, OpenStream open, std::set<ContentDigest> held,
                                  AssemblerLimits limits)
-    : info_(std::move(info)), open_(std::move(open)), limits_(limits), held_(std::move(held)) {}
+    : info_(std::move(info)), open_(std::move(open)), limits_(limits), held_(std::move(held)) {
+  if (is_of_several())
+    limits_.steps = 1 + static_cast<std::uint32_t>(open_.further_datasets.size());
+}
 
 Result<bool> StreamValidator::accept(const ServerMessage& message) {
   return std::visit([this](const auto& m) { return take(m); }, message);
@@ -49,6 +52,10 @@ Result<bool> StreamValidator::take(const StepBegin& begin) {
   }
   if (const auto found = manifest_fault(begin, open_, info_, limits_)) {
     return step_fault(begin.step, *found);
+  }
+  if (is_of_several()) {
+    if (begin.is_final) return step_fault(begin.step, "it is final, and only a preview was due");
+    held_.clear();  // Each dataset has tiles of its own.
   }
   for (const TileSummary& tile : begin.tiles) {
     if (!held_.contains(tile.digest)) announced_.add(tile);
@@ -148,6 +155,9 @@ Result<bool> StreamValidator::take(const StreamEnd& end) {
       step_ && !is_step_open_ && (step_->is_final || open_.steps == StepPolicy::kPreviewsOnly);
   if (end.outcome == StreamOutcome::kComplete && !is_enough) {
     return reject("it is marked as complete, but the final step is missing");
+  }
+  if (end.outcome == StreamOutcome::kComplete && is_of_several() && steps_ended_ < limits_.steps) {
+    return reject("it claims to be complete without the previews of all datasets");
   }
   is_step_open_ = false;
   has_ended_ = true;

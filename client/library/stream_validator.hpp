@@ -49,6 +49,8 @@ class StreamValidator {
   [[nodiscard]] const StepBegin& step() const { return *step_; }
   // Returns the digests of the tiles that were held or received.
   [[nodiscard]] const std::set<ContentDigest>& held() const { return held_; }
+  // Whether each step is the preview of another dataset.
+  [[nodiscard]] bool is_of_several() const { return !open_.further_datasets.empty(); }
 
  private:
   Result<bool> take(const StepBegin& begin);

@@ -128,6 +128,21 @@ void write(const OpenStream& open, v1::ClientMessage& message) {
   if (open.scalars) wire::write(*open.scalars, *wire.mutable_scalars());
   wire.set_triangles_per_second(open.triangles_per_second);
   if (open.use != MeshUse::kKeep) wire.set_use(to_wire<v1::MeshUse>(open.use));
+  for (const std::string& dataset : open.further_datasets) wire.add_further_datasets(dataset);
+}
+
+void read_further_datasets(const v1::OpenStream& wire, OpenStream& open, FieldChecks& checks) {
+  if (wire.further_datasets().empty()) return;
+  constexpr const char* kField = "OpenStream.further_datasets";
+  const bool is_one_preview =
+      open.steps == StepPolicy::kPreviewsOnly && open.resumed_previews.size() == 1 &&
+      open.cached_tile_digests.empty() && !open.scalars && !open.request.cell;
+  checks.require(is_one_preview, kField,
+                 "require STEP_POLICY_PREVIEWS_ONLY and one of resumed_previews, without cached "
+                 "digests, scalars and cell.");
+  if (checks.first()) return;
+  for (const std::string& dataset : wire.further_datasets()) checks.dataset_name(kField, dataset);
+  open.further_datasets.assign(wire.further_datasets().begin(), wire.further_datasets().end());
 }
 
 OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
@@ -148,6 +163,7 @@ OpenStream read(const v1::OpenStream& wire, FieldChecks& checks) {
   open.triangles_per_second = wire.triangles_per_second();
   open.use =
       checks.enumerator<MeshUse>("OpenStream.use", wire.use(), MeshUse::kDisplay, MeshUse::kKeep);
+  read_further_datasets(wire, open, checks);
   return open;
 }
 
@@ -186,12 +202,20 @@ void write(const Probe& probe, v1::ClientMessage& message) {
   wire::write(probe, *message.mutable_probe());
 }
 
-// Counts regions before the parser allocates memory for them. The error still has the request's id,
-// so the connection remains open.
-std::optional<ParseError> too_many_regions(std::string_view bytes) {
+// Counts regions and datasets before the parser allocates memory for them. The error still has the
+// request's id, so the connection remains open.
+std::optional<ParseError> too_many_entries(std::string_view bytes) {
+  constexpr int kOpen = v1::ClientMessage::kOpenStreamFieldNumber;
+  FieldChecks of_datasets;
+  of_datasets.at_most("OpenStream.further_datasets",
+                      count_entries(bytes, {kOpen, v1::OpenStream::kFurtherDatasetsFieldNumber}),
+                      kMaxFurtherDatasets, "datasets");
+  if (of_datasets.first()) {
+    return ParseError{*of_datasets.first(),
+                      last_number(bytes, {kOpen, v1::OpenStream::kRequestIdFieldNumber})};
+  }
   for (const auto& [kind, request, id] :
-       {std::tuple<int, int, int>(v1::ClientMessage::kOpenStreamFieldNumber,
-                                  v1::OpenStream::kRequestFieldNumber,
+       {std::tuple<int, int, int>(kOpen, v1::OpenStream::kRequestFieldNumber,
                                   v1::OpenStream::kRequestIdFieldNumber),
         {v1::ClientMessage::kEstimateFieldNumber, v1::Estimate::kRequestFieldNumber,
          v1::Estimate::kRequestIdFieldNumber}}) {
@@ -215,6 +239,7 @@ std::string serialize(const ClientMessage& message) {
 }
 
 void record_started_step(const StepBegin& step, OpenStream& open) {
+  if (!open.further_datasets.empty()) return;            // It names its preview already.
   if (step.step < open.resumed_previews.size()) return;  // A resumed preview, sent again.
   if (step.is_final && !step.shell) {
     open.steps = StepPolicy::kFinalOnly;
@@ -226,7 +251,7 @@ void record_started_step(const StepBegin& step, OpenStream& open) {
 }
 
 tl::expected<ClientMessage, ParseError> parse_client_message(std::string_view bytes) {
-  if (auto excess = too_many_regions(bytes)) return tl::unexpected(*std::move(excess));
+  if (auto excess = too_many_entries(bytes)) return tl::unexpected(*std::move(excess));
   v1::ClientMessage wire;
   if (!parse(bytes, wire)) {
     return refuse(ErrorCode::kMalformedMessage, not_a_message("ClientMessage", bytes.size()));

@@ -95,8 +95,13 @@ struct OpenStream {
   // The client's speed of decoding, checking and displaying; finite, >= 0. 0: unknown.
   double triangles_per_second = 0;
   MeshUse use = MeshUse::kKeep;
+  // Step i is the one preview of the i-th dataset, `dataset` being the first; at most
+  // kMaxFurtherDatasets. Requires kPreviewsOnly and exactly one of resumed_previews, without
+  // digests, scalars and cell.
+  std::vector<std::string> further_datasets = {};
 };
 inline constexpr std::size_t kMaxHeldDigests = 8192;
+inline constexpr std::size_t kMaxFurtherDatasets = 1023;
 
 struct Cancel {
   std::uint64_t request_id = 0;

@@ -247,11 +247,16 @@ void Conversation::perform(Send action) {
 
 void Conversation::perform(StartStream action) {
   const OpenStream& open = action.open;
-  stream_ = {.request_id = open.request_id,
-             .messages = nullptr,
-             .record = std::make_unique<RequestRecord>(
-                 client_, facts_of("stream", open.request_id, open.dataset, open.request)),
-             .reservation = std::move(request_reservation_)};
+  const std::string further =
+      open.further_datasets.empty()
+          ? ""
+          : " and " + std::to_string(open.further_datasets.size()) + " more";
+  stream_ = {
+      .request_id = open.request_id,
+      .messages = nullptr,
+      .record = std::make_unique<RequestRecord>(
+          client_, facts_of("stream", open.request_id, open.dataset + further, open.request)),
+      .reservation = std::move(request_reservation_)};
   stream_->messages = caller_->steps(std::move(action), [weak = weak_from_this()] {
     if (const auto self = weak.lock()) self->output_available_.notify_all();
   });

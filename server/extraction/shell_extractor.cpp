@@ -73,7 +73,8 @@ class ShellTiles {
 
   // Appends the tiles of one cube: none, one, or several smaller ones.
   void add_tiles(const OctreeCube& cube, std::vector<EncodedTile>& tiles) const {
-    const auto box = level_box(volume_.info, cube, level_.finest_spacing);
+    const auto whole = level_box(volume_.info, cube, level_.finest_spacing);
+    const auto box = whole ? samples_.crossed_part(cube, *whole) : std::nullopt;
     if (!box) return;
     const std::vector<std::uint8_t> bytes = encoded(cube, *box);
     shell::ShellHeader header;

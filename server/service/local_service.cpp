@@ -1,8 +1,10 @@
 #include "server/service/local_service.hpp"
 
+#include <algorithm>
 #include <set>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "common/base/in_parallel.hpp"
 #include "common/net/coroutines.hpp"
@@ -15,6 +17,22 @@ namespace {
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// The next step of a stream; of a stream for several datasets a group of previews.
+Result<std::vector<StepResult>> make_steps(const StartStream& action, const StreamState& state,
+                                           std::size_t dataset, const StepLimits& limits,
+                                           const std::stop_token& stop) {
+  constexpr std::size_t kPreviewsAJob = 16;
+  if (!action.further.empty()) {
+    const std::size_t left = 1 + action.further.size() - dataset;
+    return make_previews(action, dataset, std::min(left, kPreviewsAJob), limits, stop);
+  }
+  auto made = make_step(action, state, limits, stop);
+  if (!made) return tl::unexpected(made.error());
+  std::vector<StepResult> steps;
+  steps.push_back(*std::move(made));
+  return steps;
 }
 
 class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCaller> {
@@ -54,7 +72,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
            std::function<Result<T>(const std::stop_token&)> make,
            std::function<void(Result<T>)> done, Forecast forecast = {});
 
-  // Does nothing while a step is being made; step_made() then calls it again.
+  // Does nothing while a step is being made; steps_made() then calls it again.
   void make_next_step();
   void post(WorkKind work, Priority priority, std::function<void()> run, Forecast forecast = {});
   // Returns an error if the share has too much pending work.
@@ -62,7 +80,7 @@ class LocalCaller : public Caller, public std::enable_shared_from_this<LocalCall
   [[nodiscard]] StepLimits step_limits() const;
   // Starts the time limit of a step when a worker begins it.
   void step_begins(const StreamPtr& stream);
-  void step_made(const StreamPtr& stream, Result<StepResult> step, double seconds);
+  void steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps, double seconds);
 
   LocalService& service_;
   std::uint64_t queue_number_;
@@ -107,8 +125,12 @@ class LocalCaller::Stream : public ProgressiveStream {
   }
   // Fails before the client has received anything of the stream.
   void refuse(Error error) { messages.fail(std::move(error)); }
-  void supply(StepResult step, double seconds) {
-    messages.supply(std::move(step), seconds);
+  void supply(std::vector<StepResult> steps, double seconds) {
+    if (action.further.empty()) {
+      messages.supply(std::move(steps.front()), seconds);
+    } else {
+      messages.supply(std::move(steps), seconds);
+    }
     changed_();
   }
 
@@ -185,17 +207,18 @@ void LocalCaller::make_next_step() {
   // The guard keeps the executor running until the step is back. References are posted back, to be
   // released on the executor's thread.
   auto make = [self = shared_from_this(), stream = stream_, state = *state, limits = step_limits(),
+               dataset = stream_->messages.dataset(),
                guard = asio::make_work_guard(service_.executor())]() mutable {
     const asio::any_io_executor executor = guard.get_executor();
     multitetra::post(executor, [self, stream] { self->step_begins(stream); });
     const Clock::time_point start = Clock::now();
     limits.is_contended = self->service_.workers().waiting() > 0;
-    auto made = make_step(stream->action, state, limits, stream->stop.get_token());
-    multitetra::post(executor, [self = std::move(self), stream = std::move(stream),
-                                made = std::make_shared<Result<StepResult>>(std::move(made)),
-                                seconds = seconds_since(start)] {
-      self->step_made(stream, std::move(*made), seconds);
-    });
+    auto made = make_steps(stream->action, state, dataset, limits, stream->stop.get_token());
+    multitetra::post(
+        executor,
+        [self = std::move(self), stream = std::move(stream),
+         made = std::make_shared<Result<std::vector<StepResult>>>(std::move(made)),
+         seconds = seconds_since(start)] { self->steps_made(stream, std::move(*made), seconds); });
   };
   const StartStream& action = stream_->action;
   WorkKind work = work_for(*action.source, *state);
@@ -212,7 +235,8 @@ void LocalCaller::step_begins(const StreamPtr& stream) {
   stream->worker.set(std::chrono::duration_cast<Clock::duration>(left));
 }
 
-void LocalCaller::step_made(const StreamPtr& stream, Result<StepResult> step, double seconds) {
+void LocalCaller::steps_made(const StreamPtr& stream, Result<std::vector<StepResult>> steps,
+                             double seconds) {
   is_making_ = false;
   stream->worker.clear();
   client()->admission().observer().step_made(seconds);
@@ -221,19 +245,21 @@ void LocalCaller::step_made(const StreamPtr& stream, Result<StepResult> step, do
     return;
   }
   stream->worker_seconds += seconds;
-  if (!step) {
-    stream->fail(step.error());
+  if (!steps) {
+    stream->fail(steps.error());
     return;
   }
-  const std::size_t bytes =
-      static_cast<std::size_t>(size_of(step->encoded).bytes) + bytes_of(step->scalars);
+  std::size_t bytes = 0;
+  for (const StepResult& step : *steps) {
+    bytes += static_cast<std::size_t>(size_of(step.encoded).bytes) + bytes_of(step.scalars);
+  }
   auto reservation = client()->reserve(bytes);
   if (!reservation) {
     stream->fail(reservation.error());
     return;
   }
   stream->memory = *std::move(reservation);
-  stream->supply(*std::move(step), seconds);
+  stream->supply(*std::move(steps), seconds);
 }
 
 // ---- surfaces and queries

@@ -1,8 +1,9 @@
 // The service by the workers of this process.
 //
 // A step of a stream is made only after the messages of the previous one were sent. At most one
-// step per caller is with the workers, even when streams supersede each other. Workers never wait
-// for a client, and touch only what makes the step; everything else runs on the executor's thread.
+// step per caller is with the workers, even when streams supersede each other; previews of several
+// datasets are made in groups, as one step. Workers never wait for a client, and touch only what
+// makes the step; everything else runs on the executor's thread.
 #pragma once
 
 #include <cstddef>

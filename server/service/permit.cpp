@@ -158,6 +158,28 @@ Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
   return field;
 }
 
+Result<std::vector<SurfaceProviderPtr>> Permit::further_for(const OpenStream& open,
+                                                            const DatasetInfo& first) const {
+  std::vector<SurfaceProviderPtr> further;
+  further.reserve(open.further_datasets.size());
+  for (const std::string& name : open.further_datasets) {
+    auto source = provider(name);
+    if (!source) return tl::unexpected(source.error());
+    const DatasetInfo& info = (*source)->info();
+    const bool has_same_grid = info.dims == first.dims && info.spacing == first.spacing &&
+                               info.margin == first.margin && info.type == first.type &&
+                               info.grid_exponent == first.grid_exponent &&
+                               info.index_to_world == first.index_to_world;
+    if (!has_same_grid) {
+      return fail(ErrorCode::kInvalidArgument, "Datasets \"" + first.name + "\" and \"" + name +
+                                                   "\" have different grids; request the previews "
+                                                   "of one of them in a stream of its own.");
+    }
+    further.push_back(*std::move(source));
+  }
+  return further;
+}
+
 Result<StartStream> Permit::accept(OpenStream open) const {
   if (const auto valid = validated(open.request); !valid) return tl::unexpected(valid.error());
   auto source = provider(open.dataset, open.request);
@@ -167,6 +189,8 @@ Result<StartStream> Permit::accept(OpenStream open) const {
   if (const auto checked = check_begun(open, info, shells); !checked) {
     return tl::unexpected(checked.error());
   }
+  auto further = further_for(open, info);
+  if (!further) return tl::unexpected(further.error());
   SurfaceProviderPtr scalars;
   if (open.scalars) {
     auto field = field_for(*open.scalars, info);
@@ -176,7 +200,8 @@ Result<StartStream> Permit::accept(OpenStream open) const {
   return StartStream{.open = std::move(open),
                      .source = *std::move(source),
                      .scalars = std::move(scalars),
-                     .shells = shells};
+                     .shells = shells,
+                     .further = *std::move(further)};
 }
 
 Result<RunQuery> Permit::accept(DatasetQuery query) const {

@@ -27,6 +27,8 @@ struct StartStream {
   // The provider of open.scalars; null without scalars.
   SurfaceProviderPtr scalars = nullptr;
   bool shells = false;  // Steps may be sent as sample shells.
+  // The providers of open.further_datasets.
+  std::vector<SurfaceProviderPtr> further = {};
 };
 // A validated query.
 struct RunQuery {
@@ -86,6 +88,9 @@ class Permit {
   [[nodiscard]] bool is_for_surfaces_only() const {
     return limits_.surfaces_only || rights_.surfaces_only();
   }
+  // The further datasets of a request for previews of several.
+  [[nodiscard]] Result<std::vector<SurfaceProviderPtr>> further_for(const OpenStream& open,
+                                                                    const DatasetInfo& first) const;
   // Returns the provider of the field that colors a surface.
   [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
                                                      const DatasetInfo& surface) const;

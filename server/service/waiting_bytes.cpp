@@ -8,6 +8,7 @@ namespace {
 // The session, service and log records of any request.
 constexpr std::size_t kBytesPerRequest = 4096;
 constexpr std::size_t kBytesPerHeldTile = 64;  // A set entry.
+constexpr std::size_t kOfADataset = 64;        // Its name and provider.
 
 std::size_t bytes_of(const IsosurfaceRequest& request) {
   // One in the stream, and one in its next step.
@@ -30,9 +31,11 @@ std::size_t bytes_of(const DatasetInfo& info) {
 }  // namespace
 
 std::size_t waiting_bytes(const OpenStream& open) {
-  return kBytesPerRequest + bytes_of(open.request) +
-         open.cached_tile_digests.size() * kBytesPerHeldTile +
-         open.resumed_previews.size() * sizeof(Preview);
+  std::size_t bytes = kBytesPerRequest + bytes_of(open.request) +
+                      open.cached_tile_digests.size() * kBytesPerHeldTile +
+                      open.resumed_previews.size() * sizeof(Preview);
+  for (const std::string& dataset : open.further_datasets) bytes += kOfADataset + dataset.size();
+  return bytes;
 }
 
 std::size_t waiting_bytes(const DatasetQuery& query) {

@@ -1,6 +1,7 @@
 #include "server/stream/stream_messages.hpp"
 
 #include <cassert>
+#include <iterator>
 #include <utility>
 
 #include "server/core/thresholds/threshold_map.hpp"
@@ -18,7 +19,8 @@ StreamMessages::StreamMessages(const OpenStream& open, const DatasetInfo& info,
              .shells = shells,
              .use = open.use},
       scalars_(scalars),
-      known_(open.cached_tile_digests.begin(), open.cached_tile_digests.end()) {}
+      known_(open.cached_tile_digests.begin(), open.cached_tile_digests.end()),
+      datasets_(1 + open.further_datasets.size()) {}
 
 std::optional<StreamState> StreamMessages::take_request() {
   if (phase_ != Phase::kWanted) return std::nullopt;
@@ -32,6 +34,27 @@ void StreamMessages::supply(StepResult step, double seconds) {
     end(StreamOutcome::kComplete);
     return;
   }
+  begin(std::move(step), seconds);
+}
+
+void StreamMessages::supply(std::vector<StepResult> previews, double seconds) {
+  if (phase_ != Phase::kMaking) return;
+  assert(!previews.empty());
+  seconds_a_preview_ = seconds / static_cast<double>(previews.size());
+  previews_.assign(std::make_move_iterator(previews.begin()),
+                   std::make_move_iterator(previews.end()));
+  begin_next_preview();
+}
+
+// A client keeps the tiles of each dataset apart, so each has all of its own.
+void StreamMessages::begin_next_preview() {
+  known_.clear();
+  StepResult next = std::move(previews_.front());
+  previews_.pop_front();
+  begin(std::move(next), seconds_a_preview_);
+}
+
+void StreamMessages::begin(StepResult step, double seconds) {
   current_ = std::move(step);
   next_tile_ = 0;
   totals_ = {.request_id = request_id_, .step = step_, .digest = {}, .seconds = seconds};
@@ -114,20 +137,36 @@ ServerMessage StreamMessages::next_tile_or_end() {
     if (auto tile = tile_to_send()) return *std::move(tile);
     if (auto scalars = scalars_to_send()) return *std::move(scalars);
   }
+  StepEnd totals = totals_;
+  ++step_;
+  if (datasets_ > 1) {
+    after_preview();
+    return totals;
+  }
   state_ = std::move(current_.after);
   state_.shown.push_back(
-      {.step = current_.step, .size = size_of(current_.encoded), .seconds = totals_.seconds});
+      {.step = current_.step, .size = size_of(current_.encoded), .seconds = totals.seconds});
   const bool was_final = current_.is_final;
   current_ = {};
   phase_ = Phase::kWanted;
-  ++step_;
   if (was_final) end(StreamOutcome::kComplete);
-  return totals_;
+  return totals;
+}
+
+void StreamMessages::after_preview() {
+  current_ = {};
+  phase_ = Phase::kWanted;
+  if (!previews_.empty()) {
+    begin_next_preview();
+  } else if (step_ == datasets_) {
+    end(StreamOutcome::kComplete);
+  }
 }
 
 void StreamMessages::finish_with(ServerMessage last) {
   if (phase_ == Phase::kLast || phase_ == Phase::kFinished) return;
   current_ = {};
+  previews_.clear();
   last_ = std::move(last);
   phase_ = Phase::kLast;
 }

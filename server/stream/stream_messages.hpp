@@ -4,12 +4,14 @@
 //   StreamEnd or ErrorReply
 //
 // Pure: take_request() returns the state for the next step, and the caller computes that step only
-// after all messages of the previous one were taken (back-pressure). So a slow client keeps one
-// encoded step in memory, never a queue.
+// after all messages of the previous one were taken (back-pressure). So a slow client keeps
+// one encoded step in memory, never a queue. The previews of several datasets are made in
+// groups, which use all threads; one group is in memory at a time.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <set>
 #include <vector>
@@ -32,6 +34,10 @@ class StreamMessages {
   [[nodiscard]] std::optional<StreamState> take_request();
   // Supplies the step for the returned state, and the time it took. Ignored after end() or fail().
   void supply(StepResult step, double seconds);
+  // The same for previews of several datasets: at least one, those of the next datasets.
+  void supply(std::vector<StepResult> previews, double seconds);
+  // The dataset of the step that is being made: 0 is OpenStream::dataset.
+  [[nodiscard]] std::size_t dataset() const { return datasets_ > 1 ? step_ : 0; }
 
   // End the stream: drop pending messages except the final one. Only the first call has an effect.
   void end(StreamOutcome outcome);
@@ -46,6 +52,9 @@ class StreamMessages {
  private:
   enum class Phase { kWanted, kMaking, kBegin, kTiles, kLast, kFinished };
 
+  void begin(StepResult step, double seconds);
+  void begin_next_preview();
+  void after_preview();
   [[nodiscard]] StepBegin step_begin() const;
   [[nodiscard]] ServerMessage next_tile_or_end();
   [[nodiscard]] std::optional<Tile> tile_to_send();
@@ -61,7 +70,10 @@ class StreamMessages {
 
   Phase phase_ = Phase::kWanted;
   std::uint32_t step_ = 0;  // The step being computed or sent.
+  std::size_t datasets_ = 1;
   StepResult current_;
+  std::deque<StepResult> previews_;  // Of the datasets after that of current_.
+  double seconds_a_preview_ = 0;
   std::size_t next_tile_ = 0;
   StepEnd totals_;      // Of the current step so far.
   ServerMessage last_;  // Valid in phase kLast.

@@ -215,6 +215,18 @@ inline std::vector<PayloadCodec> codecs(Random& random) {
   return {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
 }
 
+// Makes it a request for one preview each of several datasets.
+inline void ask_for_several(OpenStream& open, Random& random) {
+  open.steps = StepPolicy::kPreviewsOnly;
+  open.cached_tile_digests.clear();
+  open.scalars.reset();
+  open.request.cell.reset();
+  open.resumed_previews = {{.finest_spacing = 4}};
+  for (std::uint64_t i = 1 + up_to(4, random); i > 0; --i) {
+    open.further_datasets.push_back(dataset_info(random).name);
+  }
+}
+
 // `kind` is the index of the alternative.
 inline ClientMessage client_message(std::size_t kind, Random& random) {
   switch (kind) {
@@ -255,6 +267,7 @@ inline ClientMessage client_message(std::size_t kind, Random& random) {
           open.scalars->limits = ScalarRequest::Limits{low, low + 1 + std::abs(low)};
         }
       }
+      if (random() % 4 == 0) ask_for_several(open, random);
       return open;
     }
     case 3:
@@ -401,9 +414,9 @@ inline bool same(const ListDatasets& a, const ListDatasets& b) {
 }
 inline bool same(const OpenStream& a, const OpenStream& b) {
   return std::tie(a.request_id, a.dataset, a.request, a.steps, a.cached_tile_digests,
-                  a.resumed_previews, a.priority, a.scalars, a.use) ==
+                  a.resumed_previews, a.priority, a.scalars, a.use, a.further_datasets) ==
          std::tie(b.request_id, b.dataset, b.request, b.steps, b.cached_tile_digests,
-                  b.resumed_previews, b.priority, b.scalars, b.use);
+                  b.resumed_previews, b.priority, b.scalars, b.use, b.further_datasets);
 }
 inline bool same(const Cancel& a, const Cancel& b) { return a.request_id == b.request_id; }
 inline bool same(const Ping& a, const Ping& b) { return a.value == b.value; }

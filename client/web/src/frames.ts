@@ -28,6 +28,7 @@ export class Frames {
   constructor(private readonly hasTiles: (ids: readonly string[]) => boolean) {}
 
   find(order: StreamRequest): Frame | null {
+    if (this.kept.size === 0) return null;
     const key = keyOf(order);
     const frame = this.kept.get(key);
     if (!frame) return null;

@@ -142,16 +142,16 @@ matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => pan
 
 // ----
 
-// Updates the status at most once per frame with many surfaces: a thousand labels report thousands of steps a second.
+// Limits the rate of status updates with many surfaces: a thousand labels report thousands of steps.
 function showBar(): void {
   const show = () => bar.show(surfaces.status, surfaces.sizes.get().expected);
   if (settings.get().surfaces.length < fewSurfaces) return show();
   if (isBarWaiting) return;
   isBarWaiting = true;
-  requestAnimationFrame(() => {
+  setTimeout(() => {
     isBarWaiting = false;
     show();
-  });
+  }, 200);
 }
 
 function isShown(info: DatasetInfo): boolean {
@@ -185,8 +185,7 @@ async function toggleFullScreen(): Promise<void> {
 }
 
 function whenIdle(act: () => void): void {
-  const { isStreaming, shown } = surfaces.progress.get();
-  if (shown && !isStreaming) act();
+  if (surfaces.progress.get().shown && surfaces.isSettled) act();
   else setTimeout(() => whenIdle(act), 400);
 }
 

@@ -19,7 +19,7 @@ import type { Vec3 } from "./stream/dataset";
 export interface Sampled {
   info: DatasetInfo | null;
   list: readonly DatasetInfo[]; // All datasets of the server.
-  isPlayable: boolean; // Whether it is one of several times.
+  isPlayable: () => boolean; // Whether it is one of several times.
 }
 
 export class SampleViews {
@@ -35,7 +35,7 @@ export class SampleViews {
     private readonly sampled: () => Sampled,
     turn: (changes: Partial<Settings>, isDragging: boolean) => void,
   ) {
-    const current = () => ({ info: this.sampled().info, settings: this.sources.settings(), range: this.sampleRange() });
+    const current = () => ({ info: this.sampled().info, settings: this.sources.settings(), rangeOfSamples: () => this.sampleRange() });
     this.slices = new Slices(stage, sources, current);
     this.views = new SliceViews(stage, sources, current, (cross, isDragging) => turn({ cross }, isDragging));
     this.ofSamples = new Legend({ label: "samples", colors: "sliceColors", level: "level", width: "windowWidth", isLog: "samplesLog" }, turn);
@@ -89,7 +89,7 @@ export class SampleViews {
   private sampleRange(): LegendValues | null {
     const { info, isPlayable } = this.sampled();
     const range = this.rangeOf(info);
-    return info && range && (isPlayable && !isCt(info) ? range : { ...range, usual: defaultWindow(info) });
+    return info && range && (isPlayable() && !isCt(info) ? range : { ...range, usual: defaultWindow(info) });
   }
 
   private showLegends(now: Settings): void {

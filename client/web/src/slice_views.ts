@@ -8,7 +8,7 @@ import { LatestSlice, type SliceSources } from "./latest_slice";
 import { planeGrid } from "./scene/slice_grid";
 import { planeSides, SliceView } from "./scene/slice_view";
 import type { Stage } from "./scene/stage";
-import { scaleOf, type ValueRange } from "./slices";
+import { scaleOf, type ShownSamples } from "./slices";
 import type { Settings } from "./state/settings";
 import { type Vec3, voxelLength, worldBox } from "./stream/dataset";
 
@@ -21,7 +21,7 @@ export class SliceViews {
   constructor(
     private readonly stage: Stage,
     sources: SliceSources,
-    private readonly current: () => { info: DatasetInfo | null; settings: Settings; range: ValueRange | null },
+    private readonly current: () => ShownSamples,
     moved: (cross: Vec3, isDragging: boolean) => void,
   ) {
     this.planes = [2, 1, 0].map((axis) => {
@@ -34,7 +34,7 @@ export class SliceViews {
 
   // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
-    const { info, settings, range } = this.current();
+    const { info, settings, rangeOfSamples } = this.current();
     const isShown = settings.layout === "four";
     this.element.hidden = !isShown;
     this.cross = isShown && info ? crossOf(settings.cross, info) : null;
@@ -43,6 +43,7 @@ export class SliceViews {
       return this.follow();
     }
     const { cross } = this;
+    const range = rangeOfSamples();
     const scale = { map: settings.sliceColors, ...scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info) };
     const { low, high } = worldBox(info);
     for (const { view, latest } of this.planes) {

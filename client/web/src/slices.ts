@@ -19,7 +19,7 @@ export class Slices {
   constructor(
     stage: Stage,
     sources: SliceSources,
-    private readonly current: () => { info: DatasetInfo | null; settings: Settings; range: ValueRange | null },
+    private readonly current: () => ShownSamples,
   ) {
     this.plane = new SlicePlane(stage.scene, () => stage.invalidate());
     this.latest = new LatestSlice(sources, {
@@ -30,9 +30,10 @@ export class Slices {
 
   // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
-    const { info, settings, range } = this.current();
+    const { info, settings, rangeOfSamples } = this.current();
     const where = slicePlace(settings);
     if (!info || !where) return this.latest.want(null);
+    const range = rangeOfSamples();
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
     const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
     this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
@@ -43,6 +44,12 @@ export class Slices {
       grid: () => sliceGrid(low, high, where.normal, where.at, voxelLength(info)),
     });
   }
+}
+
+export interface ShownSamples {
+  info: DatasetInfo | null;
+  settings: Settings;
+  rangeOfSamples: () => ValueRange | null; // Of all times of a series, which takes a look at each.
 }
 
 // `usual`: the default window; absent: all values.

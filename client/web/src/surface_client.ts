@@ -13,6 +13,7 @@ import { type Effect, Conversation, isSameOrder, type ScalarOptions, type StepsW
 import { Link } from "./stream/link";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
 import type { ConnectionPool, IdleConnection, PoolClient } from "./stream/connection_pool";
+import { type PreviewClient, type SharedPreviews, sharedOrderOf } from "./stream/shared_previews";
 import type { Moment } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
 import type { Frame } from "./frames";
@@ -31,6 +32,7 @@ export interface SurfaceClientParts extends SurfaceStepsParts {
   address: string;
   token: () => string;
   connectionPool: ConnectionPool; // For the connections of all but the lead.
+  sharedPreviews: SharedPreviews; // Likewise, for coarse previews.
 }
 
 export interface SurfaceClientEvents extends SurfaceStepsEvents {
@@ -45,7 +47,7 @@ export interface SurfaceRequest {
   steps?: StepsWanted; // Default: all. After "previews" or "coarse", finish() requests the rest.
 }
 
-export class SurfaceClient implements PoolClient {
+export class SurfaceClient implements PoolClient, PreviewClient {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new ExpectedSizes();
@@ -115,6 +117,7 @@ export class SurfaceClient implements PoolClient {
     this.steps.abandon();
     this.link.leave();
     this.parts.connectionPool.leave(this);
+    this.parts.sharedPreviews.leave(this);
   }
 
   // Requests another surface.
@@ -172,6 +175,7 @@ export class SurfaceClient implements PoolClient {
   // Cancels the current request.
   stop(): void {
     this.next = this.asked = this.current = null;
+    this.parts.sharedPreviews.leave(this);
     clearTimeout(this.postponed);
     this.perform(this.conversation.cancel());
     this.steps.abandon();
@@ -260,7 +264,22 @@ export class SurfaceClient implements PoolClient {
   private wantNow(order: StreamRequest): void {
     this.current = order;
     this.hasFinal = false;
-    this.perform(this.conversation.want(order));
+    const { sharedPreviews } = this.parts;
+    sharedPreviews.leave(this);
+    const shared = this.isLead ? null : sharedOrderOf(order);
+    if (!shared) return this.requestAlone();
+    const { effects, requestId } = this.conversation.share(shared);
+    this.perform(effects);
+    sharedPreviews.want(this, shared, requestId);
+  }
+
+  // A message of a stream that several surfaces share.
+  receive(message: ServerKind): void {
+    this.perform(this.conversation.received(message));
+  }
+
+  requestAlone(): void {
+    this.perform(this.conversation.want(this.current!));
     this.needLink();
   }
 

@@ -21,6 +21,7 @@ import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
 import type { StepsWanted } from "./stream/conversation";
 import { ConnectionPool } from "./stream/connection_pool";
+import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 import type { TilePool } from "./workers/tile_pool";
 import type { Drawn } from "./workers/worker_messages";
@@ -59,6 +60,7 @@ export class SurfaceSet {
   private isConnected = false;
   private look: { settings: Settings; clip: THREE.Plane | null } | null = null;
   private readonly connectionPool = new ConnectionPool(mostConnections);
+  private readonly sharedPreviews: SharedPreviews;
   private readonly speed = new StepSpeed(); // The decoding speed of this page.
   private readonly swapGroup = new SwapGroup<Member>(() => this.seen, () => this.redress());
 
@@ -69,6 +71,7 @@ export class SurfaceSet {
     private readonly stage: Stage,
     private readonly events: SurfaceSetEvents,
   ) {
+    this.sharedPreviews = new SharedPreviews(server, token);
     this.members = [this.member()];
     this.members[0].client.lead();
     stage.waitFor(() => this.seen.some(({ client }) => client.progress.get().isStreaming));
@@ -82,6 +85,7 @@ export class SurfaceSet {
 
   close(): void {
     for (const member of this.members.splice(0)) this.part(member);
+    this.sharedPreviews.close();
   }
 
   // Hidden surfaces are requested when they become visible; the first one always.
@@ -161,8 +165,9 @@ export class SurfaceSet {
   // Returns the shown and visible surfaces; all, or only one.
   shownTiles(settings: Settings, only: number | null = null): ShownTiles[] {
     const list = surfacesOf(settings);
-    return this.members.flatMap((member, at) => {
-      if (only !== null && at !== only) return [];
+    const members = only === null ? this.members : this.members.slice(only, only + 1);
+    return members.flatMap((member, i) => {
+      const at = i + (only ?? 0);
       const { client: { shown, drawn, progress } } = member;
       const hasAny = drawn.ids.length > 0 && progress.get().components?.shown !== 0;
       const isDrawn = list[at]?.visible && this.swapGroup.mayDraw(member) && hasAny;
@@ -208,10 +213,12 @@ export class SurfaceSet {
     }
   }
 
-  // Requests the final steps when the previews of all have arrived.
+  // Requests the final steps when the previews of all have arrived, largest labels first.
   private finishAll(): void {
     if (this.members.some(({ client }) => client.isPreviewing)) return;
-    for (const { client } of this.members) client.finish();
+    const previewed = this.members.filter(({ client }) => client.isPreviewed);
+    const size = ({ client }: Member) => Number(client.shown?.info.member?.label?.samples ?? 0);
+    for (const { client } of previewed.sort((a, b) => size(b) - size(a))) client.finish();
   }
 
   // Creates as many members as surfaces. A member that has the data of a surface is reused for it, even when members
@@ -228,7 +235,7 @@ export class SurfaceSet {
 
   private member(): Member {
     const { scene } = this.stage;
-    const surface = new Surface(scene, () => this.stage.invalidate(), () => this.stage.wake(), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
+    const surface = new Surface(scene, () => this.frame(true), () => this.frame(false), (ids) => this.pool.drop(ids), this.field, this.stage.programs);
     const parts: SurfaceClientParts = {
       number: ++this.lastNumber,
       address: this.server,
@@ -238,6 +245,7 @@ export class SurfaceSet {
       frames: new Frames((ids) => surface.hasAll(ids)),
       speed: this.speed,
       connectionPool: this.connectionPool,
+      sharedPreviews: this.sharedPreviews,
     };
     const client = new SurfaceClient(parts, {
       offer: (moment, show) => this.offer(member, moment, show),
@@ -254,6 +262,13 @@ export class SurfaceSet {
     client.datasets.watch(() => isLead() && this.datasets.set(client.datasets.get()));
     client.sizes.watch(() => isLead() && this.sizes.set(client.sizes.get()));
     return member;
+  }
+
+  // Of many surfaces some come in every frame, which takes longer than they do.
+  private frame(isOther: boolean): void {
+    const isCrowded = this.members.length > mostWithPreviews;
+    if (isOther) isCrowded ? this.stage.invalidateSoon() : this.stage.invalidate();
+    else isCrowded ? this.stage.wakeSoon() : this.stage.wake();
   }
 
   private offer(member: Member, moment: Moment, show: () => void): void {

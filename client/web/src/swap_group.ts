@@ -32,8 +32,7 @@ export class SwapGroup<Member> {
       this.shown = moment;
       this.waiting.clear();
     }
-    const isVisible = this.visible().includes(member);
-    if (isVisible && !isSame(moment, this.shown!)) this.waiting.set(member, { moment, show });
+    if (!isSame(moment, this.shown!) && this.visible().includes(member)) this.waiting.set(member, { moment, show });
     else this.show(member, { moment, show });
     if (isOtherScene) this.swapped();
     this.update();
@@ -51,6 +50,7 @@ export class SwapGroup<Member> {
 
   // Swaps if the currently visible members are ready.
   update(): void {
+    if (this.waiting.size === 0 && this.shown && [...this.has.values()].every((one) => isSame(one, this.shown!))) return;
     const visible = this.visible();
     const next = visible.length > 0 ? this.commonOf(visible) : this.latest();
     if (!next || isSame(next, this.shown!)) return;

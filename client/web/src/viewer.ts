@@ -103,7 +103,7 @@ export class Viewer {
     this.samples = new SampleViews(this.stage, {
       queries: this.queries, surfaces: this.surfaces, pool: this.pool, settings: () => this.get(),
       failed: (text) => this.notices.announce(text, true),
-    }, () => ({ info: this.info, list: this.list, isPlayable: this.times !== null }), turn);
+    }, () => ({ info: this.info, list: this.list, isPlayable: () => this.times !== null }), turn);
     this.player = new TimePlayer(() => this.played(), {
       isReady: (time) => this.surfaces.isPrepared(this.sceneAt(time), this.get(), this.followedView),
       prepare: (times) => this.surfaces.prepare(times.map((time) => this.sceneAt(time)), this.get(), this.followedView),

@@ -55,16 +55,64 @@ void scan_cells(const PreparedVolume& volume, const OctreeCube& cube, double iso
   }
 }
 
+// Whether points of a closed cube of that side lie beyond the data along an axis.
+bool is_beyond(std::int32_t position, std::int32_t side, std::int32_t low, std::int32_t high) {
+  return position * side < low || (position + 1) * side > high;
+}
+
 // Returns whether the closed cube contains points beyond the data.
 bool reaches_outside(const DatasetInfo& info, const OctreeCube& cube) {
   const GridPoint first = first_sample(info);
   const GridPoint last = last_sample(info);
-  const auto is_beyond = [side = cube.side()](std::int32_t position, std::int32_t low,
-                                              std::int32_t high) {
-    return position * side < low || (position + 1) * side > high;
-  };
-  return is_beyond(cube.x, first.x, last.x) || is_beyond(cube.y, first.y, last.y) ||
-         is_beyond(cube.z, first.z, last.z);
+  return is_beyond(cube.x, cube.side(), first.x, last.x) ||
+         is_beyond(cube.y, cube.side(), first.y, last.y) ||
+         is_beyond(cube.z, cube.side(), first.z, last.z);
+}
+
+void include(GridPoint cell, std::optional<CellSpan>& box) {
+  if (!box) {
+    box = CellSpan{cell, cell};
+    return;
+  }
+  box->first = {std::min(box->first.x, cell.x), std::min(box->first.y, cell.y),
+                std::min(box->first.z, cell.z)};
+  box->last = {std::max(box->last.x, cell.x), std::max(box->last.y, cell.y),
+               std::max(box->last.z, cell.z)};
+}
+
+template <typename Sample>
+std::optional<CellSpan> box_around_crossed(const PreparedVolume& volume, const OctreeCube& cube,
+                                           double isovalue) {
+  const DatasetInfo& info = volume.info;
+  const LevelExtent cells = cell_extent(info);
+  const GridPoint first = first_sample(info);
+  const GridPoint last = last_sample(info);
+  const double outside = info.outside ? static_cast<double>(outside_value(info)) : 0;
+  const std::byte* const ranges = volume.ranges.bytes().data();
+  const std::int32_t side = cube.side() >> kSpectrumExponent;
+  const Span x = cells_of(cube.x, side, cells.low.x, cells.extent.x);
+  const Span y = cells_of(cube.y, side, cells.low.y, cells.extent.y);
+  const Span z = cells_of(cube.z, side, cells.low.z, cells.extent.z);
+  std::optional<CellSpan> box;
+  for (std::int32_t k = z.first; k <= z.last; ++k) {
+    for (std::int32_t j = y.first; j <= y.last; ++j) {
+      const bool is_row_beyond = is_beyond(k, kSpectrumSpacing, first.z, last.z) ||
+                                 is_beyond(j, kSpectrumSpacing, first.y, last.y);
+      for (std::int32_t i = x.first; i <= x.last; ++i) {
+        std::array<Sample, 2> range;
+        std::memcpy(range.data(), ranges + sizeof(range) * cells.index({i, j, k}), sizeof(range));
+        auto low = static_cast<double>(range[0]);
+        auto high = static_cast<double>(range[1]);
+        if (low > high) continue;  // All are void.
+        if (info.outside && (is_row_beyond || is_beyond(i, kSpectrumSpacing, first.x, last.x))) {
+          low = std::min(low, outside);
+          high = std::max(high, outside);
+        }
+        if (!(low > isovalue) && high > isovalue) include({i, j, k}, box);
+      }
+    }
+  }
+  return box;
 }
 
 }  // namespace
@@ -80,6 +128,13 @@ bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube, double iso
     scan_cells<Sample>(volume, cube, isovalue, sides);
   });
   return sides.are_both();
+}
+
+std::optional<CellSpan> crossed_cells(const PreparedVolume& volume, const OctreeCube& cube,
+                                      double isovalue) {
+  return visit_type(volume.info.type, [&]<typename Sample>(const Sample*) {
+    return box_around_crossed<Sample>(volume, cube, isovalue);
+  });
 }
 
 std::uint32_t crossed_octants(const PreparedVolume& volume, const OctreeCube& cube,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "common/mesh/octree_cube.hpp"
 #include "server/core/spectrum/prepared_volume.hpp"
@@ -13,6 +14,16 @@ namespace multitetra {
 // kSpectrumExponent.
 [[nodiscard]] bool is_crossed(const PreparedVolume& volume, const OctreeCube& cube,
                               double isovalue);
+
+// Cells of kSpectrumSpacing steps, from the first to the last along each axis.
+struct CellSpan {
+  GridPoint first;
+  GridPoint last;
+};
+// The least box around the cells in the cube for which is_crossed() holds; none: nothing is
+// crossed.
+[[nodiscard]] std::optional<CellSpan> crossed_cells(const PreparedVolume& volume,
+                                                    const OctreeCube& cube, double isovalue);
 
 // Returns a mask whose bit i is set if the closed cube.child(i) has values on both sides of the
 // isovalue. In a model refined to cubes of that size, each tetrahedron has its corners in one such

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <span>
 
@@ -17,47 +18,60 @@ std::int32_t rounded_up(std::int32_t value, std::int32_t spacing) {
   return (value + spacing - 1) / spacing;
 }
 
-// The cells of kSpectrumSpacing steps in a cube that the surface crosses.
+// Returns the cells of kSpectrumSpacing steps that contain grid points from `low` to `high`, both
+// in the cube; only cells inside the cube.
+CellSpan cells_around(const OctreeCube& cube, GridPoint low, GridPoint high) {
+  const std::int32_t side = cube.side() >> kSpectrumExponent;
+  const auto first = [side](std::int32_t v, std::int32_t position) {
+    return std::max(rounded_up(v, kSpectrumSpacing) - 1, position * side);
+  };
+  const auto last = [side](std::int32_t v, std::int32_t position) {
+    return std::min(v >> kSpectrumExponent, (position + 1) * side - 1);
+  };
+  return {.first = {first(low.x, cube.x), first(low.y, cube.y), first(low.z, cube.z)},
+          .last = {last(high.x, cube.x), last(high.y, cube.y), last(high.z, cube.z)}};
+}
+
+// The cells of kSpectrumSpacing steps that the surface crosses, among those in a cube that contain
+// grid points from `low` to `high`.
 class CrossedCells {
  public:
-  CrossedCells(const PreparedVolume& volume, const OctreeCube& cube, double isovalue)
-      : side_(cube.side() >> kSpectrumExponent),
-        low_{cube.x * side_, cube.y * side_, cube.z * side_} {
-    crossed_.reserve(static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_) *
-                     static_cast<std::size_t>(side_));
-    for (std::int32_t z = 0; z < side_; ++z) {
-      for (std::int32_t y = 0; y < side_; ++y) {
-        for (std::int32_t x = 0; x < side_; ++x) {
-          const OctreeCube cell = {kSpectrumExponent, low_.x + x, low_.y + y, low_.z + z};
-          crossed_.push_back(is_crossed(volume, cell, isovalue));
-        }
-      }
-    }
+  CrossedCells(const PreparedVolume& volume, const OctreeCube& cube, GridPoint low, GridPoint high,
+               double isovalue)
+      : cube_(cube), cells_(cells_around(cube, low, high)) {
+    visit(cells_, [&](GridPoint cell) {
+      crossed_.push_back(is_crossed(volume, {kSpectrumExponent, cell.x, cell.y, cell.z}, isovalue));
+      return false;
+    });
   }
 
-  // Returns whether one of them, closed, contains a point of the box, whose corners must be grid
-  // points in the cube.
+  // Returns whether one of them, closed, contains a point from `low` to `high`. Requires points in
+  // the range above.
   [[nodiscard]] bool any_touches(GridPoint low, GridPoint high) const {
-    const auto first = [this](std::int32_t v, std::int32_t begin) {
-      return std::max(rounded_up(v, kSpectrumSpacing) - 1 - begin, 0);
-    };
-    const auto last = [this](std::int32_t v, std::int32_t begin) {
-      return std::min((v >> kSpectrumExponent) - begin, side_ - 1);
-    };
-    for (std::int32_t z = first(low.z, low_.z); z <= last(high.z, low_.z); ++z) {
-      for (std::int32_t y = first(low.y, low_.y); y <= last(high.y, low_.y); ++y) {
-        for (std::int32_t x = first(low.x, low_.x); x <= last(high.x, low_.x); ++x) {
-          if (crossed_[static_cast<std::size_t>(x + side_ * (y + side_ * z))]) return true;
+    const GridPoint extent = cells_.last - cells_.first + GridPoint{1, 1, 1};
+    return visit(cells_around(cube_, low, high), [&](GridPoint cell) {
+      const GridPoint at = cell - cells_.first;
+      return bool{crossed_[static_cast<std::size_t>(at.x + extent.x * (at.y + extent.y * at.z))]};
+    });
+  }
+
+ private:
+  // Until `look` returns true; whether it has.
+  template <typename Look>
+  static bool visit(const CellSpan& cells, const Look& look) {
+    for (std::int32_t z = cells.first.z; z <= cells.last.z; ++z) {
+      for (std::int32_t y = cells.first.y; y <= cells.last.y; ++y) {
+        for (std::int32_t x = cells.first.x; x <= cells.last.x; ++x) {
+          if (look(GridPoint{x, y, z})) return true;
         }
       }
     }
     return false;
   }
 
- private:
-  std::int32_t side_;  // Cells a side.
-  GridPoint low_;      // The first cell.
-  std::vector<bool> crossed_;
+  OctreeCube cube_;
+  CellSpan cells_;
+  std::vector<bool> crossed_;  // As in cells_, x fastest.
 };
 
 }  // namespace
@@ -93,6 +107,34 @@ bool LevelSamples::may_be_crossed(const OctreeCube& cube) const {
   return is_crossed(volume_, cube, isovalue_);
 }
 
+std::optional<LevelBox> LevelSamples::crossed_part(const OctreeCube& cube,
+                                                   const LevelBox& box) const {
+  const bool is_seen = spacing_ < kSpectrumSpacing && cube.exponent >= kSpectrumExponent &&
+                       volume_.info.void_samples == 0;
+  if (!is_seen) return box;
+  const auto cells = crossed_cells(volume_, cube, isovalue_);
+  if (!cells) return std::nullopt;
+  const std::int32_t a_cell = kSpectrumSpacing / spacing_;  // The spacing divides it.
+  LevelBox part;
+  // Whether there are two samples along the axis, layers included.
+  const auto cut = [&](int axis, std::int32_t GridPoint::*coordinate) {
+    const std::int32_t low = a_cell * cells->first.*coordinate;
+    const std::int32_t high = a_cell * (cells->last.*coordinate + 1);
+    const std::int32_t first = std::max(box.first.*coordinate, low);
+    const std::int32_t last = std::min(box.last().*coordinate, high);
+    part.first.*coordinate = first;
+    part.count.*coordinate = last - first + 1;
+    const std::uint32_t low_layer = 1U << (2 * axis);
+    const std::uint32_t high_layer = 2U << (2 * axis);
+    if (low < first) part.layers |= box.layers & low_layer;
+    if (high > last) part.layers |= box.layers & high_layer;
+    const std::uint32_t layers = part.layers >> (2 * axis) & 3U;
+    return part.count.*coordinate + std::popcount(layers) >= 2;
+  };
+  const bool has_cells = cut(0, &GridPoint::x) && cut(1, &GridPoint::y) && cut(2, &GridPoint::z);
+  return has_cells ? std::optional(part) : std::nullopt;
+}
+
 void LevelSamples::visit_bricks(const OctreeCube& cube, const LevelBox& box,
                                 const std::function<void(const BrickPart&)>& visit) const {
   const DatasetInfo& info = volume_.info;
@@ -100,9 +142,9 @@ void LevelSamples::visit_bricks(const OctreeCube& cube, const LevelBox& box,
   // a sample are on one side, as are a brick's samples among them. Void samples have no side.
   std::optional<CrossedCells> cells;
   if (info.void_samples == 0 && cube.exponent >= kSpectrumExponent) {
-    cells.emplace(volume_, cube, isovalue_);
+    cells.emplace(volume_, cube, spacing_ * box.first, spacing_ * box.last(), isovalue_);
   }
-  const GridPoint last = box.first + box.count - GridPoint{1, 1, 1};
+  const GridPoint last = box.last();
   const auto brick_of = [&](std::int32_t k) { return (k * spacing_ - info.margin) / kBrick; };
   const auto first_in = [&](std::int32_t brick, std::int32_t first) {
     return std::max(rounded_up(brick * kBrick + info.margin, spacing_), first);

@@ -19,6 +19,8 @@ struct LevelBox {
   GridPoint count;           // Samples of the data along each axis, at least 1.
   std::uint32_t layers = 0;  // As in ShellBox.
 
+  // The data's last sample in the cube, in spacings.
+  [[nodiscard]] GridPoint last() const { return first + count - GridPoint{1, 1, 1}; }
   // In spacings, including the layers.
   [[nodiscard]] GridPoint origin() const {
     const auto low = [this](int axis) {
@@ -46,6 +48,11 @@ class LevelSamples {
 
   // Returns whether the cube may contain a surface, as far as known without reading samples.
   [[nodiscard]] bool may_be_crossed(const OctreeCube& cube) const;
+
+  // The part of the cube's box outside of which nothing is crossed; none: nothing is in it. The
+  // whole box where that cannot be seen without the samples.
+  [[nodiscard]] std::optional<LevelBox> crossed_part(const OctreeCube& cube,
+                                                     const LevelBox& box) const;
 
   // Reads the samples of the box in the cube, x fastest, in the dataset's type. Skips bricks
   // without crossed edges of the level in the cube: their samples get any value on the same side.

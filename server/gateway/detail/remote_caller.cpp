@@ -13,19 +13,22 @@
 namespace multitetra {
 namespace {
 
-// Keeps only the servers that also have the coloring dataset. Returns false if there are none.
-bool retain_replicas_with_scalars(StartStream& action) {
-  if (!action.scalars) return true;
-  const auto surface = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
-  const auto field = std::dynamic_pointer_cast<const UpstreamDataset>(action.scalars);
-  auto both = std::make_shared<UpstreamDataset>(surface->info());
-  std::copy_if(surface->replicas.begin(), surface->replicas.end(),
-               std::back_inserter(both->replicas), [&](std::size_t replica) {
-                 return std::find(field->replicas.begin(), field->replicas.end(), replica) !=
-                        field->replicas.end();
-               });
-  const bool is_held = !both->replicas.empty();
-  action.source = std::move(both);
+// Keeps only the servers that also have the coloring dataset and all further datasets. Returns
+// false if there are none.
+bool keep_holders_of_all(StartStream& action) {
+  std::vector<SurfaceProviderPtr> others = action.further;
+  if (action.scalars) others.push_back(action.scalars);
+  if (others.empty()) return true;
+  const auto first = std::dynamic_pointer_cast<const UpstreamDataset>(action.source);
+  auto all = std::make_shared<UpstreamDataset>(*first);
+  for (const SurfaceProviderPtr& other : others) {
+    const auto& replicas = std::dynamic_pointer_cast<const UpstreamDataset>(other)->replicas;
+    std::erase_if(all->replicas, [&](std::size_t replica) {
+      return std::find(replicas.begin(), replicas.end(), replica) == replicas.end();
+    });
+  }
+  const bool is_held = !all->replicas.empty();
+  action.source = std::move(all);
   return is_held;
 }
 
@@ -58,7 +61,7 @@ void RemoteCaller::when_closed() {
 // ---- streams
 
 ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void()> changed) {
-  const bool is_held = retain_replicas_with_scalars(action);
+  const bool is_held = keep_holders_of_all(action);
   stream_ = std::make_shared<RemoteStream>(
       std::move(action), RemoteStream::Events{.changed = std::move(changed),
                                               .taken =
@@ -74,8 +77,9 @@ ProgressiveStreamPtr RemoteCaller::steps(StartStream action, std::function<void(
   const ProgressiveStreamPtr started = stream_;
   if (!is_held) {
     stream_->refuse({ErrorCode::kUnavailable,
-                     "No server behind this gateway has both the surface's dataset and the dataset "
-                     "to color it by."});
+                     "No server behind this gateway has all datasets of this request: the "
+                     "surface's dataset and "
+                     "the one to color it by, or all further ones."});
   }
   change_.notify_all();
   if (!std::exchange(is_forwarding_, true)) {
@@ -199,12 +203,16 @@ void RemoteCaller::take(const StreamPtr& stream, ServerMessage message) {
 void RemoteCaller::keep(const RemoteStream& stream, const Tile& tile) {
   constexpr std::size_t kMaxUncheckedTiles = 64;  // Tiles beyond that are not cached.
   const StepBegin& step = stream.forwarded.step();
+  const OpenStream& open = stream.forwarded.open();
+  const bool is_further = !open.further_datasets.empty() && tile.step > 0;
   if (step.request.normal_bits != 0 || tile.index >= step.tiles.size()) return;
+  if (is_further && tile.step > open.further_datasets.size()) return;
   const TileSummary& summary = step.tiles[tile.index];
-  const TileKey key = {.digest = summary.digest,
-                       .cube = summary.cube,
-                       .appearance = step.shell ? kShellAppearance : 0,
-                       .dataset = stream.dataset->info().name};
+  const TileKey key = {
+      .digest = summary.digest,
+      .cube = summary.cube,
+      .appearance = step.shell ? kShellAppearance : 0,
+      .dataset = is_further ? open.further_datasets[tile.step - 1] : stream.dataset->info().name};
   if (upstreams_->tiles().has_all({&key, 1}) || assembling_.waiting() >= kMaxUncheckedTiles) return;
   StepBegin of_step = {
       .request = step.request, .finest_spacing = step.finest_spacing, .shell = step.shell};

@@ -166,6 +166,30 @@ Result<StepResult> make_step(const StartStream& action, const StreamState& state
   return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
 }
 
+Result<std::vector<StepResult>> make_previews(const StartStream& action, std::size_t first,
+                                              std::size_t count, const StepLimits& limits,
+                                              const std::stop_token& stop) {
+  const StreamState state{.request = action.open.request,
+                          .steps = StepPolicy::kPreviewsOnly,
+                          .resumed_previews = action.open.resumed_previews,
+                          .shells = action.shells};
+  std::vector<std::optional<Result<StepResult>>> made(count);
+  in_parallel(count, [&](std::size_t i) {
+    const std::size_t at = first + i;
+    const SurfaceProvider& source = at == 0 ? *action.source : *action.further[at - 1];
+    made[i] = guarded(source, "preview", stop,
+                      [&] { return make_next_step(source, state, stop, limits); });
+  });
+  std::vector<StepResult> previews;
+  previews.reserve(count);
+  for (auto& one : made) {
+    if (!*one) return tl::unexpected((*one).error());
+    previews.push_back(**std::move(one));
+    previews.back().is_final = false;
+  }
+  return previews;
+}
+
 Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles, StepLimits limits,
                           const std::stop_token& stop) {
   limits.as_meshes = true;

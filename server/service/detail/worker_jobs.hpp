@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "server/service/permit.hpp"
 #include "server/service/surface.hpp"
@@ -36,6 +37,12 @@ struct WorkKind {
 // Makes the next step of a stream, with its scalars.
 [[nodiscard]] Result<StepResult> make_step(const StartStream& action, const StreamState& state,
                                            const StepLimits& limits, const std::stop_token& stop);
+// The one preview of each of `count` datasets of a stream, from the one of that index on: on all
+// threads.
+[[nodiscard]] Result<std::vector<StepResult>> make_previews(const StartStream& action,
+                                                            std::size_t first, std::size_t count,
+                                                            const StepLimits& limits,
+                                                            const std::stop_token& stop);
 // Makes the final surface of a request. Fails with kLimitExceeded above `max_triangles`.
 [[nodiscard]] Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles,
                                         StepLimits limits, const std::stop_token& stop);

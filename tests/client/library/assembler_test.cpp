@@ -511,5 +511,42 @@ TEST(Assembler, APreviewThatMayChangeTheTopologyNeedNotAgree) {
                   .is_complete);
 }
 
+// Each of three datasets, of which the first two have the same surface, brings all of its tiles.
+Messages previews_of_several(bool is_final = false) {
+  Messages stream;
+  std::uint32_t number = 0;
+  for (const Tiles& tiles : {fine_tiles(), fine_tiles(), coarse_tiles()}) {
+    std::vector<ContentDigest> known;
+    const Messages step =
+        messages_of({.tiles = tiles, .error = 4, .is_final = is_final}, number++, known);
+    stream.insert(stream.end(), step.begin(), step.end());
+  }
+  stream.push_back(
+      StreamEnd{.request_id = kId, .outcome = StreamOutcome::kComplete, .steps = number});
+  return stream;
+}
+
+TEST(Assembler, AStepOfARequestForSeveralDatasetsIsThePreviewOfTheNextOne) {
+  OpenStream open = open_stream();
+  open.steps = StepPolicy::kPreviewsOnly;
+  open.resumed_previews = {{.finest_spacing = 1, .is_unsimplified = true}};
+  open.further_datasets = {"second", "third"};
+  const auto outcome_of = [&](const Messages& messages) {
+    Assembler assembler(octahedra_info(), open);
+    return assemble(messages, assembler);
+  };
+  const Messages good = previews_of_several();
+  const Outcome all = outcome_of(good);
+  EXPECT_FALSE(all.failed_check) << all.failed_check->text;
+  EXPECT_EQ(all.steps.size(), 3U);
+  EXPECT_TRUE(all.is_complete);
+  EXPECT_TRUE(outcome_of(previews_of_several(true)).failed_check);
+  Messages short_of_one(good.begin(), good.begin() + 8);  // Two steps.
+  ASSERT_TRUE(std::holds_alternative<StepEnd>(short_of_one.back()));
+  short_of_one.push_back(
+      StreamEnd{.request_id = kId, .outcome = StreamOutcome::kComplete, .steps = 2});
+  EXPECT_TRUE(outcome_of(short_of_one).failed_check);
+}
+
 }  // namespace
 }  // namespace multitetra

@@ -8,9 +8,9 @@ export function samplesOf(size, value) {
   return samples;
 }
 
-// Writes a Uint8Array or Float32Array as NRRD; `space` holds further header lines.
+// Writes a Uint8Array, Uint16Array or Float32Array as NRRD; `space` holds further header lines.
 export function writeNrrd(file, size, samples, space = "") {
-  const type = samples instanceof Uint8Array ? "uint8" : "float";
+  const type = { Uint8Array: "uint8", Uint16Array: "uint16" }[samples.constructor.name] ?? "float";
   const header = `NRRD0004\ntype: ${type}\ndimension: 3\n${space}sizes: ${size} ${size} ${size}\nendian: little\nencoding: raw\n\n`;
   writeFileSync(file, Buffer.concat([Buffer.from(header), Buffer.from(samples.buffer)]));
 }

@@ -15,6 +15,7 @@ rmSync(folder, { recursive: true, force: true });
 mkdirSync(folder, { recursive: true });
 prepareLabels();
 prepareCells();
+prepareHundreds();
 prepareTimes();
 const series = await serveFolder(folder);
 
@@ -24,6 +25,7 @@ await test("NamesTheLabelThatIsClickedAndIsolatesOne", namesAndIsolates);
 await test("RenamesALabelAndKeepsANoteWhenAnotherIsClicked", renames);
 await test("FindsSortsAndZoomsToLabels", findsLabels);
 await test("SavesATableOfTheLabelsThatAreShown", savesTable);
+await test("ShowsHundredsOfLabelsFromAFewRequests", showsHundreds);
 await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
 await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
 await test("SavesATimeAsAPictureEach", savesTimes);
@@ -36,7 +38,7 @@ await finish();
 async function showsLabels(page) {
   await open(page, "#dataset=seg", series);
   await complete(page);
-  assert.equal(await page.locator(".dataset").count(), 3, "a series is one entry");
+  assert.equal(await page.locator(".dataset").count(), 4, "a series is one entry");
   assert.deepEqual(await page.locator(".label-name").allTextContents(), ["label 2", "label 5", "label 9"]);
   await settled(page);
   const cut = await page.evaluate(() => {
@@ -281,6 +283,24 @@ async function leavesRoom(page) {
   for (const corner of corners) assert(corner.bottom <= times.top, "nothing lies below the times");
 }
 
+async function showsHundreds(page) {
+  const requests = []; // Of the connection for coarse previews.
+  page.on("websocket", (socket) => {
+    const sent = [];
+    socket.on("framesent", ({ payload }) => {
+      sent.push(payload);
+      if (sent.length === 1 && payload.includes("previews")) requests.push(sent);
+    });
+  });
+  await open(page, "#dataset=hundreds&labels=1-300&axes=false", series);
+  await page.waitForFunction(() => document.querySelector(".fact.triangles span")?.textContent.endsWith("of 300 surfaces"), null, { timeout: patience });
+  assert.equal(requests.length, 1);
+  assert(requests[0].length < 6, `${requests[0].length} messages for the previews of 300 labels`);
+  await page.click('[aria-label="Show only label 9"]');
+  await page.waitForFunction(() => document.querySelector(".labels-count").textContent === "1 of 300 shown");
+  await settled(page);
+}
+
 // Waits until no surface is loading.
 function settled(page) {
   return page.waitForFunction(() => document.querySelectorAll(".label-row.is-coming").length === 0 &&
@@ -309,6 +329,19 @@ function prepareCells() {
   const file = path.join(scratch, "cells.nrrd");
   writeNrrd(file, size, Uint8Array.from(samplesOf(size, labelAt)));
   run("prepare", file, "--label", "all", "--name", "cells", "-o", folder);
+}
+
+// Three hundred balls.
+function prepareHundreds() {
+  const [side, pitch] = [42, 6];
+  const labelAt = (...place) => {
+    const [x, y, z] = place.map((v) => Math.floor(v / pitch));
+    const label = 1 + x + 7 * (y + 7 * z);
+    return label <= 300 && Math.hypot(...place.map((v) => (v % pitch) - 2.5)) < 2.4 ? label : 0;
+  };
+  const file = path.join(scratch, "hundreds.nrrd");
+  writeNrrd(file, side, Uint16Array.from(samplesOf(side, labelAt)));
+  run("prepare", file, "--label", "all", "--name", "hundreds", "-o", folder);
 }
 
 // A growing ball, and another field in the same place, at four times.

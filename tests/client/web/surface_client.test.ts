@@ -11,6 +11,8 @@ import { defaults, type Settings } from "../../../client/web/src/state/settings"
 import type { Surface } from "../../../client/web/src/scene/surface";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
+import type { StreamRequest } from "../../../client/web/src/stream/conversation";
+import type { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import type { Drawn, Selection } from "../../../client/web/src/workers/worker_messages";
 import { dataset, messages } from "./golden_stream";
@@ -44,7 +46,9 @@ function partsOf(token = "") {
   } as unknown as Surface;
   const pool = { forget: nothing, select: (drawn: Drawn) => selections.of(drawn) } as unknown as TilePool;
   const frames = new Frames(() => true);
-  return { number: 1, address: "ws://server/v1/stream", token: () => token, pool, surface, frames, connectionPool: new ConnectionPool(2), speed: new StepSpeed() };
+  const sharedPreviews = { want: nothing, leave: nothing } as unknown as SharedPreviews;
+  const address = "ws://server/v1/stream";
+  return { number: 1, address, token: () => token, pool, surface, frames, connectionPool: new ConnectionPool(2), sharedPreviews, speed: new StepSpeed() };
 }
 
 function clientOf(token = "", parts = partsOf(token)) {
@@ -119,6 +123,22 @@ describe("SurfaceClient", () => {
     };
     expect(sentFor(1000n)).toEqual(["hello", "openStream"]);
     expect(sentFor(1_000_000_000n)).toEqual(["hello", "openStream", "estimate"]);
+  });
+
+  test("LeavesCoarsePreviewsToSharedStreamsUnlessTheyDoNotCome", () => {
+    const nothing = () => {};
+    const wanted: StreamRequest[] = [];
+    const sharedPreviews = { leave: nothing, want: (_: unknown, order: StreamRequest) => wanted.push(order) } as unknown as SharedPreviews;
+    const client = new SurfaceClient({ ...partsOf(), sharedPreviews }, { offer: nothing, withdraw: nothing, shown: nothing, settled: nothing });
+    const info = { ...dataset(), member: { label: { value: 1, samples: 100n, box: [0, 0, 0, 9, 9, 9] } } } as unknown as DatasetInfo;
+    const attempts = link.attempts;
+    client.want(info, { ...settings, shading: "field" }, null, { moment, steps: "coarse" });
+    expect(wanted).toMatchObject([{ info, request: { normals: 0 } }]);
+    expect([client.isPreviewing, link.attempts]).toEqual([true, attempts]);
+    client.requestAlone();
+    expect(link.attempts).toBe(attempts + 1);
+    accept();
+    expect(openStream()).toMatchObject({ request: { normals: 8 }, steps: StepPolicy.PREVIEWS_ONLY });
   });
 
   test("RepeatsItsStreamAlsoWhenTheUserConnectsAnew", () => {

@@ -274,6 +274,30 @@ TEST(OpenStream, OutOfRangeIsRefused) {
          "OpenStream.cached_tile_digests", ErrorCode::kLimitExceeded);
 }
 
+TEST(OpenStream, NamesSeveralDatasetsOnlyForOnePreviewOfEach) {
+  const OpenStream good{.request_id = 9,
+                        .dataset = "cells.label1",
+                        .request = {},
+                        .steps = StepPolicy::kPreviewsOnly,
+                        .resumed_previews = {{.finest_spacing = 4}},
+                        .further_datasets = {"cells.label2", "cells.label3"}};
+  const auto parsed = parse_client_message(serialize(good));
+  ASSERT_TRUE(parsed) << parsed.error().error.text;
+  EXPECT_EQ(std::get<OpenStream>(*parsed).further_datasets, good.further_datasets);
+  const auto refuse = [&](auto spoil, ErrorCode code = ErrorCode::kInvalidArgument) {
+    expect_refused<OpenStream>(good, spoil, "OpenStream.further_datasets", code);
+  };
+  refuse([](OpenStream& o) { o.steps = StepPolicy::kProgressive; });
+  refuse([](OpenStream& o) { o.resumed_previews = {}; });
+  refuse([](OpenStream& o) { o.resumed_previews.push_back({.finest_spacing = 2}); });
+  refuse([](OpenStream& o) { o.cached_tile_digests = {{1, 2}}; });
+  refuse([](OpenStream& o) { o.scalars = ScalarRequest{.dataset = "heat"}; });
+  refuse([](OpenStream& o) { o.request.cell = SurfaceCell{.cube = {5, 0, 0, 0}}; });
+  refuse([](OpenStream& o) { o.further_datasets[1] = "../passwd"; });
+  refuse([](OpenStream& o) { o.further_datasets.assign(kMaxFurtherDatasets + 1, "a"); },
+         ErrorCode::kLimitExceeded);
+}
+
 // A request with one threshold map part of each kind.
 IsosurfaceRequest request_with_a_map() {
   IsosurfaceRequest request;

@@ -338,6 +338,31 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
   EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kComplete);
 }
 
+TEST(GatewayTest, AsksOneServerForThePreviewsOfSeveralDatasets) {
+  const auto with = [](const std::vector<std::string>& others) {
+    auto catalogue = catalogue_of(octahedron());
+    for (const std::string& name : others) catalogue->add(std::make_shared<FakeSteps>(name));
+    return catalogue;
+  };
+  Upstream first(with({"a", "b"}));
+  Upstream second(with({"b", "c"}));
+  RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()}}});
+  WebSocketClient client(gateway.http());
+  greet(client);
+  const auto ask = [&](std::uint64_t id, std::vector<std::string> further) {
+    client.send(OpenStream{.request_id = id,
+                           .dataset = "octahedron",
+                           .steps = StepPolicy::kPreviewsOnly,
+                           .resumed_previews = {{.finest_spacing = 4}},
+                           .further_datasets = std::move(further)});
+    return all_of_stream(client);
+  };
+  const auto previews = ask(1, {"b", "c"});
+  EXPECT_EQ(std::get<StreamEnd>(previews.back()).steps, 3U);
+  EXPECT_EQ(testing::code_of(ask(2, {"a", "c"}).back()), ErrorCode::kUnavailable);
+  EXPECT_EQ(std::get<StreamEnd>(ask(3, {"a"}).back()).steps, 2U);
+}
+
 TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
   Upstream upstream(octahedron());
   RunningGateway gateway(

@@ -68,6 +68,32 @@ TEST(Permit, ColorsAreRightsOfTheirOwn) {
   EXPECT_EQ(refused.error().code, ErrorCode::kUnknownDataset);
 }
 
+TEST(Permit, FurtherDatasetsAreRightsOfTheirOwnAndOnOneGrid) {
+  const auto catalogue = fake_catalogue("head");
+  catalogue->add(std::make_shared<FakeSteps>("dose"));
+  class OnAnotherGrid : public FakeSteps {
+   public:
+    OnAnotherGrid() : FakeSteps("embryo") { other_.dims[0] = 33; }
+    [[nodiscard]] const DatasetInfo& info() const override { return other_; }
+
+   private:
+    DatasetInfo other_ = FakeSteps("embryo").info();
+  };
+  catalogue->add(std::make_shared<OnAnotherGrid>());
+  const auto accept = [&](const Permit& permit, std::vector<std::string> further) {
+    OpenStream open = testing::open_fake(1, "head", StepPolicy::kPreviewsOnly);
+    open.resumed_previews = {{.finest_spacing = 4}};
+    open.further_datasets = std::move(further);
+    return permit.accept(std::move(open));
+  };
+  const auto all = Permit::of("", nullptr, catalogue);
+  EXPECT_EQ(accept(*all, {"dose", "head"})->further.size(), 2U);
+  EXPECT_EQ(accept(*all, {"dose", "none"}).error().code, ErrorCode::kUnknownDataset);
+  EXPECT_EQ(accept(*all, {"embryo"}).error().code, ErrorCode::kInvalidArgument);
+  const auto alone = Permit::of("good", list_of("good", "head"), catalogue);
+  EXPECT_EQ(accept(*alone, {"dose"}).error().code, ErrorCode::kUnknownDataset);
+}
+
 TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
   constexpr std::array kBoth = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
   const std::vector<PayloadCodec> both(kBoth.begin(), kBoth.end());

@@ -85,6 +85,45 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
   EXPECT_FALSE(stream.take_request());
 }
 
+TEST(StreamMessages, SendsThePreviewsOfSeveralDatasetsInGroups) {
+  OpenStream open = progressive();
+  open.further_datasets = {"second", "third"};
+  StreamMessages stream(open, octahedra_info());
+  const auto group = [&](std::size_t count) {
+    std::vector<StepResult> previews(count, made_step(fine_tiles()));
+    stream.supply(std::move(previews), 0.5);
+    return take_all(stream);
+  };
+  ASSERT_TRUE(stream.take_request());
+  EXPECT_EQ(stream.dataset(), 0U);
+  const auto first = group(2);
+  EXPECT_EQ(count_tiles(first), 4U) << "each dataset has all of its own";
+  EXPECT_EQ(std::get<StepBegin>(first.front()).step, 0U);
+  EXPECT_EQ(std::get<StepEnd>(first.back()).step, 1U);
+  EXPECT_EQ(std::get<StepEnd>(first.back()).seconds, 0.25);
+  ASSERT_TRUE(stream.take_request());
+  EXPECT_EQ(stream.dataset(), 2U);
+  const auto last = group(1);
+  const auto& end = std::get<StreamEnd>(last.back());
+  EXPECT_EQ(end.outcome, StreamOutcome::kComplete);
+  EXPECT_EQ(end.steps, 3U);
+  EXPECT_FALSE(stream.take_request());
+}
+
+TEST(StreamMessages, DropsThePreviewsOfAGroupWhenItIsCancelled) {
+  OpenStream open = progressive();
+  open.further_datasets = {"second"};
+  StreamMessages stream(open, octahedra_info());
+  (void)stream.take_request();
+  std::vector<StepResult> previews(2, made_step(fine_tiles()));
+  stream.supply(std::move(previews), 0);
+  (void)stream.take();
+  stream.end(StreamOutcome::kCancelled);
+  const auto left = take_all(stream);
+  ASSERT_EQ(left.size(), 1U);
+  EXPECT_EQ(std::get<StreamEnd>(left[0]).steps, 0U);
+}
+
 TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
   StreamMessages stream(progressive(), octahedra_info());
   (void)stream.take_request();

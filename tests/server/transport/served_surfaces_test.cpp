@@ -401,6 +401,45 @@ TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
 }
 
 // A file damaged after preparation: opening does not detect it, reading does.
+TEST(ServedSurfaces, PreviewsOfSeveralDatasetsComeInOneStream) {
+  auto catalogue = std::make_shared<DatasetCatalogue>();
+  std::vector<std::string> names;
+  for (int i = 0; i < 20; ++i) {  // More than a worker makes at a time.
+    names.push_back("ball" + std::to_string(10 + i));
+    const auto dataset = make_dataset(fields::ball({40, 40, 40}, 5.0 + 0.5 * i), names.back());
+    catalogue->add(
+        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
+  }
+  RunningServer server(catalogue);
+  auto connected = Client::connect(server.endpoint(), {});
+  ASSERT_TRUE(connected);
+  Client client = *std::move(connected);
+  const auto previews = [&](const std::string& first, std::vector<std::string> further) {
+    std::vector<ContentDigest> digests;
+    const auto fetched =
+        client.fetch(catalogue->find(first)->info(),
+                     {.dataset = first,
+                      .request = {.isovalue = 0},
+                      .steps = StepPolicy::kPreviewsOnly,
+                      .resumed_previews = {{.finest_spacing = 2, .shell = quantized_shells(2)}},
+                      .further_datasets = std::move(further)},
+                     [&](const FetchedStep& step) {
+                       EXPECT_FALSE(step.step->begin.is_final);
+                       EXPECT_EQ(step.step->begin.finest_spacing, 2);
+                       EXPECT_EQ(step.step->topology.components, 1);
+                       digests.push_back(step.step->end.digest);
+                     });
+    EXPECT_TRUE(fetched) << fetched.error().error.text;
+    return digests;
+  };
+  const auto together = previews(names[0], {names.begin() + 1, names.end()});
+  ASSERT_EQ(together.size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    // A stream for one dataset goes on after that preview.
+    EXPECT_EQ(previews(names[i], {}).front(), together[i]) << names[i];
+  }
+}
+
 TEST(ServedSurfaces, ADamagedBrickFailsOnlyItsRequests) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "gyroid.mtd";

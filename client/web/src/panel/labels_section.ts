@@ -164,12 +164,16 @@ function labelRow(
   only.addEventListener("click", isolate);
   let hasFinal = false;
   let size = "";
-  const showComing = () => element.classList.toggle("is-coming", isVisible && !hasFinal);
+  let isComing = false;
+  const showComing = () => {
+    if (isComing !== (isComing = isVisible && !hasFinal)) element.classList.toggle("is-coming", isComing);
+  };
   return {
     element,
     showProgress: ({ shown, isStreaming, failure }) => {
       hasFinal = failure !== null || (!isStreaming && shown?.isFinal === true);
-      name.title = failure?.text ?? size;
+      const title = failure?.text ?? size;
+      if (name.title !== title) name.title = title;
       showComing();
     },
     show: (surface, label) => {

@@ -51,7 +51,8 @@ export function surfacesPart(change: Change): SurfacesPart {
     show: (now, shown) => {
       settings = now;
       info = shown;
-      const surfaces = surfacesOf(now);
+      // Before the list of datasets has come, a thousand labels look like surfaces.
+      const surfaces = datasets.length > 0 ? surfacesOf(now) : surfacesOf(now).slice(0, mostSurfaces);
       const isLabel = ({ dataset }: SurfaceSettings) => labelOf(datasets, dataset || now.dataset) !== null;
       for (const [at, row] of rows) {
         if (surfaces[at] && !isLabel(surfaces[at])) continue;

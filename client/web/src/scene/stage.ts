@@ -6,6 +6,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
 import type { Vec3 } from "../stream/dataset";
 import type { View } from "../stream/request";
+import { besideUp, nearAxis } from "./directions";
 import { hasDrawn } from "./gpu_fence";
 import { Lights } from "./lights";
 import type { LensSettings } from "./occlusion";
@@ -21,6 +22,7 @@ export interface StageLook {
 
 const extensions = ["EXT_texture_filter_anisotropic", "EXT_color_buffer_float", "OES_texture_float_linear", "WEBGL_multisampled_render_to_texture"];
 const restAfter = 180; // Milliseconds without a change.
+const soon = { picture: 500, work: 100 }; // Milliseconds.
 const quick = 20; // Milliseconds of GPU time: acceptable during motion.
 const tooSlow = 4000; // Milliseconds: a frame this slow is not drawn at all.
 const peels = { moving: 3, resting: 6, most: 12 };
@@ -37,6 +39,8 @@ export class Stage {
   private look: StageLook = { isOrthographic: false, hasOcclusion: false, translucent: 0, clip: [] };
   private occlusionCost: number | null = null; // Milliseconds of a frame with occlusion; null: unknown.
   private restTimer = 0;
+  private pictureTimer = 0;
+  private workTimer = 0;
   private readonly sphere = new THREE.Sphere(new THREE.Vector3(), 1);
   private isDue = false; // A frame is scheduled.
   private isChanged = false; // It redraws the picture.
@@ -77,6 +81,14 @@ export class Stage {
     if (this.isDue) return;
     this.isDue = true;
     requestAnimationFrame(() => this.frame());
+  }
+
+  // The same in a moment, for all that comes until then.
+  invalidateSoon(): void {
+    this.pictureTimer ||= window.setTimeout(() => this.invalidate(), soon.picture);
+  }
+  wakeSoon(): void {
+    this.workTimer ||= window.setTimeout(() => this.wake(), soon.work);
   }
 
   setLook(look: StageLook): void {
@@ -286,6 +298,8 @@ export class Stage {
   }
 
   private frame(): void {
+    clearTimeout(this.workTimer);
+    this.workTimer = 0;
     this.isDue = false;
     const isMoving = this.controls.update();
     const isBusy = this.chores.map((chore) => chore()).some(Boolean);
@@ -294,6 +308,8 @@ export class Stage {
     if (isMoving) this.invalidate();
     else if (isBusy) this.wake();
     if (!this.isChanged) return;
+    clearTimeout(this.pictureTimer);
+    this.pictureTimer = 0;
     this.isChanged = isMoving;
     this.draw(false);
     for (const listener of this.afterFrame) listener();
@@ -376,17 +392,4 @@ function isSameLook(one: StageLook, other: StageLook): boolean {
   const isSamePlane = (plane: THREE.Plane, at: number) => other.clip[at]?.equals(plane) ?? false;
   return one.isOrthographic === other.isOrthographic && one.hasOcclusion === other.hasOcclusion &&
     one.translucent === other.translucent && one.clip.length === other.clip.length && one.clip.every(isSamePlane);
-}
-
-// Snaps directions within half a degree of a world axis to it.
-function nearAxis(direction: THREE.Vector3): THREE.Vector3 {
-  const axis = [0, 1, 2].find((one) => Math.abs(direction.getComponent(one)) > Math.cos(THREE.MathUtils.degToRad(0.5)));
-  return axis === undefined ? direction : new THREE.Vector3().setComponent(axis, Math.sign(direction.getComponent(axis)));
-}
-
-// A view straight along the up axis has no up direction; tilts it slightly.
-function besideUp(direction: THREE.Vector3, up: THREE.Vector3): THREE.Vector3 {
-  if (direction.clone().normalize().cross(up).length() >= 1e-6) return direction;
-  const hair = Math.abs(up.y) < 0.9 ? new THREE.Vector3(0, -1e-4, 0) : new THREE.Vector3(0, 0, -1e-4);
-  return direction.clone().add(hair);
 }

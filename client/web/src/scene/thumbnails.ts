@@ -68,8 +68,10 @@ export class Thumbnails {
       token: this.token,
       held: () => [],
       priority: Priority.BACKGROUND,
+      isListing: () => false,
     });
     this.conversation = conversation;
+    this.perform(this.open()); // Sent when there is a connection.
     this.link = new Link(this.address, {
       opened: () => this.perform(conversation.opened()),
       received: (message) => this.perform(conversation.received(message)),
@@ -93,7 +95,6 @@ export class Thumbnails {
   private perform(effects: Effect[]): void {
     for (const effect of effects) {
       if (effect.kind === "send") this.link?.send(effect.message);
-      if (effect.kind === "datasets" && this.current) this.perform(this.open());
       if (effect.kind === "opened") this.stream = effect.stream;
       if (effect.kind === "stream" && effect.stream === this.stream) void this.follow(effect);
     }

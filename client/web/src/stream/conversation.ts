@@ -137,6 +137,18 @@ export class Conversation {
     return [];
   }
 
+  // The same where the stream is one of several surfaces: its messages for this one are received() with the id that is
+  // returned. After a lost connection of its own it is requested alone.
+  share(order: StreamRequest): { effects: Effect[]; requestId: bigint } {
+    const cancelled = this.cancel();
+    this.wanted = order;
+    this.given = 0;
+    this.begun = [];
+    this.hasFinalBegun = false;
+    const opened = this.begin(order, [], true);
+    return { effects: [...cancelled, opened], requestId: this.streamId };
+  }
+
   // Requests the estimated size of a surface. Only one query runs at a time; of those made meanwhile only the last is
   // sent. Does nothing without a connection.
   askSize(order: StreamRequest): Effect[] {
@@ -329,15 +341,11 @@ export class Conversation {
   }
 
   private openStream(): Effect[] {
-    const order = (this.order = this.wanted!);
+    const order = this.wanted!;
     const held = this.options.held(order).slice(0, maxHeld);
-    this.streamId = ++this.lastRequestId;
-    this.lastStep = null;
-    ++this.stream;
     const steps = this.hasFinalBegun ? "final" : (order.steps ?? "all");
-    const isPreviewsOnly = policies[steps] === StepPolicy.PREVIEWS_ONLY;
     const coarse = steps === "coarse" ? coarsePreview(order.info) : null;
-    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly }, held);
+    const opened = this.begin(order, held, policies[steps] === StepPolicy.PREVIEWS_ONLY);
     const value = create(OpenStreamSchema, {
       requestId: this.streamId,
       dataset: order.info.name,
@@ -350,10 +358,16 @@ export class Conversation {
       trianglesPerSecond: this.options.trianglesPerSecond?.() ?? 0,
       use: MeshUse.DISPLAY,
     });
-    return [
-      { kind: "opened", order, stream: this.stream },
-      { kind: "send", message: { case: "openStream", value } },
-    ];
+    return [opened, { kind: "send", message: { case: "openStream", value } }];
+  }
+
+  private begin(order: StreamRequest, held: string[], isPreviewsOnly: boolean): Effect {
+    this.order = order;
+    this.streamId = ++this.lastRequestId;
+    this.lastStep = null;
+    ++this.stream;
+    this.assembler = new Assembler({ ...order, requestId: this.streamId, isPreviewsOnly }, held);
+    return { kind: "opened", order, stream: this.stream };
   }
 
   private refusedAltogether({ code, text, retryAfter }: ErrorReply): Effect[] {
