@@ -160,7 +160,7 @@ void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& req
             << human_count_of(written.mesh.triangles.size(), "triangle") << ", "
             << human_count(written.mesh.positions.size()) << " vertices, from "
             << human_count(surface.tetrahedra) << " tetrahedra\n  ";
-  if (written.components != written.components_of) {
+  if (written.components != written.total_components) {
     std::cout << "whole surface: "
               << human_count_of(static_cast<std::uint64_t>(topology.triangles), "triangle") << ", ";
   }

@@ -35,7 +35,7 @@ TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
 TEST(Program, SaysThatMemoryIsMissingInWords) {
   const Ended out = ended([]() -> int { throw std::bad_alloc(); });
   EXPECT_EQ(out.code, kFailed);
-  EXPECT_NE(out.output.find("not enough memory"), std::string::npos) << out.output;
+  EXPECT_NE(out.output.find("Not enough memory"), std::string::npos) << out.output;
   EXPECT_EQ(out.output.find("bad_alloc"), std::string::npos) << out.output;
 }
 

@@ -69,7 +69,7 @@ TEST(SurfaceOptions, AcceptSeveralIsovalues) {
   EXPECT_EQ(isovalues_of({"--isovalue", "-7,1e3", "--error", "2"}), (std::vector{-7.0, 1e3}));
   EXPECT_EQ(isovalues_of({"--isovalue", "1", "--isovalue", "2"}), (std::vector{1.0, 2.0}));
   EXPECT_EQ(request({"--isovalue", "-7"}).value().isovalue, -7);
-  EXPECT_NE(refusal({"--isovalue", "1,2"}).find("one surface"), std::string::npos);
+  EXPECT_NE(refusal({"--isovalue", "1,2"}).find("one isovalue"), std::string::npos);
 }
 
 TEST(SurfaceOptions, NameAnErrorByItsQuality) {

@@ -199,7 +199,7 @@ TEST(PreparedFile, RefusesOtherFiles) {
   expect_contains(error_of_opening(folder.file("empty.mtd", "")), "header");
   expect_contains(error_of_opening(folder.file("other.mtd", std::string(10000, 'x'))), "header");
   expect_contains(error_of_opening(folder.file("cut.mtd", whole.substr(0, whole.size() - 1))),
-                  "promises");
+                  "declares a file of");
   ASSERT_EQ(::mkfifo((folder.path() / "pipe.mtd").c_str(), 0600), 0);
   expect_contains(error_of_opening(folder.path() / "pipe.mtd"), "not a regular file");
 }

@@ -66,7 +66,7 @@ TEST_F(HttpStoreTest, GivesWholesAndPartsAndKnowsWhatIsMissing) {
   EXPECT_EQ(as_text(good->get_range("a/object", text_.size() - 3, 50)),
             text_.substr(text_.size() - 3));
   EXPECT_FALSE(good->get("a/other", 10));
-  EXPECT_NE(failure([&] { return good->get("a/object", 10); }).find("more than the 10 bytes"),
+  EXPECT_NE(failure([&] { return good->get("a/object", 10); }).find("the limit of 10 bytes"),
             std::string::npos);
 }
 
