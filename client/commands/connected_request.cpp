@@ -19,8 +19,6 @@ ClientResult<Connected> connected_once(const ServerAccess& access) {
   return Connected(*std::move(client), *std::move(datasets));
 }
 
-tl::unexpected<ExitCode> exit_with(ExitCode code) { return tl::unexpected(code); }
-
 std::string names(const std::vector<DatasetInfo>& datasets) {
   std::string text;
   for (const DatasetInfo& info : datasets) {
@@ -64,23 +62,21 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
 
 }  // namespace
 
-ExpectedOrExit<ConnectedServer> connected_to(const ServerArguments& arguments,
-                                             const RetryOptions& retry_options) {
-  const auto access = access_of(arguments);
-  if (!access) return exit_with(print_error(kUsage, access.error().text));
+ConnectedServer connected_to(const ServerArguments& arguments, const RetryOptions& retry_options) {
+  const ServerAccess access = usable(access_of(arguments));
   Retries retries(retry_options);
-  auto connected = connected_once(*access);
+  auto connected = connected_once(access);
   while (!connected && retries.wait_after(connected.error().error)) {
-    connected = connected_once(*access);
+    connected = connected_once(access);
   }
   if (!connected) {
     ClientError failure = connected.error();
     const std::string more = advice(failure);
     if (!more.empty()) failure.error.text += " " + more;
-    return exit_with(print_error(failure));
+    exit_with(failure);
   }
   auto& [client, datasets] = *connected;
-  return ConnectedServer{access->server, std::move(client), std::move(datasets)};
+  return {access.server, std::move(client), std::move(datasets)};
 }
 
 void add_order_options(Command& command, SurfaceOrder& order,
@@ -93,36 +89,32 @@ void add_order_options(Command& command, SurfaceOrder& order,
   add_server_options(command, order.server);
 }
 
-ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order, const RetryOptions& retries) {
-  auto connected = connected_to(order.server, retries);
-  if (!connected) return tl::unexpected(connected.error());
-  auto info = chosen(order.dataset, connected->datasets);
+ConnectedRequest ordered(const SurfaceOrder& order, const RetryOptions& retries) {
+  ConnectedServer connected = connected_to(order.server, retries);
+  auto info = chosen(order.dataset, connected.datasets);
   if (!info) {
     const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
-    return exit_with(print_error(is_usage ? kUsage : kFailed, info.error().text));
+    throw ExitError(is_usage ? kUsage : kFailed, info.error().text);
   }
-  auto requests = requests_from(order.surface, *info);
-  if (!requests) return exit_with(print_error(kUsage, requests.error().text));
-  auto scalars = scalars_for(order.surface.query);
-  if (!scalars) return exit_with(print_error(kUsage, scalars.error().text));
+  auto requests = usable(requests_from(order.surface, *info));
+  auto scalars = usable(scalars_for(order.surface.query));
   std::string color_unit;
-  for (const DatasetInfo& values : connected->datasets) {
-    if (!*scalars || values.name != (*scalars)->dataset) continue;
+  for (const DatasetInfo& values : connected.datasets) {
+    if (!scalars || values.name != scalars->dataset) continue;
     const auto fits = check_colors(order.surface.query, *info, values);
-    if (!fits) return exit_with(print_error(kUsage, fits.error().text));
+    if (!fits) throw ExitError(kUsage, fits.error().text);
     color_unit = values.meaning.value_unit;
   }
   Notices notices;
-  for (const IsosurfaceRequest& request : *requests) notices.add(request_notices(request, *info));
-  return ConnectedRequest{connected->server,    std::move(connected->client), *std::move(info),
-                          *std::move(requests), *std::move(scalars),          std::move(notices),
-                          std::move(color_unit)};
+  for (const IsosurfaceRequest& request : requests) notices.add(request_notices(request, *info));
+  return {connected.server,     std::move(connected.client), *std::move(info),
+          std::move(requests),  std::move(scalars),          std::move(notices),
+          std::move(color_unit)};
 }
 
-ExpectedOrExit<void> share_budget(ConnectedRequest& surface) {
+void share_budget(ConnectedRequest& surface) {
   const auto shared = surface.client.share_budget(surface.info.name, surface.requests);
-  if (!shared) return exit_with(print_error(shared.error()));
-  return {};
+  if (!shared) exit_with(shared.error());
 }
 
 }  // namespace multitetra

@@ -17,20 +17,15 @@
 
 namespace multitetra {
 
-// A value, or the exit code of a failure that was already printed.
-template <typename T>
-using ExpectedOrExit = tl::expected<T, ExitCode>;
-
 struct ConnectedServer {
   Endpoint server;
   Client client;
   std::vector<DatasetInfo> datasets;
 };
 
-// Connects and lists the datasets.
-[[nodiscard]] ExpectedOrExit<ConnectedServer> connected_to(const ServerArguments& arguments,
-                                                           const RetryOptions& retries = {
-                                                               .most = 0});
+// Connects and lists the datasets. Throws ExitError, as all functions here do.
+[[nodiscard]] ConnectedServer connected_to(const ServerArguments& arguments,
+                                           const RetryOptions& retries = {.most = 0});
 
 // The dataset and surface that a command requests. An empty name selects the only dataset.
 struct SurfaceOrder {
@@ -55,10 +50,10 @@ struct ConnectedRequest {
   std::string color_unit = {};  // The unit of the colored values; empty: unknown.
 };
 
-[[nodiscard]] ExpectedOrExit<ConnectedRequest> ordered(const SurfaceOrder& order,
-                                                       const RetryOptions& retries = {.most = 0});
+[[nodiscard]] ConnectedRequest ordered(const SurfaceOrder& order,
+                                       const RetryOptions& retries = {.most = 0});
 
 // Divides the common budget among the requests, in proportion to sizes estimated by the server.
-[[nodiscard]] ExpectedOrExit<void> share_budget(ConnectedRequest& surface);
+void share_budget(ConnectedRequest& surface);
 
 }  // namespace multitetra

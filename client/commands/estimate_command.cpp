@@ -44,19 +44,18 @@ void add_estimate(Command& app, EstimateArguments& a) {
 
 int estimate(const EstimateArguments& arguments) {
   if (arguments.order.surface.query.isovalues.size() > 1) {
-    return print_error(kUsage, "--isovalue: an estimate is for one surface; give one isovalue.");
+    throw ExitError(kUsage, "--isovalue: an estimate is for one surface; give one isovalue.");
   }
-  auto surface = ordered(arguments.order);
-  if (!surface) return surface.error();
-  const auto reply = surface->client.estimate(surface->info.name, surface->requests.front());
-  if (!reply) return print_error(reply.error());
+  ConnectedRequest surface = ordered(arguments.order);
+  const auto reply = surface.client.estimate(surface.info.name, surface.requests.front());
+  if (!reply) exit_with(reply.error());
   if (arguments.json) {
     const TriangleRange range =
-        expected_triangles(reply->triangles, surface->requests.front().max_triangles);
-    const Json report = {{"server", to_string(surface->server)},
-                         {"dataset", surface->info.name},
-                         {"parameters", json_of(surface->requests.front())},
-                         {"notices", surface->notices.texts()},
+        expected_triangles(reply->triangles, surface.requests.front().max_triangles);
+    const Json report = {{"server", to_string(surface.server)},
+                         {"dataset", surface.info.name},
+                         {"parameters", json_of(surface.requests.front())},
+                         {"notices", surface.notices.texts()},
                          {"triangles", reply->triangles},
                          {"triangles_least", range.least},
                          {"triangles_most", range.most},
@@ -64,7 +63,7 @@ int estimate(const EstimateArguments& arguments) {
                          {"threshold_world", reply->threshold_world}};
     std::cout << text_of(report);
   } else {
-    print(*reply, surface->requests.front(), surface->info);
+    print(*reply, surface.requests.front(), surface.info);
   }
   return kOk;
 }

@@ -215,9 +215,9 @@ ClientResult<OutputSurface> fetch_part(const FetchArguments& arguments, const Pa
 int fetch(const FetchArguments& arguments) {
   const auto format = mesh_format_from(std::filesystem::path(arguments.mesh).extension().string());
   if (!format) {
-    return print_error(kUsage,
-                       "\"" + arguments.mesh +
-                           "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .drc or .vtp.");
+    throw ExitError(kUsage, "\"" + arguments.mesh +
+                                "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, "
+                                ".drc or .vtp.");
   }
 
   const std::vector<Part> parts = parts_of(arguments, *format);
@@ -234,10 +234,9 @@ int fetch(const FetchArguments& arguments) {
     if (!part.steps_directory.empty()) std::filesystem::create_directories(part.steps_directory);
   }
 
-  auto surface = ordered(arguments.order, retry_options(arguments));
-  if (!surface) return surface.error();
-  if (const auto shared = share_budget(*surface); !shared) return shared.error();
-  const DatasetInfo& info = surface->info;
+  ConnectedRequest surface = ordered(arguments.order, retry_options(arguments));
+  share_budget(surface);
+  const DatasetInfo& info = surface.info;
   const Output output(arguments, *format, info);
   KeptTiles kept(arguments);
   const bool has_previews = arguments.previews || !arguments.steps_directory.empty();
@@ -245,29 +244,29 @@ int fetch(const FetchArguments& arguments) {
   std::vector<OutputSurface> surfaces;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     reports.push_back(
-        {.server = surface->server,
+        {.server = surface.server,
          .open = {.dataset = info.name,
-                  .request = surface->requests[i],
+                  .request = surface.requests[i],
                   .steps = has_previews ? StepPolicy::kProgressive : StepPolicy::kFinalOnly,
                   .cached_tile_digests = {},
-                  .scalars = surface->scalars},
-         .notices = surface->notices.texts(),
+                  .scalars = surface.scalars},
+         .notices = surface.notices.texts(),
          .coordinates = std::string(name(arguments.order.surface.query.coordinates)),
          .mesh_file = {},
          .steps = {}});
-    auto part = fetch_part(arguments, parts[i], *surface, output, kept, reports.back());
+    auto part = fetch_part(arguments, parts[i], surface, output, kept, reports.back());
     if (!part) {
       reports.back().error = part.error().error;
       output.report(reports);
-      return print_error(part.error());
+      exit_with(part.error());
     }
     surfaces.push_back(*std::move(part));
-    reports.back().notices = surface->notices.texts();
+    reports.back().notices = surface.notices.texts();
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (surfaces[i].components > 0 || arguments.order.surface.allow_empty) continue;
     output.report(reports);
-    return print_error(kEmptySurface, not_written_text(parts[i].mesh_file));
+    throw ExitError(kEmptySurface, not_written_text(parts[i].mesh_file));
   }
   output.final_steps(parts, surfaces);
   for (std::size_t i = 0; i < parts.size(); ++i) {

@@ -21,10 +21,9 @@ struct ListArguments {
 };
 
 int list(const ListArguments& arguments) {
-  const auto connected = connected_to(arguments.server);
-  if (!connected) return connected.error();
-  std::cout << (arguments.json ? json_list(connected->server, connected->datasets)
-                               : text_list(connected->datasets));
+  const ConnectedServer connected = connected_to(arguments.server);
+  std::cout << (arguments.json ? json_list(connected.server, connected.datasets)
+                               : text_list(connected.datasets));
   return kOk;
 }
 

@@ -1,11 +1,11 @@
-// Shared by the commands of multitetra-client: error output and exit codes.
+// Shared by the commands of multitetra-client: failures and exit codes.
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "client/library/client.hpp"
 #include "common/base/exit_codes.hpp"
-#include "common/cli/program.hpp"
 
 namespace multitetra {
 
@@ -15,17 +15,20 @@ inline const std::string kExitCodes =
     "Exit codes: 0 done, 1 failed (network, server, file), 2 wrong usage, 3 a check failed,\n"
     "6 the surface is empty.";
 
-inline ExitCode print_error(ExitCode code, const std::string& text) {
-  print_error(kProgram, text);
-  return code;
-}
-
-inline ExitCode print_error(const ClientError& failure) {
+// Throws the ExitError of a failure.
+[[noreturn]] inline void exit_with(const ClientError& failure) {
   const std::string prefix = failure.source == ErrorSource::kServer  ? "server: "
                              : failure.source == ErrorSource::kCheck ? "a check failed: "
                                                                      : "";
-  return print_error(failure.source == ErrorSource::kCheck ? kCheckFailed : kFailed,
-                     prefix + failure.error.text);
+  throw ExitError(failure.source == ErrorSource::kCheck ? kCheckFailed : kFailed,
+                  prefix + failure.error.text);
+}
+
+// Returns the value of an option's part. Throws ExitError (kUsage) for invalid ones.
+template <typename T>
+[[nodiscard]] T usable(Result<T> value) {
+  if (!value) throw ExitError(kUsage, value.error().text);
+  return *std::move(value);
 }
 
 }  // namespace multitetra

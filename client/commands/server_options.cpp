@@ -29,7 +29,6 @@ void warn(const std::string& text) {
 }  // namespace
 
 void add_server_options(Command& command, ServerArguments& a) {
-  const std::string group = "Server";
   command
       .add_option("--server", a.server,
                   "Address, such as wss://HOST:PORT; also tcp://, tls:// and ws://, or behind a "
@@ -37,33 +36,30 @@ void add_server_options(Command& command, ServerArguments& a) {
       ->envname("MULTITETRA_SERVER")
       ->type_name("ADDRESS")
       ->capture_default_str();
+  command.add_option("--token-file", a.token_file, "File whose first line is the access token")
+      ->type_name("FILE");
+  command.begin_group("Server");
   command
       .add_option("--token", a.token,
                   "Access token; other users of this machine can read it here, unlike in "
                   "--token-file or the environment")
-      ->envname("MULTITETRA_TOKEN")
-      ->group(group);
-  command.add_option("--token-file", a.token_file, "File whose first line is the access token")
-      ->type_name("FILE");
+      ->envname("MULTITETRA_TOKEN");
   command
       .add_option("--ca", a.ca_file,
                   "Trust these authorities (PEM) and no others, for tls:// and wss://")
-      ->type_name("FILE")
-      ->group(group);
-  command
-      .add_flag("--insecure", a.insecure, "Accept any certificate of the server. For tests only")
-      ->group(group);
+      ->type_name("FILE");
+  command.add_flag("--insecure", a.insecure,
+                   "Accept any certificate of the server. For tests only");
   command
       .add_option("--timeout", a.timeout, "Seconds without a reply after which the request fails")
       ->within(0.1, 86400.0)
       ->type_name("SECONDS")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command.add_option("--deadline", a.deadline, "Timeout of the whole request in seconds; 0: none")
       ->within(0.0, 86400.0)
       ->type_name("SECONDS")
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
+  command.begin_group();
 }
 
 std::chrono::steady_clock::time_point deadline_of(const ServerArguments& arguments) {

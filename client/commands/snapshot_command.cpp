@@ -154,7 +154,7 @@ Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& argume
 }
 
 // Fetches all ordered surfaces.
-ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surface) {
+Taken taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surface) {
   Taken taken;
   const auto asked = Clock::now();
   for (const IsosurfaceRequest& request : surface.requests) {
@@ -165,7 +165,7 @@ ClientResult<Taken> taken_surfaces(const SnapshotArguments& arguments, Connected
                                                .cached_tile_digests = {},
                                                .scalars = surface.scalars},
                                               [](const FetchedStep&) {});
-    if (!fetched) return tl::unexpected(fetched.error());
+    if (!fetched) exit_with(fetched.error());
     const CommittedStep& step = *fetched->step;
     TakenSurface each{.request = request,
                       .topology = step.topology,
@@ -236,45 +236,41 @@ Result<PictureSize> parse_picture_size(const std::string& text) {
 
 int snapshot(const SnapshotArguments& arguments) {
   if (!arguments.picture.ends_with(".png")) {
-    return print_error(kUsage,
-                       "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");
+    throw ExitError(kUsage,
+                    "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");
   }
-  const auto size = parse_picture_size(arguments.size);
-  if (!size) return print_error(kUsage, size.error().text);
-  auto appearances = appearances_of(arguments);
-  if (!appearances) return print_error(kUsage, appearances.error().text);
+  const PictureSize size = usable(parse_picture_size(arguments.size));
+  std::vector<DrawnSurface> appearances = usable(appearances_of(arguments));
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
-  auto surface = ordered(arguments.order);
-  if (!surface) return surface.error();
-  if (const auto shared = share_budget(*surface); !shared) return shared.error();
-  auto taken = taken_surfaces(arguments, *surface);
-  if (!taken) return print_error(taken.error());
+  ConnectedRequest surface = ordered(arguments.order);
+  share_budget(surface);
+  Taken taken = taken_surfaces(arguments, surface);
   const bool is_any_empty =
-      std::any_of(taken->surfaces.begin(), taken->surfaces.end(),
+      std::any_of(taken.surfaces.begin(), taken.surfaces.end(),
                   [](const TakenSurface& each) { return each.topology.triangles == 0; });
   if (is_any_empty && !arguments.order.surface.allow_empty) {
-    if (arguments.json) std::cout << text_of(report_of(arguments, *surface, *size, *taken));
-    return print_error(kEmptySurface, not_written_text(arguments.picture));
+    if (arguments.json) std::cout << text_of(report_of(arguments, surface, size, taken));
+    throw ExitError(kEmptySurface, not_written_text(arguments.picture));
   }
   const auto came = Clock::now();
-  const Camera camera = framing(middle_of(*taken), arguments.azimuth, arguments.elevation,
-                                size->width, size->height, up_axis_from(arguments.up).value());
-  for (std::size_t i = 0; i < appearances->size(); ++i)
-    (*appearances)[i].mesh = &taken->surfaces[i].drawn.mesh;
+  const Camera camera = framing(middle_of(taken), arguments.azimuth, arguments.elevation,
+                                size.width, size.height, up_axis_from(arguments.up).value());
+  for (std::size_t i = 0; i < appearances.size(); ++i)
+    appearances[i].mesh = &taken.surfaces[i].drawn.mesh;
   Picture picture =
-      drawn(*appearances, camera,
+      drawn(appearances, camera,
             {.background = background_from(arguments.background),
              .shading = arguments.shading == "flat" ? Shading::kFlat : Shading::kSmooth,
              .wireframe = arguments.wireframe,
              .threads = arguments.threads});
-  if (!arguments.is_bare) annotate(picture, camera, *surface, *taken, arguments);
-  taken->draw_seconds = seconds_since(came);
+  if (!arguments.is_bare) annotate(picture, camera, surface, taken, arguments);
+  taken.draw_seconds = seconds_since(came);
   write_file(arguments.picture, png_file(picture));
   if (arguments.json) {
-    std::cout << text_of(report_of(arguments, *surface, *size, *taken));
+    std::cout << text_of(report_of(arguments, surface, size, taken));
   } else if (!arguments.quiet) {
-    print(arguments, *size, *taken);
+    print(arguments, size, taken);
   }
   return kOk;
 }
@@ -285,7 +281,6 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
   command->add_option("-o,--output", a.picture, "Picture to write (.png)")
       ->required()
       ->type_name("FILE");
-  const std::string group = "Picture";
   command->add_option("--size", a.size, "Width and height in pixels")
       ->type_name("WxH")
       ->capture_default_str();
@@ -299,21 +294,18 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
       ->within(-90.0, 90.0)
       ->type_name("DEGREES")
       ->capture_default_str();
+  command->begin_group("Picture");
   command->add_option("--up", a.up, "World axis that points up in the picture, such as -y")
       ->one_of({"x", "-x", "y", "-y", "z", "-z"})
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command->add_option("--background", a.background, "Background of the picture")
       ->one_of({"dark", "light", "transparent"})
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command->add_option("--shading", a.shading, "smooth: by the field's gradient; flat: by triangle")
       ->one_of({"smooth", "flat"})
-      ->capture_default_str()
-      ->group(group);
-  command->add_flag("--bare", a.is_bare, "Omit the scale bar and the color legend")->group(group);
-  command->add_flag("--wireframe", a.wireframe, "Also draw the edges of the triangles")
-      ->group(group);
+      ->capture_default_str();
+  command->add_flag("--bare", a.is_bare, "Omit the scale bar and the color legend");
+  command->add_flag("--wireframe", a.wireframe, "Also draw the edges of the triangles");
   command
       ->add_option(
           "--opacity", a.opacities,
@@ -321,8 +313,7 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
           "commas between them (default: 1)")
       ->repeatable()
       ->delimiter(',')
-      ->type_name("FLOAT,...")
-      ->group(group);
+      ->type_name("FLOAT,...");
   command
       ->add_option(
           "--surface-color", a.surface_colors,
@@ -330,11 +321,10 @@ void add_snapshot(Command& app, SnapshotArguments& a) {
           "them")
       ->repeatable()
       ->delimiter(',')
-      ->type_name("COLOR,...")
-      ->group(group);
+      ->type_name("COLOR,...");
   command->add_option("--threads", a.threads, "Threads for drawing (default: one per processor)")
-      ->within(1, 1024)
-      ->group(group);
+      ->within(1, 1024);
+  command->begin_group();
   // Averaged triangle normals show creases in a picture; the field's normals are smooth.
   a.order.surface.query.request.normal_bits = kMinNormalBits;
   add_order_options(

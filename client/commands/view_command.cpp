@@ -125,13 +125,12 @@ Result<std::string> viewer_address(const ViewArguments& a) {
 }
 
 int view(const ViewArguments& arguments) {
-  const auto address = viewer_address(arguments);
-  if (!address) return print_error(kUsage, address.error().text);
+  const std::string address = usable(viewer_address(arguments));
   const auto server = parse_server_url(arguments.server);
   if (arguments.http.empty() && server && !server->is_web_socket()) {
     std::cerr << "Assuming that the viewer is at port 7480; --http ADDRESS sets another address.\n";
   }
-  std::cout << *address << "\n";
+  std::cout << address << "\n";
   return kOk;
 }
 

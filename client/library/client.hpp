@@ -29,9 +29,6 @@ struct ClientError {
   ErrorSource source = ErrorSource::kNetwork;
   Error error;
 };
-[[nodiscard]] inline tl::unexpected<ClientError> client_error(ErrorSource kind, Error error) {
-  return tl::unexpected(ClientError{kind, std::move(error)});
-}
 
 template <typename T>
 using ClientResult = tl::expected<T, ClientError>;

@@ -154,11 +154,6 @@ int exit_code(const LoadStatistics& s) {
   return is_good && s.steps > 0 ? kOk : kFailed;
 }
 
-int usage_fault(const std::string& text) {
-  std::cerr << "multitetra-load: " << text << "\n";
-  return kUsage;
-}
-
 int run(int argc, char** argv) {
   Command app("Simulates clients of a Multi-Tetra server and checks the replies.",
               "multitetra-load");
@@ -167,9 +162,9 @@ int run(int argc, char** argv) {
   add_options(app, arguments);
   if (const auto code = parse_command_line(app, argc, argv)) return *code;
   const auto options = options_of(arguments);
-  if (!options) return usage_fault(options.error().text);
+  if (!options) throw ExitError(kUsage, options.error().text);
   if (const auto room = allow_connections(options->clients + options->idle); !room) {
-    return usage_fault(room.error().text);
+    throw ExitError(kUsage, room.error().text);
   }
   if (const auto nuisance = misbehaviour_from(arguments.script)) {
     const MisbehaviourCounts counts = run_misbehaviour(*nuisance, *options);

@@ -1,7 +1,6 @@
 // Parses numbers that make up the whole text.
 #pragma once
 
-#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstddef>
@@ -10,6 +9,8 @@
 #include <string_view>
 #include <system_error>
 #include <vector>
+
+#include "common/base/text.hpp"
 
 namespace multitetra {
 
@@ -49,12 +50,10 @@ template <typename Number>
                                                                    std::size_t most,
                                                                    char separator = ',') {
   std::vector<Number> numbers;
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t next = std::min(text.find(separator, at), text.size());
-    const auto number = parse_number<Number>(text.substr(at, next - at));
+  for (const std::string_view part : split(text, separator)) {
+    const auto number = parse_number<Number>(part);
     if (!number || numbers.size() == most) return std::nullopt;
     numbers.push_back(*number);
-    at = next + 1;
   }
   if (numbers.size() < least) return std::nullopt;
   return numbers;

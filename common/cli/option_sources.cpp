@@ -77,6 +77,7 @@ void add_option_sources(Command& command, OptionSources& sources) {
        command.app().get_options([](const CLI::Option* o) { return o->get_configurable(); })) {
     option->envname(environment_name(*option));
   }
+  command.begin_group();
   command
       .add_option(
           "--config", sources.config_file,

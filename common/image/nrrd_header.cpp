@@ -11,7 +11,7 @@ namespace multitetra {
 namespace {
 
 // Removes the first line and its line end from `text` and returns it; nullopt if there is none.
-std::optional<std::string_view> take_line(std::string_view& text) {
+std::optional<std::string_view> take_header_line(std::string_view& text) {
   if (text.empty()) return std::nullopt;
   const std::size_t length = std::min(text.find_first_of("\r\n"), text.size());
   const std::string_view line = text.substr(0, length);
@@ -78,7 +78,7 @@ std::vector<std::string> NrrdHeader::axis_words(std::string_view name, std::size
 NrrdHeader parse_nrrd_header(std::string_view text) {
   NrrdHeader header;
   std::string_view rest = text;
-  while (const std::optional<std::string_view> line = take_line(rest)) {
+  while (const std::optional<std::string_view> line = take_header_line(rest)) {
     header.has_end = line->empty();
     if (header.has_end) break;
     header.text.append(*line).append("\n");

@@ -96,6 +96,12 @@ LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution) {
   return whole;
 }
 
+LatticeMesh weld(std::span<const LatticeMesh> meshes, int resolution) {
+  std::vector<const LatticeMesh*> pointers;
+  for (const LatticeMesh& mesh : meshes) pointers.push_back(&mesh);
+  return weld(pointers, resolution);
+}
+
 PositionedMesh positioned(const LatticeMesh& mesh, const Affine& grid_to_world) {
   PositionedMesh result;
   result.positions.reserve(mesh.vertices.size());

@@ -43,6 +43,7 @@ struct LatticeMesh {
 // The result has normals or scalars if all meshes have them; a vertex takes those of the first mesh
 // that contains it.
 [[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh* const> meshes, int resolution);
+[[nodiscard]] LatticeMesh weld(std::span<const LatticeMesh> meshes, int resolution);
 
 // A mesh in world (or sample index) coordinates, for files and display.
 struct PositionedMesh {

@@ -121,34 +121,4 @@ NearestTriangle::Found NearestTriangle::nearest(const Vec3& point) const {
   return {std::sqrt(found.squared_distance), &triangles_[found.place]};
 }
 
-DistanceStatistics distances(std::span<const Vec3> points, const NearestTriangle& surface,
-                             const DistanceLimit& limit) {
-  DistanceStatistics statistics{.samples = points.size()};
-  if (points.empty()) return statistics;
-  std::vector<double> all;
-  all.reserve(points.size());
-  double sum = 0;
-  double worst_excess = -std::numeric_limits<double>::infinity();
-  for (const Vec3& point : points) {
-    const double distance = surface.distance(point);
-    const double allowed = limit(point);
-    all.push_back(distance);
-    sum += distance;
-    if (distance > allowed) ++statistics.above_limit;
-    if (distance - allowed > worst_excess) {
-      worst_excess = distance - allowed;
-      statistics.worst_distance = distance;
-      statistics.worst_limit = allowed;
-      statistics.worst_place = point;
-    }
-  }
-  statistics.mean = sum / static_cast<double>(points.size());
-  statistics.maximum = *std::max_element(all.begin(), all.end());
-  const auto rank =
-      static_cast<std::ptrdiff_t>(std::ceil(0.99 * static_cast<double>(points.size())) - 1);
-  std::nth_element(all.begin(), all.begin() + rank, all.end());
-  statistics.percentile_99 = all[static_cast<std::size_t>(rank)];
-  return statistics;
-}
-
 }  // namespace multitetra

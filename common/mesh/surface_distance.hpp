@@ -1,7 +1,7 @@
 // Distances between two surfaces, from sample points on each to the triangles of the other.
 //
 //   const NearestTriangle full(std::move(full_triangles));
-//   const DistanceStatistics there = distances(sampled_points(mesh, 20'000), full, limit);
+//   for (const Vec3& point : sampled_points(mesh, 20'000)) largest = max(full.distance(point), ...);
 //
 // Surfaces are sets of triangles in any coordinates and unit of length; degenerate triangles count
 // as points or segments. Deterministic; only the choice of samples depends on the triangles' order.
@@ -9,7 +9,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -48,26 +47,5 @@ class NearestTriangle {
   BoxTree tree_;
   std::vector<SurfaceTriangle> triangles_;  // In the tree's order.
 };
-
-// The allowed distance at a place, in the surfaces' coordinates and unit.
-using DistanceLimit = std::function<double(const Vec3& place)>;
-
-struct DistanceStatistics {
-  std::uint64_t samples = 0;
-  double maximum = 0;
-  double percentile_99 = 0;
-  double mean = 0;
-  // The sample with the largest excess over its allowed distance, and that allowed distance.
-  double worst_distance = 0;
-  double worst_limit = 0;
-  Vec3 worst_place = {0, 0, 0};
-  std::uint64_t above_limit = 0;  // Samples farther than allowed.
-};
-
-// Returns statistics of the points' distances from the surface. All zero without points; infinite
-// without a surface.
-[[nodiscard]] DistanceStatistics distances(std::span<const Vec3> points,
-                                           const NearestTriangle& surface,
-                                           const DistanceLimit& limit);
 
 }  // namespace multitetra

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/parse_number.hpp"
+#include "common/base/text.hpp"
 
 namespace multitetra {
 namespace {
@@ -23,16 +24,6 @@ tl::unexpected<Error> refuse(std::string_view what, std::string_view word, std::
   return fail(ErrorCode::kInvalidArgument, "The " + std::string(what) + " " + quoted(word) + " " +
                                                std::move(problem) + "; write " + std::string(form) +
                                                ".");
-}
-
-std::vector<std::string_view> split(std::string_view text, char separator) {
-  std::vector<std::string_view> parts;
-  for (;;) {
-    const std::size_t end = text.find(separator);
-    parts.push_back(text.substr(0, end));
-    if (end == std::string_view::npos) return parts;
-    text.remove_prefix(end + 1);
-  }
 }
 
 // Returns the shape of `kind`. Requires the right number of numbers.

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <exception>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -313,8 +314,7 @@ Result<LatticeMesh> decode_tile(std::string_view payload, const TileSummary& pro
                                  std::to_string(p.y) + ", " + std::to_string(p.z) +
                                  ") lies outside the tile's cube.");
   }
-  const LatticeMesh* const pieces[] = {&*split};
-  LatticeMesh mesh = weld(pieces, lattice_resolution);
+  LatticeMesh mesh = weld(std::span(&*split, 1), lattice_resolution);
   if (mesh.triangles.size() != promised.triangles) {
     return miscounted(promised, "triangles", mesh.triangles.size(), promised.triangles);
   }

@@ -87,14 +87,6 @@ TriangleMesh read(const fs::path& file) {
 
 }  // namespace
 
-std::string_view MeshBytes::take_line() {
-  const std::size_t length = std::min(rest_.find('\n'), rest_.size());
-  std::string_view line = rest_.substr(0, length);
-  rest_.remove_prefix(std::min(length + 1, rest_.size()));
-  if (line.ends_with('\r')) line.remove_suffix(1);
-  return line;
-}
-
 std::string_view MeshBytes::take_word() {
   rest_.remove_prefix(std::min(rest_.find_first_not_of(kSpaces), rest_.size()));
   const std::string_view word = rest_.substr(0, rest_.find_first_of(kSpaces));

@@ -18,10 +18,8 @@ LatticeMesh full_resolution_surface(const DatasetPtr& dataset, const IsosurfaceR
                                   .error = 0,
                                   .lattice_resolution = request.lattice_resolution,
                                   .simplify = false};
-  const TiledSurface surface = SurfaceExtractor(dataset).extract({.request = full}, stop);
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  return weld(tiles, request.lattice_resolution);
+  return weld(SurfaceExtractor(dataset).extract({.request = full}, stop).tiles,
+              request.lattice_resolution);
 }
 
 void simplify(std::vector<SurfacePatch>& patches, const SimplificationOptions& options,

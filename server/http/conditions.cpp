@@ -21,14 +21,12 @@ std::optional<std::uint64_t> digits(std::string_view text) {
 // Our tags contain no comma. Splitting a foreign tag at a comma cannot produce a match.
 bool names_tag(std::string_view if_none_match, std::string_view tag) {
   if (trimmed(if_none_match) == "*") return true;
-  for (;;) {
-    const std::size_t comma = if_none_match.find(',');
-    std::string_view one = trimmed(if_none_match.substr(0, comma));
+  for (std::string_view one : split(if_none_match, ',')) {
+    one = trimmed(one);
     if (one.starts_with("W/")) one.remove_prefix(2);
     if (!one.empty() && one == tag) return true;
-    if (comma == std::string_view::npos) return false;
-    if_none_match.remove_prefix(comma + 1);
   }
+  return false;
 }
 
 RangeOutcome range_of(std::string_view range, std::string_view if_range, std::string_view tag,

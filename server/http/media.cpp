@@ -46,18 +46,15 @@ double weight_of(std::string_view parameters) {
 double quality_of(std::string_view accept, std::string_view type) {
   int best = -1;
   double weight = 0;
-  for (;;) {
-    const std::size_t comma = accept.find(',');
-    const std::string_view one = accept.substr(0, comma);
+  for (const std::string_view one : split(accept, ',')) {
     const std::size_t semicolon = one.find(';');
     const int exact = specificity(trimmed(one.substr(0, semicolon)), type);
     if (exact > best) {
       best = exact;
       weight = semicolon == std::string_view::npos ? 1 : weight_of(one.substr(semicolon + 1));
     }
-    if (comma == std::string_view::npos) return weight;
-    accept.remove_prefix(comma + 1);
   }
+  return weight;
 }
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 17> kTypes = {

@@ -3,20 +3,10 @@
 #include <algorithm>
 
 #include "common/base/hex_text.hpp"
+#include "common/base/text.hpp"
 
 namespace multitetra {
 namespace {
-
-// Calls part(text) for each part between separators, until one call returns false.
-template <typename Part>
-bool for_parts(std::string_view text, char separator, const Part& part) {
-  for (;;) {
-    const std::size_t end = text.find(separator);
-    if (!part(text.substr(0, end))) return false;
-    if (end == std::string_view::npos) return true;
-    text.remove_prefix(end + 1);
-  }
-}
 
 bool add_parameter(std::string_view text, Target& target) {
   if (text.empty()) return true;
@@ -64,19 +54,19 @@ Result<Target> parse_target(std::string_view asked) {
   const std::size_t mark = target.find('?');
   const std::string_view path = target.substr(0, mark);
   Target parts{.raw_path = std::string(path), .path = {}, .query = {}};
-  const bool is_path_good = for_parts(path.substr(1), '/', [&](std::string_view segment) {
-    auto decoded = percent_decoded(segment);
-    if (decoded) parts.path.push_back(*std::move(decoded));
-    return decoded.has_value();
-  });
-  if (path.size() == 1) parts.path.clear();
-  const bool is_query_good = mark == std::string_view::npos ||
-                             for_parts(target.substr(mark + 1), '&', [&](std::string_view text) {
-                               return add_parameter(text, parts);
-                             });
-  if (!is_path_good || !is_query_good) {
+  const auto wrong_percent = [] {
     return fail(ErrorCode::kInvalidArgument,
                 "The request's target has a % that is not followed by two hexadecimal digits.");
+  };
+  for (const std::string_view segment : split(path.substr(1), '/')) {
+    auto decoded = percent_decoded(segment);
+    if (!decoded) return wrong_percent();
+    parts.path.push_back(*std::move(decoded));
+  }
+  if (path.size() == 1) parts.path.clear();
+  if (mark == std::string_view::npos) return parts;
+  for (const std::string_view parameter : split(target.substr(mark + 1), '&')) {
+    if (!add_parameter(parameter, parts)) return wrong_percent();
   }
   return parts;
 }

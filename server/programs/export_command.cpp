@@ -78,10 +78,7 @@ class Exporter {
   // Writes files as served below /v1/3dtiles/NAME/iso/ISOVALUE.
   void write_tilesets() {
     const std::string id = tree_.id();
-    std::vector<OctreeCube> left = {tree_.root()};
-    while (!left.empty()) {
-      const OctreeCube cell = left.back();
-      left.pop_back();
+    for_cells([&](const OctreeCube& cell) {
       const LatticeMesh mesh = surface(tree_.request(cell));
       exported_.triangles += mesh.triangles.size();
       const CellFacts facts{.is_empty = mesh.triangles.empty(), .crossed_octants = crossed(cell)};
@@ -89,20 +86,15 @@ class Exporter {
       write(id + "/" + cell_name(cell) + ".json", tileset_json(tree_, cell, facts, ""));
       if (!facts.is_empty)
         write(id + "/" + cell_name(cell) + ".glb", cell_glb(mesh, tree_.info(), cell));
-      add_crossed_children(cell, left);
-    }
+    });
   }
 
   // Returns the mesh files of one isovalue without writing them.
   MeshFiles segment() {
     MeshFragments fragments;
-    std::vector<OctreeCube> left = {tree_.root()};
-    while (!left.empty()) {
-      const OctreeCube cell = left.back();
-      left.pop_back();
+    for_cells([&](const OctreeCube& cell) {
       fragments[cell] = std::make_shared<const std::string>(fragment(cell));
-      add_crossed_children(cell, left);
-    }
+    });
     return mesh_files_of(tree_, fragments);
   }
 
@@ -130,26 +122,31 @@ class Exporter {
     return crossed_octants(extractor_.dataset(), cell, tree_.settings().isovalue);
   }
 
-  // Marks the cell as done, and adds its octants that the surface may cross to `left`.
-  void add_crossed_children(const OctreeCube& cell, std::vector<OctreeCube>& left) {
-    const std::uint32_t octants = tree_.is_leaf(cell) ? 0 : crossed(cell);
-    const double octant = std::ldexp(12.5, -3 * (tree_.root().exponent - cell.exponent));
-    for (int i = 0; i < 8; ++i) {
-      if ((octants >> i & 1U) != 0) {
-        left.push_back(cell.child(i));
-      } else {
-        percent_ += octant;
+  // Visits the cells that the surface may cross, and reports the progress.
+  template <typename Visit>
+  void for_cells(const Visit& visit) {
+    std::vector<OctreeCube> left = {tree_.root()};
+    double percent = 0;
+    while (!left.empty()) {
+      const OctreeCube cell = left.back();
+      left.pop_back();
+      visit(cell);
+      const std::uint32_t octants = tree_.is_leaf(cell) ? 0 : crossed(cell);
+      const double octant = std::ldexp(12.5, -3 * (tree_.root().exponent - cell.exponent));
+      for (int i = 0; i < 8; ++i) {
+        if ((octants >> i & 1U) != 0) {
+          left.push_back(cell.child(i));
+        } else {
+          percent += octant;
+        }
       }
+      report_(percent);
     }
-    report_(percent_);
   }
 
   LatticeMesh surface(const IsosurfaceRequest& request) {
     const StepRequest step = final_step(request);
-    const TiledSurface tiled = extractor_.extract(step);
-    std::vector<const LatticeMesh*> tiles;
-    for (const TileMesh& tile : tiled.tiles) tiles.push_back(&tile.mesh);
-    LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+    LatticeMesh mesh = weld(extractor_.extract(step).tiles, request.lattice_resolution);
     if (request.normal_bits != 0) {
       const bool is_coarse = step.finest_spacing >= kSpectrumSpacing;
       mesh.normals =
@@ -160,21 +157,12 @@ class Exporter {
   }
 
   std::string fragment(const OctreeCube& cell) {
-    if (tree_.is_leaf(cell)) {
-      IsosurfaceRequest request = tree_.request(cell);
-      request.normal_bits = 0;
-      const LatticeMesh mesh = surface(request);
-      exported_.triangles += mesh.triangles.size();
-      return mesh_fragment(mesh, cell);
-    }
     std::vector<LatticeMesh> pieces;
-    for (int i = 0; i < 8; ++i) pieces.push_back(surface(tree_.octant_request(cell.child(i))));
-    std::vector<const LatticeMesh*> pointers;
-    for (const LatticeMesh& piece : pieces) {
-      exported_.triangles += piece.triangles.size();
-      pointers.push_back(&piece);
+    for (const IsosurfaceRequest& request : tree_.fragment_requests(cell)) {
+      pieces.push_back(surface(request));
+      exported_.triangles += pieces.back().triangles.size();
     }
-    return mesh_fragment(weld(pointers, pieces.front().resolution), cell);
+    return mesh_fragment(weld(pieces, pieces.front().resolution), cell);
   }
 
   void write(const std::filesystem::path& name, const std::string& bytes) {
@@ -186,7 +174,6 @@ class Exporter {
   std::filesystem::path folder_;
   std::function<void(double)> report_;
   Exported exported_;
-  double percent_ = 0;
 };
 
 // Writes the given segments as served below /v1/neuroglancer/NAME/surfaces.

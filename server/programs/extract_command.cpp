@@ -303,9 +303,7 @@ int extract(const ExtractArguments& arguments) {
       : within_budget ? surface_of(*within_budget)
                       : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  LatticeMesh mesh = weld(tiles, request.lattice_resolution);
+  LatticeMesh mesh = weld(surface.tiles, request.lattice_resolution);
   if (request.normal_bits != 0) {  // Files store them in full precision.
     mesh.normals = vertex_normals(*dataset, mesh.vertices, mesh.resolution, NormalSource::kSamples);
   }

@@ -1,6 +1,5 @@
 #include "server/routes/isosurface.hpp"
 
-#include <new>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -23,10 +22,11 @@ constexpr std::string_view kFormVersion = "5";
 constexpr std::uint64_t kManyTriangles = 200'000;
 
 // Returns nullopt if the temporary folder is not writable.
-Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
-                                                const DatasetInfo& info, const MeshForm& form,
-                                                const MeshPlace& place,
-                                                const std::stop_token& stop) {
+Result<std::optional<StoredMesh>> store_if_there_is_room(std::vector<Surface> surfaces,
+                                                         const DatasetInfo& info,
+                                                         const MeshForm& form,
+                                                         const MeshPlace& place,
+                                                         const std::stop_token& stop) {
   try {
     auto stored = store_mesh(std::move(surfaces), info, form, place, stop);
     if (!stored) return tl::unexpected(stored.error());
@@ -35,14 +35,6 @@ Result<std::optional<StoredMesh>> guarded_store(std::vector<Surface> surfaces,
     log_line(LogLevel::kError, std::string("writing a mesh file failed: ") + failure.what(),
              {{"dataset", info.name}, {"folder", place.folder.string()}});
     return std::nullopt;
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The server does not have enough memory for this mesh in one response; allow a "
-                "larger error, or request it as a stream.");
-  } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("creating a mesh file failed: ") + failure.what(),
-             {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to create this mesh file; see its log.");
   }
 }
 
@@ -168,10 +160,11 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const W
   const bool is_large = triangles > kManyTriangles;
   std::function<Result<std::optional<StoredMesh>>()> store =
       [surfaces, info = wanted.info, form = wanted.form, place, stop = context.stop.get_token()] {
-        return guarded_store(std::move(*surfaces), info, form, place, stop);
+        return store_if_there_is_room(std::move(*surfaces), info, form, place, stop);
       };
   auto stored = co_await run_on_workers<std::optional<StoredMesh>>(
-      assembling_, share, is_large ? "large mesh" : "small mesh", is_large, std::move(store));
+      assembling_, share, is_large ? "large mesh" : "small mesh", is_large,
+      context.stop.get_token(), std::move(store));
   if (stored && *stored && !wanted.tag.empty()) meshes_.keep(wanted.key, **stored);
   co_return stored;
 }

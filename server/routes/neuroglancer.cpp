@@ -4,12 +4,10 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <new>
 #include <utility>
 
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
-#include "server/operations/log.hpp"
 #include "server/service/run_on_workers.hpp"
 
 namespace multitetra {
@@ -41,22 +39,6 @@ std::string lasting_tag(const NeuroglancerFile& file, const DatasetInfo& info) {
 }
 
 using Meshes = std::vector<LatticeMesh>;
-
-Result<SharedBytes> fragment_of(const Meshes& pieces, const OctreeCube& cell, int resolution,
-                                const std::stop_token& stop) {
-  try {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
-    std::vector<const LatticeMesh*> pointers;
-    for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
-    return shared(mesh_fragment(weld(pointers, resolution), cell));
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The server does not have enough memory for this mesh; allow a larger error.");
-  } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("creating a fragment failed: ") + failure.what(), {});
-    return fail(ErrorCode::kInternal, "The server failed to create this mesh; see its log.");
-  }
-}
 
 std::size_t bytes_of(const ImageChunk& chunk, SampleType type) {
   std::size_t bytes = static_cast<std::size_t>(bytes_per_sample(type));
@@ -102,26 +84,24 @@ asio::awaitable<Result<void>> NeuroglancerRoute::make_fragment(const CellTree& t
   std::vector<ByteReservations::Reservation> memory;
   std::vector<OctreeCube> below;
   int resolution = kDefaultLatticeResolution;
-  for (int i = 0; i < (tree.is_leaf(cell) ? 1 : 8); ++i) {
-    const bool is_leaf = tree.is_leaf(cell);
-    IsosurfaceRequest request = is_leaf ? tree.request(cell) : tree.octant_request(cell.child(i));
-    request.normal_bits = 0;
+  for (const IsosurfaceRequest& request : tree.fragment_requests(cell)) {
     resolution = request.lattice_resolution;
     SurfaceRequest query{
         .dataset = dataset, .request = request, .max_triangles = options_.max_mesh_triangles};
     auto surface = co_await context.caller->surface(std::move(query));
     if (!surface) co_return tl::unexpected(surface.error());
-    if (!is_leaf && surface->crossed_octants != 0) below.push_back(cell.child(i));
+    const OctreeCube& cube = request.cell->cube;
+    if (cube != cell && surface->crossed_octants != 0) below.push_back(cube);
     if (surface->mesh.triangles.empty()) continue;
     memory.push_back(std::move(surface->memory));
     pieces->push_back(std::move(surface->mesh));
   }
-  std::function<Result<SharedBytes>()> write = [pieces, cell, resolution,
-                                                stop = context.stop.get_token()] {
-    return fragment_of(*pieces, cell, resolution, stop);
+  std::function<Result<SharedBytes>()> write = [pieces, cell, resolution] {
+    return shared(mesh_fragment(weld(*pieces, resolution), cell));
   };
   auto made = co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "fragment",
-                                                   /*is_long=*/false, std::move(write));
+                                                   /*is_long=*/false, context.stop.get_token(),
+                                                   std::move(write));
   if (!made) co_return tl::unexpected(made.error());
   // Another request for the same cell may have finished first.
   const auto at = std::find(mesh->left.begin(), mesh->left.end(), cell);

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <new>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -12,7 +11,6 @@
 #include "common/image/png_file.hpp"
 #include "common/request/request_key.hpp"
 #include "server/http/conditions.hpp"
-#include "server/operations/log.hpp"
 #include "server/service/run_on_workers.hpp"
 
 namespace multitetra {
@@ -59,18 +57,6 @@ std::string picture_of(const SliceReply& slice, const PictureColors& colors) {
     picture.pixels[i] = {color[0], color[1], color[2], 255};
   }
   return png_file(picture, PngCompression::kQuick);
-}
-
-Result<std::string> guarded_picture(const SliceReply& slice, const PictureColors& colors) {
-  try {
-    return picture_of(slice, colors);
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The server does not have enough memory for this picture; request fewer pixels.");
-  } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("drawing a slice failed: ") + failure.what(), {});
-    return fail(ErrorCode::kInternal, "The server failed to draw this slice; see its log.");
-  }
 }
 
 void add_plane(Answer& answer, const SliceRequest& plane) {
@@ -125,10 +111,11 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
     } else {
       std::function<Result<std::string>()> draw =
           [slice = *reply, colors = PictureColors{*scale, query->no_value_color.has_value()}] {
-            return guarded_picture(slice, colors);
+            return picture_of(slice, colors);
           };
       auto picture = co_await run_on_workers<std::string>(
-          drawing_, context.client->share(), "picture of a slice", false, std::move(draw));
+          drawing_, context.client->share(), "picture of a slice", false, context.stop.get_token(),
+          std::move(draw));
       if (!picture) co_return context.refused(picture.error());
       answer.body = body_of(*std::move(picture));
     }

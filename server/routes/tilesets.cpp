@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
-#include <new>
 #include <utility>
 
 #include "server/http/conditions.hpp"
 #include "server/http/media.hpp"
-#include "server/operations/log.hpp"
 #include "server/service/run_on_workers.hpp"
 #include "server/tilesets/cell_glb.hpp"
 #include "server/tilesets/tileset.hpp"
@@ -20,22 +18,6 @@ namespace {
 constexpr std::string_view kTilesetForm = "2 ";
 constexpr std::string_view kSurfaceSuffix = ".glb";
 constexpr std::string_view kTilesetSuffix = ".json";
-
-Result<SharedBytes> surface_file(Surface& surface, const DatasetInfo& info, const OctreeCube& cell,
-                                 const std::stop_token& stop) {
-  try {
-    if (stop.stop_requested()) return fail(ErrorCode::kCancelled, "The client has disconnected.");
-    return std::make_shared<const std::string>(cell_glb(std::move(surface.mesh), info, cell));
-  } catch (const std::bad_alloc&) {
-    return fail(
-        ErrorCode::kLimitExceeded,
-        "The server does not have enough memory for this cell's file; allow a larger error.");
-  } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("creating a cell's file failed: ") + failure.what(),
-             {{"dataset", info.name}});
-    return fail(ErrorCode::kInternal, "The server failed to create this file; see its log.");
-  }
-}
 
 tl::unexpected<Error> no_file(const TilesetFile& file) {
   return fail(ErrorCode::kUnknownDataset,
@@ -110,10 +92,12 @@ asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const Wanted& wanted,
   }
   const ByteReservations::Reservation memory = std::move(made->memory);
   std::function<Result<SharedBytes>()> write =
-      [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell,
-       stop = context.stop.get_token()] { return surface_file(*surface, info, cell, stop); };
+      [surface = std::make_shared<Surface>(*std::move(made)), info, cell = wanted.cell] {
+        return std::make_shared<const std::string>(cell_glb(std::move(surface->mesh), info, cell));
+      };
   co_return co_await run_on_workers<SharedBytes>(writing_, context.client->share(), "cell",
-                                                 /*is_long=*/false, std::move(write));
+                                                 /*is_long=*/false, context.stop.get_token(),
+                                                 std::move(write));
 }
 
 asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const HttpRequest& request,

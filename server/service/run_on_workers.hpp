@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "common/net/async_event.hpp"
 #include "common/net/coroutines.hpp"
 #include "common/net/net.hpp"
+#include "server/service/guarded.hpp"
 #include "server/service/workers.hpp"
 
 namespace multitetra {
@@ -33,18 +35,19 @@ template <typename T>
   co_return *std::move(waiting->result);
 }
 
-// Runs `make`, which must not throw, on a worker through the fair queue and returns its result.
+// Runs `make` on a worker through the fair queue and returns its result, or an error if it throws.
 // Keeps the executor running meanwhile.
 template <typename T>
 [[nodiscard]] asio::awaitable<Result<T>> run_on_workers(Workers& workers, std::string share,
                                                         std::string kind, bool is_long,
+                                                        std::stop_token stop,
                                                         std::function<Result<T>()> make) {
   const asio::any_io_executor executor = co_await asio::this_coro::executor;
   std::function<void(std::function<void(Result<T>)>)> start =
       [&](std::function<void(Result<T>)> done) {
-        auto run = [make = std::move(make), done = std::move(done), executor,
+        auto run = [make = std::move(make), done = std::move(done), executor, kind, stop,
                     guard = asio::make_work_guard(executor)] {
-          auto result = std::make_shared<Result<T>>(make());
+          auto result = std::make_shared<Result<T>>(guarded(kind, "", stop, make));
           post(executor, [done, result] { done(std::move(*result)); });
         };
         workers.post({.share = std::move(share), .number = workers.new_client()},

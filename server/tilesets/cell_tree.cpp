@@ -132,8 +132,11 @@ IsosurfaceRequest CellTree::request(const OctreeCube& cell) const {
   return request;
 }
 
-IsosurfaceRequest CellTree::octant_request(const OctreeCube& octant) const {
-  return request(octant, octant.exponent + 1);
+std::vector<IsosurfaceRequest> CellTree::fragment_requests(const OctreeCube& cell) const {
+  if (is_leaf(cell)) return {request(cell, cell.exponent)};
+  std::vector<IsosurfaceRequest> octants;
+  for (int i = 0; i < 8; ++i) octants.push_back(request(cell.child(i), cell.exponent));
+  return octants;
 }
 
 }  // namespace multitetra

@@ -67,10 +67,9 @@ class CellTree {
   [[nodiscard]] double error_bound(int exponent) const;
   // Returns the request for the surface in a cell of the tree, with normals for shading.
   [[nodiscard]] IsosurfaceRequest request(const OctreeCube& cell) const;
-  // Returns the request for a level's surface in an octant of one of its cells, without normals.
-  // The octants of a cell fit together, and fit other cells of the level only if those are split
-  // too.
-  [[nodiscard]] IsosurfaceRequest octant_request(const OctreeCube& octant) const;
+  // Returns the requests for a cell's surface without normals: a leaf in one piece, other cells in
+  // octants, which fit together; they fit other cells of the level only if those are split too.
+  [[nodiscard]] std::vector<IsosurfaceRequest> fragment_requests(const OctreeCube& cell) const;
 
  private:
   [[nodiscard]] IsosurfaceRequest request(const OctreeCube& cube, int level) const;

@@ -40,6 +40,7 @@
 #include "tests/bench/mesh_codecs.hpp"
 #include "tests/bench/mesh_shape.hpp"
 #include "tests/bench/open_vdb.hpp"
+#include "tests/support/distance_statistics.hpp"
 
 namespace multitetra {
 namespace {
@@ -106,9 +107,7 @@ constexpr std::array kDracoSteps = {DracoStep{"ours", true, false},
                                     DracoStep{"ours, unsimplified", false, false}};
 
 PlainMesh plain(const std::vector<LatticeMesh>& tiles, const Vec3& voxels) {
-  std::vector<const LatticeMesh*> pointers;
-  for (const LatticeMesh& tile : tiles) pointers.push_back(&tile);
-  const LatticeMesh mesh = weld(pointers, kDefaultLatticeResolution);
+  const LatticeMesh mesh = weld(tiles, kDefaultLatticeResolution);
   PlainMesh result;
   for (const LatticePoint& p : mesh.vertices) {
     const Vec3 x = grid_coordinates(p, mesh.resolution);

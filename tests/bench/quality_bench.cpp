@@ -29,9 +29,9 @@
 #include <tbb/global_control.h>
 #include <nlohmann/json.hpp>
 
-#include "common/mesh/surface_distance.hpp"
 #include "server/dataset/dataset.hpp"
 #include "tests/bench/measured_stream.hpp"
+#include "tests/support/distance_statistics.hpp"
 
 namespace multitetra {
 namespace {

@@ -17,13 +17,13 @@
 
 #include "common/base/affine.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/mesh/surface_distance.hpp"
 #include "common/wire/tile.hpp"
 #include "server/core/simplification/simplification.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "tests/support/distance_statistics.hpp"
 
 #ifdef MULTITETRA_HAS_MESHOPTIMIZER
 #include <meshoptimizer.h>
@@ -87,9 +87,7 @@ LatticeMesh peer(const LatticeMesh& mesh, [[maybe_unused]] const Vec3& step,
 void report(const char* name, const Totals& t, const Totals& base,
             const std::vector<LatticeMesh>& meshes, const Vec3& step,
             const std::vector<SurfaceTriangle>& full, const DataBorder& border) {
-  std::vector<const LatticeMesh*> parts;
-  for (const auto& m : meshes) parts.push_back(&m);
-  const LatticeMesh whole = weld(parts, meshes.front().resolution);
+  const LatticeMesh whole = weld(meshes, meshes.front().resolution);
   const MeshTopology top = topology(whole, border);
   auto soup = placed(whole, step);
   const auto there = sampled_points(soup, 20000);

@@ -10,12 +10,10 @@
 
 #include "client/library/client.hpp"
 #include "server/certify/certificate.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "server/volume/generators/written_nrrd.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 #include "tests/support/triangle_meshes.hpp"
 
 namespace multitetra {
@@ -31,10 +29,7 @@ TEST_P(CertifiedDistances, NeverExceedErrorPlusLattice) {
   const auto path = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file;
   const Volume source = read_volume(path, {.raw = volume.raw});
   const DatasetPtr dataset = make_dataset(source, "volume");
-  const auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(
-      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  const testing::RunningServer server(catalogue);
+  const testing::RunningServer server(testing::catalogue_with({dataset}));
   auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
   ASSERT_TRUE(client) << client.error().error.text;
   const auto datasets = client->list_datasets();

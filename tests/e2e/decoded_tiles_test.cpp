@@ -27,19 +27,15 @@ TEST(DecodedTiles, WeldToTheExtractedMeshAtEveryLatticeResolution) {
       const std::vector<EncodedTile> encoded = encode_tiles(surface);
       ASSERT_GE(encoded.size(), 3U);
 
-      std::vector<const LatticeMesh*> tiles;
       std::vector<LatticeMesh> decoded;
       for (std::size_t i = 0; i < encoded.size(); ++i) {
-        tiles.push_back(&surface.tiles[i].mesh);
         auto mesh = decode_tile(*encoded[i].payload, encoded[i].summary, resolution);
         ASSERT_TRUE(mesh) << mesh.error().text;
         decoded.push_back(*std::move(mesh));
       }
-      std::vector<const LatticeMesh*> decoded_tiles;
-      for (const LatticeMesh& mesh : decoded) decoded_tiles.push_back(&mesh);
 
-      const LatticeMesh before = weld(tiles, resolution);
-      const LatticeMesh after = weld(decoded_tiles, resolution);
+      const LatticeMesh before = weld(surface.tiles, resolution);
+      const LatticeMesh after = weld(decoded, resolution);
       const DataBorder border = data_border(dataset->info, resolution, 0);
       EXPECT_EQ(after.vertices.size(), before.vertices.size());
       EXPECT_EQ(digest(after), digest(before));

@@ -122,6 +122,9 @@ ends 0 "b.nrrd: up to date" "$server" prepare many/a.nrrd many/inside/b.nrrd -o 
 cp torus.nrrd many/a.nrrd
 ends 0 'a.nrrd: "a"' "$server" prepare many/a.nrrd many/inside/b.nrrd -o datasets
 ends 0 'b.nrrd: "b"' "$server" prepare many/inside/b.nrrd many/a.nrrd -o datasets --margin 1
+ends 0 'a.nrrd: "other"' "$server" prepare many/a.nrrd -o datasets --name other
+[ -e datasets/other.mtd ] || fail "--name names no file of a folder"
+ends 0 'inside.mtd: "b"' "$server" prepare many/inside -o inside.mtd
 ends 2 "give a folder" "$server" prepare many -o one.mtd
 mkdir -p empty
 ends 2 "There is no volume in empty" "$server" prepare empty -o empty.mtd

@@ -12,12 +12,10 @@
 #include <vector>
 
 #include "client/library/client.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "server/volume/volume_files.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/public_volume_list.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -29,12 +27,7 @@ class PublicIsosurfaces : public ::testing::TestWithParam<PublicVolume> {};
 // Extracts the step anew with the given number of threads.
 ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& step, int threads) {
   oneapi::tbb::task_arena arena(threads);
-  ContentDigest sum;
-  arena.execute([&] {
-    for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles)
-      sum += digest(tile.mesh);
-  });
-  return sum;
+  return arena.execute([&] { return testing::extracted_digest(dataset, step); });
 }
 
 TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
@@ -43,10 +36,7 @@ TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
   const auto path = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file;
   const DatasetPtr dataset = make_dataset(read_volume(path, {.raw = volume.raw}), "volume");
   const DatasetInfo& info = dataset->info;
-  const auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(
-      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  const testing::RunningServer server(catalogue);
+  const testing::RunningServer server(testing::catalogue_with({dataset}));
   auto client = Client::connect(server.endpoint(), {.timeout = std::chrono::minutes(10)});
   ASSERT_TRUE(client) << client.error().error.text;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -66,8 +67,7 @@ inline LatticeMesh mesh_in(const ReadGlb& glb, int resolution = kDefaultLatticeR
     const draco::Mesh::Face& corners = mesh.face(face);
     split.triangles.push_back({corners[0].value(), corners[1].value(), corners[2].value()});
   }
-  const LatticeMesh* const pieces[] = {&split};
-  return weld(pieces, resolution);
+  return weld(std::span(&split, 1), resolution);
 }
 
 }  // namespace multitetra::testing

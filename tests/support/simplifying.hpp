@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "common/mesh/mesh_checks.hpp"
-#include "common/mesh/surface_distance.hpp"
+#include "tests/support/distance_statistics.hpp"
 #include "tests/support/fields.hpp"
 #include "tests/support/isosurfaces.hpp"
 

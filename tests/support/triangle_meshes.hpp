@@ -24,9 +24,7 @@ inline TriangleMesh in_world(const LatticeMesh& mesh, const DatasetInfo& info) {
 // Extracts the requested surface.
 inline TriangleMesh extracted(const DatasetPtr& dataset, const IsosurfaceRequest& request) {
   const TiledSurface surface = SurfaceExtractor(dataset).extract({.request = request});
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  return in_world(weld(tiles, request.lattice_resolution), dataset->info);
+  return in_world(weld(surface.tiles, request.lattice_resolution), dataset->info);
 }
 
 inline TriangleMesh shifted(TriangleMesh mesh, const Vec3& by) {

@@ -12,13 +12,6 @@ export function serverAddress(configured?: string): string {
   return stream.href;
 }
 
-// Returns the address of the same server's HTTP API: the folder of its stream.
-export function httpAddress(stream: string): string {
-  const folder = new URL(".", stream);
-  folder.protocol = folder.protocol === "wss:" ? "https:" : "http:";
-  return folder.href;
-}
-
 // The token for one server, from the page's address (#token=..., once) or the user. It is sent only to that server.
 export class Token {
   private readonly name: string;

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/text.hpp"
 #include "server/certify/triangle_mesh.hpp"
 
 namespace multitetra {
@@ -69,7 +70,7 @@ class MeshBytes {
     return number;
   }
   // Returns the text up to the end of the line, which is skipped; empty at the end.
-  std::string_view take_line();
+  std::string_view take_line() { return multitetra::take_line(rest_); }
   // Returns the next word between white space, across lines; empty at the end.
   std::string_view take_word();
   // Reads a word that must be a number.

@@ -71,10 +71,7 @@ LatticeMesh surface_on_lattice(const Field& field, double isovalue) {
   tbb::parallel_for(std::size_t{0}, cubes.size(), [&](std::size_t i) {
     parts[i] = surface_in_cube(finest, field, cubes[i], options).rest;
   });
-  std::vector<const LatticeMesh*> pieces;
-  pieces.reserve(parts.size());
-  for (const LatticeMesh& part : parts) pieces.push_back(&part);
-  return weld(pieces, options.lattice_resolution);
+  return weld(parts, options.lattice_resolution);
 }
 
 // Returns the ends of the edge of the finest tetrahedra in whose interior the lattice point lies.

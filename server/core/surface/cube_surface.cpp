@@ -40,6 +40,12 @@ LatticeMesh part_of(const LatticeMesh& mesh, std::size_t begin, std::size_t end,
   return part;
 }
 
+LatticeMesh weld(std::span<const TileMesh> tiles, int resolution) {
+  std::vector<const LatticeMesh*> meshes;
+  for (const TileMesh& tile : tiles) meshes.push_back(&tile.mesh);
+  return weld(meshes, resolution);
+}
+
 template <typename IsShared>
 void CubeSurfaceBuilder::weld(const LatticeMesh& mesh, const IsShared& is_shared) {
   std::vector<std::uint32_t> number_of(mesh.vertices.size());

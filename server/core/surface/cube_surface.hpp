@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/mesh/mesh.hpp"
@@ -21,6 +22,8 @@ struct TileMesh {
   LatticeMesh mesh;                 // At least one triangle.
   double simplification_bound = 0;  // World units; 0 if not simplified.
 };
+
+[[nodiscard]] LatticeMesh weld(std::span<const TileMesh> tiles, int resolution);
 
 // The surface in one octree cube: tiles already cut off, and the rest.
 struct CubeSurface {

@@ -37,7 +37,6 @@ ForwardedStream::Verdict ForwardedStream::next(const ServerMessage& message) {
     step_ = *begin;
     record_started_step(*begin, open_);
   }
-  if (std::holds_alternative<StepEnd>(message)) ++steps_ended_;
   return Verdict::kForward;
 }
 

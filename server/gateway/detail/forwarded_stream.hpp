@@ -28,7 +28,6 @@ class ForwardedStream {
   // Classifies the next message: StepBegin, Tile or StepEnd.
   [[nodiscard]] Verdict next(const ServerMessage& message);
 
-  [[nodiscard]] std::uint32_t steps_ended() const { return steps_ended_; }
   // Returns the step that is being sent to the client.
   [[nodiscard]] const StepBegin& step() const { return step_; }
 
@@ -36,7 +35,6 @@ class ForwardedStream {
   OpenStream open_;
   std::vector<std::uint64_t> forwarded_;  // One checksum per message, without times.
   std::size_t position_ = 0;
-  std::uint32_t steps_ended_ = 0;
   StepBegin step_;
 };
 

@@ -117,11 +117,11 @@ asio::awaitable<void> RemoteCaller::forward_surface(StartStream action, std::uin
   const bool is_large = triangles_of(collected->tiles.begin) > kManyTriangles;
   const auto tiles = std::make_shared<SurfaceTiles>(std::move(collected->tiles));
   std::function<Result<Surface>()> assemble = [tiles, stop] {
-    return try_assemble(std::move(*tiles), stop);
+    return assembled(std::move(*tiles), stop);
   };
   auto surface = co_await run_on_workers<Surface>(assembling_, client()->share(),
                                                   is_large ? "large mesh" : "small mesh", is_large,
-                                                  std::move(assemble));
+                                                  stop, std::move(assemble));
   if (!surface && surface.error().code == ErrorCode::kDamagedData && reached_) {
     upstreams_->sent_damaged_tile(reached_->upstream, surface.error().text);
   }

@@ -1,13 +1,9 @@
 #include "server/gateway/detail/upstream_tiles.hpp"
 
 #include <exception>
-#include <new>
 #include <string>
-#include <utility>
 
-#include "common/base/in_parallel.hpp"
 #include "common/wire/shell_tile.hpp"
-#include "server/operations/log.hpp"
 
 namespace multitetra {
 
@@ -35,20 +31,6 @@ Result<void> check_tile(const EncodedTile& tile, const StepBegin& step) {
   } catch (const std::exception& failure) {
     return fail(ErrorCode::kDamagedData,
                 std::string("The tile cannot be decoded: ") + failure.what());
-  }
-}
-
-Result<Surface> try_assemble(SurfaceTiles tiles, const std::stop_token& stop) {
-  try {
-    return assembled(std::move(tiles), stop);
-  } catch (const Cancelled&) {
-    return fail(ErrorCode::kCancelled, "The surface was cancelled.");
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                "The gateway does not have enough memory for this surface; allow a larger error.");
-  } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("assembling a surface failed: ") + failure.what(), {});
-    return fail(ErrorCode::kInternal, "The gateway failed to assemble this surface.");
   }
 }
 

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <stop_token>
 
 #include "common/wire/messages.hpp"
 #include "common/wire/tile.hpp"
-#include "server/service/surface.hpp"
 
 namespace multitetra {
 
@@ -16,8 +14,5 @@ namespace multitetra {
 // Returns kDamagedData, naming the first difference, if the payload does not match the step's tile
 // summary. Decodes the payload, which takes a few milliseconds. Does not throw.
 [[nodiscard]] Result<void> check_tile(const EncodedTile& tile, const StepBegin& step);
-
-// Same as assembled(), but returns exceptions as errors.
-[[nodiscard]] Result<Surface> try_assemble(SurfaceTiles tiles, const std::stop_token& stop);
 
 }  // namespace multitetra

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/exit_codes.hpp"
+#include "common/base/text.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/dataset/partitioned/part_plan.hpp"
 #include "server/dataset/prepare.hpp"
@@ -40,39 +41,28 @@ int prepare_in_parts(const PrepareArguments& arguments) {
   }
   if (parts.merge) return merge(arguments.output, report);
   const std::string& input = arguments.inputs.front();
-  try {
-    VolumeFileOptions options = arguments.volume.parsed();
-    options.notice = [&](const std::string& text) {
-      if (!arguments.quiet) std::cerr << text << "\n";
-    };
-    const auto source = open_volume(input, options);
-    if (!parts.part.empty()) return make_part(*source, arguments.output, parts.part, report);
-    Provenance note = provenance(input);
-    note.options = arguments.command_line();
-    return plan_parts(
-        *source,
-        {.name = arguments.name.empty() ? default_dataset_name(input) : arguments.name,
-         .outside = arguments.outside_value(),
-         .margin = arguments.margin_steps(),
-         .bins = arguments.bins},
-        std::move(note), input, arguments.output, static_cast<std::size_t>(parts.plan), report);
-  } catch (const VolumeFileError& problem) {
-    throw ExitError(kUsage, problem.what());
-  }
+  VolumeFileOptions options = arguments.volume.parsed();
+  options.notice = [&](const std::string& text) {
+    if (!arguments.quiet) std::cerr << text << "\n";
+  };
+  const auto source = open_volume(input, options);
+  if (!parts.part.empty()) return make_part(*source, arguments.output, parts.part, report);
+  Provenance note = provenance(input);
+  note.options = arguments.command_line();
+  return plan_parts(*source,
+                    {.name = arguments.name.empty() ? default_dataset_name(input) : arguments.name,
+                     .outside = arguments.outside_value(),
+                     .margin = arguments.margin_steps(),
+                     .bins = arguments.bins},
+                    std::move(note), input, arguments.output, static_cast<std::size_t>(parts.plan),
+                    report);
 }
 
-// The output folder for several volumes or members of series. Removed at the end if it is new and
-// empty.
+// The output folder for several datasets. Removed at the end if it is new and empty.
 class OutputFolder {
  public:
-  explicit OutputFolder(const std::string& output) : path_(output) {
-    if (path_.extension() == ".mtd") {
-      throw ExitError(
-          kUsage, "--output: " + output +
-                      " is the name of one dataset, but there are several volumes; give a folder.");
-    }
-    is_new_ = !is_address(output) && std::filesystem::create_directories(path_);
-  }
+  explicit OutputFolder(const std::string& output)
+      : path_(output), is_new_(!is_address(output) && std::filesystem::create_directories(path_)) {}
   ~OutputFolder() {
     std::error_code is_not_empty;
     if (is_new_) std::filesystem::remove(path_, is_not_empty);
@@ -82,37 +72,8 @@ class OutputFolder {
 
  private:
   std::filesystem::path path_;
-  bool is_new_ = false;
+  bool is_new_;
 };
-
-int prepare_many(const PrepareArguments& arguments) {
-  if (!arguments.name.empty()) {
-    throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
-  }
-  std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
-  if (jobs.empty()) {
-    const std::string& input = arguments.inputs.front();
-    const bool holds_datasets = is_folder_of_datasets(input) && !datasets_in(input).empty();
-    throw ExitError(
-        kUsage,
-        "There is no volume in " + input +
-            (holds_datasets ? ", only datasets. Serve them with: multitetra-server serve " + input
-                            : "."));
-  }
-  const OutputFolder folder(arguments.output);
-  for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
-  LatestLabelMap maps(scratch_folder(arguments.output));
-  return prepare_all(arguments, jobs, maps);
-}
-
-int prepare_one_volume(const PrepareArguments& arguments) {
-  PrepareJob job{.input = arguments.inputs.front(),
-                 .output = arguments.output,
-                 .name = arguments.name,
-                 .choice = arguments.volume.parsed().choice};
-  if (job.name.empty()) job.name = default_dataset_name(job.input);
-  return prepare_single(arguments, job);
-}
 
 void require_one_mode(const PrepareArguments& arguments) {
   const SeriesArguments& series = arguments.series;
@@ -121,47 +82,42 @@ void require_one_mode(const PrepareArguments& arguments) {
     if (!both) return;
     throw ExitError(kUsage, std::string(a) + " and " + b + " exclude each other.");
   };
-  refuse(arguments.parts.are_given(), "Series (--label, --all-times, --field, --time-series)",
-         "--plan, --part, --merge");
+  refuse(series.are_given() && arguments.parts.are_given(),
+         "Series (--label, --all-times, --field, --time-series)", "--plan, --part, --merge");
   refuse(series.all_times && volume.time.has_value(), "--all-times", "--time");
   refuse(!series.fields.empty() && !volume.array.empty(), "--field", "--array");
   refuse(!series.fields.empty() && volume.channel.has_value(), "--field", "--channel");
   refuse(!series.time_series.empty() && !arguments.name.empty(), "--time-series", "--name");
 }
 
-int prepare_series(const PrepareArguments& arguments) {
-  require_one_mode(arguments);
+// Prepares one dataset into a file, or several into a folder.
+int prepare_volumes(const PrepareArguments& arguments) {
   const std::filesystem::path output = arguments.output;
-  const bool is_file = output.extension() == ".mtd";  // A single label or field needs no folder.
+  const bool makes_several = arguments.series.are_given() || has_several_volumes(arguments.inputs);
+  const bool is_file =
+      !is_folder_of_datasets(arguments.output) && (!makes_several || output.extension() == ".mtd");
   std::optional<OutputFolder> folder;
   if (!is_file) folder.emplace(arguments.output);
-  const auto notice = [&](const std::string& text) {
-    if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
-  };
   LatestLabelMap maps(scratch_folder(is_file ? output.parent_path() : output));
-  try {
-    std::vector<PrepareJob> jobs = series_jobs(arguments, maps, notice);
-    if (!is_file) return prepare_all(arguments, jobs, maps);
-    if (jobs.size() != 1) {
-      throw ExitError(kUsage,
-                      "--output: " + arguments.output + " is the name of one dataset, but " +
-                          std::to_string(jobs.size()) + " are to be prepared; give a folder.");
-    }
-    jobs.front().output = output;
-    return prepare_single(arguments, jobs.front());
-  } catch (const VolumeFileError& problem) {
-    throw ExitError(kUsage, problem.what());
+  std::vector<PrepareJob> jobs = jobs_of(arguments, maps, [&](const std::string& text) {
+    if (!arguments.quiet) std::cerr << "prepare: " << text << "\n";
+  });
+  if (!is_file) return prepare_all(arguments, jobs, maps);
+  if (jobs.size() != 1) {
+    throw ExitError(kUsage, "--output: " + arguments.output + " is the name of one dataset, but " +
+                                std::to_string(jobs.size()) +
+                                " are to be prepared; give a folder.");
   }
+  jobs.front().output = output;
+  return prepare_single(arguments, jobs.front(), maps);
 }
 
 // Splits a list of components, such as "0,1,magnitude"; each is a field of a series.
 void split_components(PrepareArguments& arguments) {
   std::string& component = arguments.volume.component;
   if (component.find(',') == std::string::npos) return;
-  for (std::size_t begin = 0; begin <= component.size();) {
-    const std::size_t end = std::min(component.find(',', begin), component.size());
-    arguments.series.components.push_back(component.substr(begin, end - begin));
-    begin = end + 1;
+  for (const std::string_view part : split(component, ',')) {
+    arguments.series.components.emplace_back(part);
   }
   component.clear();
 }
@@ -170,15 +126,16 @@ int prepare(PrepareArguments& arguments) {
   const ThreadLimit limit(arguments.threads);
   split_components(arguments);
   arguments.series.check();
-  if (arguments.series.are_given() && arguments.parts.are_given()) require_one_mode(arguments);
-  if (arguments.parts.are_given()) return prepare_in_parts(arguments);
-  if (arguments.inputs.empty()) throw ExitError(kUsage, "Give a volume to prepare.");
+  require_one_mode(arguments);
   (void)arguments.volume.parsed();
   (void)arguments.outside_value();
-  if (arguments.series.are_given()) return prepare_series(arguments);
-  const bool into_folder = is_folder_of_datasets(arguments.output);
-  return into_folder || has_several_volumes(arguments.inputs) ? prepare_many(arguments)
-                                                              : prepare_one_volume(arguments);
+  try {
+    if (arguments.parts.are_given()) return prepare_in_parts(arguments);
+    if (arguments.inputs.empty()) throw ExitError(kUsage, "Give a volume to prepare.");
+    return prepare_volumes(arguments);
+  } catch (const VolumeFileError& problem) {
+    throw ExitError(kUsage, problem.what());
+  }
 }
 
 }  // namespace

@@ -5,6 +5,8 @@
 #include <set>
 #include <system_error>
 
+#include "common/base/exit_codes.hpp"
+#include "server/dataset/dataset.hpp"
 #include "server/dataset/prepared_file.hpp"
 #include "server/store/http_store.hpp"
 #include "server/volume/formats/recognition.hpp"
@@ -60,7 +62,12 @@ std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const f
     }
     for (const fs::path& volume : volumes_in(input)) add(volume.string());
   }
-  return jobs;
+  if (!jobs.empty()) return jobs;
+  const std::string& input = inputs.front();
+  const bool holds_datasets = is_folder_of_datasets(input) && !datasets_in(input).empty();
+  throw ExitError(kUsage,
+                  "There is no volume in " + input +
+                      (holds_datasets ? ", but datasets: multitetra-server serve " + input : "."));
 }
 
 bool is_up_to_date(const PrepareJob& job, const Provenance& note) {

@@ -32,7 +32,8 @@ struct PrepareJob {
 // volume.
 [[nodiscard]] bool has_several_volumes(const std::vector<std::string>& inputs);
 
-// Returns a job for every volume. Datasets get unique names in `folder`.
+// Returns a job for every volume. Datasets get unique names in `folder`. Throws ExitError (kUsage)
+// if there is no volume.
 [[nodiscard]] std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs,
                                                const std::filesystem::path& folder);
 

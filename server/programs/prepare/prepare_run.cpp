@@ -64,22 +64,17 @@ std::string remove_stale_members(const PrepareArguments& arguments,
 
 }  // namespace
 
-int prepare_single(const PrepareArguments& arguments, const PrepareJob& job) {
-  LatestLabelMap maps(scratch_folder(job.output.parent_path()));
+int prepare_single(const PrepareArguments& arguments, const PrepareJob& job, LatestLabelMap& maps) {
   Preparation preparation(arguments, maps);
   require_free_output(job);
   DatasetOutput output(job.output, arguments.force);
-  try {
-    const PrepareResult prepared = preparation.prepare_one(job, preparation.note_of(job), output);
-    hint_at_labels(arguments, job, prepared);
-    if (arguments.json) {
-      std::cout << text_of(json_of(job, prepared));
-    } else if (!arguments.quiet) {
-      std::cout << printable(job.output.string() + ": " + facts_of(prepared) + "\n" +
-                             "Next: multitetra-server serve " + job.output.string() + "\n");
-    }
-  } catch (const VolumeFileError& problem) {
-    throw ExitError(kUsage, problem.what());
+  const PrepareResult prepared = preparation.prepare_one(job, preparation.note_of(job), output);
+  hint_at_labels(arguments, job, prepared);
+  if (arguments.json) {
+    std::cout << text_of(json_of(job, prepared));
+  } else if (!arguments.quiet) {
+    std::cout << printable(job.output.string() + ": " + facts_of(prepared) + "\n" +
+                           "Next: multitetra-server serve " + job.output.string() + "\n");
   }
   return kOk;
 }

@@ -7,8 +7,8 @@
 
 namespace multitetra {
 
-// Prepares one dataset. Returns the exit code. Throws ExitError if the volume cannot be read.
-int prepare_single(const PrepareArguments& arguments, const PrepareJob& job);
+// Prepares one dataset. Returns the exit code. Throws VolumeFileError if the volume cannot be read.
+int prepare_single(const PrepareArguments& arguments, const PrepareJob& job, LatestLabelMap& maps);
 
 // Prepares all jobs, continues after a failure, and skips datasets that are up to date. Prints a
 // table at the end.

@@ -120,14 +120,9 @@ std::vector<double> SeriesArguments::time_values(std::size_t count) const {
       values.push_back(*first + *step * static_cast<double>(i));
     }
   } else {
-    for (std::string_view rest = times;;) {
-      const std::size_t comma = rest.find(',');
-      const auto value = parse_finite(rest.substr(0, comma));
-      if (!value) throw_invalid_times(times);
-      values.push_back(*value);
-      if (comma == std::string_view::npos) break;
-      rest.remove_prefix(comma + 1);
-    }
+    auto numbers = parse_number_list<double>(times, 1, SIZE_MAX);
+    if (!numbers) throw_invalid_times(times);
+    values = *std::move(numbers);
   }
   if (values.size() != count) {
     throw_usage_error("--times has " + std::to_string(values.size()) + " numbers, but there are " +

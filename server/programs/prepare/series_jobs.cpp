@@ -87,8 +87,6 @@ SeriesSource series_of_files(const PrepareArguments& arguments) {
   for (const PrepareJob& job : jobs_for(arguments.inputs, arguments.output)) {
     inputs.push_back(job.input);
   }
-  if (inputs.empty())
-    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
   std::sort(inputs.begin(), inputs.end(),
             [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   const SeriesArguments& asked = arguments.series;
@@ -264,23 +262,29 @@ void add_jobs(const SeriesSource& series, const PrepareArguments& arguments, Lat
 
 }  // namespace
 
-std::vector<PrepareJob> series_jobs(const PrepareArguments& arguments, LatestLabelMap& maps,
-                                    const Notice& notice) {
+std::vector<PrepareJob> jobs_of(const PrepareArguments& arguments, LatestLabelMap& maps,
+                                const Notice& notice) {
   std::vector<PrepareJob> jobs;
   if (!arguments.series.time_series.empty()) {
     add_jobs(series_of_files(arguments), arguments, maps, notice, jobs);
     return jobs;
   }
-  const std::vector<PrepareJob> volumes = jobs_for(arguments.inputs, arguments.output);
-  if (volumes.empty())
-    throw ExitError(kUsage, "There is no volume in " + arguments.inputs.front() + ".");
+  std::vector<PrepareJob> volumes = jobs_for(arguments.inputs, arguments.output);
   if (!arguments.name.empty() && volumes.size() > 1) {
     throw ExitError(kUsage, "--name is for one volume; several are named after their files.");
   }
-  for (const PrepareJob& volume : volumes) {
-    const std::string& name = arguments.name.empty() ? volume.name : arguments.name;
-    add_jobs(series_of_volume(volume.input, name, arguments, notice), arguments, maps, notice,
-             jobs);
+  for (PrepareJob& volume : volumes) {
+    if (!arguments.name.empty()) {
+      volume.name = arguments.name;
+      volume.output = volume.output.parent_path() / (volume.name + ".mtd");
+    }
+    if (arguments.series.are_given()) {
+      add_jobs(series_of_volume(volume.input, volume.name, arguments, notice), arguments, maps,
+               notice, jobs);
+    } else {
+      volume.choice = arguments.volume.parsed().choice;
+      jobs.push_back(std::move(volume));
+    }
   }
   return jobs;
 }

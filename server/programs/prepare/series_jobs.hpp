@@ -1,4 +1,4 @@
-// The jobs for a series: one per time, field and label.
+// The jobs of a command: one per volume, or for series one per time, field and label.
 #pragma once
 
 #include <functional>
@@ -11,10 +11,10 @@ namespace multitetra {
 
 inline constexpr std::size_t kMaxSeriesJobs = 16'384;
 
-// Requires arguments.series.are_given(). Opens the volumes; reads them for --label all. Groups
-// labels by map. `notice` receives warnings. Throws ExitError (kUsage) if a selected member is
-// missing, VolumeFileError if a volume cannot be read.
-[[nodiscard]] std::vector<PrepareJob> series_jobs(
+// Opens the volumes of series; reads them for --label all. Groups labels by map. `notice` receives
+// warnings. Throws ExitError (kUsage) if there is no volume or a selected member is missing,
+// VolumeFileError if a volume cannot be read.
+[[nodiscard]] std::vector<PrepareJob> jobs_of(
     const PrepareArguments& arguments, LatestLabelMap& maps,
     const std::function<void(const std::string&)>& notice);
 

@@ -20,27 +20,24 @@ Endpoint upstream_from(const std::string& text) {
 }  // namespace
 
 void add_gateway_options(Command& command, GatewayOptions& o) {
-  const std::string group = "Upstream servers";
   command
       .add_option("--upstream", o.upstreams,
                   "Address of a server, tcp://HOST:PORT or tls://HOST:PORT; servers with the same "
                   "datasets replace each other (repeatable)")
       ->delimiter(',')
       ->type_name("ADDRESS");
-  command
-      .add_option("--upstream-ca", o.upstream_ca,
-                  "Trust these authorities (PEM) and no others, for tls://. Reloaded on SIGHUP")
-      ->group(group);
-  command
-      .add_option(
-          "--upstream-token-file", o.upstream_token_file,
-          "File whose first line is the token that servers receive instead of the clients' own: "
-          "all clients then have its rights, unless --tokens limits them. Reloaded on SIGHUP")
-      ->group(group);
+  command.begin_group("Upstream servers");
+  command.add_option("--upstream-ca", o.upstream_ca,
+                     "Trust these authorities (PEM) and no others, for tls://. Reloaded on SIGHUP");
+  command.add_option(
+      "--upstream-token-file", o.upstream_token_file,
+      "File whose first line is the token that servers receive instead of the clients' own: "
+      "all clients then have its rights, unless --tokens limits them. Reloaded on SIGHUP");
+  command.begin_group();
   add_listener_options(command, o.listeners);
+  command.begin_group(kLimitsGroup);
   add_bytes(command, "--cache-bytes", o.cache_bytes,
-            "Memory for forwarded tiles, which are cached by digest")
-      ->group(kLimitsGroup);
+            "Memory for forwarded tiles, which are cached by digest");
 }
 
 RemoteServiceOptions remote_service_options(const GatewayOptions& o) {

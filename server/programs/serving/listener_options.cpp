@@ -83,80 +83,62 @@ void add_security(Command& command, ListenerOptions& o) {
 }
 
 void add_limits_on_clients(Command& command, ListenerOptions& o) {
-  add_count(command, "--max-connections", o.max_connections, "Most connections")
-      ->group(kLimitsGroup);
+  command.begin_group(kLimitsGroup);
+  add_count(command, "--max-connections", o.max_connections, "Most connections");
   add_count(command, "--max-connections-per-address", o.max_connections_per_address,
-            "Most connections of one address (IPv6: one /64 network)")
-      ->group(kLimitsGroup);
+            "Most connections of one address (IPv6: one /64 network)");
   command
       .add_option("--max-requests-per-second", o.max_requests_per_second,
                   "Rate limit of one token, or of one address without token; bursts of three "
                   "seconds' worth are allowed")
       ->within(0.0, 1e9)
-      ->capture_default_str()
-      ->group(kLimitsGroup);
+      ->capture_default_str();
   add_count(command, "--max-estimates", o.session.max_queries,
             "Most concurrent estimates, slices and probes of one connection")
-      ->within(1, 64)
-      ->group(kLimitsGroup);
+      ->within(1, 64);
   add_count(command, "--max-regions", o.requests.max_regions, "Most regions of one threshold map")
-      ->within(std::size_t{0}, kMaxThresholdRegions)
-      ->group(kLimitsGroup);
-  command
-      .add_flag("--surfaces-only", o.requests.surfaces_only,
-                "Serve meshes only: no sample shells, slices or probes, which contain samples")
-      ->group(kLimitsGroup);
+      ->within(std::size_t{0}, kMaxThresholdRegions);
+  command.add_flag("--surfaces-only", o.requests.surfaces_only,
+                   "Serve meshes only: no sample shells, slices or probes, which contain samples");
   add_bytes(command, "--max-message-bytes", o.session.max_message_bytes,
             "Most bytes of a client's message")
-      ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes})
-      ->group(kLimitsGroup);
+      ->within(std::size_t{1024}, std::size_t{kMaxClientFrameBytes});
   add_bytes(command, "--max-hello-bytes", o.max_hello_bytes,
             "Most bytes of a client's first message")
-      ->within(std::size_t{64}, std::size_t{kMaxHelloFrameBytes})
-      ->group(kLimitsGroup);
+      ->within(std::size_t{64}, std::size_t{kMaxHelloFrameBytes});
   add_bytes(command, "--max-header-bytes", o.max_header_bytes,
             "Most bytes of the header of an HTTP request")
-      ->within(std::size_t{512}, std::size_t{1} << 20)
-      ->group(kLimitsGroup);
+      ->within(std::size_t{512}, std::size_t{1} << 20);
 }
 
 void add_limits_on_time_and_meshes(Command& command, ListenerOptions& o) {
   add_seconds(command, "--handshake-seconds", o.handshake_seconds,
-              "Timeout of the TLS handshake, of an HTTP header, and of the first message")
-      ->group(kLimitsGroup);
-  add_seconds(command, "--write-seconds", o.write_seconds, "Timeout of sending one message")
-      ->group(kLimitsGroup);
+              "Timeout of the TLS handshake, of an HTTP header, and of the first message");
+  add_seconds(command, "--write-seconds", o.write_seconds, "Timeout of sending one message");
   add_seconds(command, "--idle-seconds", o.idle_seconds,
-              "Timeout of connections without messages and streams")
-      ->group(kLimitsGroup);
+              "Timeout of connections without messages and streams");
   command
       .add_option("--max-mesh-triangles", o.routes.max_mesh_triangles,
                   "Most triangles of a mesh in an HTTP response; making it takes about 120 bytes "
                   "of memory for each")
-      ->capture_default_str()
-      ->group(kLimitsGroup);
+      ->capture_default_str();
   add_bytes(
       command, "--mesh-cache-bytes", o.routes.mesh_cache_bytes,
-      "Disk space in the temporary folder for mesh files of HTTP, sent or cached; 0: no cache")
-      ->group(kLimitsGroup);
+      "Disk space in the temporary folder for mesh files of HTTP, sent or cached; 0: no cache");
   add_bytes(command, "--min-mesh-bytes-per-second", o.min_mesh_bytes_per_second,
-            "Minimum transfer rate of mesh files; slower clients are disconnected")
-      ->group(kLimitsGroup);
+            "Minimum transfer rate of mesh files; slower clients are disconnected");
 }
 
 void add_operations(Command& command, ListenerOptions& o) {
-  const std::string group = "Operations";
+  command.begin_group("Operations");
   add_seconds(command, "--drain-seconds", o.drain_seconds,
-              "Timeout of running requests after SIGTERM; a second SIGTERM stops at once")
-      ->group(group);
+              "Timeout of running requests after SIGTERM; a second SIGTERM stops at once");
   command.add_option("--log-format", o.log_format, "Format of the log")
       ->one_of({"text", "json"})
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
   command.add_option("--log-level", o.log_level, "Lowest severity of log lines")
       ->one_of({"debug", "info", "warning", "error", "off"})
-      ->capture_default_str()
-      ->group(group);
+      ->capture_default_str();
 }
 
 // Restricts host names on loopback without other protection: a web page could otherwise resolve its

@@ -6,12 +6,6 @@
 #include "server/programs/thread_options.hpp"
 
 namespace multitetra {
-namespace {
-
-constexpr const char* kStoresGroup = "Bricks and remote datasets";
-
-}  // namespace
-
 void add_serve_options(Command& command, ServeOptions& o) {
   command.add_option(
       "datasets", o.datasets,
@@ -19,44 +13,35 @@ void add_serve_options(Command& command, ServeOptions& o) {
       "buckets (s3://bucket/head.mtd, s3://bucket/folder/); reloaded on SIGHUP");
   add_threads_option(command, o.threads);
   add_listener_options(command, o.listeners);
+  command.begin_group(kLimitsGroup);
   command
       .add_option(
           "--max-triangles", o.max_triangles,
           "Most triangles of a final step; the reply to a larger request states an error that fits")
-      ->capture_default_str()
-      ->group(kLimitsGroup);
+      ->capture_default_str();
   add_seconds(command, "--max-request-seconds", o.max_request_seconds,
-              "Most worker time of one request")
-      ->group(kLimitsGroup);
+              "Most worker time of one request");
   add_seconds(command, "--max-waiting-seconds", o.max_waiting_seconds,
               "Most estimated worker time of all waiting requests of an address or token; "
-              "rejections have a retry delay")
-      ->group(kLimitsGroup);
+              "rejections have a retry delay");
   add_bytes(command, "--cache-bytes", o.cache_bytes,
-            "Memory for cached tiles, for example 512MiB; 0: no cache")
-      ->group(kLimitsGroup);
-  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies")
-      ->group(kLimitsGroup);
+            "Memory for cached tiles, for example 512MiB; 0: no cache");
+  add_bytes(command, "--queue-bytes", o.queue_bytes, "Memory for queued requests and replies");
+  command.begin_group("Bricks and remote datasets");
   add_bytes(command, "--brick-bytes", o.brick_bytes,
-            "Memory for decompressed bricks and blocks of remote datasets")
-      ->group(kStoresGroup);
-  command
-      .add_option(
-          "--cache-dir", o.cache_dir,
-          "Local folder that caches blocks of remote datasets; several servers may share it")
-      ->group(kStoresGroup);
+            "Memory for decompressed bricks and blocks of remote datasets");
+  command.add_option(
+      "--cache-dir", o.cache_dir,
+      "Local folder that caches blocks of remote datasets; several servers may share it");
   add_bytes(command, "--cache-dir-bytes", o.cache_dir_bytes,
-            "Size limit of that folder; the least recently used blocks are evicted first")
-      ->group(kStoresGroup);
+            "Size limit of that folder; the least recently used blocks are evicted first");
   command
       .add_option("--store-connections", o.store_connections,
                   "Most concurrent connections to one host, and prefetch requests")
       ->within(1, 256)
-      ->capture_default_str()
-      ->group(kStoresGroup);
+      ->capture_default_str();
   add_seconds(command, "--store-seconds", o.store_seconds,
-              "Timeout of one request to a store, with all its retries")
-      ->group(kStoresGroup);
+              "Timeout of one request to a store, with all its retries");
 }
 
 RemoteFilesOptions file_options(const ServeOptions& o) {

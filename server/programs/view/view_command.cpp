@@ -94,16 +94,6 @@ class DatasetFolders {
   int count_ = 0;
 };
 
-std::vector<PrepareJob> jobs_of(const PrepareArguments& arguments, LatestLabelMap& maps) {
-  const auto notice = [&](const std::string& text) {
-    if (!arguments.quiet) std::cerr << "view: " << text << std::endl;
-  };
-  if (arguments.series.are_given()) return series_jobs(arguments, maps, notice);
-  std::vector<PrepareJob> jobs = jobs_for(arguments.inputs, arguments.output);
-  for (PrepareJob& job : jobs) job.choice = arguments.volume.parsed().choice;
-  return jobs;
-}
-
 // All volumes to show, in the order of preparation. Not thread-safe.
 class ViewedVolumes {
  public:
@@ -165,7 +155,10 @@ class ViewedVolumes {
   struct Work {
     Work(const PrepareArguments& arguments, const std::stop_token& stop)
         : maps(arguments.output), preparation(arguments, maps, stop) {
-      for (PrepareJob& job : jobs_of(arguments, maps)) jobs.push_back(std::move(job));
+      const auto notice = [&](const std::string& text) {
+        if (!arguments.quiet) std::cerr << "view: " << text << std::endl;
+      };
+      for (PrepareJob& job : jobs_of(arguments, maps, notice)) jobs.push_back(std::move(job));
     }
     LatestLabelMap maps;
     Preparation preparation;

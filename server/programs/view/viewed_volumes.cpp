@@ -156,9 +156,6 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
                                               const VolumeOptions& volume) {
   std::vector<std::string> volumes;
   for (const PrepareJob& job : jobs_for(inputs, {})) volumes.push_back(job.input);
-  if (volumes.empty()) {
-    throw ExitError(kUsage, "There is no volume in " + inputs.front() + ".");
-  }
   std::sort(volumes.begin(), volumes.end(),
             [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   VolumeFileOptions options = volume.parsed();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <utility>
 
 #include "common/base/in_parallel.hpp"
@@ -10,52 +9,16 @@
 #include "server/core/planning/budget.hpp"
 #include "server/core/spectrum/spectrum_layout.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
-#include "server/dataset/byte_source.hpp"
-#include "server/operations/log.hpp"
-#include "server/store/store_error.hpp"
+#include "server/service/guarded.hpp"
 
 namespace multitetra {
 namespace {
-
-constexpr double kStoreRetrySeconds = 5;
-
-template <typename Make>
-auto guarded(const SurfaceProvider& source, const char* what, const std::stop_token& stop,
-             const Make& make) -> decltype(make()) {
-  try {
-    if (stop.stop_requested()) throw Cancelled{};
-    return make();
-  } catch (const Cancelled&) {
-    return fail(ErrorCode::kCancelled, std::string("The ") + what + " was cancelled.");
-  } catch (const std::bad_alloc&) {
-    return fail(ErrorCode::kLimitExceeded,
-                std::string("The server does not have enough memory for this ") + what +
-                    "; request a larger error.");
-  } catch (const DatasetFileError& damage) {
-    log_line(LogLevel::kError, damage.what(), {{"dataset", source.info().name}});
-    return fail(ErrorCode::kDamagedData,
-                std::string("The dataset's file is damaged in a part that this ") + what +
-                    " needs it; see the server's log.");
-  } catch (const StoreError& failure) {
-    log_line(LogLevel::kError, failure.what(), {{"dataset", source.info().name}});
-    return tl::unexpected(
-        Error{.code = ErrorCode::kUnavailable,
-              .text = std::string("The store of this dataset does not provide data that this ") +
-                      what + " needs; see the server's log. Try again.",
-              .retry_after = kStoreRetrySeconds});
-  } catch (const std::exception& failure) {
-    log_line(LogLevel::kError, std::string("creating the ") + what + " failed: " + failure.what(),
-             {{"dataset", source.info().name}});
-    return fail(ErrorCode::kInternal,
-                std::string("The server failed to create this ") + what + "; see its log.");
-  }
-}
 
 // Adds the scalars to a finished step.
 Result<StepResult> with_scalars(StepResult made, const DatasetInfo& surface,
                                 const SurfaceProvider& field, const ScalarRange& range,
                                 const std::stop_token& stop) {
-  return guarded(field, "step", stop, [&]() -> Result<StepResult> {
+  return guarded("step", field.info().name, stop, [&]() -> Result<StepResult> {
     const PreparedVolume* volume = field.volume();
     if (volume == nullptr) {
       return fail(ErrorCode::kInternal,
@@ -118,7 +81,7 @@ Forecast forecast_for(const WorkKind& work, const StartStream& action, std::stop
   const IsosurfaceRequest& asked = action.open.request;
   if (!work.is_long || asked.cell || has_budget(asked)) return {};
   return [source = action.source, request = asked, stop = std::move(stop)]() {
-    const auto seconds = guarded(*source, "forecast", stop, [&]() -> Result<double> {
+    const auto seconds = guarded("forecast", source->info().name, stop, [&]() -> Result<double> {
       const SizeEstimates sizes = source->sizes(stop, SizeAccuracy::kQuick);
       if (sizes.to_fetch && sizes.to_fetch(kSpectrumSpacing) > 0) {
         return fail(ErrorCode::kUnavailable, "The spectrum has not been fetched yet.");
@@ -160,8 +123,8 @@ std::optional<ScalarRange> range_of(const StartStream& action) {
 Result<StepResult> make_step(const StartStream& action, const StreamState& state,
                              const StepLimits& limits, const std::stop_token& stop) {
   const SurfaceProvider& source = *action.source;
-  auto made =
-      guarded(source, "step", stop, [&] { return make_next_step(source, state, stop, limits); });
+  auto made = guarded("step", source.info().name, stop,
+                      [&] { return make_next_step(source, state, stop, limits); });
   if (!made || made->is_over || !action.scalars) return made;
   return with_scalars(*std::move(made), source.info(), *action.scalars, *range_of(action), stop);
 }
@@ -177,7 +140,7 @@ Result<std::vector<StepResult>> make_previews(const StartStream& action, std::si
   in_parallel(count, [&](std::size_t i) {
     const std::size_t at = first + i;
     const SurfaceProvider& source = at == 0 ? *action.source : *action.further[at - 1];
-    made[i] = guarded(source, "preview", stop,
+    made[i] = guarded("preview", source.info().name, stop,
                       [&] { return make_next_step(source, state, stop, limits); });
   });
   std::vector<StepResult> previews;
@@ -200,12 +163,12 @@ Result<Surface> make_mesh(const StartStream& action, std::uint64_t max_triangles
   if (const auto allowed = check_triangles(tiles.begin, max_triangles); !allowed) {
     return tl::unexpected(allowed.error());
   }
-  return guarded(*action.source, "surface", stop,
+  return guarded("surface", action.source->info().name, stop,
                  [&] { return assembled(std::move(tiles), stop); });
 }
 
 Result<DatasetQueryReply> make_answer(const RunQuery& action, const std::stop_token& stop) {
-  return guarded(*action.source, kind_of(action.query), stop,
+  return guarded(kind_of(action.query), action.source->info().name, stop,
                  [&] { return answered(*action.source, action.query, stop); });
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/text.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/detail/numbered_files.hpp"
@@ -20,13 +21,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 20;
 constexpr std::int64_t kMaxAtoms = 100'000;
 
-std::string_view next_line(std::string_view& text) {
-  const std::size_t end = std::min(text.find('\n'), text.size());
-  const std::string_view line = text.substr(0, end);
-  text.remove_prefix(std::min(end + 1, text.size()));
-  return line;
-}
-
 // The four lines of the grid: each has a count and a position or step.
 struct CubeGrid {
   std::int64_t atoms = 0;  // Negative if a line about orbitals follows the atoms.
@@ -37,11 +31,11 @@ struct CubeGrid {
 };
 
 std::optional<CubeGrid> grid_in(std::string_view& text) {
-  next_line(text);
-  next_line(text);
+  take_line(text);
+  take_line(text);
   CubeGrid grid;
   for (std::size_t i = 0; i < 4; ++i) {
-    const std::vector<double> numbers = finite_numbers(std::string(next_line(text)));
+    const std::vector<double> numbers = finite_numbers(std::string(take_line(text)));
     if (numbers.size() < 4 || numbers.size() > 5 || numbers[0] != std::round(numbers[0]) ||
         std::abs(numbers[0]) > 1e9) {
       return std::nullopt;
@@ -80,7 +74,7 @@ StoredVolume open_cube(const fs::path& path) {
                  "Get a complete copy of the file");
   }
   for (std::int64_t i = 0; i < std::abs(grid->atoms); ++i) {
-    if (finite_numbers(std::string(next_line(rest))).size() != 5) {
+    if (finite_numbers(std::string(take_line(rest))).size() != 5) {
       fail_reading(path,
                    "the line of its atom " + std::to_string(i + 1) + " does not have five numbers",
                    "Get a complete copy of the file");
@@ -88,7 +82,7 @@ StoredVolume open_cube(const fs::path& path) {
   }
   std::int64_t components = grid->components;
   if (grid->atoms < 0) {  // Number of orbitals, followed by their numbers.
-    const std::vector<double> orbitals = finite_numbers(std::string(next_line(rest)));
+    const std::vector<double> orbitals = finite_numbers(std::string(take_line(rest)));
     if (orbitals.empty() || orbitals[0] < 1 || orbitals[0] > kMaxComponents ||
         orbitals.size() != static_cast<std::size_t>(orbitals[0]) + 1) {
       fail_reading(path, "the line of its orbitals is invalid", "Write one orbital to a file");

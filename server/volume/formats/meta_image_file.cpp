@@ -44,12 +44,8 @@ struct MetaHeader {
 MetaHeader read_meta_header(const fs::path& file) {
   MetaHeader header;
   const std::string text = InputFile(file).beginning(kMaxMetaHeaderBytes);
-  std::size_t at = 0;
-  while (at < text.size()) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    std::string_view line = std::string_view(text).substr(at, end - at);
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    at = end + 1;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view line = take_line(rest);
     const std::string data_file = header.value({"ElementDataFile"});
     if (data_file.starts_with("LIST")) {
       if (!trimmed(line).empty()) header.listed_files.emplace_back(trimmed(line));
@@ -60,7 +56,7 @@ MetaHeader read_meta_header(const fs::path& file) {
     const std::string name(trimmed(line.substr(0, equals)));
     header.values[name] = trimmed(line.substr(equals + 1));
     if (name != "ElementDataFile") continue;
-    header.bytes = std::min(at, text.size());
+    header.bytes = text.size() - rest.size();
     if (!header.values[name].starts_with("LIST")) return header;
   }
   if (!header.value({"ElementDataFile"}).empty()) return header;

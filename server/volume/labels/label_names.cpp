@@ -90,11 +90,7 @@ Result<std::vector<Label>> parse_label_names(std::string_view text) {
     return fail(ErrorCode::kInvalidArgument, "line " + std::to_string(number) + " " + what);
   };
   for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    line = trimmed(line);
+    const std::string_view line = trimmed(take_line(text));
     if (line.empty() || line.starts_with('#')) continue;
     std::optional<Label> label = label_of(line);
     if (!label) {

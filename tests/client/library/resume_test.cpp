@@ -17,13 +17,11 @@
 #include <nlohmann/json.hpp>
 
 #include "client/library/client.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/client/cutting_proxy.hpp"
 #include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/support/waiting.hpp"
 
@@ -40,13 +38,10 @@ constexpr int kSide = 72;
 const IsosurfaceRequest kRequest = {.isovalue = 0.1, .error = 0.25};
 
 CataloguePtr gyroid(double amplitude = 0.4) {
-  auto catalogue = std::make_shared<DatasetCatalogue>();
   // Many cut connections request the same steps; the cache makes them only once.
-  catalogue->add(std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(
-          make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")),
-      std::make_shared<SurfaceCache>(std::size_t{64} << 20)));
-  return catalogue;
+  return testing::catalogue_with(
+      {make_dataset(testing::fields::gyroid(kSide, amplitude, 7), "gyroid")},
+      std::make_shared<SurfaceCache>(std::size_t{64} << 20));
 }
 
 // One dataset for all tests, so that its steps are made only once.

@@ -6,35 +6,19 @@
 
 #include <gtest/gtest.h>
 
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
 
 using std::chrono::milliseconds;
+using testing::extracted_digest;
 using testing::RunningServer;
 
 DatasetPtr gyroid_dataset() { return make_dataset(testing::fields::gyroid(72, 0.3, 7), "gyroid"); }
-
-CataloguePtr catalogue_of(const DatasetPtr& dataset) {
-  auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(
-      std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  return catalogue;
-}
-
-ContentDigest extracted_digest(const DatasetPtr& dataset, const IsosurfaceRequest& request) {
-  ContentDigest sum;
-  for (const TileMesh& tile : SurfaceExtractor(dataset).extract({.request = request}).tiles) {
-    sum += digest(tile.mesh);
-  }
-  return sum;
-}
 
 class SurfaceStreamTest : public ::testing::Test {
  protected:
@@ -62,7 +46,7 @@ class SurfaceStreamTest : public ::testing::Test {
 
   DatasetPtr dataset_ = gyroid_dataset();
   const DatasetInfo& info_ = dataset_->info;
-  RunningServer server_{catalogue_of(dataset_)};
+  RunningServer server_{testing::catalogue_with({dataset_})};
 };
 
 TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
@@ -82,7 +66,7 @@ TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
   }
   ASSERT_TRUE(shown);
   EXPECT_TRUE(shown->begin.is_final);
-  EXPECT_EQ(shown->end.digest, extracted_digest(dataset_, at(0.1).request));
+  EXPECT_EQ(shown->end.digest, extracted_digest(dataset_, {.request = at(0.1).request}));
 }
 
 TEST_F(SurfaceStreamTest, ZeroTimeoutTakesOneMessageAtATime) {
@@ -103,7 +87,7 @@ TEST_F(SurfaceStreamTest, ANewRequestStopsTheOldOneWhereverItIs) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
-  const ContentDigest wanted = extracted_digest(dataset_, at(0.2).request);
+  const ContentDigest wanted = extracted_digest(dataset_, {.request = at(0.2).request});
   for (int wait = 0; wait < 12; ++wait) {
     ASSERT_TRUE(stream.open(info_, at(-0.3 + 0.01 * wait)));
     const auto news = stream.next(milliseconds(2 * wait));
@@ -131,7 +115,7 @@ TEST_F(SurfaceStreamTest, ACancelKeepsWhatIsShown) {
   ASSERT_TRUE(stream.cancel()) << "there is nothing to cancel any more";
   ASSERT_TRUE(stream.open(info_, at(0.3)));
   EXPECT_EQ(finish(stream), StreamOutcome::kComplete);
-  EXPECT_EQ(stream.shown()->end.digest, extracted_digest(dataset_, at(0.3).request));
+  EXPECT_EQ(stream.shown()->end.digest, extracted_digest(dataset_, {.request = at(0.3).request}));
 }
 
 TEST_F(SurfaceStreamTest, TilesOfEarlierRequestsAreNotSentAgain) {
@@ -192,7 +176,8 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
   }
   EXPECT_EQ(finish(stream), StreamOutcome::kComplete);
   EXPECT_EQ(stream.shown()->begin.request.isovalue, isovalue);
-  EXPECT_EQ(stream.shown()->end.digest, extracted_digest(dataset_, at(isovalue).request));
+  EXPECT_EQ(stream.shown()->end.digest,
+            extracted_digest(dataset_, {.request = at(isovalue).request}));
   shown.insert(isovalue);
   EXPECT_GE(shown.size(), 5U) << "previews are seen on the way";
   EXPECT_GT(stream.received().tiles, kLimits.tiles) << "more came than the memory may hold";

@@ -4,13 +4,11 @@
 #include "client/library/message_socket.hpp"
 #include "client/load/agreement.hpp"
 #include "client/load/load_run.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/client/cutting_proxy.hpp"
 #include "tests/client/transport_listener.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -111,10 +109,7 @@ TEST(LoadTimes, AQuantileIsTheLeastThatSoManyDoNotExceed) {
 
 CataloguePtr gyroid() {
   static const DatasetPtr dataset = make_dataset(testing::fields::gyroid(40, 0.4, 7), "gyroid");
-  auto catalogue = std::make_shared<DatasetCatalogue>();
-  catalogue->add(std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(dataset), std::make_shared<SurfaceCache>(64 << 20)));
-  return catalogue;
+  return testing::catalogue_with({dataset}, std::make_shared<SurfaceCache>(64 << 20));
 }
 
 // The replies to one request, with the verdicts of validator and assembler.

@@ -1,4 +1,4 @@
-import { httpAddress, serverAddress, Token } from "../../../client/web/src/server_address";
+import { serverAddress, Token } from "../../../client/web/src/server_address";
 
 // A page at an address; the browser storage persists across the pages of a test.
 function page(address: string) {
@@ -24,7 +24,6 @@ describe("ServerAddress", () => {
     expect(page("https://volumes.example/?x=1#y").server).toBe("wss://volumes.example/v1/stream");
     expect(page("https://site.example/volumes/?x=1#y").server).toBe("wss://site.example/volumes/v1/stream");
     expect(serverAddress("https://volumes.example/path/")).toBe("wss://volumes.example/path/v1/stream");
-    expect(httpAddress("wss://volumes.example/path/v1/stream")).toBe("https://volumes.example/path/v1/");
     expect(page("http://localhost:5173/?server=ws://other:1/v1/stream").server).toBe("ws://other:1/v1/stream");
   });
 

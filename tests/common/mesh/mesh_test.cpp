@@ -65,16 +65,14 @@ TEST(Weld, JoinsThePiecesIntoTheWhole) {
     pieces.push_back(index_triangles(
         std::span(triangles).subspan(at, std::min<std::size_t>(37, triangles.size() - at)), 5));
   }
-  std::vector<const LatticeMesh*> pointers;
-  for (const LatticeMesh& piece : pieces) pointers.push_back(&piece);
-  const LatticeMesh welded = weld(pointers, 5);
+  const LatticeMesh welded = weld(pieces, 5);
   EXPECT_EQ(welded.vertices, whole.vertices);
   EXPECT_EQ(welded.triangles, whole.triangles);
   EXPECT_EQ(topology(welded, kNoBorder), topology(whole, kNoBorder));
 }
 
 TEST(Weld, NoTrianglesGiveAnEmptyMesh) {
-  const LatticeMesh mesh = weld({}, 6);
+  const LatticeMesh mesh = weld(std::vector<LatticeMesh>(), 6);
   EXPECT_EQ(mesh.resolution, 6);
   EXPECT_TRUE(mesh.vertices.empty());
 }

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/distance.hpp"
+#include "tests/support/distance_statistics.hpp"
 
 namespace multitetra {
 namespace {

@@ -10,15 +10,10 @@
 #include "server/extraction/detail/simplified_surface.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/prepared_fields.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra::testing {
 namespace {
-
-LatticeMesh welded(const TiledSurface& surface) {
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  return weld(tiles, kDefaultLatticeResolution);
-}
 
 class EmbeddedSurfaces : public ::testing::TestWithParam<PreparedSetting> {};
 
@@ -40,8 +35,8 @@ TEST_P(EmbeddedSurfaces, CutThemselvesNowhere) {
   for (const double model_error : {0.0, 0.3}) {
     const TiledSurface model =
         extractor.extract({.request = {.isovalue = 0.3, .error = model_error}});
-    const MeshTopology expected = topology(welded(model), border);
-    ASSERT_EQ(lattice_intersections(welded(model)).pairs, 0U);
+    const MeshTopology expected = topology(mesh_of(model), border);
+    ASSERT_EQ(lattice_intersections(mesh_of(model)).pairs, 0U);
     for (const double error : {0.5, 4.0}) {
       for (const std::size_t triangles : {std::size_t{64'000}, std::size_t{500}}) {
         SCOPED_TRACE(::testing::Message() << model_error << " " << error << " " << triangles);
@@ -53,7 +48,7 @@ TEST_P(EmbeddedSurfaces, CutThemselvesNowhere) {
           }
           SurfaceSimplifier surface(model.tiles, options.lattice_step, info.grid_exponent);
           surface.simplify(options, {}, {.triangles = triangles});
-          return welded({.tiles = surface.tiles()});
+          return mesh_of({.tiles = surface.tiles()});
         };
         const LatticeMesh embedded = simplified(true);
         EXPECT_EQ(lattice_intersections(embedded).pairs, 0U);
@@ -65,7 +60,7 @@ TEST_P(EmbeddedSurfaces, CutThemselvesNowhere) {
         plain_pairs += lattice_intersections(plain).pairs;
         EXPECT_LE(static_cast<double>(embedded.triangles.size()),
                   1.5 * static_cast<double>(plain.triangles.size()) + 100);
-        EXPECT_LT(embedded.triangles.size(), welded(model).triangles.size());
+        EXPECT_LT(embedded.triangles.size(), mesh_of(model).triangles.size());
       }
     }
   }

@@ -12,33 +12,15 @@
 
 #include "common/mesh/lattice_intersections.hpp"
 #include "common/mesh/mesh_checks.hpp"
-#include "common/mesh/surface_distance.hpp"
 #include "server/extraction/surface_extractor.hpp"
+#include "tests/support/distance_statistics.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/public_volumes.hpp"
 #include "tests/support/threshold_maps.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra::testing {
 namespace {
-
-LatticeMesh mesh_of(const TiledSurface& surface) {
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  return weld(tiles, kDefaultLatticeResolution);
-}
-
-// Triangles in world units along the grid's axes.
-std::vector<SurfaceTriangle> placed(const LatticeMesh& mesh, const DatasetInfo& info) {
-  std::vector<SurfaceTriangle> surface;
-  for (const TriangleIndices& t : mesh.triangles) {
-    SurfaceTriangle& triangle = surface.emplace_back();
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec3 p = grid_coordinates(mesh.vertices[t[i]], mesh.resolution);
-      triangle[i] = {info.spacing[0] * p[0], info.spacing[1] * p[1], info.spacing[2] * p[2]};
-    }
-  }
-  return surface;
-}
 
 class LocallySimplified : public ::testing::TestWithParam<PreparedSetting> {};
 

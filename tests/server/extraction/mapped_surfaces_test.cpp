@@ -16,6 +16,7 @@
 #include "tests/support/isosurfaces.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/threshold_maps.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra::testing {
 namespace {
@@ -97,11 +98,6 @@ TEST_P(MappedSurfaces, PreparedVolumesMatchTheReference) {
   const SurfaceExtractor extractor(dataset);
   const ReferenceExtractor reference(*dataset);
   const DataBorder border = data_border(dataset->info, kDefaultLatticeResolution, 0);
-  const auto mesh_of = [](const TiledSurface& surface) {
-    std::vector<const LatticeMesh*> tiles;
-    for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-    return weld(tiles, kDefaultLatticeResolution);
-  };
   const MeshTopology full =
       topology(mesh_of(reference.surface(UniformModel(grid_of(dataset->info), 1000),
                                          {.isovalue = setting_.isovalue})),

@@ -11,15 +11,10 @@
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/prepared_fields.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra::testing {
 namespace {
-
-LatticeMesh mesh_of(const TiledSurface& surface, int resolution = kDefaultLatticeResolution) {
-  std::vector<const LatticeMesh*> tiles;
-  for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-  return weld(tiles, resolution);
-}
 
 // Sorted triangles, each beginning with its least vertex.
 std::vector<LatticeTriangle> canonical(const TileMesh& tile) {

@@ -43,15 +43,9 @@ std::vector<LatticeMesh> decoded(const std::vector<EncodedTile>& tiles) {
   return meshes;
 }
 
-LatticeMesh welded(const std::vector<LatticeMesh>& tiles, int resolution) {
-  std::vector<const LatticeMesh*> pointers;
-  for (const LatticeMesh& tile : tiles) pointers.push_back(&tile);
-  return weld(pointers, resolution);
-}
-
 LatticeMesh surface(const PreparedVolume& volume, const ShellLevel& level,
                     int max_cells = kShellCells) {
-  return welded(decoded(extract_shells(volume, level, {}, max_cells)), level.lattice_resolution);
+  return weld(decoded(extract_shells(volume, level, {}, max_cells)), level.lattice_resolution);
 }
 
 // The uniform level, made by the reference extractor.
@@ -62,7 +56,7 @@ LatticeMesh marched_level(const ReferenceExtractor& reference, const ShellLevel&
       model, {.isovalue = level.isovalue, .lattice_resolution = level.lattice_resolution});
   std::vector<LatticeMesh> meshes;
   for (const TileMesh& tile : tiles.tiles) meshes.push_back(tile.mesh);
-  return welded(meshes, level.lattice_resolution);
+  return weld(meshes, level.lattice_resolution);
 }
 
 ShellStep lossless(const PreparedVolume& volume) {
@@ -136,10 +130,8 @@ TEST_P(ExtractShells, HaveTheTopologyOfEverySurfaceThatKeepsIt) {
   const SurfaceExtractor extractor(dataset);
   const DataBorder border = data_border(dataset->info, kDefaultLatticeResolution, 0);
   for (const double isovalue : isovalues_of(*dataset)) {
-    std::vector<const LatticeMesh*> tiles;
     const TiledSurface coarse = extractor.extract({.request = {.isovalue = isovalue, .error = 1}});
-    for (const TileMesh& tile : coarse.tiles) tiles.push_back(&tile.mesh);
-    const MeshTopology expected = topology(weld(tiles, kDefaultLatticeResolution), border);
+    const MeshTopology expected = topology(weld(coarse.tiles, kDefaultLatticeResolution), border);
     for (const ShellStep shell : {lossless(*dataset), quantized_shells(1), quantized_shells(4)}) {
       const MeshTopology found =
           topology(surface(*dataset, {.isovalue = isovalue, .shell = shell}), border);
@@ -177,7 +169,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
     nowhere.high = {1 << 20, 1 << 20, 1 << 20};
     for (const DataBorder& border :
          {nowhere, data_border(dataset->info, level.lattice_resolution, 0, spacing)}) {
-      const LatticeMesh expected = welded(meshes, level.lattice_resolution);
+      const LatticeMesh expected = weld(meshes, level.lattice_resolution);
       for (const auto& all : {tiles, marched}) {
         const MergedTiles joined = merged_tiles(all, level.lattice_resolution, border, for_each);
         EXPECT_EQ(joined.topology, topology(expected, border));
@@ -218,7 +210,7 @@ TEST(ExtractShellTiles, SplitsTilesWithTooManyTriangles) {
   const auto triangles = [](const EncodedTile& tile) { return tile.summary.triangles; };
   EXPECT_GT(std::ranges::max(whole, {}, triangles).summary.triangles, kMaxTriangles);
   EXPECT_LE(std::ranges::max(cut, {}, triangles).summary.triangles, kMaxTriangles);
-  EXPECT_EQ(sorted_triangles(welded(decoded(cut), 5)), sorted_triangles(welded(decoded(whole), 5)));
+  EXPECT_EQ(sorted_triangles(weld(decoded(cut), 5)), sorted_triangles(weld(decoded(whole), 5)));
 }
 
 TEST(ExtractShellTiles, DoesNotDependOnThreadCount) {

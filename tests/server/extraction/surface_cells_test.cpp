@@ -13,6 +13,7 @@
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "tests/support/prepared_fields.hpp"
+#include "tests/support/tiled_surfaces.hpp"
 
 namespace multitetra::testing {
 namespace {
@@ -38,12 +39,6 @@ ContentDigest digest_of(const TiledSurface& surface) {
   ContentDigest sum;
   for (const TileMesh& tile : surface.tiles) sum += digest(tile.mesh);
   return sum;
-}
-
-LatticeMesh welded(const std::vector<TileMesh>& tiles) {
-  std::vector<const LatticeMesh*> meshes;
-  for (const TileMesh& tile : tiles) meshes.push_back(&tile.mesh);
-  return weld(meshes, kDefaultLatticeResolution);
 }
 
 // The first two of isovalues_of(), to save time.
@@ -98,7 +93,7 @@ TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyAlsoWhenTheyAreSimplified) {
   const DataBorder border = data_border(info, kDefaultLatticeResolution, 0);
   for (const double isovalue : some_isovalues(*dataset)) {
     const TiledSurface full = extractor.extract({.request = {.isovalue = isovalue, .error = 0}});
-    const MeshTopology expected = topology(welded(full.tiles), border);
+    const MeshTopology expected = topology(mesh_of(full), border);
     for (const int exponent : {kMinCellExponent, info.grid_exponent - 1}) {
       if (exponent < kMinCellExponent) continue;
       SCOPED_TRACE(::testing::Message() << "isovalue " << isovalue << ", exponent " << exponent);
@@ -108,7 +103,7 @@ TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyAlsoWhenTheyAreSimplified) {
             with_cell({.isovalue = isovalue, .error = 1, .simplify = true}, cube));
         std::move(surface.tiles.begin(), surface.tiles.end(), std::back_inserter(tiles));
       }
-      const MeshTopology found = topology(welded(tiles), border);
+      const MeshTopology found = topology(weld(tiles, kDefaultLatticeResolution), border);
       EXPECT_EQ(found.euler_characteristic, expected.euler_characteristic);
       EXPECT_EQ(found.components, expected.components);
       EXPECT_EQ(found.open_edges, 0);

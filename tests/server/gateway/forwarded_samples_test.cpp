@@ -1,12 +1,10 @@
 // Slices, probes and colors through a gateway have the answers of a capable server.
 #include <gtest/gtest.h>
 
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/server/gateway/gateway_client.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -16,17 +14,14 @@ using testing::RunningGateway;
 using testing::Upstream;
 using testing::WebSocketClient;
 
-std::shared_ptr<const SurfaceProvider> served(const std::string& name, double steepness) {
+DatasetPtr slope(const std::string& name, double steepness) {
   Volume volume = testing::fields::sampled<float>(
       {17, 17, 17}, [steepness](int x, int y, int z) { return steepness * x + y + 100 * z; });
-  return std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(make_dataset(std::move(volume), name)));
+  return make_dataset(std::move(volume), name);
 }
 
 std::shared_ptr<DatasetCatalogue> both() {
-  auto catalogue = testing::catalogue_of(served("slope", 1));
-  catalogue->add(served("heat", 2));
-  return catalogue;
+  return testing::catalogue_with({slope("slope", 1), slope("heat", 2)});
 }
 
 void say_hello(WebSocketClient& client) {
@@ -58,7 +53,7 @@ TEST(ForwardedSamples, QueriesAreAnsweredByAServerThatHasTheDataset) {
 }
 
 TEST(ForwardedSamples, AColoredSurfaceComesFromAServerThatHasBothDatasets) {
-  Upstream one(testing::catalogue_of(served("slope", 1)));
+  Upstream one(testing::catalogue_with({slope("slope", 1)}));
   Upstream other(both());
   RunningGateway gateway({.upstream = {.upstreams = {one.endpoint(), other.endpoint()}}});
   WebSocketClient client(gateway.http());
@@ -78,8 +73,8 @@ TEST(ForwardedSamples, AColoredSurfaceComesFromAServerThatHasBothDatasets) {
 }
 
 TEST(ForwardedSamples, RejectsAStreamWithoutASuitableUpstream) {
-  Upstream one(testing::catalogue_of(served("slope", 1)));
-  Upstream other(testing::catalogue_of(served("heat", 2)));
+  Upstream one(testing::catalogue_with({slope("slope", 1)}));
+  Upstream other(testing::catalogue_with({slope("heat", 2)}));
   RunningGateway gateway({.upstream = {.upstreams = {one.endpoint(), other.endpoint()}}});
   WebSocketClient client(gateway.http());
   say_hello(client);

@@ -5,11 +5,10 @@
 #include <chrono>
 #include <thread>
 
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/server/gateway/running_gateway.hpp"
 #include "tests/support/prepared_fields.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -26,8 +25,7 @@ CataloguePtr gyroids(double steepness, std::uint64_t content_id) {
     sample = static_cast<float>(sample * steepness);
   auto dataset = std::make_shared<PreparedVolume>(*testing::prepared({"gyroid", volume}));
   dataset->info.content_id = content_id;
-  return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(std::move(dataset))));
+  return testing::catalogue_with({dataset});
 }
 
 // Retries, like neuroglancer, while the server makes the file.

@@ -60,13 +60,11 @@ TEST(ForwardedStream, SkipsSeenStepsAndDetectsDifferences) {
   EXPECT_EQ(stream.next(begin), Verdict::kForward);
   EXPECT_EQ(stream.next(tile), Verdict::kForward);
   EXPECT_EQ(stream.next(end), Verdict::kForward);
-  EXPECT_EQ(stream.steps_ended(), 1U);
   stream.restart();
   EXPECT_EQ(stream.next(begin), Verdict::kSkip);
   EXPECT_EQ(stream.next(tile), Verdict::kSkip);
   EXPECT_EQ(stream.next(later_end), Verdict::kSkip);
   EXPECT_EQ(stream.next(begin), Verdict::kForward);
-  EXPECT_EQ(stream.steps_ended(), 1U);
   stream.restart();
   EXPECT_EQ(stream.next(begin), Verdict::kSkip);
   EXPECT_EQ(stream.next(other), Verdict::kDiffers);

@@ -5,12 +5,10 @@
 #include <cstring>
 
 #include "common/cli/json_report.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_http_server.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -19,15 +17,10 @@ using testing::HttpClient;
 using testing::RunningHttpServer;
 
 CataloguePtr ball_and_height() {
-  auto catalogue = std::make_shared<DatasetCatalogue>();
   Volume height =
       testing::fields::sampled<std::uint8_t>({40, 40, 40}, [](int, int, int z) { return 5 * z; });
-  for (const DatasetPtr& dataset : {make_dataset(testing::fields::ball({33, 33, 33}, 12), "ball"),
-                                    make_dataset(std::move(height), "height")}) {
-    catalogue->add(
-        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  }
-  return catalogue;
+  return testing::catalogue_with({make_dataset(testing::fields::ball({33, 33, 33}, 12), "ball"),
+                                  make_dataset(std::move(height), "height")});
 }
 
 class SceneTest : public ::testing::Test {

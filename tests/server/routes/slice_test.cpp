@@ -7,12 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "common/cli/json_report.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_http_server.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -45,8 +43,7 @@ class SliceTest : public ::testing::Test {
     EXPECT_NE(response.body().find(text), std::string::npos) << query << ": " << response.body();
   }
 
-  RunningHttpServer server_{testing::catalogue_of(std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(make_dataset(numbered(), "numbers"))))};
+  RunningHttpServer server_{testing::catalogue_with({make_dataset(numbered(), "numbers")})};
   HttpClient client_{server_.http()};
 };
 

@@ -19,6 +19,7 @@
 #include "tests/support/glb_reader.hpp"
 #include "tests/support/prepared_fields.hpp"
 #include "tests/support/running_http_server.hpp"
+#include "tests/support/served_datasets.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -40,10 +41,7 @@ DatasetPtr gyroid() {
   }();
   return dataset;
 }
-CataloguePtr gyroid_catalogue() {
-  const auto extractor = std::make_shared<const SurfaceExtractor>(gyroid());
-  return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(extractor));
-}
+CataloguePtr gyroid_catalogue() { return testing::catalogue_with({gyroid()}); }
 
 class TilesetFiles : public ::testing::Test {
  protected:

@@ -9,14 +9,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "server/extraction/surface_extractor.hpp"
 #include "server/operations/prometheus_metrics.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "server/tilesets/neuroglancer.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_http_server.hpp"
+#include "tests/support/served_datasets.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -72,8 +70,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
     const Volume volume = testing::fields::sampled<std::uint16_t>(
         {33, 33, 33},
         [](int x, int y, int z) { return (x - 16) * (x - 16) + (y - 16) * (y - 16) + 9 * z; });
-    return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(
-        std::make_shared<const SurfaceExtractor>(make_dataset(volume, "head"))));
+    return testing::catalogue_with({make_dataset(volume, "head")});
   }
   static HttpOptions http() {
     HttpOptions options;

@@ -20,9 +20,7 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
     IsosurfaceRequest request{.isovalue = 0.1, .error = 0.2};
     request.cell = SurfaceCell{.cube = cube};
     const TiledSurface surface = extractor.extract(final_step(request));
-    std::vector<const LatticeMesh*> tiles;
-    for (const TileMesh& tile : surface.tiles) tiles.push_back(&tile.mesh);
-    LatticeMesh mesh = weld(tiles, kDefaultLatticeResolution);
+    LatticeMesh mesh = weld(surface.tiles, kDefaultLatticeResolution);
     mesh.normals.assign(mesh.vertices.size(), {0, 0.6F, 0.8F});
     const ReadGlb glb = read_glb(lattice_glb(mesh, cube, {1, 2, 3}));
     EXPECT_EQ(digest(mesh_in(glb)).hex(), digest(mesh).hex());

@@ -4,12 +4,10 @@
 #include <cstring>
 
 #include "client/library/client.hpp"
-#include "server/extraction/surface_extractor.hpp"
-#include "server/service/extracted_surfaces.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 
 namespace multitetra {
 namespace {
@@ -18,10 +16,7 @@ using testing::RunningServer;
 
 Volume gyroid() { return testing::fields::gyroid(33, 0.2, 5); }
 
-CataloguePtr one_dataset() {
-  return testing::catalogue_of(std::make_shared<ExtractedSurfaces>(
-      std::make_shared<const SurfaceExtractor>(make_dataset(gyroid(), "gyroid"))));
-}
+CataloguePtr one_dataset() { return testing::catalogue_with({make_dataset(gyroid(), "gyroid")}); }
 
 Client client_of(const RunningServer& server) {
   auto client = Client::connect(server.endpoint(), {});
@@ -88,12 +83,7 @@ DatasetPtr heat(WorldSpace space = WorldSpace::kUnnamed) {
 CataloguePtr colored(DatasetPtr field) {
   Volume surface = gyroid();
   surface.meaning.space = WorldSpace::kLps;
-  auto catalogue = std::make_shared<DatasetCatalogue>();
-  for (const DatasetPtr& dataset : {make_dataset(std::move(surface), "gyroid"), std::move(field)}) {
-    catalogue->add(
-        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  }
-  return catalogue;
+  return testing::catalogue_with({make_dataset(std::move(surface), "gyroid"), std::move(field)});
 }
 
 OpenStream colored_gyroid(int bits = 16) {

@@ -8,17 +8,17 @@
 #include <optional>
 
 #include "client/library/client.hpp"
-#include "common/mesh/surface_distance.hpp"
 #include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/prepared_format.hpp"
 #include "server/dataset/section_table.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/service/extracted_surfaces.hpp"
+#include "tests/support/distance_statistics.hpp"
 #include "tests/support/fake_steps.hpp"
 #include "tests/support/fields.hpp"
-#include "tests/support/make_dataset.hpp"
 #include "tests/support/running_server.hpp"
+#include "tests/support/served_datasets.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace multitetra {
@@ -26,6 +26,8 @@ namespace {
 
 using testing::RunningServer;
 namespace fields = testing::fields;
+using testing::catalogue_with;
+using testing::extracted_digest;
 
 DatasetPtr noisy_gyroid_named(const std::string& name) {
   return make_dataset(fields::gyroid(76, 0.4, 7), name);
@@ -36,14 +38,7 @@ DatasetPtr closed_ball() {
   return make_dataset(fields::ball({20, 17, 23}, 9.5), "ball", /*outside=*/-100.0, /*margin=*/1);
 }
 
-CataloguePtr all_datasets() {
-  auto catalogue = std::make_shared<DatasetCatalogue>();
-  for (const DatasetPtr& dataset : {noisy_gyroid(), masked(), closed_ball()}) {
-    catalogue->add(
-        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  }
-  return catalogue;
-}
+CataloguePtr all_datasets() { return catalogue_with({noisy_gyroid(), masked(), closed_ball()}); }
 
 Client client_of(const RunningServer& server) {
   // Requests Draco tiles: digests of sample shells are those of payloads, and shell_extractor_test
@@ -62,14 +57,6 @@ std::vector<FetchedStep> fetch(Client& client, const DatasetInfo& info,
                    [&steps](const FetchedStep& step) { steps.push_back(step); });
   EXPECT_TRUE(fetched) << fetched.error().error.text;
   return steps;
-}
-
-ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& step) {
-  ContentDigest sum;
-  for (const TileMesh& tile : SurfaceExtractor(dataset).extract(step).tiles) {
-    sum += digest(tile.mesh);
-  }
-  return sum;
 }
 
 TEST(ServedSurfaces, MatchExtractionForAnyThreadCount) {
@@ -451,12 +438,7 @@ TEST(ServedSurfaces, ADamagedBrickFailsOnlyItsRequests) {
     file.seekp(static_cast<std::streamoff>(samples.offset + samples.size / 2));
     file.put('\x55');
   }
-  auto catalogue = std::make_shared<DatasetCatalogue>();
-  for (const DatasetPtr& dataset : {open_dataset(path), noisy_gyroid_named("other")}) {
-    catalogue->add(
-        std::make_shared<ExtractedSurfaces>(std::make_shared<const SurfaceExtractor>(dataset)));
-  }
-  RunningServer server(catalogue);
+  RunningServer server(catalogue_with({open_dataset(path), noisy_gyroid_named("other")}));
   Client client = client_of(server);
   const DatasetPtr damaged = open_dataset(path);
   const auto fetched = client.fetch(

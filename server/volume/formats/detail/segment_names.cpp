@@ -1,6 +1,5 @@
 #include "server/volume/formats/detail/segment_names.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -58,13 +57,7 @@ void add_line(std::string_view line, std::map<std::int64_t, Segment>& segments) 
 
 std::vector<SourceLabel> segments_in(std::string_view header, std::int64_t max_layers) {
   std::map<std::int64_t, Segment> segments;
-  while (!header.empty()) {
-    const std::size_t end = std::min(header.find('\n'), header.size());
-    std::string_view line = header.substr(0, end);
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    add_line(line, segments);
-    header.remove_prefix(std::min(end + 1, header.size()));
-  }
+  while (!header.empty()) add_line(take_line(header), segments);
   std::vector<SourceLabel> labels;
   std::set<std::pair<std::int64_t, std::int64_t>> taken;  // Layers and values.
   for (auto& [number, segment] : segments) {

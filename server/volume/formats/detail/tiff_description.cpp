@@ -212,9 +212,7 @@ class OmeParser {
 Result<TiffDescription> parse_imagej_description(std::string_view text) {
   Values values;
   while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
+    const std::string_view line = take_line(text);
     const std::size_t equals = line.find('=');
     if (equals == std::string_view::npos) continue;
     values[std::string(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));

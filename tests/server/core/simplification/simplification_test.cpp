@@ -77,9 +77,7 @@ TEST_P(SimplificationGuarantees, TilesThatAreSimplifiedApartStillWeld) {
       after.push_back(small.mesh);
     }
     const auto welded = [](const std::vector<LatticeMesh>& meshes) {
-      std::vector<const LatticeMesh*> parts;
-      for (const LatticeMesh& mesh : meshes) parts.push_back(&mesh);
-      return topology(weld(parts, kDefaultLatticeResolution), kAnywhere);
+      return topology(weld(meshes, kDefaultLatticeResolution), kAnywhere);
     };
     const MeshTopology whole = welded(before);
     const MeshTopology left = welded(after);

@@ -46,9 +46,7 @@ class SimplifiedCubes : public SimplificationGuarantees {
     return tiles;
   }
   [[nodiscard]] static LatticeMesh welded(const std::vector<TileMesh>& tiles) {
-    std::vector<const LatticeMesh*> parts;
-    for (const TileMesh& tile : tiles) parts.push_back(&tile.mesh);
-    return weld(parts, kDefaultLatticeResolution);
+    return weld(tiles, kDefaultLatticeResolution);
   }
   [[nodiscard]] static std::size_t triangles(const std::vector<TileMesh>& tiles) {
     return std::accumulate(
