@@ -358,7 +358,7 @@ TEST_F(MeshFile, RejectsInvalidVtp) {
   const auto text = [](const auto&, const auto& numbers) { return numbers; };
   std::string other = vtp("", "ascii", text);
   other.replace(other.find("PolyData"), 8, "ImageDat");
-  EXPECT_NE(complaint("a.vtp", other).find("not PolyData"), std::string::npos)
+  EXPECT_NE(complaint("a.vtp", other).find("instead of PolyData"), std::string::npos)
       << complaint("a.vtp", other);
   std::string beyond = vtp("", "ascii", text);
   beyond.replace(beyond.find("0 1 2 3"), 7, "0 1 2 6");

@@ -90,7 +90,7 @@ TEST(ConnectionLimiter, CountsConnectionsInAllAndByName) {
   ASSERT_TRUE(b);
   const auto c = connections.acquire("c");
   ASSERT_FALSE(c);
-  EXPECT_NE(c.error().text.find("has its 3 connections"), std::string::npos);
+  EXPECT_NE(c.error().text.find("limit of 3 connections"), std::string::npos);
   *a1 = {};
   EXPECT_EQ(connections.count(), 2U);
   EXPECT_TRUE(connections.acquire("a"));
