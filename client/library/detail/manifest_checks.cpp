@@ -141,7 +141,8 @@ std::optional<std::string> excess(const ManifestTotals& totals, const AssemblerL
 }
 
 tl::unexpected<Error> step_fault(std::uint32_t step, const std::string& what) {
-  return fail(ErrorCode::kDamagedData, "Step " + std::to_string(step) + ": " + what + ".");
+  return fail(ErrorCode::kDamagedData,
+              "Step " + std::to_string(step) + ": " + what + (what.ends_with('.') ? "" : "."));
 }
 
 std::string tile_name(const StepBegin& begin, std::size_t index) {

@@ -178,7 +178,7 @@ TEST(AssembledShells, RejectsShellsThatDifferFromTheManifest) {
         s.begin.is_final = false;
         s.begin.error_bound_world *= 2;
       },
-      "another spacing");
+      "spacing");
   expect_refused_shells([](ShellStream& s) { s.tiles[1].summary.cube = {3, 7, 7, 7}; }, "tile 1");
 }
 
