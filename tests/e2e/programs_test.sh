@@ -332,7 +332,7 @@ ends 2 "input" "$server" prepare volume.nrrd -o ./volume.nrrd --force
 ends 2 "input" "$server" prepare volume.nrrd -o link.mtd
 ends 2 ".mtd" "$server" prepare volume.nrrd -o other.nrrd
 cp volume.nrrd taken.mtd
-ends 2 "no dataset" "$server" prepare volume.nrrd -o taken.mtd
+ends 2 "is not a dataset" "$server" prepare volume.nrrd -o taken.mtd
 ends 1 "nowhere/x.mtd" "$server" prepare volume.nrrd -o nowhere/x.mtd
 ends 2 "file" "$server" extract torus.mtd -o mesh.ply --model torus.mtd
 ends 2 "--model: mesh.ply is also written by --output" "$server" extract torus.mtd -o mesh.ply --model mesh.ply

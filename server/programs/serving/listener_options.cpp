@@ -34,7 +34,7 @@ void add_addresses(Command& command, ListenerOptions& o) {
       .add_option("--tcp", o.tcp,
                   "Address for TCP, or off; HOST:PORT or PORT, port 0: any free port")
       ->capture_default_str();
-  command.add_option("--http", o.http, "Address for HTTP and WebSockets, or off")
+  command.add_option("--http", o.http, "Address for HTTP, or off; also for WebSockets")
       ->capture_default_str();
   command.begin_group("HTTP");
   command.add_option("--viewer", o.viewer,

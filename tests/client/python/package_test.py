@@ -301,7 +301,7 @@ class Package(unittest.TestCase):
             np.concatenate([ball.faces, ball.faces[:7] + np.uint32(6), ball.faces[7:] + np.uint32(6)]),
         )
         self.assertEqual(sorted(round(part.volume, 9) for part in two.components()), [1.333333333, 10.666666667])
-        with self.assertRaisesRegex(ValueError, "encloses no volume"):
+        with self.assertRaisesRegex(ValueError, "does not enclose a volume"):
             multitetra.Mesh(ball.vertices, ball.faces[:7]).volume
         with multitetra.connect(self.urls[0]) as server:
             meshes = [ball, two] + server.isosurface("gyroid", 0.1, error=0.5).components()[:2]

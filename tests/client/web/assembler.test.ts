@@ -67,7 +67,7 @@ describe("Assembler", () => {
 
   test("RefusesAStepThatLacksATile", async () => {
     const effects = await played(stream.filter((_, i) => i !== 2));
-    expect(effects.at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("without 1") });
+    expect(effects.at(-1)).toMatchObject({ kind: "failed", text: expect.stringContaining("1 of its tiles missing") });
   });
 
   test("RefusesATileWithOneWrongByte", async () => {

@@ -63,7 +63,7 @@ describe("ShellDecoder", () => {
     const refused = (change: Partial<TilePromise>, otherMode = mode, otherResolution = resolution) =>
       expect(() => decode(bytes, { ...promised, ...change }, otherMode, otherResolution));
     refused({ key: "0".repeat(32) }).toThrow("digest");
-    refused({ triangles: promised.triangles + 1 }).toThrow("claims");
+    refused({ triangles: promised.triangles + 1 }).toThrow("declares");
     refused({ cube: { ...cube, exponent: 5 } }).toThrow("outside the tile's cube");
     refused({}, { ...mode, levelsPerOctave: 1 }).toThrow("another way");
     refused({}, { ...mode, values: 0, levelsPerOctave: 0 }).toThrow("another way");
