@@ -65,9 +65,11 @@ std::vector<PrepareJob> jobs_for(const std::vector<std::string>& inputs, const f
   if (!jobs.empty()) return jobs;
   const std::string& input = inputs.front();
   const bool holds_datasets = is_folder_of_datasets(input) && !datasets_in(input).empty();
-  throw ExitError(kUsage,
-                  "There is no volume in " + input +
-                      (holds_datasets ? ", but datasets: multitetra-server serve " + input : "."));
+  throw ExitError(
+      kUsage,
+      "There is no volume in " + input +
+          (holds_datasets ? ", only datasets. Serve them with: multitetra-server serve " + input
+                          : "."));
 }
 
 bool is_up_to_date(const PrepareJob& job, const Provenance& note) {
