@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <iostream>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -10,11 +9,12 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
-#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
+#include "common/cli/terminal.hpp"
 #include "common/mesh/mesh_checks.hpp"
+#include "common/request/request_notices.hpp"
 #include "common/wire/scene_file.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/extraction/touching_extraction.hpp"
@@ -40,7 +40,7 @@ std::vector<DatasetPtr> opened(const std::string& folder) {
   return datasets;
 }
 
-// What a reader of the files finds the surface by.
+// Returns the name of the surface in files and reports: the label's name if it has one.
 std::string name_of(const DatasetInfo& info) {
   const bool has_name = info.member && info.member->label && !info.member->label->name.empty();
   return has_name ? info.member->label->name : info.name;
@@ -98,6 +98,17 @@ void print_facts(const ExtractedSurface& surface) {
             << " non-manifold\n";
 }
 
+// Surfaces of a folder are simplified from full resolution, with exact topology.
+void require_folder_request(const IsosurfaceRequest& request) {
+  if (has_budget(request) || request.normal_bits != 0 || request.topology_tolerance != 0 ||
+      request.topology_rule != TopologyRule::kExact ||
+      request.measure != ErrorMeasure::kCertified) {
+    throw ExitError(kUsage,
+                    "--max-triangles, --max-bytes, --normals, --topology-tolerance, "
+                    "--topology-rule and --bound are for one dataset, not a folder.");
+  }
+}
+
 }  // namespace
 
 int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArguments& surface) {
@@ -107,10 +118,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
   const DatasetInfo& first = datasets.front()->info;
   const Result<IsosurfaceRequest> request = request_of(surface, first);
   if (!request) throw std::invalid_argument(request.error().text);
-  if (has_budget(*request) || request->normal_bits != 0) {
-    throw ExitError(
-        kUsage, "--max-triangles, --max-bytes and --normals are for one dataset, not a folder.");
-  }
+  require_folder_request(*request);
   std::vector<ExtractedSurface> surfaces(datasets.size());
   std::vector<NamedFile> outputs = {{"--report", arguments.report}};
   for (std::size_t i = 0; i < datasets.size(); ++i) {
@@ -121,12 +129,15 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     if (arguments.format != MeshFormat::kGlb) outputs.push_back({"--output", surfaces[i].file});
   }
   if (arguments.format == MeshFormat::kGlb) outputs.push_back({"--output", arguments.output});
-  require_outputs(outputs);
+  require_outputs(outputs, {{"--threshold-grid", surface.threshold_grid}});
+  Notices notices;
+  notices.add(request_notices(*request, first));
 
   progress.begin("surfaces");
   TouchingSurfaces extracted = extract_touching(datasets, *request);
   progress.begin("checks");
   bool is_sound = true;
+  bool is_empty = true;
   for (std::size_t i = 0; i < datasets.size(); ++i) {
     ExtractedSurface& one = surfaces[i];
     const Simplified simplified = std::move(extracted.surfaces[i]);
@@ -136,6 +147,14 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
     one.common_triangles = extracted.common_triangles[i];
     one.output = output_surface(simplified.mesh, surface, *one.info);
     is_sound = is_sound && one.topology.is_sound();
+    is_empty = is_empty && one.output.components == 0;
+    if (one.topology.triangles == 0) notices.add(empty_surface_text(*request, *one.info));
+    const std::string removed = removed_text(one.output);
+    if (!removed.empty()) notices.add("\"" + name_of(*one.info) + "\" has " + removed + ".");
+  }
+  if (is_empty && !surface.allow_empty) {
+    progress.finish();
+    throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("files");
   write_surfaces(arguments, surfaces);
@@ -143,6 +162,7 @@ int extract_series(const ExtractSeriesArguments& arguments, const SurfaceArgumen
 
   Json report = {{"parameters", multitetra::json_of(*request)},
                  {"seconds", progress.seconds()},
+                 {"notices", notices.texts()},
                  {"surfaces", Json::array()}};
   for (const ExtractedSurface& one : surfaces) report["surfaces"].push_back(json_of(one));
   if (!arguments.report.empty()) write_file(arguments.report, text_of(report));

@@ -18,8 +18,9 @@ struct ExtractSeriesArguments {
 };
 
 // Writes one GLB with a node for each dataset; in other formats a file for each dataset, with the
-// dataset's name in its own. Returns the exit code. Throws ExitError (kUsage) when the datasets
-// differ in their grids or in where they lie, or the request has a budget.
+// dataset's name in its own. Returns the exit code. Throws ExitError (kUsage) if the datasets have
+// different grids or the request has options for one dataset, (kEmptySurface) if all surfaces are
+// empty.
 [[nodiscard]] int extract_series(const ExtractSeriesArguments& arguments,
                                  const SurfaceArguments& surface);
 

@@ -64,6 +64,9 @@ done
 [ -s organs_organs.label3.stl ] && [ -s organs_organs.label7.stl ] || fail "no file for each label: $(ls)"
 ends 2 "are for one dataset, not a folder" "$server" extract organs --max-triangles 100 -o organs.glb
 ends 2 "are for one dataset, not a folder" "$server" extract organs --level 3 -o organs.glb
+ends 2 "are for one dataset, not a folder" "$server" extract organs --topology-tolerance 2 -o organs.glb
+ends 6 "is not written" "$server" extract organs --isovalue 7 -o empty.glb
+[ ! -e empty.glb ] || fail "an empty surface is written"
 mkdir grids && cp whole.mtd organs/organs.label3.mtd grids
 "$server" generate gyroid --size 17 -o other.nrrd >/dev/null && "$server" prepare other.nrrd -o grids/other.mtd >/dev/null 2>&1
 ends 2 "have different grids" "$server" extract grids --isovalue 0.5 -o grids.glb

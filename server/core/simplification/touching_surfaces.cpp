@@ -11,11 +11,13 @@
 namespace multitetra {
 namespace {
 
-// A triangle of a surface, by its corners whatever their order.
+// A triangle of a surface with its corners sorted. Triangles with equal corners have opposite
+// orientations if just one of them `is_turned`.
 struct SortedTriangle {
   std::array<std::uint64_t, 3> corners;
   std::uint32_t surface = 0;
   std::uint32_t triangle = 0;
+  bool is_turned = false;
 
   friend auto operator<=>(const SortedTriangle&, const SortedTriangle&) = default;
 };
@@ -28,8 +30,10 @@ std::vector<SortedTriangle> sorted_triangles(std::span<const LatticeMesh> surfac
       const auto& [p, q, r] = mesh.triangles[t];
       std::array<std::uint64_t, 3> corners = {mesh.vertices[p].key(), mesh.vertices[q].key(),
                                               mesh.vertices[r].key()};
+      const bool is_turned =
+          (corners[0] > corners[1]) != ((corners[0] > corners[2]) != (corners[1] > corners[2]));
       std::sort(corners.begin(), corners.end());
-      all.push_back({corners, s, t});
+      all.push_back({corners, s, t, is_turned});
     }
   }
   std::sort(all.begin(), all.end());
@@ -70,7 +74,8 @@ std::vector<SurfacePatch> patches_of(std::span<const LatticeMesh> surfaces) {
   std::map<std::array<std::uint32_t, 2>, std::vector<LatticeTriangle>> patches;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const SortedTriangle& here = all[i];
-    const bool is_common = i + 1 < all.size() && all[i + 1].corners == here.corners;
+    const bool is_common = i + 1 < all.size() && all[i + 1].corners == here.corners &&
+                           all[i + 1].is_turned != here.is_turned;
     const LatticeMesh& mesh = surfaces[here.surface];
     patches[{here.surface, is_common ? all[i + 1].surface : SurfacePatch::kNone}].push_back(
         placed(mesh, mesh.triangles[here.triangle]));

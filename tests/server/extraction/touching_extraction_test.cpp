@@ -178,6 +178,18 @@ TEST(ExtractTouching, GivesTheSameSurfaceForOneDatasetAsForSeveralThatDoNotTouch
   }
 }
 
+// Times of a series have equal triangles where nothing moves: that is no border between them.
+TEST(PatchesOf, KeepsEqualSurfacesApart) {
+  const LatticeMesh mesh = {.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
+                            .triangles = {{0, 2, 1}, {0, 1, 3}, {3, 2, 0}, {2, 3, 1}}};
+  const std::vector<SurfacePatch> patches = patches_of(std::vector{mesh, mesh, mesh});
+  ASSERT_EQ(patches.size(), 3);
+  for (const SurfacePatch& patch : patches) EXPECT_EQ(patch.second, SurfacePatch::kNone);
+  for (const Simplified& surface : joined_patches(patches, 3)) {
+    EXPECT_EQ(digest(surface.mesh).hex(), digest(mesh).hex());
+  }
+}
+
 TEST(PatchesOf, SplitsSurfacesWhereTheyTouch) {
   // Two tetrahedra with a common face.
   const std::vector<LatticePoint> points = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}, {9, 9, 9}};
