@@ -63,7 +63,7 @@ Result<DatasetInfo> chosen(const std::string& name, const std::vector<DatasetInf
 }  // namespace
 
 ConnectedServer connected_to(const ServerArguments& arguments, const RetryOptions& retry_options) {
-  const ServerAccess access = usable(access_of(arguments));
+  const ServerAccess access = value_or_usage_error(access_of(arguments));
   Retries retries(retry_options);
   auto connected = connected_once(access);
   while (!connected && retries.wait_after(connected.error().error)) {
@@ -96,8 +96,8 @@ ConnectedRequest ordered(const SurfaceOrder& order, const RetryOptions& retries)
     const bool is_usage = info.error().code == ErrorCode::kInvalidArgument;
     throw ExitError(is_usage ? kUsage : kFailed, info.error().text);
   }
-  auto requests = usable(requests_from(order.surface, *info));
-  auto scalars = usable(scalars_for(order.surface.query));
+  auto requests = value_or_usage_error(requests_from(order.surface, *info));
+  auto scalars = value_or_usage_error(scalars_for(order.surface.query));
   std::string color_unit;
   for (const DatasetInfo& values : connected.datasets) {
     if (!scalars || values.name != scalars->dataset) continue;

@@ -26,7 +26,7 @@ inline const std::string kExitCodes =
 
 // Returns the value of an option's part. Throws ExitError (kUsage) for invalid ones.
 template <typename T>
-[[nodiscard]] T usable(Result<T> value) {
+[[nodiscard]] T value_or_usage_error(Result<T> value) {
   if (!value) throw ExitError(kUsage, value.error().text);
   return *std::move(value);
 }

@@ -141,7 +141,7 @@ Result<std::vector<DrawnSurface>> appearances_of(const SnapshotArguments& argume
                      "\" is not a color; write for example #dd8265.");
       }
       const auto part = [&](int shift) {
-        return light_of(static_cast<int>(*color >> shift & 255));
+        return linear_light(static_cast<int>(*color >> shift & 255));
       };
       appearances[i].color = Light{part(16), part(8), part(0)};
     } else if (count > 1) {
@@ -193,13 +193,13 @@ Taken taken_surfaces(const SnapshotArguments& arguments, ConnectedRequest& surfa
 
 // Returns the vertices of large components, for framing: dust would shift the center.
 std::vector<std::array<float, 3>> middle_of(const Taken& taken) {
-  std::vector<std::array<float, 3>> places;
+  std::vector<std::array<float, 3>> points;
   for (const TakenSurface& surface : taken.surfaces) {
     for (const std::uint32_t vertex : surface.drawn.large) {
-      places.push_back(surface.drawn.mesh.positions[vertex]);
+      points.push_back(surface.drawn.mesh.positions[vertex]);
     }
   }
-  return places;
+  return points;
 }
 
 // Draws the scale bar and the color legend.
@@ -239,8 +239,8 @@ int snapshot(const SnapshotArguments& arguments) {
     throw ExitError(kUsage,
                     "\"" + arguments.picture + "\" is not a PNG file name; pictures are *.png.");
   }
-  const PictureSize size = usable(parse_picture_size(arguments.size));
-  std::vector<DrawnSurface> appearances = usable(appearances_of(arguments));
+  const PictureSize size = value_or_usage_error(parse_picture_size(arguments.size));
+  std::vector<DrawnSurface> appearances = value_or_usage_error(appearances_of(arguments));
   require_outputs({{"--output", arguments.picture}},
                   {{"--threshold-grid", arguments.order.surface.threshold_grid}});
   ConnectedRequest surface = ordered(arguments.order);

@@ -47,10 +47,10 @@ Result<std::string> site_of(const ViewArguments& a) {
   const std::string site = (server->is_secure() ? "https://" : "http://") +
                            (is_ipv6 ? "[" + server->host + "]" : server->host);
   if (!server->is_web_socket()) return site + ":" + std::string(kHttpPort);
-  const std::uint16_t usual = server->is_secure() ? 443 : 80;
+  const std::uint16_t default_port = server->is_secure() ? 443 : 80;
   std::string path = server->path;
   if (path.ends_with(kStreamPath)) path.resize(path.size() - kStreamPath.size());
-  return site + (server->port == usual ? "" : ":" + std::to_string(server->port)) + path;
+  return site + (server->port == default_port ? "" : ":" + std::to_string(server->port)) + path;
 }
 
 }  // namespace
@@ -125,7 +125,7 @@ Result<std::string> viewer_address(const ViewArguments& a) {
 }
 
 int view(const ViewArguments& arguments) {
-  const std::string address = usable(viewer_address(arguments));
+  const std::string address = value_or_usage_error(viewer_address(arguments));
   const auto server = parse_server_url(arguments.server);
   if (arguments.http.empty() && server && !server->is_web_socket()) {
     std::cerr << "Assuming that the viewer is at port 7480; --http ADDRESS sets another address.\n";

@@ -60,7 +60,7 @@ Result<bool> StreamValidator::take(const StepBegin& begin) {
   for (const TileSummary& tile : begin.tiles) {
     if (!held_.contains(tile.digest)) announced_.add(tile);
   }
-  if (const auto beyond = excess(announced_, limits_)) {
+  if (const auto beyond = exceeded_limits(announced_, limits_)) {
     return step_fault(begin.step, "with the previous steps " + *beyond);
   }
   step_ = begin;

@@ -15,7 +15,7 @@ Agreement::Verdict Agreement::compare(const std::string& dataset, const StepBegi
   const std::lock_guard lock(mutex_);
   const auto known = digests_.find(step);
   if (known != digests_.end()) {
-    return known->second == digest ? Verdict::kSame : Verdict::kAnother;
+    return known->second == digest ? Verdict::kSame : Verdict::kDifferent;
   }
   if (digests_.size() < kMaxSteps) digests_.emplace(std::move(step), digest);
   return Verdict::kNew;

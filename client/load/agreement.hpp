@@ -14,7 +14,7 @@ namespace multitetra {
 
 class Agreement {
  public:
-  enum class Verdict { kNew, kSame, kAnother };
+  enum class Verdict { kNew, kSame, kDifferent };
 
   // Compares with the digest recorded before, by any thread, for the same step.
   Verdict compare(const std::string& dataset, const StepBegin& begin, const ContentDigest& digest);

@@ -37,10 +37,10 @@ enum class Ending { kNone, kComplete, kReplaced, kFailed, kUnfinished };
 }  // namespace
 
 struct LoadSession::RunningStream {
-  RunningStream(Act act_in, const DatasetInfo& info_in, StreamChecks checks_in)
+  RunningStream(ScriptedRequest act_in, const DatasetInfo& info_in, StreamChecks checks_in)
       : act(std::move(act_in)), info(info_in), checks(std::move(checks_in)) {}
 
-  Act act;
+  ScriptedRequest act;
   const DatasetInfo& info;
   StreamChecks checks;
   LoadClock::time_point asked = LoadClock::now();
@@ -48,7 +48,7 @@ struct LoadSession::RunningStream {
   LoadClock::time_point sign = LoadClock::now();
   bool is_asked_for_life = false;  // A Ping was sent since then.
   // When the request is repeated.
-  std::optional<LoadClock::time_point> again;
+  std::optional<LoadClock::time_point> resume_at;
   std::set<ContentDigest> tiles;  // Received over all connections.
   std::optional<StepBegin> begun;
   double last_tile = 0;
@@ -84,7 +84,7 @@ asio::awaitable<void> LoadSession::run() {
     if (!script_) {
       script_.emplace(options_.script, datasets_, seed_, options_.script_options);
     }
-    Act act = script_->next();
+    ScriptedRequest act = script_->next();
     const auto pause = act.pause;
     co_await play(std::move(act));
     co_await wait_until(std::min(LoadClock::now() + pause, options_.stop));
@@ -180,7 +180,7 @@ asio::awaitable<void> LoadSession::listen(ChannelPtr channel) {
     const auto content = co_await channel->receive();
     if (channel != channel_) co_return;
     if (!content) {
-      lose(content.error());
+      handle_lost_connection(content.error());
       co_return;
     }
     const auto message = parse_server_message(*content);
@@ -192,7 +192,7 @@ asio::awaitable<void> LoadSession::listen(ChannelPtr channel) {
   }
 }
 
-void LoadSession::lose(const Error& error) {
+void LoadSession::handle_lost_connection(const Error& error) {
   ++statistics_.lost_connections;
   statistics_.add_error(error);
   leave();
@@ -207,7 +207,7 @@ void LoadSession::leave() {
 
 // ---- streams
 
-asio::awaitable<void> LoadSession::play(Act act) {
+asio::awaitable<void> LoadSession::play(ScriptedRequest act) {
   const auto info =
       std::find_if(datasets_.begin(), datasets_.end(),
                    [&act](const DatasetInfo& dataset) { return dataset.name == act.open.dataset; });
@@ -227,7 +227,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
     const auto silent_at = stream.sign + options_.timeout;
     const auto ask_at = stream.is_asked_for_life ? silent_at : silent_at - options_.timeout / 2;
     auto until = std::min(ask_at, options_.give_up);
-    if (stream.again) until = std::min(until, *stream.again);
+    if (stream.resume_at) until = std::min(until, *stream.resume_at);
     if (stream.act.replaced_after) {
       until = std::min({until, stream.asked + *stream.act.replaced_after, options_.stop});
     }
@@ -237,7 +237,8 @@ asio::awaitable<void> LoadSession::play(Act act) {
       stream.ending = Ending::kReplaced;
     } else if (now >= silent_at && channel_) {
       channel_->close();
-      lose({ErrorCode::kUnavailable, "The server has not sent anything for too long."});
+      handle_lost_connection(
+          {ErrorCode::kUnavailable, "The server has not sent anything for too long."});
     } else if (now >= ask_at && channel_) {
       // A busy server may delay requests, but answers a Ping; a lost one does not.
       stream.is_asked_for_life = true;
@@ -246,7 +247,7 @@ asio::awaitable<void> LoadSession::play(Act act) {
     } else if (!channel_) {
       co_await reconnect();
       if (channel_) co_await ask_for_stream();
-    } else if (stream.again && now >= *stream.again) {
+    } else if (stream.resume_at && now >= *stream.resume_at) {
       co_await ask_for_stream();
     } else {
       co_await wait_until(until);
@@ -282,9 +283,9 @@ asio::awaitable<void> LoadSession::ask_for_stream() {
   open.request_id = ++last_request_id_;
   open.cached_tile_digests = stream.checks.held_digests();
   statistics_.tiles_decoded += stream.checks.tiles_decoded();
-  stream.checks = stream.checks.again(stream.info, open);
+  stream.checks = stream.checks.resumed(stream.info, open);
   stream.begun.reset();
-  stream.again.reset();
+  stream.resume_at.reset();
   stream.sign = LoadClock::now();
   stream.is_asked_for_life = false;
   const ClosesAfter limit(io_, channel, options_.timeout);
@@ -332,7 +333,7 @@ void LoadSession::take_progress(const StreamProgress& progress) {
     stream.has_step = true;
     const auto verdict = agreement_.compare(stream.act.open.dataset, step->begin, step->digest);
     if (verdict == Agreement::Verdict::kSame) ++statistics_.steps_compared;
-    if (verdict == Agreement::Verdict::kAnother) {
+    if (verdict == Agreement::Verdict::kDifferent) {
       fail_check("Step " + std::to_string(step->begin.step) +
                  ": another client received a different mesh for the same parameters.");
     }
@@ -352,15 +353,15 @@ void LoadSession::take_refusal(const Error& error) {
   RunningStream& stream = *stream_;
   if (error.retry_after > 0) {
     ++statistics_.retried_after_delay;
-    stream.again = LoadClock::now() + wait_after(error, random_);
-    stream.sign = *stream.again;
+    stream.resume_at = LoadClock::now() + wait_after(error, random_);
+    stream.sign = *stream.resume_at;
     notify();
     return;
   }
   // The server, or a replacement, may become available again.
   if (error.code == ErrorCode::kUnavailable) {
     if (channel_) channel_->close();
-    lose(error);
+    handle_lost_connection(error);
     return;
   }
   statistics_.add_error(error);

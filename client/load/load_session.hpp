@@ -58,7 +58,7 @@ class LoadSession {
   asio::awaitable<Result<std::vector<DatasetInfo>>> enter(ChannelPtr channel);
   asio::awaitable<Result<ServerMessage>> ask(ChannelPtr channel, std::string content);
   asio::awaitable<void> listen(ChannelPtr channel);
-  asio::awaitable<void> play(Act act);
+  asio::awaitable<void> play(ScriptedRequest act);
   asio::awaitable<void> ask_for_stream();
   asio::awaitable<void> reconnect();
   asio::awaitable<void> wait_until(LoadClock::time_point time);
@@ -67,7 +67,7 @@ class LoadSession {
   void take_refusal(const Error& error);
   void note_tile(const Tile& tile);
   void fail_check(const std::string& text);
-  void lose(const Error& error);
+  void handle_lost_connection(const Error& error);
   void leave();
   void notify();
 

@@ -53,9 +53,9 @@ Script::Script(ScriptKind kind, std::vector<DatasetInfo> datasets, std::uint64_t
   assert(!datasets_.empty() && !options_.errors.empty() && options_.isovalues > 0);
 }
 
-Act Script::next() {
+ScriptedRequest Script::next() {
   while (planned_.empty()) plan();
-  Act act = std::move(planned_.front());
+  ScriptedRequest act = std::move(planned_.front());
   planned_.pop_front();
   act.open.request.simplify = options_.simplify;
   return act;
@@ -63,27 +63,27 @@ Act Script::next() {
 
 void Script::plan() {
   ScriptKind kind = kind_;
-  if (kind == ScriptKind::kMixed) kind = kScriptNames[one_of(3)].first;
+  if (kind == ScriptKind::kMixed) kind = kScriptNames[random_index(3)].first;
   if (kind == ScriptKind::kRandomIsovalues) plan_surface();
   if (kind == ScriptKind::kDrag) plan_drag();
   if (kind == ScriptKind::kRegion) plan_region();
 }
 
 void Script::plan_surface() {
-  const DatasetInfo& info = any_dataset();
-  const int number = static_cast<int>(one_of(static_cast<std::size_t>(options_.isovalues)));
+  const DatasetInfo& info = random_dataset();
+  const int number = static_cast<int>(random_index(static_cast<std::size_t>(options_.isovalues)));
   planned_.push_back(
-      {.open = surface(info, isovalue(info, number, options_.isovalues), any_error()),
+      {.open = surface(info, isovalue(info, number, options_.isovalues), random_error()),
        .replaced_after = std::nullopt,
-       .pause = any_pause()});
+       .pause = random_pause()});
 }
 
 // The slider moves up or down from its position and is released at the end.
 void Script::plan_drag() {
-  const DatasetInfo& info = any_dataset();
-  const double error = any_error();
-  const auto places = static_cast<std::size_t>(options_.isovalues);
-  int number = static_cast<int>(one_of(places));
+  const DatasetInfo& info = random_dataset();
+  const double error = random_error();
+  const auto positions = static_cast<std::size_t>(options_.isovalues);
+  int number = static_cast<int>(random_index(positions));
   int direction = uniform() < 0.5 ? -1 : 1;
   for (int i = 0; i < options_.drag_length; ++i) {
     if (number + direction < 0 || number + direction >= options_.isovalues) direction = -direction;
@@ -92,12 +92,12 @@ void Script::plan_drag() {
                         .replaced_after = options_.drag_interval});
   }
   planned_.back().replaced_after.reset();
-  planned_.back().pause = any_pause();
+  planned_.back().pause = random_pause();
 }
 
 void Script::plan_region() {
-  const DatasetInfo& info = any_dataset();
-  const int number = static_cast<int>(one_of(static_cast<std::size_t>(options_.isovalues)));
+  const DatasetInfo& info = random_dataset();
+  const int number = static_cast<int>(random_index(static_cast<std::size_t>(options_.isovalues)));
   const double coarse = *std::max_element(options_.errors.begin(), options_.errors.end());
   OpenStream open = surface(info, isovalue(info, number, options_.isovalues), coarse);
   open.request.thresholds.coordinates = CoordinateSystem::kIndex;
@@ -107,22 +107,22 @@ void Script::plan_region() {
   for (int i = 0; i < kPlaces; ++i) {
     Vec3 centre = {};
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      centre[axis] = (static_cast<double>(one_of(2)) + 0.5) / 2 * info.dims[axis];
+      centre[axis] = (static_cast<double>(random_index(2)) + 0.5) / 2 * info.dims[axis];
     }
     open.request.thresholds.regions = {
         {.shape = BallShape{.centre = centre, .radius = radius}, .threshold = coarse / 4}};
-    planned_.push_back({.open = open, .replaced_after = std::nullopt, .pause = any_pause()});
+    planned_.push_back({.open = open, .replaced_after = std::nullopt, .pause = random_pause()});
   }
 }
 
 double Script::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
 
-std::size_t Script::one_of(std::size_t count) {
+std::size_t Script::random_index(std::size_t count) {
   return std::min(static_cast<std::size_t>(uniform() * static_cast<double>(count)), count - 1);
 }
 
 // Returns an exponentially distributed pause, as between independent events, at most four means.
-std::chrono::milliseconds Script::any_pause() {
+std::chrono::milliseconds Script::random_pause() {
   const double factor = std::min(-std::log(1 - uniform()), 4.0);
   return std::chrono::milliseconds(
       static_cast<std::int64_t>(factor * static_cast<double>(options_.mean_pause.count())));

@@ -39,7 +39,7 @@ struct ScriptOptions {
 };
 
 // A request and what follows it.
-struct Act {
+struct ScriptedRequest {
   OpenStream open;  // Without the request id and the held tiles.
   // The next act supersedes this one after this time, complete or not. nullopt: it runs to its end.
   std::optional<std::chrono::milliseconds> replaced_after;
@@ -52,7 +52,7 @@ class Script {
   Script(ScriptKind kind, std::vector<DatasetInfo> datasets, std::uint64_t seed,
          ScriptOptions options);
 
-  [[nodiscard]] Act next();
+  [[nodiscard]] ScriptedRequest next();
 
  private:
   void plan();
@@ -62,16 +62,16 @@ class Script {
 
   // Returns a random number, uniform over 0 <= x < 1.
   double uniform();
-  std::size_t one_of(std::size_t count);
-  const DatasetInfo& any_dataset() { return datasets_[one_of(datasets_.size())]; }
-  double any_error() { return options_.errors[one_of(options_.errors.size())]; }
-  std::chrono::milliseconds any_pause();
+  std::size_t random_index(std::size_t count);
+  const DatasetInfo& random_dataset() { return datasets_[random_index(datasets_.size())]; }
+  double random_error() { return options_.errors[random_index(options_.errors.size())]; }
+  std::chrono::milliseconds random_pause();
 
   ScriptKind kind_;
   std::vector<DatasetInfo> datasets_;
   ScriptOptions options_;
   std::mt19937_64 random_;
-  std::deque<Act> planned_;
+  std::deque<ScriptedRequest> planned_;
 };
 
 // Returns isovalue `number` of `count`, evenly spaced over a range around the suggested isovalues.

@@ -52,7 +52,7 @@ Result<StreamProgress> StreamChecks::receive(Assembler& assembler, const ServerM
   return StreamProgress{};
 }
 
-StreamChecks StreamChecks::again(const DatasetInfo& info, const OpenStream& open) const {
+StreamChecks StreamChecks::resumed(const DatasetInfo& info, const OpenStream& open) const {
   if (!is_thorough()) return cheap(info, open, tiles_per_decoded_);
   return thorough(info, open, std::get<Assembler>(checks_).held());
 }

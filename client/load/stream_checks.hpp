@@ -30,7 +30,7 @@ class StreamChecks {
   [[nodiscard]] Result<StreamProgress> receive(const ServerMessage& message);
 
   // Returns the same checks for a request resumed by `open`, which must name held_digests().
-  [[nodiscard]] StreamChecks again(const DatasetInfo& info, const OpenStream& open) const;
+  [[nodiscard]] StreamChecks resumed(const DatasetInfo& info, const OpenStream& open) const;
   [[nodiscard]] std::vector<ContentDigest> held_digests() const;
   [[nodiscard]] std::uint64_t tiles_decoded() const { return tiles_decoded_; }
   [[nodiscard]] bool is_thorough() const { return std::holds_alternative<Assembler>(checks_); }

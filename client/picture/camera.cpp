@@ -19,16 +19,16 @@ struct Bounds {
   Vec3 high;
 };
 
-Bounds bounds_of(std::span<const std::array<float, 3>> places) {
+Bounds bounds_of(std::span<const std::array<float, 3>> points) {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Bounds bounds = {.low = {kFar, kFar, kFar}, .high = {-kFar, -kFar, -kFar}};
-  for (const auto& place : places) {
+  for (const auto& place : points) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       bounds.low[axis] = std::min<double>(bounds.low[axis], place[axis]);
       bounds.high[axis] = std::max<double>(bounds.high[axis], place[axis]);
     }
   }
-  if (places.empty()) bounds = {.low = {-1, -1, -1}, .high = {1, 1, 1}};
+  if (points.empty()) bounds = {.low = {-1, -1, -1}, .high = {1, 1, 1}};
   return bounds;
 }
 
@@ -50,7 +50,7 @@ Vec3 Camera::seen(const Vec3& place) const {
   return {dot(from_eye, right), dot(from_eye, up), dot(from_eye, back)};
 }
 
-Camera framing(std::span<const std::array<float, 3>> places, double azimuth, double elevation,
+Camera framing(std::span<const std::array<float, 3>> points, double azimuth, double elevation,
                int width, int height, const Vec3& up) {
   assert(width > 0 && height > 0);
   constexpr double kRadian = std::numbers::pi / 180;
@@ -67,7 +67,7 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
   for (Vec3* direction : {&camera.right, &camera.up, &camera.back}) {
     *direction = turned(*direction, up);
   }
-  const Bounds bounds = bounds_of(places);
+  const Bounds bounds = bounds_of(points);
   Vec3 middle;
   double radius = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -79,8 +79,8 @@ Camera framing(std::span<const std::array<float, 3>> places, double azimuth, dou
   // of the center plus its offset to the side or up, divided by these slopes.
   const double across = kFilled * width / (2 * camera.pixels_at_one);
   const double upwards = kFilled * height / (2 * camera.pixels_at_one);
-  double distance = places.empty() ? 4 * radius : 0;
-  for (const auto& place : places) {
+  double distance = points.empty() ? 4 * radius : 0;
+  for (const auto& place : points) {
     const Vec3 from_middle = difference(vec3(place), middle);
     const double needed = std::max(std::abs(dot(from_middle, camera.right)) / across,
                                    std::abs(dot(from_middle, camera.up)) / upwards);

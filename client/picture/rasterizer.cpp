@@ -26,7 +26,7 @@ constexpr std::array<std::array<int, 2>, kSamples> kSamplePlaces = {
     {{144, 80}, {112, 176}, {208, 144}, {80, 48}, {48, 208}, {16, 112}, {176, 240}, {240, 16}}};
 
 // The largest distance of a corner from the picture, in subpixels.
-constexpr double kFarthest = 1 << 26;
+constexpr double kMaxPixelCoordinate = 1 << 26;
 
 // The width of a wire on each side of an edge; both triangles draw their half.
 constexpr double kHalfWire = 0.5 * kSubpixels;
@@ -64,7 +64,8 @@ std::vector<Corner> corners_of(const PositionedMesh& mesh, const Camera& camera)
     const double scale = camera.pixels_at_one * nearness;
     const double x = kSubpixels * (camera.width / 2.0 + scale * seen[0]);
     const double y = kSubpixels * (camera.height / 2.0 - scale * seen[1]);
-    const bool is_seen = seen[2] < 0 && std::abs(x) < kFarthest && std::abs(y) < kFarthest;
+    const bool is_seen =
+        seen[2] < 0 && std::abs(x) < kMaxPixelCoordinate && std::abs(y) < kMaxPixelCoordinate;
     corners.push_back(is_seen ? Corner{.x = static_cast<std::int32_t>(std::lround(x)),
                                        .y = static_cast<std::int32_t>(std::lround(y)),
                                        .nearness = nearness}
@@ -97,7 +98,7 @@ std::vector<Light> lights_of(const PositionedMesh& mesh) {
   std::vector<Light> lights;
   lights.reserve(mesh.colors.size());
   for (const auto& color : mesh.colors) {
-    lights.push_back({light_of(color[0]), light_of(color[1]), light_of(color[2])});
+    lights.push_back({linear_light(color[0]), linear_light(color[1]), linear_light(color[2])});
   }
   return lights;
 }
@@ -204,10 +205,10 @@ class Band {
     Drawn t{.indices = indices};
     t.area = side(corner(t, 0), corner(t, 1), corner(t, 2).x, corner(t, 2).y);
     if (t.area == 0) return;
-    const auto& places = surface_->mesh.positions;
-    const Vec3 a = vec3(places[indices[0]]);
+    const auto& points = surface_->mesh.positions;
+    const Vec3 a = vec3(points[indices[0]]);
     t.normal =
-        cross(difference(vec3(places[indices[1]]), a), difference(vec3(places[indices[2]]), a));
+        cross(difference(vec3(points[indices[1]]), a), difference(vec3(points[indices[2]]), a));
     // Triangles are counterclockwise when seen from outside; rows count downwards.
     t.is_inside = t.area > 0;
     if (t.area < 0) {
@@ -319,10 +320,10 @@ class Band {
     const Camera& camera = scene_.camera;
     const double sign = t.is_inside ? -1 : 1;
     const Vec3 seen = camera.seen(place);
-    return lit(normalized({sign * dot(normal, camera.right), sign * dot(normal, camera.up),
-                           sign * dot(normal, camera.back)}),
-               normalized({-seen[0], -seen[1], -seen[2]}),
-               {camera.right[2], camera.up[2], camera.back[2]}, t.is_inside, color);
+    return shaded(normalized({sign * dot(normal, camera.right), sign * dot(normal, camera.up),
+                              sign * dot(normal, camera.back)}),
+                  normalized({-seen[0], -seen[1], -seen[2]}),
+                  {camera.right[2], camera.up[2], camera.back[2]}, t.is_inside, color);
   }
 
   [[nodiscard]] Pixel pixel(int x, int y) const {

@@ -6,8 +6,9 @@
 namespace multitetra {
 namespace {
 
-Light light_of(int red, int green, int blue) {
-  return {multitetra::light_of(red), multitetra::light_of(green), multitetra::light_of(blue)};
+Light linear_light(int red, int green, int blue) {
+  return {multitetra::linear_light(red), multitetra::linear_light(green),
+          multitetra::linear_light(blue)};
 }
 
 Light mixed(const Light& a, const Light& b, double share) {
@@ -17,15 +18,15 @@ Light mixed(const Light& a, const Light& b, double share) {
 
 }  // namespace
 
-float light_of(int value) {
+float linear_light(int value) {
   const double v = value / 255.0;
   return static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
 }
 
-Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
-          const std::optional<Light>& own_color) {
-  static const Light kOutside = light_of(0xe0, 0xcd, 0xb4);
-  static const Light kInside = light_of(0x8f, 0x6c, 0x5c);
+Light shaded(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
+             const std::optional<Light>& own_color) {
+  static const Light kOutside = linear_light(0xe0, 0xcd, 0xb4);
+  static const Light kInside = linear_light(0x8f, 0x6c, 0x5c);
   // A lamp above the left shoulder of the viewer shows more of the shape than one at the eye.
   const Vec3 lamp = normalized({to_eye[0] - 0.45, to_eye[1] + 0.55, to_eye[2]});
   const double facing = std::max(0.0, dot(normal, lamp));
@@ -48,10 +49,10 @@ Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_i
 }
 
 Light background_at(Background background, double x, double y) {
-  static const Light kGlow = light_of(0x26, 0x2c, 0x35);
-  static const Light kDark = light_of(0x14, 0x17, 0x1c);
-  static const Light kWhite = light_of(0xff, 0xff, 0xff);
-  static const Light kLight = light_of(0xe9, 0xed, 0xf1);
+  static const Light kGlow = linear_light(0x26, 0x2c, 0x35);
+  static const Light kDark = linear_light(0x14, 0x17, 0x1c);
+  static const Light kWhite = linear_light(0xff, 0xff, 0xff);
+  static const Light kLight = linear_light(0xe9, 0xed, 0xf1);
   if (background == Background::kTransparent) return {0, 0, 0};
   const double from_middle = std::min(1.0, std::sqrt(x * x + y * y) / 1.2);
   return background == Background::kDark ? mixed(kGlow, kDark, from_middle)

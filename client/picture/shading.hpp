@@ -30,11 +30,11 @@ enum class Background { kDark, kLight, kTransparent };
 //
 // The inside of a surface, visible where the surface ends, is darker and redder, as in the browser
 // viewer; surfaces with a color of their own are only darker.
-[[nodiscard]] Light lit(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards, bool is_inside,
-                        const std::optional<Light>& own_color = {});
+[[nodiscard]] Light shaded(const Vec3& normal, const Vec3& to_eye, const Vec3& upwards,
+                           bool is_inside, const std::optional<Light>& own_color = {});
 
 // Converts an sRGB value, 0 to 255, to linear light.
-[[nodiscard]] float light_of(int srgb);
+[[nodiscard]] float linear_light(int srgb);
 
 // Returns the background, which is brighter in the middle. `x` and `y` are from -1 to 1.
 [[nodiscard]] Light background_at(Background background, double x, double y);

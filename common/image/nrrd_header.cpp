@@ -30,8 +30,8 @@ std::string field_name(std::string_view written) {
        {"axismaxs", "axis maxs"},
        {"centerings", "centers"}}};
   std::string name = lower_case(written);
-  for (const auto& [other, usual] : kSpellings) {
-    if (name == other) name = usual;
+  for (const auto& [other, canonical] : kSpellings) {
+    if (name == other) name = canonical;
   }
   return name;
 }

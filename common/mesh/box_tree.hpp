@@ -21,7 +21,7 @@ struct Box3 {
 
   void add(const Vec3& point);
   void add(const Box3& box);
-  [[nodiscard]] bool meets(const Box3& other) const {  // Boxes are closed.
+  [[nodiscard]] bool touches(const Box3& other) const {  // Boxes are closed.
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (low[axis] > other.high[axis] || high[axis] < other.low[axis]) return false;
     }
@@ -48,7 +48,7 @@ class BoxTree {
     while (!waiting.is_empty()) {
       const std::uint32_t index = waiting.pop();
       const Node& node = nodes_[index];
-      if (!node.box.meets(box)) continue;
+      if (!node.box.touches(box)) continue;
       if (node.count == 0) {
         waiting.push(node.first);
         waiting.push(index + 1);

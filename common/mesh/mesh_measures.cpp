@@ -12,7 +12,7 @@ __extension__ using Wide = __int128;
 
 // Returns six times the signed volume of the tetrahedron formed by the triangle and the origin.
 // Lattice coordinates have 20 bits, so each of the six products has 60.
-std::int64_t six_volumes(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
+std::int64_t six_times_volume(const LatticePoint& a, const LatticePoint& b, const LatticePoint& c) {
   const auto product = [](std::int64_t x, std::int64_t y) { return x * y; };
   return a.x * (product(b.y, c.z) - product(b.z, c.y)) -
          a.y * (product(b.x, c.z) - product(b.z, c.x)) +
@@ -57,7 +57,7 @@ std::vector<SurfaceMeasures> measures_of(const LatticeMesh& mesh, const MeshComp
     const LatticePoint& c = mesh.vertices[t[2]];
     const std::uint32_t component = components.of_vertex[t[0]];
     measures[component].area += 0.5 * length(cross(side(a, b), side(a, c)));
-    six_times[component] += six_volumes(a, b, c);
+    six_times[component] += six_times_volume(a, b, c);
   }
   const std::vector<bool> have_border = have_borders(mesh, components);
   // A mirroring map also reverses triangles, so the inside stays the inside.

@@ -93,7 +93,7 @@ asio::awaitable<Result<std::string>> MessageChannel::receive() {
 asio::awaitable<Result<void>> MessageChannel::send_bytes(std::string bytes) {
   if (!is_open_ || !stream_) co_return not_open();
   const Transfer sent = co_await stream_->write(asio::buffer(bytes));
-  if (sent.error) co_return connection_lost(lost(sent.error).value());
+  if (sent.error) co_return connection_lost(connection_error(sent.error).value());
   co_return Result<void>();
 }
 
@@ -135,7 +135,7 @@ tl::unexpected<Error> MessageChannel::connection_lost(Error error) {
 }
 
 tl::unexpected<Error> MessageChannel::not_open() {
-  return connection_lost(lost(asio::error::not_connected).value());
+  return connection_lost(connection_error(asio::error::not_connected).value());
 }
 
 tl::unexpected<Error> MessageChannel::unreachable(const error_code& error) {

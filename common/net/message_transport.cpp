@@ -17,7 +17,7 @@ class Frames final : public MessageTransport {
       if (!content) co_return tl::unexpected(content.error());
       if (*content) co_return **std::move(content);
       const Transfer came = co_await stream_.read_some(asio::buffer(buffer_));
-      if (came.error) co_return lost(came.error);
+      if (came.error) co_return connection_error(came.error);
       note_activity(came.bytes);
       frames_.feed({buffer_.data(), came.bytes});
     }
@@ -26,7 +26,7 @@ class Frames final : public MessageTransport {
   asio::awaitable<Result<std::size_t>> send(std::string content) override {
     const std::string header = frame_header(static_cast<std::uint32_t>(content.size()));
     const Transfer sent = co_await stream_.write(asio::buffer(header), asio::buffer(content));
-    if (sent.error) co_return lost(sent.error);
+    if (sent.error) co_return connection_error(sent.error);
     note_activity(0);
     co_return sent.bytes;
   }

@@ -67,7 +67,7 @@ class MessageTransport {
                                                             const TransportOptions& options);
 
 // The error of receive() and send() for a lost connection.
-[[nodiscard]] inline tl::unexpected<Error> lost(const error_code& why) {
+[[nodiscard]] inline tl::unexpected<Error> connection_error(const error_code& why) {
   return fail(ErrorCode::kUnavailable, why.message());
 }
 

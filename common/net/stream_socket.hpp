@@ -31,12 +31,12 @@ class IoHandler {
  public:
   using executor_type = asio::any_io_executor;
 
-  enum class Takes { kError, kErrorAndBytes };
-  template <Takes takes, typename Handler>
-  [[nodiscard]] static IoHandler of(Handler handler, const executor_type& usual) {
+  enum class HandlerArguments { kError, kErrorAndBytes };
+  template <HandlerArguments arguments, typename Handler>
+  [[nodiscard]] static IoHandler of(Handler handler, const executor_type& fallback) {
     IoHandler erased;
-    erased.executor_ = asio::get_associated_executor(handler, usual);
-    erased.call_ = std::make_unique<CallOf<takes, Handler>>(std::move(handler));
+    erased.executor_ = asio::get_associated_executor(handler, fallback);
+    erased.call_ = std::make_unique<CallOf<arguments, Handler>>(std::move(handler));
     return erased;
   }
 
@@ -52,11 +52,11 @@ class IoHandler {
     virtual ~Call() = default;
     virtual void run(error_code error, std::size_t bytes) = 0;
   };
-  template <Takes takes, typename Handler>
+  template <HandlerArguments arguments, typename Handler>
   struct CallOf final : Call {
     explicit CallOf(Handler&& handler) : handler_(std::move(handler)) {}
     void run(error_code error, std::size_t bytes) override {
-      if constexpr (takes == Takes::kErrorAndBytes) {
+      if constexpr (arguments == HandlerArguments::kErrorAndBytes) {
         handler_(error, bytes);
       } else {
         handler_(error);
@@ -115,7 +115,9 @@ class StreamSocket {
   template <typename Token>
   auto async_handshake(asio::ssl::stream_base::handshake_type role, Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(
-        [this, role](auto handler) { handshake(role, erased<Takes::kError>(std::move(handler))); },
+        [this, role](auto handler) {
+          handshake(role, erased<HandlerArguments::kError>(std::move(handler)));
+        },
         token);
   }
 
@@ -124,7 +126,7 @@ class StreamSocket {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& into) {
           read_some(FirstBuffers<asio::mutable_buffer>(into),
-                    erased<Takes::kErrorAndBytes>(std::move(handler)));
+                    erased<HandlerArguments::kErrorAndBytes>(std::move(handler)));
         },
         token, buffers);
   }
@@ -134,7 +136,7 @@ class StreamSocket {
     return asio::async_initiate<Token, void(boost::system::error_code, std::size_t)>(
         [this](auto handler, const Buffers& from) {
           write_some(FirstBuffers<asio::const_buffer>(from),
-                     erased<Takes::kErrorAndBytes>(std::move(handler)));
+                     erased<HandlerArguments::kErrorAndBytes>(std::move(handler)));
         },
         token, buffers);
   }
@@ -144,7 +146,8 @@ class StreamSocket {
   template <typename Token>
   auto async_shutdown(Token&& token) {
     return asio::async_initiate<Token, void(boost::system::error_code)>(
-        [this](auto handler) { shut_down(erased<Takes::kError>(std::move(handler))); }, token);
+        [this](auto handler) { shut_down(erased<HandlerArguments::kError>(std::move(handler))); },
+        token);
   }
 
   // Pending operations end with an error.
@@ -154,10 +157,10 @@ class StreamSocket {
   }
 
  private:
-  using Takes = IoHandler::Takes;
-  template <Takes takes, typename Handler>
+  using HandlerArguments = IoHandler::HandlerArguments;
+  template <HandlerArguments arguments, typename Handler>
   [[nodiscard]] IoHandler erased(Handler handler) {
-    return IoHandler::of<takes>(std::move(handler), socket_.get_executor());
+    return IoHandler::of<arguments>(std::move(handler), socket_.get_executor());
   }
   void handshake(asio::ssl::stream_base::handshake_type role, IoHandler handler);
   void read_some(const FirstBuffers<asio::mutable_buffer>& into, IoHandler handler);

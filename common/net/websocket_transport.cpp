@@ -70,7 +70,7 @@ class WebSocket final : public MessageTransport {
   asio::awaitable<Result<std::size_t>> send(std::string content) override {
     error_code error;
     const std::size_t size = co_await socket_.async_write(asio::buffer(content), use_error(error));
-    if (error) co_return lost(error);
+    if (error) co_return connection_error(error);
     note_activity(0);
     co_return size;
   }
@@ -109,7 +109,7 @@ class WebSocket final : public MessageTransport {
     const bool is_protocol_fault =
         was_cut_off_ &&
         error.category() == make_error_code(websocket::error::bad_opcode).category();
-    if (!is_protocol_fault) return lost(error);
+    if (!is_protocol_fault) return connection_error(error);
     return fail(ErrorCode::kMalformedFrame,
                 "The received bytes are not a WebSocket frame: " + error.message() + ".");
   }
@@ -123,8 +123,8 @@ class WebSocket final : public MessageTransport {
 std::string host_field(const Endpoint& server) {
   const bool is_ipv6 = server.host.find(':') != std::string::npos;
   const std::string host = is_ipv6 ? "[" + server.host + "]" : server.host;
-  const std::uint16_t usual = server.is_secure() ? 443 : 80;
-  return server.port == usual ? host : host + ":" + std::to_string(server.port);
+  const std::uint16_t default_port = server.is_secure() ? 443 : 80;
+  return server.port == default_port ? host : host + ":" + std::to_string(server.port);
 }
 
 Error refused_upgrade(const Endpoint& server, const websocket::response_type& response) {
@@ -192,7 +192,7 @@ asio::awaitable<Result<void>> WebSocket::accept(UpgradeRequest request, WebSocke
   socket_.read_message_max(options_.max_message_bytes);
   error_code error;
   co_await socket_.async_accept(request, use_error(error));
-  if (error) co_return lost(error);
+  if (error) co_return connection_error(error);
   co_return Result<void>();
 }
 

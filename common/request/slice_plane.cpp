@@ -113,8 +113,8 @@ Result<SliceRequest> oblique_slice(const DatasetInfo& info, const ObliquePlane& 
                 "The normal of a slice has no direction; it must not be 0,0,0.");
   }
   constexpr double kNearlyAlong = 0.999;
-  const Vec3 usual = std::abs((*normal)[2]) < kNearlyAlong ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
-  const auto right = direction_of(cross(plane.up.value_or(usual), *normal));
+  const Vec3 default_up = std::abs((*normal)[2]) < kNearlyAlong ? Vec3{0, 0, 1} : Vec3{0, 1, 0};
+  const auto right = direction_of(cross(plane.up.value_or(default_up), *normal));
   if (!right) {
     return fail(ErrorCode::kInvalidArgument,
                 "The up vector of a slice must not be 0,0,0 or parallel to its normal.");

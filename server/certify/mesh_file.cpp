@@ -110,9 +110,9 @@ TriangleMesh read_mesh(const fs::path& file) {
     TriangleMesh mesh = read(file);
     for (const Vec3& vertex : mesh.vertices) {
       // Larger coordinates make squared lengths overflow or meaningless.
-      constexpr double kFarthest = 1e100;
+      constexpr double kMaxVertexCoordinate = 1e100;
       for (const double coordinate : vertex) {
-        if (!(std::abs(coordinate) < kFarthest))
+        if (!(std::abs(coordinate) < kMaxVertexCoordinate))
           throw MeshFileError("a coordinate is not a number");
       }
     }

@@ -24,8 +24,8 @@ SelfIntersections self_intersections(const TriangleMesh& mesh) {
   std::vector<char> flat(count);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
     const MeshTriangle triangle = triangle_of(mesh, i);
-    for (const Vec3& place : triangle.places) boxes[i].add(place);
-    flat[i] = is_flat(triangle.places) ? 1 : 0;
+    for (const Vec3& place : triangle.positions) boxes[i].add(place);
+    flat[i] = is_flat(triangle.positions) ? 1 : 0;
   });
   const BoxTree tree(boxes);
   std::vector<std::atomic<bool>> hit(count);
@@ -38,7 +38,7 @@ SelfIntersections self_intersections(const TriangleMesh& mesh) {
     std::uint64_t found = 0;
     tree.visit_near(boxes[number], [&](std::uint32_t other_place) {
       const std::uint32_t other = tree.order()[other_place];
-      if (other_place <= place || flat[other] != 0 || !boxes[number].meets(boxes[other])) return;
+      if (other_place <= place || flat[other] != 0 || !boxes[number].touches(boxes[other])) return;
       if (!intersect(triangle, triangle_of(mesh, other))) return;
       ++found;
       hit[number] = true;
@@ -52,7 +52,8 @@ SelfIntersections self_intersections(const TriangleMesh& mesh) {
     if (!hit[i]) continue;
     if (result.triangles++ > 0) continue;
     const MeshTriangle first = triangle_of(mesh, i);
-    result.place = scaled(sum(sum(first.places[0], first.places[1]), first.places[2]), 1.0 / 3);
+    result.place =
+        scaled(sum(sum(first.positions[0], first.positions[1]), first.positions[2]), 1.0 / 3);
   }
   return result;
 }

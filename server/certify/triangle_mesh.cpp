@@ -18,19 +18,20 @@ std::vector<SurfaceTriangle> triangles_of(const TriangleMesh& mesh) {
 
 WeldedMesh welded(const TriangleMesh& mesh) {
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  const std::vector<Vec3>& places = mesh.vertices;
-  std::vector<std::uint32_t> order(places.size());
+  const std::vector<Vec3>& positions = mesh.vertices;
+  std::vector<std::uint32_t> order(positions.size());
   std::iota(order.begin(), order.end(), 0U);
   tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return places[a] != places[b] ? places[a] < places[b] : a < b;  // Treats 0 and -0 as equal.
+    return positions[a] != positions[b] ? positions[a] < positions[b]
+                                        : a < b;  // Treats 0 and -0 as equal.
   });
-  std::vector<std::uint32_t> first(places.size());  // First vertex at the same position.
+  std::vector<std::uint32_t> first(positions.size());  // First vertex at the same position.
   for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool is_same = i > 0 && places[order[i]] == places[order[i - 1]];
+    const bool is_same = i > 0 && positions[order[i]] == positions[order[i - 1]];
     first[order[i]] = is_same ? first[order[i - 1]] : order[i];
   }
   WeldedMesh result;
-  std::vector<std::uint32_t> number(places.size(), kNone);
+  std::vector<std::uint32_t> number(positions.size(), kNone);
   result.mesh.triangles.reserve(mesh.triangles.size());
   for (TriangleIndices t : mesh.triangles) {
     for (std::uint32_t& corner : t) corner = first[corner];
@@ -41,7 +42,7 @@ WeldedMesh welded(const TriangleMesh& mesh) {
     for (std::uint32_t& corner : t) {
       if (number[corner] == kNone) {
         number[corner] = static_cast<std::uint32_t>(result.mesh.vertices.size());
-        result.mesh.vertices.push_back(places[corner]);
+        result.mesh.vertices.push_back(positions[corner]);
       }
       corner = number[corner];
     }

@@ -46,7 +46,7 @@ Conversation::Conversation(asio::any_io_executor executor, CallerPtr caller, Ses
 // ---- receiving
 
 void Conversation::receive(std::string_view content) {
-  idleness_.note(Clock::now());
+  idleness_.record_activity(Clock::now());
   const auto message = parse_client_message(content);
   const auto* hello = message ? std::get_if<Hello>(&*message) : nullptr;
   if (!hello || session_.is_welcomed() || session_.is_closed() || is_greeting_) {
@@ -281,7 +281,7 @@ void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> m
   RunningQuery query = std::move(found->second);
   queries_.erase(found);
   if (is_over_) return;
-  idleness_.note(Clock::now());
+  idleness_.record_activity(Clock::now());
   query.record->end(made ? "complete" : name(made.error().code));
   if (made) {
     std::visit([&](auto& answer) { reply(std::move(answer), std::move(query.reservation)); },
@@ -309,7 +309,7 @@ void Conversation::drop_stream() {
   if (!stream_) return;
   stream_->messages->drop();
   stream_.reset();
-  idleness_.note(Clock::now());
+  idleness_.record_activity(Clock::now());
 }
 
 }  // namespace multitetra

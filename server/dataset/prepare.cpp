@@ -99,7 +99,7 @@ VolumeSurvey surveyed(VolumeSource& source, const PrepareOptions& options,
       describe(source.header(), builder.finish(), options.name, options.outside, options.margin);
   info.member = options.member;
   if (options.label_volume) info.label_extent = options.label_volume->extent();
-  prefer_known_isovalues(source.members().recommended_isovalue, info);
+  prefer_known_isovalues(source.contents().recommended_isovalue, info);
   if (!options.suggested_isovalues.empty()) info.suggested_isovalues = options.suggested_isovalues;
   IsovalueBins bins = options.bin_edges.empty()
                           ? IsovalueBins::for_values(info, builder.distinct_values(), options.bins)

@@ -39,8 +39,8 @@ class CellCollector {
 
   void add(const Tetrahedron& t) {
     CellCorners corners{};
-    const auto places = t.corners();
-    for (std::size_t i = 0; i < 4; ++i) corners[i] = corner(places[i]);
+    const auto points = t.corners();
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = corner(points[i]);
     const auto is = [&](const auto& what) {
       return std::any_of(corners.begin(), corners.end(), what);
     };
@@ -53,7 +53,7 @@ class CellCollector {
     if (scope_ == ModelScope::kSurface && !is_crossed) return;
 
     const std::int64_t volume =
-        six_volumes(corners[0].at, corners[1].at, corners[2].at, corners[3].at);
+        six_times_volume(corners[0].at, corners[1].at, corners[2].at, corners[3].at);
     if (volume == 0) return;  // Entirely beyond the data.
     if (volume < 0) std::swap(corners[2], corners[3]);
     if (reaches_beyond) keep_to_one_side(corners);

@@ -39,7 +39,7 @@ constexpr double kBytesInTiles = 0.82;
 constexpr double kTrianglesPerPreviewCube = 16;
 
 // Returns fewer blocks the more there is to simplify in each.
-BlockCounts careful_blocks(double triangles_a_cube) {
+BlockCounts accurate_blocks(double triangles_a_cube) {
   constexpr double kTrianglesToSimplify = 120'000;
   constexpr double kCubesPerBlock = 5;  // The average number of cubes with any surface in a block.
   return {.blocks = static_cast<std::size_t>(
@@ -185,15 +185,15 @@ SurfaceSize sampled_size(const SurfaceExtractor& extractor, SharedSpectrum& spec
   const double triangles = kTrianglesPerTetrahedron *
                            (static_cast<double>(sample.coarse_tetrahedra) + sample.weight * found);
   SurfaceSize size = size_with(triangles, triangles, step);
-  const bool is_careful = accuracy == SizeAccuracy::kCareful;
-  if (step.request.simplify && is_careful && triangles <= kMaxMeasuredTriangles) {
+  const bool is_accurate = accuracy == SizeAccuracy::kAccurate;
+  if (step.request.simplify && is_accurate && triangles <= kMaxMeasuredTriangles) {
     return exact_size(extractor.extract(spec, stop), extractor.dataset(), step);
   }
-  if (step.request.simplify || (is_careful && step.finest_spacing < kSpectrumSpacing)) {
+  if (step.request.simplify || (is_accurate && step.finest_spacing < kSpectrumSpacing)) {
     const BlockCounts blocks =
-        is_careful
-            ? careful_blocks(triangles / (sample.weight * static_cast<double>(sample.cubes.size())))
-            : kQuickBlocks;
+        is_accurate ? accurate_blocks(triangles /
+                                      (sample.weight * static_cast<double>(sample.cubes.size())))
+                    : kQuickBlocks;
     const bool is_mapped = model.thresholds().least() < model.thresholds().largest();
     if (is_mapped) return size_by_threshold(extractor, model, spec, blocks, triangles, stop);
     const auto sampled = sampled_blocks(extractor, model, sample.cubes, spec, blocks, stop);

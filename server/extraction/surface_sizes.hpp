@@ -15,7 +15,7 @@ enum class SizeAccuracy {
   // four blocks, less accurate (at most three times too large on public volumes) and slower.
   kQuick,
   // For estimates shown to clients: a larger sample, whose blocks are encoded to measure bytes.
-  kCareful,
+  kAccurate,
 };
 
 // Returns functions that are not thread-safe and throw Cancelled soon after `stop` is triggered.

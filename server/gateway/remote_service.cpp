@@ -55,12 +55,12 @@ class RemoteService : public SurfaceService {
   bool is_ready() const override { return upstreams_->is_ready(); }
 
  private:
-  static constexpr std::size_t kAssembling = 2;  // Meshes assembled at the same time.
+  static constexpr std::size_t kMaxConcurrentMeshes = 2;  // Meshes assembled at the same time.
 
   asio::any_io_executor executor_;
   RemoteServiceOptions options_;
   std::shared_ptr<UpstreamPool> upstreams_;
-  Workers assembling_{kAssembling};
+  Workers assembling_{kMaxConcurrentMeshes};
 };
 
 }  // namespace

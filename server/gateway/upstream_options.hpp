@@ -17,7 +17,7 @@ struct UpstreamOptions {
   bool warns_of_open_servers = false;
   std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
   // The longest silence of a connected server before it counts as lost.
-  std::chrono::milliseconds silence{10'000};
+  std::chrono::milliseconds silence_timeout{10'000};
   // How long a stream waits for a server before it fails.
   std::chrono::milliseconds failover_timeout{30'000};
   // The delay before a failed server is retried, doubled up to the longest.

@@ -137,7 +137,7 @@ std::string tag_of(std::string_view content) {
 
 void apply_conditions(Answer& answer, const HttpRequest& request, std::string_view tag) {
   add_field(answer, "ETag", tag);
-  if (names_tag(field(request, http::field::if_none_match), tag)) {
+  if (matches_tag(field(request, http::field::if_none_match), tag)) {
     answer.status = 304;
     answer.body = {};
     return;

@@ -19,7 +19,7 @@ std::optional<std::uint64_t> digits(std::string_view text) {
 }  // namespace
 
 // Our tags contain no comma. Splitting a foreign tag at a comma cannot produce a match.
-bool names_tag(std::string_view if_none_match, std::string_view tag) {
+bool matches_tag(std::string_view if_none_match, std::string_view tag) {
   if (trimmed(if_none_match) == "*") return true;
   for (std::string_view one : split(if_none_match, ',')) {
     one = trimmed(one);

@@ -11,7 +11,7 @@
 namespace multitetra {
 
 // Returns whether If-None-Match contains the quoted tag. Weak tags match too, and "*" matches all.
-[[nodiscard]] bool names_tag(std::string_view if_none_match, std::string_view tag);
+[[nodiscard]] bool matches_tag(std::string_view if_none_match, std::string_view tag);
 
 struct ByteRange {
   std::uint64_t first = 0;

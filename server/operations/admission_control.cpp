@@ -209,7 +209,7 @@ void AdmissionControl::drain(std::function<void()> when_idle) {
   if (running_requests_ == 0) std::exchange(when_idle_, nullptr)();
 }
 
-Result<void> AdmissionControl::may_begin_work() const {
+Result<void> AdmissionControl::check_draining() const {
   if (!is_draining_) return {};
   return fail(ErrorCode::kUnavailable,
               "The server is stopping and accepts no new requests; connect again later.");
@@ -237,7 +237,7 @@ RequestRecord::~RequestRecord() {
   client_->admission().request_over();
 }
 
-void RequestRecord::is_about(double isovalue, double error, std::string_view unit) {
+void RequestRecord::set_surface(double isovalue, double error, std::string_view unit) {
   facts_.isovalue = isovalue;
   facts_.error = error;
   facts_.unit = unit;

@@ -137,7 +137,7 @@ class AdmissionControl {
   void drain(std::function<void()> when_idle);
   [[nodiscard]] bool is_draining() const { return is_draining_; }
   // Returns kUnavailable while draining.
-  [[nodiscard]] Result<void> may_begin_work() const;
+  [[nodiscard]] Result<void> check_draining() const;
 
   [[nodiscard]] ByteReservations& queue() { return queue_; }
   [[nodiscard]] ServiceObserver& observer() { return *observer_; }
@@ -179,7 +179,7 @@ class RequestRecord {
   RequestRecord& operator=(const RequestRecord&) = delete;
 
   // Sets the surface of the request, once known; `unit` is that of the error.
-  void is_about(double isovalue, double error, std::string_view unit);
+  void set_surface(double isovalue, double error, std::string_view unit);
   void sent_tile(std::size_t bytes);
   void sent_step() { ++facts_.steps; }
   // Ends the request with an outcome as in RequestFacts. Only the first call has an effect.

@@ -24,24 +24,25 @@ class RateAllowance {
   // Charges a request with `cost` and returns 0 if it is allowed now. Otherwise returns the seconds
   // to wait, and charges only the cost above 1, as even a refused large request takes time to read.
   [[nodiscard]] double take(const RequestRate& rate, double now, double cost) {
-    left_ = left_at(rate, now);
+    left_ = remaining_at(rate, now);
     since_ = std::max(since_, now);
     const double needed = std::min(cost, 1.0);
     const bool is_allowed = left_ >= needed;
-    left_ = std::max(left_ - (is_allowed ? cost : cost - needed), -kLongestDebt * rate.per_second);
+    left_ =
+        std::max(left_ - (is_allowed ? cost : cost - needed), -kMaxDebtSeconds * rate.per_second);
     return is_allowed ? 0 : (needed - left_) / rate.per_second;
   }
   // Returns whether the allowance is as full as without any requests.
   [[nodiscard]] bool is_full(const RequestRate& rate, double now) const {
-    return left_at(rate, now) >= rate.burst;
+    return remaining_at(rate, now) >= rate.burst;
   }
 
  private:
-  [[nodiscard]] double left_at(const RequestRate& rate, double now) const {
+  [[nodiscard]] double remaining_at(const RequestRate& rate, double now) const {
     return std::min(rate.burst, left_ + std::max(now - since_, 0.0) * rate.per_second);
   }
 
-  static constexpr double kLongestDebt = 30;  // Seconds.
+  static constexpr double kMaxDebtSeconds = 30;  // Seconds.
 
   double left_;
   double since_;

@@ -87,7 +87,7 @@ Volume volume_of(const CertifyArguments& arguments, CertifyOptions& options, Pro
   options.outside = outside_from(arguments.outside.empty() ? "void" : arguments.outside);
   options.margin = arguments.margin.value_or(0);
   VolumeFileOptions source = arguments.source.parsed();
-  source.notice = [&](const std::string& sentence) { progress.note(sentence); };
+  source.notice = [&](const std::string& sentence) { progress.print_above_bar(sentence); };
   return read_volume(arguments.volume, source);
 }
 

@@ -59,7 +59,7 @@ void Progress::finish() {
   std::cerr << command_ << ": done in " << human_seconds(total) << std::endl;
 }
 
-void Progress::note(const std::string& sentence) {
+void Progress::print_above_bar(const std::string& sentence) {
   if (is_terminal_ && is_running_ && !is_quiet_) clear_line();
   std::cerr << command_ << ": " << sentence << std::endl;
   if (is_terminal_ && is_running_ && !is_quiet_) draw();

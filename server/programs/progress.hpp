@@ -25,7 +25,7 @@ class Progress {
   void update(double done, double all, const char* unit);
   void finish();
   // Prints a sentence for the user, above the bar.
-  void note(const std::string& sentence);
+  void print_above_bar(const std::string& sentence);
 
   // Returns stage -> seconds, and "total".
   [[nodiscard]] Json seconds() const;

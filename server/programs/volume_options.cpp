@@ -183,7 +183,7 @@ Placement VolumeOptions::placement() const {
           mirror ? "--mirror: --orient " + orient + " turns without mirroring; leave --mirror out."
                  : "--orient " + orient +
                        " mirrors the volume: left and right would be exchanged. To turn it give " +
-                       turns_near(*placement.orient) +
+                       nearest_rotations(*placement.orient) +
                        "; if the volume is stored as its mirror image, add --mirror.");
     }
   }

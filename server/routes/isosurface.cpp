@@ -51,10 +51,9 @@ Answer no_storage(RequestContext& context) {
 IsosurfaceRoute::IsosurfaceRoute(const RouteOptions& options)
     : options_(options), meshes_(options.mesh_cache_bytes) {}
 
-Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& dataset,
-                                                        const Target& target,
-                                                        const HttpRequest& request,
-                                                        const RequestContext& context) {
+Result<IsosurfaceRoute::RequestedFile> IsosurfaceRoute::requested_file(
+    const std::string& dataset, const Target& target, const HttpRequest& request,
+    const RequestContext& context) {
   const Permit& permit = context.caller->permit();
   const auto query = parse_mesh_query(target.query);
   if (!query) return tl::unexpected(query.error());
@@ -78,16 +77,16 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
         "Several surfaces in one file require format=glb; otherwise request one at a time.");
   }
   const bool is_in_world = query->surface.coordinates == CoordinateSystem::kWorld;
-  Wanted wanted{.info = std::move(*info),
-                .requests = *std::move(surfaces),
-                .scalars = *std::move(scalars),
-                .form = {.format = *format,
-                         .is_in_world = is_in_world,
-                         .colors = query->surface.colors,
-                         .min_component = query->surface.min_component},
-                .is_format_negotiated = !query->format,
-                .key = {},
-                .tag = {}};
+  RequestedFile wanted{.info = std::move(*info),
+                       .requests = *std::move(surfaces),
+                       .scalars = *std::move(scalars),
+                       .form = {.format = *format,
+                                .is_in_world = is_in_world,
+                                .colors = query->surface.colors,
+                                .min_component = query->surface.min_component},
+                       .is_format_negotiated = !query->format,
+                       .key = {},
+                       .tag = {}};
   wanted.key = std::string(kFormVersion) + ' ' + std::string(media_type(*format)) +
                (is_in_world ? " w " : " i ") + key_of(wanted.info);
   if (wanted.form.min_component > 0) {
@@ -112,8 +111,8 @@ Result<IsosurfaceRoute::Wanted> IsosurfaceRoute::wanted(const std::string& datas
   return wanted;
 }
 
-asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(const Wanted& wanted,
-                                                                           Caller& caller) {
+asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(
+    const RequestedFile& wanted, Caller& caller) {
   std::vector<IsosurfaceRequest> requests = wanted.requests;
   if (needs_shared_budget(requests)) {
     std::vector<EstimatedSize> sizes;
@@ -140,8 +139,8 @@ asio::awaitable<Result<std::vector<Surface>>> IsosurfaceRoute::surfaces_of(const
   co_return surfaces;
 }
 
-asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const Wanted& wanted,
-                                                                         RequestContext& context) {
+asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(
+    const RequestedFile& wanted, RequestContext& context) {
   if (context.watch) context.watch();
   auto made = co_await surfaces_of(wanted, *context.caller);
   if (!made) co_return tl::unexpected(made.error());
@@ -172,7 +171,7 @@ asio::awaitable<Result<std::optional<StoredMesh>>> IsosurfaceRoute::make(const W
 asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, const Target& target,
                                                 const HttpRequest& request,
                                                 RequestContext& context) {
-  const auto wanted = this->wanted(dataset, target, request, context);
+  const auto wanted = this->requested_file(dataset, target, request, context);
   if (!wanted) {
     const bool is_unacceptable = wanted.error().code == ErrorCode::kUnsupportedVersion;
     co_return is_unacceptable ? error_answer(406, wanted.error(), context.request_id)
@@ -184,9 +183,9 @@ asio::awaitable<Answer> IsosurfaceRoute::answer(const std::string& dataset, cons
   if (wanted->is_format_negotiated) add_field(answer, "Vary", "Accept");
   const std::optional<StoredMesh> known = meshes_.find(wanted->key);
   const bool needs_none = request.method() == http::verb::head ||
-                          names_tag(field(request, http::field::if_none_match), wanted->tag);
+                          matches_tag(field(request, http::field::if_none_match), wanted->tag);
   const IsosurfaceRequest& first = wanted->requests.front();
-  context.record->is_about(first.isovalue, first.error, multitetra::name(first.unit));
+  context.record->set_surface(first.isovalue, first.error, multitetra::name(first.unit));
   StoredMesh mesh;
   if (known) {
     mesh = *known;

@@ -29,10 +29,10 @@ class IsosurfaceRoute {
  private:
   // Meshes made at the same time, limited because each takes much memory. One worker is reserved
   // for small meshes, and a share has at most one large one.
-  static constexpr std::size_t kAssembling = 3;
+  static constexpr std::size_t kMaxConcurrentMeshes = 3;
 
   // Everything that determines the file's bytes.
-  struct Wanted {
+  struct RequestedFile {
     DatasetInfo info;
     std::vector<IsosurfaceRequest> requests;  // One per surface.
     std::optional<ScalarRequest> scalars;
@@ -42,18 +42,20 @@ class IsosurfaceRoute {
     // Quoted; empty if the dataset has no content digest.
     std::string tag;
   };
-  [[nodiscard]] Result<Wanted> wanted(const std::string& dataset, const Target& target,
-                                      const HttpRequest& request, const RequestContext& context);
+  [[nodiscard]] Result<RequestedFile> requested_file(const std::string& dataset,
+                                                     const Target& target,
+                                                     const HttpRequest& request,
+                                                     const RequestContext& context);
   // Returns the surfaces of all isovalues. They share a budget in proportion to their estimated
   // sizes.
-  [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(const Wanted& wanted,
-                                                                          Caller& caller);
+  [[nodiscard]] asio::awaitable<Result<std::vector<Surface>>> surfaces_of(
+      const RequestedFile& wanted, Caller& caller);
   // Returns nullopt if the temporary folder is not writable.
-  [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make(const Wanted& wanted,
+  [[nodiscard]] asio::awaitable<Result<std::optional<StoredMesh>>> make(const RequestedFile& wanted,
                                                                         RequestContext& context);
   const RouteOptions& options_;
   MeshFileCache meshes_;
-  Workers assembling_{kAssembling};
+  Workers assembling_{kMaxConcurrentMeshes};
 };
 
 }  // namespace multitetra

@@ -124,7 +124,7 @@ asio::awaitable<Result<NeuroglancerRoute::MeshPtr>> NeuroglancerRoute::mesh(
   const std::string key = tree.id() + ' ' + text_of(tree.settings());
   const MeshPtr* const known = meshes_.find(key);
   MeshPtr mesh = known != nullptr ? *known : std::make_shared<Mesh>(Mesh{.left = {tree.root()}});
-  const auto until = std::chrono::steady_clock::now() + kPatience;
+  const auto until = std::chrono::steady_clock::now() + kMaxManifestWait;
   // Reserved for the files, as the cache may evict them meanwhile.
   ByteReservations::Reservation reservation;
   while (!mesh->left.empty()) {
@@ -216,7 +216,7 @@ asio::awaitable<Answer> NeuroglancerRoute::answer(const NeuroglancerFile& file,
   std::string tag = lasting_tag(file, *info);
   const std::string_view had = field(request, http::field::if_none_match);
   // "*" comes from clients without a known version.
-  if (!tag.empty() && had != "*" && names_tag(had, tag)) {
+  if (!tag.empty() && had != "*" && matches_tag(had, tag)) {
     answer.is_length_known = false;
   } else {
     auto bytes = co_await content(file, *info, context);

@@ -54,13 +54,13 @@ class NeuroglancerRoute {
   [[nodiscard]] asio::awaitable<Result<void>> make_fragment(const CellTree& tree, MeshPtr mesh,
                                                             RequestContext& context);
 
-  static constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
+  static constexpr std::size_t kMaxCachedBytes = std::size_t{256} << 20;
   // The size limit of one mesh, in bytes.
-  static constexpr std::size_t kMaxBytes = kKeptBytes / 2;
-  static constexpr std::chrono::seconds kPatience{8};
+  static constexpr std::size_t kMaxBytes = kMaxCachedBytes / 2;
+  static constexpr std::chrono::seconds kMaxManifestWait{8};
 
   const RouteOptions& options_;
-  LruMap<std::string, MeshPtr> meshes_{kKeptBytes};
+  LruMap<std::string, MeshPtr> meshes_{kMaxCachedBytes};
   Workers writing_{2};
 };
 

@@ -12,7 +12,7 @@ Answer liveness_answer() {
 }
 
 Answer readiness_answer(const ServerContext& server, std::string_view request_id) {
-  if (const auto work = server.admission.may_begin_work(); !work) {
+  if (const auto work = server.admission.check_draining(); !work) {
     return error_answer(work.error(), request_id);
   }
   if (server.service.is_ready()) return liveness_answer();

@@ -142,12 +142,12 @@ asio::awaitable<Outcome> Router::routed(const HttpRequest& request, RequestConte
   if (std::holds_alternative<Readiness>(*route)) co_return readiness_answer(server_, id);
   if (std::holds_alternative<Metrics>(*route)) co_return metrics_answer(server_, id);
   if (std::holds_alternative<Description>(*route)) co_return description_answer(request);
-  const Asked asked = {.request = request, .target = *target, .context = context};
+  const RouteArguments asked = {.request = request, .target = *target, .context = context};
   const ServedRequest under_way(context);
   co_return co_await served(*route, asked);
 }
 
-asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
+asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked) {
   RequestContext& context = asked.context;
   // Cached tiles cost almost nothing, so they are not rate-limited.
   const bool is_counted = !std::holds_alternative<TileBytes>(route);
@@ -185,7 +185,7 @@ asio::awaitable<Answer> Router::served(const Route& route, Asked asked) {
   co_return co_await answer_by(route, asked);
 }
 
-asio::awaitable<Answer> Router::answer_by(const Route& route, Asked asked) {
+asio::awaitable<Answer> Router::answer_by(const Route& route, RouteArguments asked) {
   RequestContext& context = asked.context;
   if (const auto* file = std::get_if<TilesetFile>(&route)) {
     co_return co_await tilesets_.answer(*file, asked.request, context);

@@ -95,7 +95,7 @@ asio::awaitable<Answer> SamplesRoute::slice(const std::string& dataset, const Ta
   const std::string tag =
       info->content_id == 0 ? "" : tag_of(key_of(*info, *slice, *query, *scale));
   if (request.method() == http::verb::head ||
-      (!tag.empty() && names_tag(field(request, http::field::if_none_match), tag))) {
+      (!tag.empty() && matches_tag(field(request, http::field::if_none_match), tag))) {
     answer.is_length_known = false;
   } else {
     if (context.watch) context.watch();

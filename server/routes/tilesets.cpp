@@ -26,30 +26,31 @@ tl::unexpected<Error> no_file(const TilesetFile& file) {
 
 }  // namespace
 
-Result<TilesetRoute::WantedPtr> TilesetRoute::wanted(const TilesetFile& file,
-                                                     const Permit& permit) {
+Result<TilesetRoute::RequestedFilePtr> TilesetRoute::requested_file(const TilesetFile& file,
+                                                                    const Permit& permit) {
   const std::string path = file.settings + '/' + file.id + '/' + file.file + '/' + file.dataset;
   auto info = permit.describe(file.dataset);
   if (!info) return tl::unexpected(info.error());
-  const WantedPtr* const known = paths_.find(path);
+  const RequestedFilePtr* const known = paths_.find(path);
   if (known != nullptr && (*known)->tree.info() == *info) return *known;
-  auto wanted = found(file, *std::move(info));
+  auto wanted = resolved(file, *std::move(info));
   if (!wanted) return tl::unexpected(wanted.error());
-  const auto kept = std::make_shared<const Wanted>(*std::move(wanted));
+  const auto kept = std::make_shared<const RequestedFile>(*std::move(wanted));
   paths_.add(path, kept, /*weight=*/1);
   return kept;
 }
 
-Result<TilesetRoute::Wanted> TilesetRoute::found(const TilesetFile& file, DatasetInfo info) {
+Result<TilesetRoute::RequestedFile> TilesetRoute::resolved(const TilesetFile& file,
+                                                           DatasetInfo info) {
   const auto settings = tree_settings_from(file.settings);
   if (!settings) return tl::unexpected(settings.error());
   const bool is_known = info.content_id != 0;
-  Wanted wanted{.tree = CellTree(std::move(info), *settings),
-                .cell = {},
-                .is_first = file.id.empty(),
-                .is_known = is_known,
-                .key = {},
-                .tag = {}};
+  RequestedFile wanted{.tree = CellTree(std::move(info), *settings),
+                       .cell = {},
+                       .is_first = file.id.empty(),
+                       .is_known = is_known,
+                       .key = {},
+                       .tag = {}};
   const std::string id = wanted.tree.id();
   wanted.cell = wanted.tree.root();
   if (!wanted.is_first) {
@@ -74,7 +75,7 @@ Result<TilesetRoute::Wanted> TilesetRoute::found(const TilesetFile& file, Datase
   return wanted;
 }
 
-asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const Wanted& wanted,
+asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const RequestedFile& wanted,
                                                         RequestContext& context) {
   if (context.watch) context.watch();
   const DatasetInfo& info = wanted.tree.info();
@@ -103,11 +104,12 @@ asio::awaitable<Result<SharedBytes>> TilesetRoute::make(const Wanted& wanted,
 asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const HttpRequest& request,
                                              RequestContext& context) {
   const Permit& permit = context.caller->permit();
-  const auto found = wanted(file, permit);
+  const auto found = requested_file(file, permit);
   if (!found) co_return context.refused(found.error());
-  const WantedPtr wanted = *found;
+  const RequestedFilePtr wanted = *found;
   const TreeSettings& settings = wanted->tree.settings();
-  context.record->is_about(settings.isovalue, settings.error, multitetra::name(LengthUnit::kVoxel));
+  context.record->set_surface(settings.isovalue, settings.error,
+                              multitetra::name(LengthUnit::kVoxel));
   const bool is_lasting = wanted->is_known && !wanted->is_first;
   const std::string& tag = wanted->tag;
   Answer answer;
@@ -117,7 +119,7 @@ asio::awaitable<Answer> TilesetRoute::answer(const TilesetFile& file, const Http
   add_field(answer, "Cache-Control",
             scope + (is_lasting ? ", max-age=31536000, immutable" : ", no-cache"));
   const bool needs_none = request.method() == http::verb::head ||
-                          names_tag(field(request, http::field::if_none_match), tag);
+                          matches_tag(field(request, http::field::if_none_match), tag);
   const SharedBytes* const known = kept_.find(wanted->key);
   if (known != nullptr) {
     answer.body = body_of(*known);

@@ -29,7 +29,7 @@ class TilesetRoute {
 
  private:
   // Everything that determines the file's bytes.
-  struct Wanted {
+  struct RequestedFile {
     CellTree tree;
     OctreeCube cell;
     bool is_surface = false;  // Otherwise the cell's tileset.
@@ -39,21 +39,22 @@ class TilesetRoute {
     // Quoted; empty if the dataset has no content digest.
     std::string tag;
   };
-  using WantedPtr = std::shared_ptr<const Wanted>;
-  [[nodiscard]] Result<WantedPtr> wanted(const TilesetFile& file, const Permit& permit);
-  [[nodiscard]] static Result<Wanted> found(const TilesetFile& file, DatasetInfo info);
-  [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(const Wanted& wanted,
+  using RequestedFilePtr = std::shared_ptr<const RequestedFile>;
+  [[nodiscard]] Result<RequestedFilePtr> requested_file(const TilesetFile& file,
+                                                        const Permit& permit);
+  [[nodiscard]] static Result<RequestedFile> resolved(const TilesetFile& file, DatasetInfo info);
+  [[nodiscard]] asio::awaitable<Result<SharedBytes>> make(const RequestedFile& wanted,
                                                           RequestContext& context);
 
-  static constexpr std::size_t kKeptPaths = 1024;
-  static constexpr std::size_t kKeptBytes = std::size_t{64} << 20;
-  static constexpr std::size_t kWriting = 2;  // Files made at the same time.
+  static constexpr std::size_t kMaxCachedPaths = 1024;
+  static constexpr std::size_t kMaxCachedBytes = std::size_t{64} << 20;
+  static constexpr std::size_t kMaxConcurrentFiles = 2;  // Files made at the same time.
 
   const RouteOptions& options_;
-  LruMap<std::string, SharedBytes> kept_{kKeptBytes};
+  LruMap<std::string, SharedBytes> kept_{kMaxCachedBytes};
   // Parsed paths, valid while their dataset is unchanged.
-  LruMap<std::string, WantedPtr> paths_{kKeptPaths};
-  Workers writing_{kWriting};
+  LruMap<std::string, RequestedFilePtr> paths_{kMaxCachedPaths};
+  Workers writing_{kMaxConcurrentFiles};
 };
 
 }  // namespace multitetra

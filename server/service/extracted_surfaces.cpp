@@ -164,7 +164,7 @@ void ExtractedSurfaces::note_costs(const StepRequest& step, const TiledStep& mad
                                    Clock::time_point start) const {
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const std::lock_guard lock(costs_mutex_);
-  costs_.note(form_of(step), size_of(made).extracted, seconds);
+  costs_.record(form_of(step), size_of(made).extracted, seconds);
 }
 
 CostEstimates ExtractedSurfaces::costs() const {

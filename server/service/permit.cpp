@@ -158,8 +158,8 @@ Result<SurfaceProviderPtr> Permit::field_for(const ScalarRequest& scalars,
   return field;
 }
 
-Result<std::vector<SurfaceProviderPtr>> Permit::further_for(const OpenStream& open,
-                                                            const DatasetInfo& first) const {
+Result<std::vector<SurfaceProviderPtr>> Permit::further_datasets(const OpenStream& open,
+                                                                 const DatasetInfo& first) const {
   std::vector<SurfaceProviderPtr> further;
   further.reserve(open.further_datasets.size());
   for (const std::string& name : open.further_datasets) {
@@ -189,7 +189,7 @@ Result<StartStream> Permit::accept(OpenStream open) const {
   if (const auto checked = check_begun(open, info, shells); !checked) {
     return tl::unexpected(checked.error());
   }
-  auto further = further_for(open, info);
+  auto further = further_datasets(open, info);
   if (!further) return tl::unexpected(further.error());
   SurfaceProviderPtr scalars;
   if (open.scalars) {

@@ -89,8 +89,8 @@ class Permit {
     return limits_.surfaces_only || rights_.surfaces_only();
   }
   // The further datasets of a request for previews of several.
-  [[nodiscard]] Result<std::vector<SurfaceProviderPtr>> further_for(const OpenStream& open,
-                                                                    const DatasetInfo& first) const;
+  [[nodiscard]] Result<std::vector<SurfaceProviderPtr>> further_datasets(
+      const OpenStream& open, const DatasetInfo& first) const;
   // Returns the provider of the field that colors a surface.
   [[nodiscard]] Result<SurfaceProviderPtr> field_for(const ScalarRequest& scalars,
                                                      const DatasetInfo& surface) const;

@@ -31,7 +31,7 @@ asio::awaitable<Result<void>> Caller::log_in(std::string token) {
   auto permit = Permit::of(std::move(token), admission.access(), catalogue(), limits_);
   if (!permit) co_return tl::unexpected(permit.error());
   permit_ = *std::move(permit);
-  if (const auto work = admission.may_begin_work(); !work) permit_.reject_requests(work.error());
+  if (const auto work = admission.check_draining(); !work) permit_.reject_requests(work.error());
   client_->set_identity(permit_.rights().name(), permit_.has_token());
   co_return Result<void>();
 }

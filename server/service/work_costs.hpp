@@ -2,7 +2,7 @@
 //
 //   WorkCosts costs;
 //   costs.expected("head final", /*unseen=*/1.0);   // Seconds.
-//   costs.note("head final", 2.5);
+//   costs.record("head final", 2.5);
 //
 // Pure: no thread, no clock.
 #pragma once
@@ -21,7 +21,7 @@ class WorkCosts {
     return known == seconds_.end() ? unseen : known->second;
   }
   // Records a duration. Ignores work without a kind.
-  void note(const std::string& kind, double seconds) {
+  void record(const std::string& kind, double seconds) {
     constexpr double kWeight = 0.25;
     if (kind.empty()) return;
     if (seconds_.size() >= kMaxKinds && !seconds_.contains(kind)) seconds_.clear();

@@ -104,7 +104,7 @@ void Workers::work() {
     const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
     lock.lock();
     queue_.done(*taken, seconds);
-    costs_.note(taken->job.kind, seconds);
+    costs_.record(taken->job.kind, seconds);
     // A long job that was held back may now run on any thread.
     work_available_.notify_all();
   }

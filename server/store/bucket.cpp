@@ -97,8 +97,8 @@ class Upload {
     }
     xml += "</CompleteMultipartUpload>";
     std::vector<std::string> headers;
-    if (condition.kind == UploadCondition::Kind::kNothing) headers = {"If-None-Match: *"};
-    if (condition.kind == UploadCondition::Kind::kThisVersion) {
+    if (condition.kind == UploadCondition::Kind::kAbsent) headers = {"If-None-Match: *"};
+    if (condition.kind == UploadCondition::Kind::kSameVersion) {
       headers = {"If-Match: " + condition.etag};
     }
     const HttpAnswer answer =

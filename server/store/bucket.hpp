@@ -43,9 +43,9 @@ struct StoredObject {
 
 // The condition under which an upload may write the object.
 struct UploadCondition {
-  enum class Kind { kAnything, kNothing, kThisVersion };
-  Kind kind = Kind::kNothing;
-  // ETag for kThisVersion.
+  enum class Kind { kAny, kAbsent, kSameVersion };
+  Kind kind = Kind::kAbsent;
+  // ETag for kSameVersion.
   std::string etag = {};
 };
 

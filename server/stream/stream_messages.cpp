@@ -144,7 +144,7 @@ ServerMessage StreamMessages::next_tile_or_end() {
     return totals;
   }
   state_ = std::move(current_.after);
-  state_.shown.push_back(
+  state_.delivered.push_back(
       {.step = current_.step, .size = size_of(current_.encoded), .seconds = totals.seconds});
   const bool was_final = current_.is_final;
   current_ = {};

@@ -139,7 +139,7 @@ Result<FinalStep> make_within_budget(const SurfaceProvider& source, const ErrorS
       const bool is_good_enough = surfaces >= kFewSurfaces && fitting->part >= kAcceptablePart;
       if (is_good || is_good_enough || surfaces >= kMaxSurfaces) return *std::move(best);
     }
-    ErrorSchedule::SizeOf estimated = source.sizes(stop, SizeAccuracy::kCareful).of;
+    ErrorSchedule::SizeOf estimated = source.sizes(stop, SizeAccuracy::kAccurate).of;
     if (from == schedule.size()) return budget_too_small(size, request, estimated, source.info());
     const auto expected = corrected(std::move(estimated), request, size);
     const int to = fitting ? fitting->level : schedule.size();
@@ -158,7 +158,7 @@ Result<FinalStep> make_simplified(const SurfaceProvider& source, const Isosurfac
   double& at_least = last.request.thresholds.at_least;
   at_least = std::max(at_least, last.tiled.at_least);
   if (const SurfaceSize size = size_of(last.tiled); !fits(size, request)) {
-    return budget_too_small(size, last.request, source.sizes(stop, SizeAccuracy::kCareful).of,
+    return budget_too_small(size, last.request, source.sizes(stop, SizeAccuracy::kAccurate).of,
                             source.info());
   }
   return last;
@@ -192,7 +192,7 @@ class TriangleLimit {
                       " triangles; this server sends at most " + std::to_string(most_) +
                       "; request its octants, or allow a larger error.");
     }
-    const double expected = careful()({.request = request}).triangles;
+    const double expected = accurate_sizes()({.request = request}).triangles;
     return fail(ErrorCode::kLimitExceeded,
                 limit_error_text("", triangles, request,
                                  expected > 0 ? std::max(triangles / expected, 1.0) : 1));
@@ -200,8 +200,8 @@ class TriangleLimit {
 
  private:
   [[nodiscard]] double most() const { return static_cast<double>(most_); }
-  [[nodiscard]] std::function<SurfaceSize(const StepRequest&)> careful() const {
-    return source_.sizes(stop_, SizeAccuracy::kCareful).of;
+  [[nodiscard]] std::function<SurfaceSize(const StepRequest&)> accurate_sizes() const {
+    return source_.sizes(stop_, SizeAccuracy::kAccurate).of;
   }
 
   // `error_of_estimates` is the factor by which estimates are too small.
@@ -211,7 +211,7 @@ class TriangleLimit {
     request.max_triangles =
         std::max<std::uint64_t>(static_cast<std::uint64_t>(most() / error_of_estimates), 1);
     request.max_bytes = 0;
-    const auto size_of_request = careful();
+    const auto size_of_request = accurate_sizes();
     const IsosurfaceRequest fitting = within_budget(request, source_.info(), size_of_request);
     std::string text = "The surface has " + about +
                        std::to_string(static_cast<std::uint64_t>(triangles)) +
@@ -263,7 +263,7 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
   const DatasetInfo& info = source.info();
   const SizeEstimates sizes = source.sizes(stop, SizeAccuracy::kQuick);
   const TriangleLimit limit(source, limits.max_triangles, stop);
-  if (state.shown.empty()) {
+  if (state.delivered.empty()) {
     const auto allowed = limit.check_estimate(state.request, sizes);
     if (!allowed) return tl::unexpected(allowed.error());
   }
@@ -271,13 +271,13 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
   made.after = state;
   const ErrorSchedule schedule(state.request, info);
   // Estimating the threshold for a budget reads samples; the first preview must not wait for it.
-  const bool is_repeated = state.shown.size() < state.resumed_previews.size();
+  const bool is_repeated = state.delivered.size() < state.resumed_previews.size();
   const bool has_previews = state.steps != StepPolicy::kFinalOnly;
-  const bool is_first_preview = state.shown.empty() && (has_previews || is_repeated);
+  const bool is_first_preview = state.delivered.empty() && (has_previews || is_repeated);
   const bool has_own = has_own_budget(final_step(state.request));
   const auto affordable = [&] {
     std::optional<int>& level = made.after.level;
-    const SizeAccuracy accuracy = has_own ? SizeAccuracy::kQuick : SizeAccuracy::kCareful;
+    const SizeAccuracy accuracy = has_own ? SizeAccuracy::kQuick : SizeAccuracy::kAccurate;
     if (!level) level = schedule.lowest_fitting(source.sizes(stop, accuracy).of);
     return *level;
   };
@@ -288,14 +288,14 @@ Result<StepResult> make_next_step(const SurfaceProvider& source, const StreamSta
   costs.client_triangles_per_second = state.triangles_per_second;
   const PlannedStep next =
       is_repeated ? PlannedStep{.step = preview_step(
-                                    request, state.resumed_previews[state.shown.size()], info)}
-                  : next_step(request, plan_limits(state, limits), state.shown, info,
+                                    request, state.resumed_previews[state.delivered.size()], info)}
+                  : next_step(request, plan_limits(state, limits), state.delivered, info,
                               within(sizes, request), costs);
   made.step = next.step;
   made.is_final = next.is_final || (state.use == MeshUse::kDisplay &&
                                     is_enough_to_display(next.step, state.request, info));
   made.is_over = made.is_final && !is_repeated && state.steps == StepPolicy::kPreviewsOnly &&
-                 !state.shown.empty();
+                 !state.delivered.empty();
   if (made.is_over) return made;
   if (!made.is_final || next.step.shell) {
     made.encoded = source.make(next.step, stop);
@@ -325,7 +325,7 @@ Result<EstimatedAnswer> estimate(const SurfaceProvider& source, const Isosurface
   if (request.cell) {
     return fail(ErrorCode::kInvalidArgument, "An estimate is for a whole surface; omit the cell.");
   }
-  const SizeEstimates sizes = source.sizes(std::move(stop), SizeAccuracy::kCareful);
+  const SizeEstimates sizes = source.sizes(std::move(stop), SizeAccuracy::kAccurate);
   const ErrorSchedule schedule(request, source.info());
   const int level = schedule.lowest_fitting(sizes.of);
   const IsosurfaceRequest affordable = schedule.at(level);

@@ -20,7 +20,7 @@ struct StreamState {
   StepPolicy steps = StepPolicy::kProgressive;
   // The stream starts with these previews, regardless of the plan.
   std::vector<Preview> resumed_previews = {};
-  std::vector<DeliveredStep> shown = {};
+  std::vector<DeliveredStep> delivered = {};
   // The client's speed, or 0 if unknown.
   double triangles_per_second = 0;
   // The level of the budget's error schedule, once known.
@@ -35,7 +35,7 @@ struct StepResult {
   // Nothing was built: there are no more previews, and only previews were requested.
   bool is_over = false;
   TiledStep encoded = {};
-  StreamState after = {};  // This step is not yet in `shown`.
+  StreamState after = {};  // This step is not yet in `delivered`.
   // For the tiles, if the stream has scalars.
   std::vector<ScalarsOfTile> scalars = {};
 };

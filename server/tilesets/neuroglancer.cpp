@@ -237,20 +237,20 @@ MeshFiles mesh_files_of(const CellTree& tree, const MeshFragments& fragments) {
 std::string mesh_shard(const std::map<std::uint64_t, MeshFiles>& segments) {
   std::string content;
   std::string keys;
-  std::string places;
+  std::string offsets;
   std::string sizes;
   std::uint64_t last = 0;
   for (const auto& [segment, files] : segments) {
     append_u64(keys, segment - std::exchange(last, segment));
-    append_u64(places, files.data.size());
+    append_u64(offsets, files.data.size());
     append_u64(sizes, files.manifest.size());
     content += files.data;
     content += files.manifest;
   }
   std::string shard;
   append_u64(shard, content.size());
-  append_u64(shard, content.size() + keys.size() + places.size() + sizes.size());
-  return shard + content + keys + places + sizes;
+  append_u64(shard, content.size() + keys.size() + offsets.size() + sizes.size());
+  return shard + content + keys + offsets + sizes;
 }
 
 }  // namespace multitetra

@@ -37,13 +37,13 @@ struct TileBox {
 
 TileBox tile_box(const OctreeCube& cell, const DatasetInfo& info) {
   // Boxes of flat data get a minimum thickness, as viewers divide by it.
-  constexpr double kThinnest = 1.0 / 64;
+  constexpr double kMinHalfSide = 1.0 / 64;
   const Box box = clamped(box_of(cell), surface_box(info));
   const Vec3 step = grid_step_metres(info);
   TileBox tile{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     tile.centre[axis] = step[axis] * (box.low[axis] + box.high[axis]) / 2;
-    tile.half[axis] = step[axis] * std::max((box.high[axis] - box.low[axis]) / 2, kThinnest);
+    tile.half[axis] = step[axis] * std::max((box.high[axis] - box.low[axis]) / 2, kMinHalfSide);
   }
   return tile;
 }

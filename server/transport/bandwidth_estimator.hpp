@@ -22,13 +22,13 @@ class BandwidthEstimator {
 
   // `unsent`: bytes queued in the socket.
   void write_begins(Clock::time_point now, std::uint64_t unsent) {
-    note(now, unsent);
+    record(now, unsent);
     if (!has_waiting_) begin(now, unsent);
   }
   void write_ends(Clock::time_point now, std::uint64_t bytes, std::uint64_t unsent) {
     written_ += bytes;
     has_waiting_ = true;
-    note(now, unsent);
+    record(now, unsent);
   }
 
   [[nodiscard]] double bytes_per_second() const { return bytes_per_second_; }
@@ -44,7 +44,7 @@ class BandwidthEstimator {
     sent_ = written_ - std::min(written_, unsent);
   }
 
-  void note(Clock::time_point now, std::uint64_t unsent) {
+  void record(Clock::time_point now, std::uint64_t unsent) {
     if (!has_waiting_) return;
     const std::uint64_t sent = written_ - std::min(written_, unsent);
     const auto bytes = static_cast<double>(std::max(sent, sent_) - sent_);

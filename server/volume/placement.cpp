@@ -66,7 +66,7 @@ bool is_mirror(const AxisDirections& directions) {
   return Affine{.columns = directions, .translation = {0, 0, 0}}.determinant() < 0;
 }
 
-std::string turns_near(const AxisDirections& mirror) {
+std::string nearest_rotations(const AxisDirections& mirror) {
   constexpr AxisDirections kUnturned = {Vec3{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   std::string turns;
   for (std::size_t opposite = 0; opposite < 2; ++opposite) {

@@ -23,7 +23,7 @@ using AxisDirections = std::array<Vec3, 3>;
 [[nodiscard]] bool is_mirror(const AxisDirections& directions);
 
 // "-x,y,-z or x,-y,-z": the turns nearest to a mirror, with the same direction for z.
-[[nodiscard]] std::string turns_near(const AxisDirections& mirror);
+[[nodiscard]] std::string nearest_rotations(const AxisDirections& mirror);
 
 // Present values replace those of the file.
 struct Placement {

@@ -166,7 +166,7 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
   if (choice.level && !has_levels) refuse("--level", "resolution levels");
   if (!choice.series.empty() && format != VolumeFormat::kDicom) refuse("--series", "DICOM series");
   if (choice.resample && format != VolumeFormat::kDicom) refuse("--resample", "DICOM slices");
-  if (choice.time.value_or(0) != 0 && volume.members.times.count <= 1) refuse("--time", "times");
+  if (choice.time.value_or(0) != 0 && volume.contents.times.count <= 1) refuse("--time", "times");
   if (choice.channel.value_or(0) != 0 && volume.channels <= 1) refuse("--channel", "channels");
   if (choice.component.kind == ComponentChoice::Kind::kIndex && choice.component.index > 0 &&
       volume.header.components == 1) {

@@ -46,7 +46,7 @@ VolumeHeader header_of(const Volume& volume) {
           .meaning = volume.meaning};
 }
 
-const VolumeContents& VolumeSource::members() const {
+const VolumeContents& VolumeSource::contents() const {
   static const VolumeContents kNone;
   return kNone;
 }

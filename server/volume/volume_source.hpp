@@ -51,7 +51,7 @@ class VolumeSource {
   [[nodiscard]] virtual Samples take_all();
 
   // Returns further contents of the source, if its file lists them.
-  [[nodiscard]] virtual const VolumeContents& members() const;
+  [[nodiscard]] virtual const VolumeContents& contents() const;
 };
 
 // Returns a source for a volume in memory.

@@ -32,7 +32,7 @@ struct Row {
     SurfaceSize size;
     double seconds = 0;
   };
-  Estimate quick, careful;
+  Estimate quick, accurate;
 };
 
 double seconds_since(Clock::time_point start) {
@@ -42,8 +42,8 @@ double seconds_since(Clock::time_point start) {
 Row measure(const ExtractedSurfaces& source, const IsosurfaceRequest& request) {
   Row row;
   Clock::time_point start = Clock::now();
-  (void)make_next_step(source, {.request = request, .steps = StepPolicy::kFinalOnly, .shown = {}},
-                       {});
+  (void)make_next_step(source,
+                       {.request = request, .steps = StepPolicy::kFinalOnly, .delivered = {}}, {});
   row.alone_seconds = seconds_since(start);
   const auto estimate = [&](SizeAccuracy accuracy) {
     start = Clock::now();
@@ -51,14 +51,14 @@ Row measure(const ExtractedSurfaces& source, const IsosurfaceRequest& request) {
     return Row::Estimate{size, seconds_since(start)};
   };
   row.quick = estimate(SizeAccuracy::kQuick);
-  row.careful = estimate(SizeAccuracy::kCareful);
+  row.accurate = estimate(SizeAccuracy::kAccurate);
   start = Clock::now();
-  StreamState state{.request = request, .shown = {}};
+  StreamState state{.request = request, .delivered = {}};
   while (row.steps.empty() || !row.steps.back().is_final) {
     StepResult made = make_next_step(source, state, {}).value();
     row.seconds.push_back(seconds_since(start));
     state = made.after;
-    state.shown.push_back({.step = made.step, .size = size_of(made.encoded)});
+    state.delivered.push_back({.step = made.step, .size = size_of(made.encoded)});
     row.steps.push_back(std::move(made));
   }
   return row;
@@ -77,7 +77,7 @@ void print(const std::string& name, double isovalue, double error, const Row& ro
   }
   std::printf(" | %.1f KB, %.0f ms | %.1f %%, %.2f |", last.bytes / 1e3, 1e3 * row.seconds.back(),
               100 * previews / last.bytes, row.seconds.back() / row.alone_seconds);
-  for (const auto& [size, seconds] : {row.careful, row.quick}) {
+  for (const auto& [size, seconds] : {row.accurate, row.quick}) {
     std::printf(" %.2f, %.2f, %.0f ms |", size.triangles / last.triangles, size.bytes / last.bytes,
                 1e3 * seconds);
   }

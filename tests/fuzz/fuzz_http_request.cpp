@@ -45,7 +45,7 @@ void follow(const HttpRequest& request) {
   static_cast<void>(accepted_format(field(request, http::field::accept)));
   static_cast<void>(is_allowed_origin(field(request, http::field::origin),
                                       field(request, http::field::host), {"https://a.example"}));
-  static_cast<void>(names_tag(field(request, http::field::if_none_match), "\"1\""));
+  static_cast<void>(matches_tag(field(request, http::field::if_none_match), "\"1\""));
   const RangeOutcome outcome = range_of(field(request, http::field::range),
                                         field(request, http::field::if_range), "\"1\"", 1000);
   if (const auto* range = std::get_if<ByteRange>(&outcome)) {

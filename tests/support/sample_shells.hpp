@@ -224,7 +224,7 @@ std::vector<LatticeTriangle> marched(const OwnedBox& box, double isovalue, int r
       if (values[i] > isovalue) signs |= 1U << i;
       points[i] = spacing * (corners[i] + GridPoint{box.origin[0], box.origin[1], box.origin[2]});
     }
-    const bool is_negative = six_volumes(points[0], points[1], points[2], points[3]) < 0;
+    const bool is_negative = six_times_volume(points[0], points[1], points[2], points[3]) < 0;
     const MarchingCase& c = kMarchingCases[signs][is_negative ? 1 : 0];
     std::array<LatticePoint, 4> p{};
     for (std::size_t k = 0; k < c.corners; ++k) {

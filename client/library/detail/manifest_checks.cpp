@@ -129,7 +129,8 @@ void ManifestTotals::add(const TileSummary& tile) {
   payload_bytes += tile.bytes;
 }
 
-std::optional<std::string> excess(const ManifestTotals& totals, const AssemblerLimits& limits) {
+std::optional<std::string> exceeded_limits(const ManifestTotals& totals,
+                                           const AssemblerLimits& limits) {
   if (totals.tiles > limits.tiles) return too_many("tiles", totals.tiles, limits.tiles);
   if (totals.triangles > limits.triangles) {
     return too_many("triangles", totals.triangles, limits.triangles);
@@ -174,7 +175,7 @@ std::optional<std::string> manifest_fault(const StepBegin& begin, const OpenStre
     }
     totals.add(tile);
   }
-  return excess(totals, limits);
+  return exceeded_limits(totals, limits);
 }
 
 }  // namespace multitetra

@@ -21,7 +21,7 @@ namespace multitetra {
                                                         const AssemblerLimits& limits);
 
 // Returns the totals that exceed the limits, as the end of a sentence; nullopt if none does.
-[[nodiscard]] std::optional<std::string> excess(const ManifestTotals& totals,
-                                                const AssemblerLimits& limits);
+[[nodiscard]] std::optional<std::string> exceeded_limits(const ManifestTotals& totals,
+                                                         const AssemblerLimits& limits);
 
 }  // namespace multitetra

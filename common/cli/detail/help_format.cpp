@@ -122,11 +122,11 @@ std::string value_text(const CLI::Option& option) {
 }
 
 std::string short_description(const CLI::Option& option) {
-  const std::string& usual = option.get_default_str();
-  const bool has_default = !usual.empty() && usual != "\"\"";
+  const std::string& default_text = option.get_default_str();
+  const bool has_default = !default_text.empty() && default_text != "\"\"";
   const std::string& text = option.get_description();
   const std::size_t end = std::min(text.find("; "), text.find(". "));
-  return text.substr(0, end) + (has_default ? " (default " + usual + ")" : "");
+  return text.substr(0, end) + (has_default ? " (default " + default_text + ")" : "");
 }
 
 std::string full_description(const CLI::Option& option) {
@@ -136,8 +136,9 @@ std::string full_description(const CLI::Option& option) {
     more += (more.empty() ? "" : "; ") + words;
   };
   if (const std::string range = range_of(option); !range.empty()) add(range);
-  if (const std::string& usual = option.get_default_str(); !usual.empty() && usual != "\"\"") {
-    add("default " + usual);
+  if (const std::string& default_text = option.get_default_str();
+      !default_text.empty() && default_text != "\"\"") {
+    add("default " + default_text);
   }
   if (!option.get_envname().empty()) add("or " + option.get_envname() + " in the environment");
   return more.empty() ? text : text + " (" + more + ")";

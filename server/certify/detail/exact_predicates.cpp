@@ -96,13 +96,13 @@ template <std::size_t count>
 int exact_sign(const std::array<double, count>& coordinates) {
   // A sum of six products of three differences has 3 bits more than three differences together. A
   // difference has 1 bit more than a coordinate. Another bit is the sign.
-  constexpr int kUsualBits = 82;
-  static_assert(3 * (kUsualBits + 1) + 3 + 1 <= 256);
+  constexpr int kFastBits = 82;
+  static_assert(3 * (kFastBits + 1) + 3 + 1 <= 256);
   constexpr int kMaxBits = 1024 + 1074;
   static_assert(3 * (kMaxBits + 1) + 3 + 1 <= 64 * 99);
   const BinaryRange range = range_of(coordinates);
   if (range.highest < range.lowest) return 0;
-  if (range.highest - range.lowest <= kUsualBits) {
+  if (range.highest - range.lowest <= kFastBits) {
     return sign_in<FixedInteger<4>>(coordinates, range.lowest);
   }
   return sign_in<FixedInteger<99>>(coordinates, range.lowest);

@@ -57,11 +57,11 @@ double just_above(double diagonal, double most) {
 }  // namespace
 
 MeshComponents components_of(const TriangleMesh& mesh, const Affine& world_to_grid) {
-  constexpr int kResolution = 8;     // Diagonals are exact to 1/256 of a grid step.
-  constexpr double kFarthest = 1e8;  // In lattice steps: beyond any grid.
+  constexpr int kResolution = 8;            // Diagonals are exact to 1/256 of a grid step.
+  constexpr double kMaxLatticeSteps = 1e8;  // In lattice steps: beyond any grid.
   const auto coordinate = [&](double steps) {
-    return static_cast<std::int32_t>(
-        std::lround(std::clamp(std::ldexp(steps, kResolution), -kFarthest, kFarthest)));
+    return static_cast<std::int32_t>(std::lround(
+        std::clamp(std::ldexp(steps, kResolution), -kMaxLatticeSteps, kMaxLatticeSteps)));
   };
   LatticeMesh lattice{.resolution = kResolution, .vertices = {}, .triangles = mesh.triangles};
   lattice.vertices.reserve(mesh.vertices.size());

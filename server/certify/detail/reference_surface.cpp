@@ -99,7 +99,7 @@ Vec3 as_vector(GridPoint p) {
 // Returns the crossings of the edges that contain the lattice points, in world coordinates.
 std::vector<Vec3> crossings(const Field& field, const LatticeMesh& surface, double isovalue,
                             const Affine& to_world) {
-  std::vector<Vec3> places(surface.vertices.size());
+  std::vector<Vec3> positions(surface.vertices.size());
   field.visit([&](const auto& sampled) {
     tbb::parallel_for(std::size_t{0}, surface.vertices.size(), [&](std::size_t i) {
       const auto [a, b] = edge_of(surface.vertices[i], surface.resolution);
@@ -107,10 +107,10 @@ std::vector<Vec3> crossings(const Field& field, const LatticeMesh& surface, doub
       const auto value_b = static_cast<double>(sampled.at(b));
       assert((value_a > isovalue) != (value_b > isovalue));
       const double t = (isovalue - value_a) / (value_b - value_a);
-      places[i] = to_world(moved(as_vector(a), t, as_vector(b - a)));
+      positions[i] = to_world(moved(as_vector(a), t, as_vector(b - a)));
     });
   });
-  return places;
+  return positions;
 }
 
 }  // namespace

@@ -120,12 +120,12 @@ std::size_t own_corner(const MeshTriangle& of, const MeshTriangle& other) {
 // Coplanar triangles on the same side of their common edge overlap; other neighbors do not.
 bool neighbours_overlap(const MeshTriangle& a, const MeshTriangle& b) {
   const std::size_t i = own_corner(a, b);
-  const Vec3& own = a.places[i];
-  const Vec3& other = b.places[own_corner(b, a)];
-  if (side_of(other, a.places) != 0) return false;
-  const Projection projection = projection_of(a.places);
-  const Vec2 from = project(a.places[(i + 1) % 3], projection.axis);
-  const Vec2 to = project(a.places[(i + 2) % 3], projection.axis);
+  const Vec3& own = a.positions[i];
+  const Vec3& other = b.positions[own_corner(b, a)];
+  if (side_of(other, a.positions) != 0) return false;
+  const Projection projection = projection_of(a.positions);
+  const Vec2 from = project(a.positions[(i + 1) % 3], projection.axis);
+  const Vec2 to = project(a.positions[(i + 2) % 3], projection.axis);
   return orientation(from, to, project(own, projection.axis)) ==
          orientation(from, to, project(other, projection.axis));
 }
@@ -137,13 +137,13 @@ bool meet_beyond_vertex(const MeshTriangle& a, std::size_t shared_in_a, const Me
   const auto opposite_meets = [](const Corners& of, std::size_t shared, const Corners& other) {
     return meets(of[(shared + 1) % 3], of[(shared + 2) % 3], other);
   };
-  return opposite_meets(a.places, shared_in_a, b.places) ||
-         opposite_meets(b.places, shared_in_b, a.places);
+  return opposite_meets(a.positions, shared_in_a, b.positions) ||
+         opposite_meets(b.positions, shared_in_b, a.positions);
 }
 
 }  // namespace
 
-bool is_flat(const std::array<Vec3, 3>& places) { return projection_of(places).sign == 0; }
+bool is_flat(const std::array<Vec3, 3>& positions) { return projection_of(positions).sign == 0; }
 
 bool intersect(const MeshTriangle& a, const MeshTriangle& b) {
   std::size_t shared = 0;
@@ -157,7 +157,7 @@ bool intersect(const MeshTriangle& a, const MeshTriangle& b) {
       in_b = j;
     }
   }
-  if (shared == 0) return disjoint_triangles_meet(a.places, b.places);
+  if (shared == 0) return disjoint_triangles_meet(a.positions, b.positions);
   if (shared == 1) return meet_beyond_vertex(a, in_a, b, in_b);
   return shared == 3 || neighbours_overlap(a, b);
 }

@@ -10,11 +10,11 @@ namespace multitetra {
 
 struct MeshTriangle {
   std::array<std::uint32_t, 3> vertices;
-  std::array<Vec3, 3> places;
+  std::array<Vec3, 3> positions;
 };
 
 // Returns whether the corners are collinear.
-[[nodiscard]] bool is_flat(const std::array<Vec3, 3>& places);
+[[nodiscard]] bool is_flat(const std::array<Vec3, 3>& positions);
 
 // Returns whether the triangles share a point outside their common vertices and edges; duplicates
 // do. Requires that neither is flat, and that vertices coincide only if they are the same.

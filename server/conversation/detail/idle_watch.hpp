@@ -1,7 +1,7 @@
 // Detects idle clients. The caller provides the clock.
 //
 //   IdleWatch idleness(/*limit=*/600s, now);     // 0: no limit.
-//   idleness.note(now);                          // A message arrived, or work finished.
+//   idleness.record_activity(now);               // A message arrived, or work finished.
 //   if (idleness.is_exceeded(now, is_busy)) ...
 #pragma once
 
@@ -15,9 +15,10 @@ class IdleWatch {
 
   IdleWatch(std::chrono::milliseconds limit, Clock::time_point now) : limit_(limit), last_(now) {}
 
-  void note(Clock::time_point now) { last_ = now; }
+  void record_activity(Clock::time_point now) { last_ = now; }
   [[nodiscard]] Clock::time_point last() const { return last_; }
-  // Returns whether the last note() is longer ago than the limit. Being busy counts as a note.
+  // Returns whether the last record_activity() is longer ago than the limit. Being busy counts as
+  // activity.
   [[nodiscard]] bool is_exceeded(Clock::time_point now, bool is_busy) {
     if (is_busy) last_ = now;
     return limit_.count() > 0 && last_ + limit_ <= now;

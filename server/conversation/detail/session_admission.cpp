@@ -60,7 +60,7 @@ Received receive_from(ConnectionContext& client, Session& session,
   const AdmissionControl& admission = client.admission();
   Received received;
   Actions& actions = received.actions;
-  if (const auto work = admission.may_begin_work(); !work) session.reject_requests(work.error());
+  if (const auto work = admission.check_draining(); !work) session.reject_requests(work.error());
   const bool has_expired = session.permit().rights().has_expired(std::chrono::system_clock::now());
   if (has_expired || session.access() != admission.access()) {
     append(actions, session.renew(admission.access()));

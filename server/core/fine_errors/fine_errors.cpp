@@ -177,8 +177,8 @@ float FineErrors::error(GridPoint p) const {
   return arrays_.errors[static_cast<std::size_t>(index(p))];
 }
 
-std::uint32_t FineErrors::exceeding_around(GridPoint p, std::int32_t step,
-                                           const std::array<std::int32_t, 3>& turned) const {
+std::uint32_t FineErrors::exceeding_neighbours(GridPoint p, std::int32_t step,
+                                               const std::array<std::int32_t, 3>& turned) const {
   const GridPoint at = p - origin_;
   // The cube's lower ends lie in the cell of its centre, the upper ones possibly in the next.
   const int first = at.x % kCell - step * turned[0];

@@ -74,8 +74,8 @@ class FineErrors {
   // Returns a mask whose bit i + 3 j + 9 k is set if the point p + step * turned (i - 1, j - 1, k -
   // 1) exceeds the threshold. Requires p to be the centre of an octree cube in a wanted cell, and a
   // step of at most half its side.
-  [[nodiscard]] std::uint32_t exceeding_around(GridPoint p, std::int32_t step,
-                                               const std::array<std::int32_t, 3>& turned) const;
+  [[nodiscard]] std::uint32_t exceeding_neighbours(GridPoint p, std::int32_t step,
+                                                   const std::array<std::int32_t, 3>& turned) const;
   [[nodiscard]] std::ptrdiff_t index(GridPoint p) const {
     const GridPoint at = p - origin_;
     return at.x + row_ * at.y + slice_ * at.z;

@@ -42,8 +42,8 @@ struct GridPoint {
 
 // Returns six times the signed volume of the tetrahedron p, q, r, s: positive if q, r, s turn
 // counter-clockwise seen from the side away from p. Exact for points of any grid.
-[[nodiscard]] constexpr std::int64_t six_volumes(GridPoint p, GridPoint q, GridPoint r,
-                                                 GridPoint s) {
+[[nodiscard]] constexpr std::int64_t six_times_volume(GridPoint p, GridPoint q, GridPoint r,
+                                                      GridPoint s) {
   const GridPoint a = q - p;
   const GridPoint b = r - p;
   const GridPoint c = s - p;

@@ -11,7 +11,7 @@ constexpr double kMaxChangeFactor = 3;  // Limits the effect of a single delayed
 
 }  // namespace
 
-void MeasuredCosts::note(StepForm form, double extracted, double seconds) {
+void MeasuredCosts::record(StepForm form, double extracted, double seconds) {
   if (extracted < kMinTriangles) return;
   double& known = form == StepForm::kShells       ? costs_.shells
                   : form == StepForm::kSimplified ? costs_.simplified

@@ -64,7 +64,7 @@ struct CostEstimates {
 class MeasuredCosts {
  public:
   // Records that a step with `extracted` extracted triangles took `seconds`.
-  void note(StepForm form, double extracted, double seconds);
+  void record(StepForm form, double extracted, double seconds);
   [[nodiscard]] const CostEstimates& costs() const { return costs_; }
 
  private:

@@ -63,10 +63,10 @@ class Candidates {
   }
 
   // Returns the step that ends the stream.
-  [[nodiscard]] Candidate final_step(const DeliveredStep* shown = nullptr) const {
-    const Candidate itself = request_itself(shown);
+  [[nodiscard]] Candidate final_step(const DeliveredStep* delivered = nullptr) const {
+    const Candidate itself = request_itself(delivered);
     if (!may_end_with_shells()) return itself;
-    const Candidate shells = certified(shown);
+    const Candidate shells = certified(delivered);
     const bool is_possible = shells.triangles <= limits_.shell_triangles;
     return is_possible && shells.seconds() <= itself.seconds() ? shells : itself;
   }
@@ -79,11 +79,11 @@ class Candidates {
 
   // Returns the request with its size from the spectrum or extrapolated from the delivered step,
   // whichever is larger: neither reads fine samples.
-  [[nodiscard]] Candidate request_itself(const DeliveredStep* shown) const {
+  [[nodiscard]] Candidate request_itself(const DeliveredStep* delivered) const {
     const StepRequest step = {.request = request_};
     SurfaceSize size = sizes_.rough(request_);
-    if (shown) {
-      const double expected = growth(*shown, 1) * shown->size.extracted;
+    if (delivered) {
+      const double expected = growth(*delivered, 1) * delivered->size.extracted;
       if (size.extracted > 0) size.bytes *= std::max(expected / size.extracted, 1.0);
       size.extracted = std::max(size.extracted, expected);
     }
@@ -96,13 +96,13 @@ class Candidates {
   }
   // Returns the request's own model without simplification, or the full resolution in shells, with
   // its size extrapolated from the delivered step.
-  [[nodiscard]] Candidate certified(const DeliveredStep* shown) const {
+  [[nodiscard]] Candidate certified(const DeliveredStep* delivered) const {
     const StepRequest step =
         certified_shells_
             ? *certified_shells_
             : preview_step(request_, {.finest_spacing = 1, .is_unsimplified = true}, info_);
     const double triangles =
-        shown ? growth(*shown, 1) * shown->size.extracted : sizes_.of(step).extracted;
+        delivered ? growth(*delivered, 1) * delivered->size.extracted : sizes_.of(step).extracted;
     return candidate(step,
                      {.triangles = triangles,
                       .bytes = estimated_bytes(triangles, step, info_.type),
@@ -110,20 +110,21 @@ class Candidates {
                      costs_);
   }
   // Returns the candidate with that finest spacing, with its size extrapolated from a coarser step.
-  [[nodiscard]] Candidate refined(const DeliveredStep& shown, std::int32_t finest) const {
-    const double factor = growth(shown, finest);
+  [[nodiscard]] Candidate refined(const DeliveredStep& delivered, std::int32_t finest) const {
+    const double factor = growth(delivered, finest);
     return quicker(finest, [&](const StepRequest& step) {
-      const double extracted = factor * shown.size.extracted;
-      const bool was_simplified = shown.step.request.simplify;
+      const double extracted = factor * delivered.size.extracted;
+      const bool was_simplified = delivered.step.request.simplify;
       const double triangles = !step.request.simplify ? extracted
-                               : was_simplified       ? factor * shown.size.triangles
+                               : was_simplified       ? factor * delivered.size.triangles
                                                       : kPreviewRemainingShare * extracted;
-      const bool is_alike = form_of(step) == form_of(shown.step) ||
-                            (is_simplified(form_of(step)) && is_simplified(form_of(shown.step)));
+      const bool is_alike =
+          form_of(step) == form_of(delivered.step) ||
+          (is_simplified(form_of(step)) && is_simplified(form_of(delivered.step)));
       const double of_estimate =
-          is_alike
-              ? shown.size.bytes / std::max(estimated_bytes(shown.size.triangles, shown.step), 1.0)
-              : (step.request.simplify ? kBytesOfSimplifiedTriangles : 1);
+          is_alike ? delivered.size.bytes /
+                         std::max(estimated_bytes(delivered.size.triangles, delivered.step), 1.0)
+                   : (step.request.simplify ? kBytesOfSimplifiedTriangles : 1);
       return SurfaceSize{.triangles = triangles,
                          .bytes = of_estimate * estimated_bytes(triangles, step),
                          .extracted = extracted};
@@ -131,8 +132,8 @@ class Candidates {
   }
 
  private:
-  [[nodiscard]] static double growth(const DeliveredStep& shown, std::int32_t finest) {
-    const double halvings = std::log2(shown.step.finest_spacing / static_cast<double>(finest));
+  [[nodiscard]] static double growth(const DeliveredStep& delivered, std::int32_t finest) {
+    const double halvings = std::log2(delivered.step.finest_spacing / static_cast<double>(finest));
     return std::pow(kTrianglesPerHalving, halvings);
   }
 
@@ -182,9 +183,9 @@ std::optional<StepRequest> first_preview(const Candidates& candidates, const Dat
   return coarsest;
 }
 
-double seconds_of(std::span<const DeliveredStep> shown, const CostEstimates& costs) {
+double seconds_of(std::span<const DeliveredStep> delivered, const CostEstimates& costs) {
   double seconds = 0;
-  for (const DeliveredStep& step : shown) {
+  for (const DeliveredStep& step : delivered) {
     seconds += step.seconds + costs.link_seconds(step.size) + costs.client_seconds(step.size);
   }
   return seconds;
@@ -192,17 +193,17 @@ double seconds_of(std::span<const DeliveredStep> shown, const CostEstimates& cos
 
 // Returns nullopt if no preview is worth its time.
 std::optional<StepRequest> further_preview(const Candidates& candidates,
-                                           std::span<const DeliveredStep> shown,
+                                           std::span<const DeliveredStep> delivered,
                                            const CostEstimates& costs) {
-  const double before = std::max(seconds_of(shown, costs), kFirstServerSeconds);
-  const double final_seconds = candidates.final_step(&shown.back()).seconds();
-  if (final_seconds <= kSoonSeconds) return std::nullopt;
+  const double before = std::max(seconds_of(delivered, costs), kFirstServerSeconds);
+  const double final_seconds = candidates.final_step(&delivered.back()).seconds();
+  if (final_seconds <= kShortStepSeconds) return std::nullopt;
   const double allowed = kPreviewShare * final_seconds;
   std::optional<StepRequest> best;
-  for (std::int32_t finest = shown.back().step.finest_spacing / 2; finest >= 2; finest /= 2) {
-    const Candidate preview = candidates.refined(shown.back(), finest);
+  for (std::int32_t finest = delivered.back().step.finest_spacing / 2; finest >= 2; finest /= 2) {
+    const Candidate preview = candidates.refined(delivered.back(), finest);
     if (!preview.is_within_budget) break;
-    if (preview.seconds() > std::min(best ? before : kPatience * before, allowed)) break;
+    if (preview.seconds() > std::min(best ? before : kMaxStepGrowth * before, allowed)) break;
     best = preview.step;
   }
   return best;
@@ -211,10 +212,11 @@ std::optional<StepRequest> further_preview(const Candidates& candidates,
 // Returns a step that meets the request's own bound before simplification does, or nullopt if that
 // is not worth its time.
 std::optional<StepRequest> certified_preview(const Candidates& candidates,
-                                             const DeliveredStep& shown, const PlanLimits& limits) {
-  if (shown.step.finest_spacing == 1 || candidates.may_end_with_shells()) return std::nullopt;
-  const Candidate preview = candidates.certified(&shown);
-  const double allowed = kCertifiedShare * candidates.final_step(&shown).seconds();
+                                             const DeliveredStep& delivered,
+                                             const PlanLimits& limits) {
+  if (delivered.step.finest_spacing == 1 || candidates.may_end_with_shells()) return std::nullopt;
+  const Candidate preview = candidates.certified(&delivered);
+  const double allowed = kCertifiedShare * candidates.final_step(&delivered).seconds();
   const double most = preview.step.shell && limits.certified_triangles > 0
                           ? limits.shell_triangles
                           : limits.certified_triangles;
@@ -244,21 +246,21 @@ StepRequest preview_step(const IsosurfaceRequest& request, const Preview& previe
 }
 
 PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
-                      std::span<const DeliveredStep> shown, const DatasetInfo& info,
+                      std::span<const DeliveredStep> delivered, const DatasetInfo& info,
                       const SizeEstimates& sizes, const CostEstimates& costs) {
   const Candidates candidates(request, limits, info, sizes, costs);
   std::optional<StepRequest> preview;
   if (limits.previews) {
-    preview = shown.empty() ? first_preview(candidates, info, sizes)
-                            : further_preview(candidates, shown, costs);
+    preview = delivered.empty() ? first_preview(candidates, info, sizes)
+                                : further_preview(candidates, delivered, costs);
     const bool is_simplified = request.simplify && largest_threshold(request, info) > 0;
-    if (!preview && !shown.empty() && (is_simplified || candidates.has_certified_shells())) {
-      preview = certified_preview(candidates, shown.back(), limits);
+    if (!preview && !delivered.empty() && (is_simplified || candidates.has_certified_shells())) {
+      preview = certified_preview(candidates, delivered.back(), limits);
     }
   }
   if (preview) return {.step = *preview, .is_final = false};
   if (candidates.may_end_with_shells()) {
-    return {.step = candidates.final_step(shown.empty() ? nullptr : &shown.back()).step,
+    return {.step = candidates.final_step(delivered.empty() ? nullptr : &delivered.back()).step,
             .is_final = true};
   }
   return {.step = final_step(request), .is_final = true};

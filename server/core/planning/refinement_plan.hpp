@@ -11,8 +11,9 @@
 //                                      kFirstLinkSeconds and kFirstClientSeconds, and needs at most
 //                                      kFirstFetchedBytes from the server's own remote store
 //     next       at most half of f     the finest that takes no longer than all previous steps, or
-//                                      else the next one if it takes at most kPatience times as
-//                                      long; none if the final step takes at most kSoonSeconds
+//                                      else the next one if it takes at most kMaxStepGrowth times
+//                                      as long; none if the final step takes at most
+//                                      kShortStepSeconds
 //     certified  f = 1                 if only simplification is slow: the request's own model, or
 //                                      the full resolution in shells, with the same bound but more
 //                                      triangles
@@ -89,9 +90,9 @@ inline constexpr double kFirstServerSeconds = 0.05;
 inline constexpr double kFirstLinkSeconds = 0.1;
 inline constexpr double kFirstClientSeconds = 0.1;
 inline constexpr std::uint64_t kFirstFetchedBytes = std::uint64_t{128} << 10;
-inline constexpr double kPatience = 5;
+inline constexpr double kMaxStepGrowth = 5;
 inline constexpr double kPreviewShare = 0.2;
-inline constexpr double kSoonSeconds = 0.3;
+inline constexpr double kShortStepSeconds = 0.3;
 inline constexpr double kCertifiedShare = 0.5;
 // More triangles are not worth decoding and drawing for a moment.
 inline constexpr double kMaxCertifiedTriangles = 2.5e6;
@@ -119,8 +120,9 @@ struct PlanLimits {
 // Returns the step after the delivered ones, none of which is final: a preview or exactly
 // `request`. The same arguments give the same step. Each step refines the previous one.
 [[nodiscard]] PlannedStep next_step(const IsosurfaceRequest& request, const PlanLimits& limits,
-                                    std::span<const DeliveredStep> shown, const DatasetInfo& info,
-                                    const SizeEstimates& sizes, const CostEstimates& costs);
+                                    std::span<const DeliveredStep> delivered,
+                                    const DatasetInfo& info, const SizeEstimates& sizes,
+                                    const CostEstimates& costs);
 
 // Bytes of a tile independent of its content, and the average triangles of a tile.
 inline constexpr double kBytesPerTile = 250;

@@ -25,17 +25,17 @@ inline constexpr float kNoField = std::numeric_limits<float>::quiet_NaN();
 
 // A place this near to a plane of samples is treated as on it, so that converting a sample's
 // position to world coordinates and back selects that sample.
-inline constexpr double kOnSample = 1e-6;
+inline constexpr double kSnapDistance = 1e-6;
 
-[[nodiscard]] inline double onto_sample(double coordinate) {
+[[nodiscard]] inline double snapped_to_sample(double coordinate) {
   const double nearest = std::nearbyint(coordinate);
-  return std::abs(coordinate - nearest) <= kOnSample ? nearest : coordinate;
+  return std::abs(coordinate - nearest) <= kSnapDistance ? nearest : coordinate;
 }
 
 // Returns whether the place lies in the data's closed box.
 [[nodiscard]] inline bool is_in_data(const Vec3& index, const DatasetInfo& info) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double at = onto_sample(index[axis]);
+    const double at = snapped_to_sample(index[axis]);
     if (!(at >= 0 && at <= info.dims[axis] - 1)) return false;
   }
   return true;
@@ -53,7 +53,7 @@ class BrickReader {
 
   // Returns the place in units of this reader's samples. Requires a place in the data.
   [[nodiscard]] Vec3 unit_place(const Vec3& index) const {
-    return {onto_sample(index[0]), onto_sample(index[1]), onto_sample(index[2])};
+    return {snapped_to_sample(index[0]), snapped_to_sample(index[1]), snapped_to_sample(index[2])};
   }
   // Requires 0 <= p < dims.
   [[nodiscard]] float at(GridPoint p) {
@@ -108,7 +108,8 @@ class CoarseReader {
     Vec3 place{};
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
-      const double unit = (onto_sample(index[i]) + margin_) / kSpectrumSpacing - extent_.low[axis];
+      const double unit =
+          (snapped_to_sample(index[i]) + margin_) / kSpectrumSpacing - extent_.low[axis];
       place[i] = std::clamp(unit, 0.0, static_cast<double>(extent_.extent[axis] - 1));
     }
     return place;

@@ -139,14 +139,14 @@ class SimplifiedPiece::Run {
   void find_costs(std::uint32_t u) {
     mesh_.ring(u, ring_);
     ring_costs_.resize(ring_.size());
-    ring_places_.resize(ring_.size());
+    ring_positions_.resize(ring_.size());
     State& state = states_[u];
     state.least_cost = std::numeric_limits<float>::infinity();
     state.is_stale = false;
     for (std::size_t i = 0; i < ring_.size(); ++i) {
       const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring_[i]));
-      ring_places_[i] = points_[w].at;
-      ring_costs_[i] = cost(u, ring_places_[i]);
+      ring_positions_[i] = points_[w].at;
+      ring_costs_[i] = cost(u, ring_positions_[i]);
       if (ring_costs_[i] < state.least_cost) {
         state.least_cost = ring_costs_[i];
         state.best = w;
@@ -172,7 +172,7 @@ class SimplifiedPiece::Run {
       if (*least == std::numeric_limits<float>::infinity()) break;
       *least = std::numeric_limits<float>::infinity();
       turn_to(static_cast<std::size_t>(least - ring_costs_.begin()));
-      if (turns_over(points_[u].at, places_) || merges_boundaries(mesh_, turned_) ||
+      if (turns_over(points_[u].at, turned_positions_) || merges_boundaries(mesh_, turned_) ||
           !mesh_.keeps_topology(turned_)) {
         continue;
       }
@@ -186,16 +186,16 @@ class SimplifiedPiece::Run {
   // Rotates the ring so that this position is first.
   void turn_to(std::size_t first) {
     turned_.resize(ring_.size());
-    places_.resize(ring_.size());
+    turned_positions_.resize(ring_.size());
     for (std::size_t i = 0; i < ring_.size(); ++i) {
       const std::size_t from = first + i < ring_.size() ? first + i : first + i - ring_.size();
       turned_[i] = ring_[from];
-      places_[i] = ring_places_[from];
+      turned_positions_[i] = ring_positions_[from];
     }
   }
 
   bool try_collapse(std::uint32_t u) {
-    if (!carried_.fits(turned_, places_)) return false;
+    if (!carried_.fits(turned_, turned_positions_)) return false;
     if (embedding_ && !embedding_->allows(turned_)) return false;
     carried_.commit(turned_);
     if (embedding_) embedding_->commit(turned_);
@@ -244,12 +244,12 @@ class SimplifiedPiece::Run {
   std::vector<float> costs_;
   std::vector<std::uint32_t> candidates_;
   std::vector<std::uint32_t> ring_;
-  std::vector<Vec3> ring_places_;
+  std::vector<Vec3> ring_positions_;
   std::vector<float> ring_costs_;
   // The ring, starting at the collapse's target.
   std::vector<std::uint32_t> turned_;
   // The positions of the ring's vertices.
-  std::vector<Vec3> places_;
+  std::vector<Vec3> turned_positions_;
 };
 
 SimplifiedPiece::SimplifiedPiece(LatticeMesh mesh, const Vec3& step)

@@ -211,7 +211,7 @@ CellCurves make_curves(const DatasetInfo& info, const IsovalueBins& bins, const 
                        const CellBox& cells) {
   FineLevels<Real> fine(info, bins, work, cells);
   fine.make();
-  return {.cells = cells, .tile = fine.tile(), .places = fine.curves().places()};
+  return {.cells = cells, .tile = fine.tile(), .tile_ranges = fine.curves().tile_ranges()};
 }
 
 // The curves of several boxes of cells.
@@ -222,7 +222,7 @@ class JoinedCurves : public CurveSource {
       const CellBox& cells = part.curves.cells;
       parts_.push_back(
           {cells, CurveTiles(cells.begin, cells.end, part.curves.tile, *part.scratch)});
-      parts_.back().tiles.set_places(part.curves.places);
+      parts_.back().tiles.set_tile_ranges(part.curves.tile_ranges);
     }
   }
   void get(std::int32_t k, CurveLayer& into) const override {
@@ -265,7 +265,7 @@ void build_spectrum_from(const DatasetInfo& info, const IsovalueBins& bins,
   if (is_empty(info, bins)) return;
   std::vector<SavedCurves> filled;
   for (const SavedCurves& part : parts) {
-    if (!part.curves.places.empty()) filled.push_back(part);
+    if (!part.curves.tile_ranges.empty()) filled.push_back(part);
   }
   const JoinedCurves cells(filled);
   is_exact_in_float(info) ? build_coarse_levels<float>(info, bins, cells, work)

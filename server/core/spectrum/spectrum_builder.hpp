@@ -70,12 +70,12 @@ void build_spectrum(const DatasetInfo& info, const IsovalueBins& bins, const Spe
 // The curves of a box of cells; the bytes of the tiles are in a scratch.
 struct CellCurves {
   CellBox cells;
-  GridPoint tile;                 // The size of a tile in cells.
-  std::vector<std::byte> places;  // The places of the tiles in the scratch.
+  GridPoint tile;                      // The size of a tile in cells.
+  std::vector<std::byte> tile_ranges;  // Of the tiles in the scratch.
 };
 
 // Writes the curves of these cells to work.scratch. The curves do not depend on threads, memory or
-// boxes; their places do.
+// boxes; their tile_ranges do.
 [[nodiscard]] CellCurves make_cell_curves(const DatasetInfo& info, const IsovalueBins& bins,
                                           const SpectrumWork& work, const CellBox& cells);
 

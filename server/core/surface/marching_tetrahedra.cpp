@@ -12,7 +12,7 @@ TetrahedronSurface marching_tetrahedron(const std::array<GridPoint, 4>& corners,
     if (is_void(values[i])) return {};
     if (static_cast<double>(values[i]) > isovalue) signs |= 1U << i;
   }
-  const bool is_negative = six_volumes(corners[0], corners[1], corners[2], corners[3]) < 0;
+  const bool is_negative = six_times_volume(corners[0], corners[1], corners[2], corners[3]) < 0;
   const MarchingCase& c = kMarchingCases[signs][is_negative ? 1 : 0];
   std::array<LatticePoint, 4> polygon{};
   for (std::size_t k = 0; k < c.corners; ++k) {

@@ -112,7 +112,7 @@ class PreparedSource {
     const OctreeCubePoints points = points_of(cube);
     const std::int32_t step = points.step / 2;
     if (!model_.may_keep(step)) return 0;
-    const std::uint32_t exceeding = fine_.exceeding_around(points.centre, step, {1, 1, 1});
+    const std::uint32_t exceeding = fine_.exceeding_neighbours(points.centre, step, {1, 1, 1});
     unsigned refined = 0;
     for (unsigned i = 0; i < 8; ++i) {
       const unsigned corner = (i & 1) * 2 + (i >> 1 & 1) * 6 + (i >> 2) * 18;
@@ -165,7 +165,7 @@ class PreparedSource {
     // Faces and edges of the cube have the spacing of its centre.
     if (!model_.may_keep(points.step)) return;
     points.kept =
-        fine_.exceeding_around(points.centre, points.step, points.turned) & kFacesAndEdges;
+        fine_.exceeding_neighbours(points.centre, points.step, points.turned) & kFacesAndEdges;
     if (model_.has_one_threshold()) return;
     for (std::uint32_t left = kFacesAndEdges & ~points.kept; left != 0; left &= left - 1) {
       const auto p = static_cast<std::size_t>(std::countr_zero(left));

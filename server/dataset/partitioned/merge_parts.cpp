@@ -110,10 +110,11 @@ class PartMerger {
     const CellBox coarse = cells_of_part(info_, box, box_of(all_coarse));
     const CellBox curves = cells_of_part(info_, box, spectrum_cells(info_));
     const std::vector<std::size_t> bricks = bricks_in(layout_, box);
-    const bool fits = record.ranges.bytes == bytes_of(ranges, 2 * width_) &&
-                      record.coarse.bytes == bytes_of(coarse, width_) &&
-                      record.index.bytes == sizeof(BrickEntry) * bricks.size() &&
-                      (record.cell_curves.places.empty() || record.cell_curves.cells == curves);
+    const bool fits =
+        record.ranges.bytes == bytes_of(ranges, 2 * width_) &&
+        record.coarse.bytes == bytes_of(coarse, width_) &&
+        record.index.bytes == sizeof(BrickEntry) * bricks.size() &&
+        (record.cell_curves.tile_ranges.empty() || record.cell_curves.cells == curves);
     if (!fits) {
       throw DatasetFileError(file(".json"),
                              "its size does not match the plan. Prepare this part again.");

@@ -150,11 +150,11 @@ CubeInTree joined(std::vector<CubesOfLevel> cubes, const std::vector<ObstaclesOf
                   const std::stop_token& stop) {
   std::vector<CubeInTree> tree = tree_of(std::move(cubes));
   const std::vector<std::size_t> order = depth_first(tree);
-  std::vector<std::size_t> places(tree.size());
-  for (std::size_t place = 0; place < order.size(); ++place) places[order[place]] = place;
+  std::vector<std::size_t> ranks(tree.size());
+  for (std::size_t place = 0; place < order.size(); ++place) ranks[order[place]] = place;
   std::vector<std::size_t> parents(tree.size());
   for (std::size_t index = 0; index < tree.size(); ++index) {
-    for (const std::size_t child : tree[index].children) parents[places[child]] = places[index];
+    for (const std::size_t child : tree[index].children) parents[ranks[child]] = ranks[index];
   }
   in_parallel_upwards(
       parents,

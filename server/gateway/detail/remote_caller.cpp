@@ -34,7 +34,7 @@ bool keep_holders_of_all(StartStream& action) {
 
 }  // namespace
 
-asio::awaitable<Result<CataloguePtr>> RemoteCaller::offered(std::string token) {
+asio::awaitable<Result<CataloguePtr>> RemoteCaller::catalogue_for(std::string token) {
   token_ = token;
   auto found = co_await upstreams_->catalogue(std::move(token));
   if (found) catalogue_ = *found;
@@ -108,7 +108,7 @@ asio::awaitable<void> RemoteCaller::forward_streams() {
   if (reached_) reached_->link->close();
 }
 
-asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
+asio::awaitable<bool> RemoteCaller::reach_dataset(StreamPtr stream) {
   const std::vector<std::size_t> replicas = stream->dataset->replicas;
   const bool is_there =
       reached_ && !reached_->link->is_lost() && upstreams_->may_be_tried(reached_->upstream) &&
@@ -133,7 +133,7 @@ asio::awaitable<bool> RemoteCaller::reach_holder(StreamPtr stream) {
 }
 
 asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
-  while (!stream->is_stopped && co_await reach_holder(stream)) {
+  while (!stream->is_stopped && co_await reach_dataset(stream)) {
     // An idle link may have been closed meanwhile, which says nothing about its server.
     const bool may_be_stale = std::exchange(reached_->was_used, true);
     stream->forwarded.restart();
@@ -144,7 +144,7 @@ asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
     if (may_be_stale) continue;
     log_line(LogLevel::kWarning, "upstream lost in a stream; trying another upstream",
              {{"connection", client()->facts().connection}, {"request", stream->id()}});
-    upstreams_->lost(reached_->upstream);
+    upstreams_->report_lost(reached_->upstream);
     const RemoteStream::Clock::time_point now = RemoteStream::Clock::now();
     if (!stream->lost_at) stream->lost_at = now;
     if (now - *stream->lost_at > upstreams_->options().failover_timeout) {

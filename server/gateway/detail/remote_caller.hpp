@@ -37,7 +37,7 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
 
  protected:
   std::optional<asio::awaitable<Result<CataloguePtr>>> fetch_catalogue(std::string token) override {
-    return offered(std::move(token));
+    return catalogue_for(std::move(token));
   }
   void make_surface(StartStream action, std::uint64_t max_triangles, std::stop_token stop,
                     std::function<void(Result<Surface>)> done) override;
@@ -46,12 +46,12 @@ class RemoteCaller : public Caller, public std::enable_shared_from_this<RemoteCa
  private:
   using StreamPtr = std::shared_ptr<RemoteStream>;
 
-  asio::awaitable<Result<CataloguePtr>> offered(std::string token);
+  asio::awaitable<Result<CataloguePtr>> catalogue_for(std::string token);
   // Forwards all streams, one after the other, until closed.
   asio::awaitable<void> forward_streams();
   asio::awaitable<void> forward_stream(StreamPtr stream);
   // Ensures that reached_ has the dataset. Returns false if the stream cannot continue.
-  asio::awaitable<bool> reach_holder(StreamPtr stream);
+  asio::awaitable<bool> reach_dataset(StreamPtr stream);
   // Forwards until the stream is over (true) or the server is lost (false).
   asio::awaitable<bool> forward(StreamPtr stream);
   void take(const StreamPtr& stream, ServerMessage message);

@@ -18,7 +18,7 @@ class UpstreamHealth {
       : min_backoff_(min_backoff), max_backoff_(max_backoff) {}
 
   // Records success. Returns kReachable if the previous attempt failed or there was none.
-  Change reached() {
+  Change record_success() {
     const bool is_new = !std::exchange(was_tried_, true) || has_failed();
     backoff_ = {};
     not_before_ = {};
@@ -27,7 +27,7 @@ class UpstreamHealth {
 
   // Records a failure to answer or a lost connection. Returns kLost if the previous attempt did not
   // fail.
-  Change failed(Clock::time_point now) {
+  Change record_failure(Clock::time_point now) {
     const bool is_news = !has_failed();
     was_tried_ = true;
     backoff_ = std::clamp(2 * backoff_, min_backoff_, max_backoff_);

@@ -17,11 +17,12 @@ tl::unexpected<Error> lost_link(const std::string& why) {
 UpstreamLink::UpstreamLink(asio::any_io_executor executor, Endpoint server,
                            const LinkOptions& options)
     : executor_(executor),
-      silence_(options.silence),
+      silence_timeout_(options.silence_timeout),
       connect_timeout_(options.connect_timeout),
-      channel_(
-          executor, std::move(server),
-          {.tls = options.tls, .unacknowledged = options.silence, .ca_option = "--upstream-ca"}),
+      channel_(executor, std::move(server),
+               {.tls = options.tls,
+                .unacknowledged = options.silence_timeout,
+                .ca_option = "--upstream-ca"}),
       connect_timer_(executor),
       silence_timer_(executor) {}
 
@@ -127,7 +128,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamLink::receive() {
 
 // Any received bytes are a sign of life, even an incomplete message.
 void UpstreamLink::await_sign() {
-  silence_timer_.expires_after(silence_ / 2);
+  silence_timer_.expires_after(silence_timeout_ / 2);
   silence_timer_.async_wait(
       [weak = weak_from_this(), heard = channel_.bytes_received()](error_code cancelled) {
         const auto self = weak.lock();

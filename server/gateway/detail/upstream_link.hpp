@@ -19,7 +19,7 @@ struct LinkOptions {
   TlsContextPtr tls = nullptr;                       // Required for tls://.
   std::chrono::milliseconds connect_timeout{3'000};  // Time until Welcome.
   // The longest wait for any bytes.
-  std::chrono::milliseconds silence{10'000};
+  std::chrono::milliseconds silence_timeout{10'000};
 };
 
 class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
@@ -57,7 +57,7 @@ class UpstreamLink : public std::enable_shared_from_this<UpstreamLink> {
   void await_sign();
 
   asio::any_io_executor executor_;
-  std::chrono::milliseconds silence_;
+  std::chrono::milliseconds silence_timeout_;
   std::chrono::milliseconds connect_timeout_;
   MessageChannel channel_;
   asio::steady_timer connect_timer_;

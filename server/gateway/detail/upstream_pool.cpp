@@ -41,10 +41,11 @@ UpstreamPool::UpstreamPool(asio::any_io_executor executor, UpstreamOptions optio
 
 // ---- servers
 
-void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string& why) {
+void UpstreamPool::record_attempt(std::size_t upstream, bool is_reached, const std::string& why) {
   Upstream& one = upstreams_[upstream];
   using Change = UpstreamHealth::Change;
-  const Change change = is_reached ? one.health.reached() : one.health.failed(Clock::now());
+  const Change change =
+      is_reached ? one.health.record_success() : one.health.record_failure(Clock::now());
   if (!is_reached) {
     catalogues_.clear();
     // The monitoring link may not have noticed yet; monitor() makes another one.
@@ -57,8 +58,8 @@ void UpstreamPool::note(std::size_t upstream, bool is_reached, const std::string
   }
 }
 
-void UpstreamPool::lost(std::size_t upstream) {
-  note(upstream, false, "it closed the connection or is stopping");
+void UpstreamPool::report_lost(std::size_t upstream) {
+  record_attempt(upstream, false, "it closed the connection or is stopping");
 }
 
 void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& why) {
@@ -97,7 +98,7 @@ std::string UpstreamPool::token_for_upstream(const std::string& token) const {
 LinkOptions UpstreamPool::link_options() const {
   return {.tls = options_.secrets.tls,
           .connect_timeout = options_.connect_timeout,
-          .silence = options_.silence};
+          .silence_timeout = options_.silence_timeout};
 }
 
 // A server that refuses the client still counts as reachable.
@@ -114,7 +115,7 @@ asio::awaitable<Result<LinkPtr>> UpstreamPool::link_to(std::size_t upstream,
   // If the gateway's own token is refused, clients get a general error.
   const bool is_ours = options_.secrets.token.has_value();
   const bool is_reachable = link || (link.error().code != ErrorCode::kUnavailable && !is_ours);
-  note(upstream, is_reachable, is_reachable ? "" : link.error().text);
+  record_attempt(upstream, is_reachable, is_reachable ? "" : link.error().text);
   // Addresses and reasons are for the log only.
   if (!is_reachable) co_return fail(ErrorCode::kUnavailable, kNoUpstream);
   if (link && is_stopped_) (*link)->close();
@@ -131,7 +132,7 @@ asio::awaitable<void> UpstreamPool::ping(std::size_t upstream) {
   LinkOptions options = link_options();
   const auto alive =
       co_await UpstreamLink::ping(executor_, options_.upstreams[upstream], std::move(options));
-  note(upstream, alive.has_value(), alive ? "" : alive.error().text);
+  record_attempt(upstream, alive.has_value(), alive ? "" : alive.error().text);
 }
 
 // Reconnects after a pause, or when the server may be retried. A server that requires a client's
@@ -139,7 +140,7 @@ asio::awaitable<void> UpstreamPool::ping(std::size_t upstream) {
 asio::awaitable<void> UpstreamPool::monitor(std::size_t upstream) {
   Upstream& one = upstreams_[upstream];
   while (!is_stopped_) {
-    Clock::time_point next = Clock::now() + options_.silence;
+    Clock::time_point next = Clock::now() + options_.silence_timeout;
     if (one.requires_token) {
       co_await ping(upstream);
     } else {

@@ -73,7 +73,7 @@ class UpstreamPool {
       std::shared_ptr<const UpstreamDataset> dataset, UpstreamClient client,
       std::function<bool()> is_wanted);
   // Reports that the link to a server was lost: others are preferred for a while.
-  void lost(std::size_t upstream);
+  void report_lost(std::size_t upstream);
   // Excludes a server for a while because it sent a tile that differs from its summary.
   void sent_damaged_tile(std::size_t upstream, const std::string& why);
   [[nodiscard]] bool may_be_tried(std::size_t upstream) const {
@@ -132,7 +132,7 @@ class UpstreamPool {
   [[nodiscard]] asio::awaitable<std::vector<std::size_t>> reachable_replicas(
       std::shared_ptr<const UpstreamDataset> dataset, std::string token);
   asio::awaitable<void> monitor(std::size_t upstream);
-  void note(std::size_t upstream, bool is_reached, const std::string& why);
+  void record_attempt(std::size_t upstream, bool is_reached, const std::string& why);
 
   asio::any_io_executor executor_;
   UpstreamOptions options_;

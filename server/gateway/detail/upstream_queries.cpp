@@ -20,7 +20,7 @@ asio::awaitable<Result<ServerMessage>> UpstreamQueries::ask(
     if (!reached) co_return tl::unexpected(reached.error());
     answer = co_await ask_one(reached->link, query);
     if (answer || is_closed_) break;
-    upstreams_->lost(reached->upstream);
+    upstreams_->report_lost(reached->upstream);
   }
   co_return answer;
 }

@@ -46,7 +46,7 @@ DatasetOutput::DatasetOutput(const fs::path& output, bool force) : output_(outpu
   const auto there = find_object(output.string(), kMagicBytes);
   if (there && !force && !begins_as_dataset(there->begin)) refuse_to_replace(output);
   using Kind = UploadCondition::Kind;
-  condition_ = {.kind = force ? Kind::kAnything : (there ? Kind::kThisVersion : Kind::kNothing),
+  condition_ = {.kind = force ? Kind::kAny : (there ? Kind::kSameVersion : Kind::kAbsent),
                 .etag = there ? there->etag : ""};
   temporary_ = new_temporary_folder();
   file_ = temporary_ / "dataset.mtd";

@@ -68,7 +68,8 @@ int prepare_single(const PrepareArguments& arguments, const PrepareJob& job, Lat
   Preparation preparation(arguments, maps);
   require_free_output(job);
   DatasetOutput output(job.output, arguments.force);
-  const PrepareResult prepared = preparation.prepare_one(job, preparation.note_of(job), output);
+  const PrepareResult prepared =
+      preparation.prepare_one(job, preparation.provenance_of(job), output);
   hint_at_labels(arguments, job, prepared);
   if (arguments.json) {
     std::cout << text_of(json_of(job, prepared));

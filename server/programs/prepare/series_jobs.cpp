@@ -27,14 +27,14 @@ struct SeriesSource {
   std::string name;
   std::vector<Moment> moments;
   std::string time_unit = {};
-  VolumeContents members = {};
+  VolumeContents contents = {};
 };
 
 // Returns the contents of a volume.
-VolumeContents members_of(const std::string& input, const PrepareArguments& arguments) {
+VolumeContents contents_of(const std::string& input, const PrepareArguments& arguments) {
   VolumeFileOptions options = arguments.volume.parsed();
   options.choice.first = true;
-  return open_volume(input, options)->members();
+  return open_volume(input, options)->contents();
 }
 
 bool increase(const std::vector<double>& times) {
@@ -53,9 +53,9 @@ std::vector<double> frame_numbers(std::size_t count) {
 SeriesSource series_of_volume(const std::string& input, const std::string& name,
                               const PrepareArguments& arguments, const Notice& notice) {
   SeriesSource series{
-      .name = name, .moments = {{.input = input}}, .members = members_of(input, arguments)};
+      .name = name, .moments = {{.input = input}}, .contents = contents_of(input, arguments)};
   const SeriesArguments& asked = arguments.series;
-  const SourceTimes& source_times = series.members.times;
+  const SourceTimes& source_times = series.contents.times;
   if (!asked.all_times) return series;
   if (source_times.count > std::int64_t{kMaxSeriesJobs}) {
     throw ExitError(kUsage, "'" + input + "' has " + std::to_string(source_times.count) +
@@ -95,7 +95,7 @@ SeriesSource series_of_files(const PrepareArguments& arguments) {
   SeriesSource series{.name = asked.time_series,
                       .moments = {},
                       .time_unit = asked.time_unit,
-                      .members = members_of(inputs.front(), arguments)};
+                      .contents = contents_of(inputs.front(), arguments)};
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     series.moments.push_back({.input = inputs[i], .time = times[i]});
   }
@@ -122,13 +122,13 @@ std::string list_of_names(const std::vector<SourceField>& fields) {
 
 std::vector<SourceField> asked_fields(const SeriesSource& series, const PrepareArguments& arguments,
                                       const Notice& notice) {
-  const std::vector<SourceField>& there = series.members.fields;
+  const std::vector<SourceField>& there = series.contents.fields;
   const SeriesArguments& asked = arguments.series;
   const std::string& input = series.moments.front().input;
   if (asked.fields.empty()) return {SourceField{}};
   std::vector<SourceField> fields;
   if (asked.wants_all_fields()) {
-    for (const std::string& name : series.members.unnamed) {
+    for (const std::string& name : series.contents.unnamed) {
       notice("'" + series.moments.front().input + "': field '" + printable(name, false) +
              "' is skipped because its name is empty, too long or has control characters. Prepare "
              "it separately with --array.");
@@ -216,7 +216,7 @@ void add_jobs(const SeriesSource& series, const PrepareArguments& arguments, Lat
               const Notice& notice, std::vector<PrepareJob>& jobs) {
   const std::vector<FieldChoice> fields = field_choices(series, arguments, notice);
   const std::vector<std::string> parts = field_parts(fields);
-  const LabelJobs labels(arguments, maps, series.moments.front().input, series.members.labels);
+  const LabelJobs labels(arguments, maps, series.moments.front().input, series.contents.labels);
   if (!labels.notice().empty()) notice(labels.notice());
   for (std::size_t frame = 0; frame < series.moments.size(); ++frame) {
     const Moment& moment = series.moments[frame];

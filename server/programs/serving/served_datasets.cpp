@@ -48,17 +48,17 @@ ServedDatasets::Identity ServedDatasets::identity_of(const std::string& place) c
 }
 
 // Returns all dataset paths without repetition, those of a folder sorted by name.
-std::vector<std::string> ServedDatasets::places() const {
-  std::vector<std::string> places;
+std::vector<std::string> ServedDatasets::dataset_paths() const {
+  std::vector<std::string> paths;
   for (const auto& [input, is_folder] : inputs_) {
     if (!is_folder) {
-      places.push_back(input);
+      paths.push_back(input);
       continue;
     }
     const std::vector<std::string> found = datasets_in(input);
-    places.insert(places.end(), found.begin(), found.end());
+    paths.insert(paths.end(), found.begin(), found.end());
   }
-  return places;
+  return paths;
 }
 
 ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
@@ -83,7 +83,7 @@ ServedDatasets::Opened* ServedDatasets::opened(const std::string& place) {
 CataloguePtr ServedDatasets::read() {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   std::set<std::string> there;
-  for (const std::string& place : places()) {
+  for (const std::string& place : dataset_paths()) {
     if (!there.insert(place).second) continue;
     Opened* const found = opened(place);
     if (found == nullptr) continue;

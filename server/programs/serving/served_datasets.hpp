@@ -56,7 +56,7 @@ class ServedDatasets {
     bool is_served = false;  // Logged so; else another file has its name.
   };
   [[nodiscard]] Identity identity_of(const std::string& place) const;
-  [[nodiscard]] std::vector<std::string> places() const;
+  [[nodiscard]] std::vector<std::string> dataset_paths() const;
   // Returns null if the dataset cannot be used and no previous version was served.
   [[nodiscard]] Opened* opened(const std::string& place);
 

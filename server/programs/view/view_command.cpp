@@ -100,8 +100,8 @@ class ViewedVolumes {
   ViewedVolumes(const ViewArguments& arguments, std::vector<std::string> inputs)
       : arguments_(arguments), folders_(arguments) {
     std::vector<std::string> volumes;
-    for (std::string& input : inputs) (is_prepared(input) ? places_ : volumes).push_back(input);
-    has_datasets_ = !places_.empty();
+    for (std::string& input : inputs) (is_prepared(input) ? datasets_ : volumes).push_back(input);
+    has_datasets_ = !datasets_.empty();
     if (!volumes.empty()) {
       for (PrepareArguments& one : preparations_of(volumes, arguments.volume)) {
         one.outside = arguments.outside;
@@ -124,8 +124,8 @@ class ViewedVolumes {
   // Returns whether any input was already a dataset.
   [[nodiscard]] bool has_datasets() const { return has_datasets_; }
 
-  // Returns the places of the datasets, including those not yet prepared.
-  [[nodiscard]] const std::vector<std::string>& places() const { return places_; }
+  // Returns the paths of the datasets, including those not yet prepared.
+  [[nodiscard]] const std::vector<std::string>& datasets() const { return datasets_; }
 
   // Prepares volumes until one succeeds. Returns its name, or none at the end. Prints failures to
   // stderr. Throws PreparationStopped.
@@ -171,7 +171,7 @@ class ViewedVolumes {
 
   void add(PrepareArguments arguments) {
     arguments.output = folders_.folder_for(arguments);
-    places_.push_back(arguments.output);
+    datasets_.push_back(arguments.output);
     wait_for(std::move(arguments));
   }
 
@@ -210,7 +210,7 @@ class ViewedVolumes {
 
   const ViewArguments& arguments_;
   DatasetFolders folders_;
-  std::vector<std::string> places_;
+  std::vector<std::string> datasets_;
   bool has_datasets_ = false;
   std::deque<PrepareArguments> waiting_;  // The first one is in progress.
   std::unique_ptr<Work> work_;
@@ -252,7 +252,7 @@ int view(const ViewArguments& arguments) {
   options.listeners.log_level = "error";
   options.listeners.drain_seconds = 1;
   options.threads = arguments.threads;
-  options.datasets = volumes.places();
+  options.datasets = volumes.datasets();
   return serve_until_stopped(options, [&](const OpenServer& server) {
     std::string shown = first ? "#dataset=" + percent_encoded(*first) : "";
     if (arguments.inputs.empty()) shown += kDemoLook;

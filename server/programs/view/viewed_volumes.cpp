@@ -160,27 +160,27 @@ std::vector<PrepareArguments> preparations_of(const std::vector<std::string>& in
             [](const std::string& a, const std::string& b) { return natural_order_less(a, b); });
   VolumeFileOptions options = volume.parsed();
   options.choice.first = true;
-  PrepareArguments usual;
-  usual.volume = volume;
+  PrepareArguments common;
+  common.volume = volume;
   const bool chooses_field = !volume.array.empty() || volume.channel.has_value();
-  const auto fields_of = [&](const VolumeContents& members) {
-    return members.fields.size() > 1 && !chooses_field ? std::vector<std::string>{"all"}
-                                                       : std::vector<std::string>();
+  const auto fields_of = [&](const VolumeContents& contents) {
+    return contents.fields.size() > 1 && !chooses_field ? std::vector<std::string>{"all"}
+                                                        : std::vector<std::string>();
   };
   if (are_times(volumes, options)) {
-    usual.inputs = volumes;
-    usual.series.time_series = series_name(volumes.front());
-    usual.series.fields = fields_of(open_volume(volumes.front(), options)->members());
-    return {usual};
+    common.inputs = volumes;
+    common.series.time_series = series_name(volumes.front());
+    common.series.fields = fields_of(open_volume(volumes.front(), options)->contents());
+    return {common};
   }
   std::vector<PrepareArguments> preparations;
   for (const std::string& input : volumes) {
-    PrepareArguments one = usual;
+    PrepareArguments one = common;
     one.inputs = {input};
-    const VolumeContents members = open_volume(input, options)->members();
-    one.series.fields = fields_of(members);
-    one.series.all_times = members.times.count > 1 && !volume.time;
-    if (!members.labels.empty() && volume.component.empty()) one.series.labels = {"all"};
+    const VolumeContents contents = open_volume(input, options)->contents();
+    one.series.fields = fields_of(contents);
+    one.series.all_times = contents.times.count > 1 && !volume.time;
+    if (!contents.labels.empty() && volume.component.empty()) one.series.labels = {"all"};
     preparations.push_back(std::move(one));
   }
   return preparations;

@@ -30,7 +30,7 @@ class SingleFlight {
                           const std::function<Value(std::stop_token)>& compute) {
     std::unique_lock lock(mutex_);
     const auto found = calls_.find(key);
-    if (found != calls_.end() && found->second->interested > 0) {
+    if (found != calls_.end() && found->second->callers > 0) {
       return wait_for(found->second, stop, lock);
     }
     // Any computation found above has no callers and is stopping: starts another.
@@ -41,15 +41,15 @@ class SingleFlight {
   }
 
   // Returns the number of callers for that key.
-  [[nodiscard]] std::size_t interested(const Key& key) const {
+  [[nodiscard]] std::size_t callers(const Key& key) const {
     const std::lock_guard lock(mutex_);
     const auto found = calls_.find(key);
-    return found == calls_.end() ? 0 : found->second->interested;
+    return found == calls_.end() ? 0 : found->second->callers;
   }
 
  private:
   struct Call {
-    std::size_t interested = 1;
+    std::size_t callers = 1;
     std::stop_source stop;
     std::optional<Value> value;
     std::exception_ptr failure;
@@ -57,13 +57,13 @@ class SingleFlight {
 
     [[nodiscard]] bool is_done() const { return value || failure; }
     void abandon() {
-      if (--interested == 0) stop.request_stop();
+      if (--callers == 0) stop.request_stop();
     }
   };
 
   Value wait_for(const std::shared_ptr<Call> call, const std::stop_token& stop,
                  std::unique_lock<std::mutex>& lock) {
-    ++call->interested;
+    ++call->callers;
     if (!call->done.wait(lock, stop, [&] { return call->is_done(); })) {
       call->abandon();
       throw Cancelled{};

@@ -68,7 +68,7 @@ WorkKind work_for(const SurfaceProvider& source, const StreamState& state) {
   if (request.cell) {
     return {.kind = dataset + " cell", .is_long = request.cell->finest_spacing < kSpectrumSpacing};
   }
-  if (state.steps != StepPolicy::kFinalOnly && state.shown.empty()) {
+  if (state.steps != StepPolicy::kFinalOnly && state.delivered.empty()) {
     return {.kind = dataset + " first preview", .is_long = false};
   }
   const char* form = !request.simplify  ? " step"

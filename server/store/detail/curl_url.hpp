@@ -33,7 +33,7 @@ class CurlUrl {
     const std::string name = part(CURLUPART_USER, CURLU_URLDECODE);
     return name.empty() ? name : name + ":" + part(CURLUPART_PASSWORD, CURLU_URLDECODE);
   }
-  void leave_out_user() {
+  void remove_user() {
     curl_url_set(url_.get(), CURLUPART_USER, nullptr, 0);
     curl_url_set(url_.get(), CURLUPART_PASSWORD, nullptr, 0);
   }

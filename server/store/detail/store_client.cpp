@@ -136,7 +136,7 @@ HttpAnswer StoreClient::send(const HttpRequest& request) {
       pause *= 2;
     }
     HttpAnswer answer;
-    outcome = attempted(request, left(), answer);
+    outcome = try_request(request, left(), answer);
     if (outcome.kind == Outcome::Kind::kDone) return answer;
     if (outcome.kind == Outcome::Kind::kFailed) break;
     // A stalled attempt has taken its full time, so a server that stalls repeatedly is given up.
@@ -159,17 +159,16 @@ void StoreClient::start_cooldown(const std::string& problem) {
   cooldown_reason_ = problem;
 }
 
-StoreClient::Outcome StoreClient::attempted(const HttpRequest& request, milliseconds left,
-                                            HttpAnswer& answer) {
+StoreClient::Outcome StoreClient::try_request(const HttpRequest& request, milliseconds left,
+                                              HttpAnswer& answer) {
   std::unique_ptr<Handle> handle = idle_handle();
-  const Outcome outcome = attempted_along_redirects(*handle, request, left, answer);
-  give_back(std::move(handle));
+  const Outcome outcome = try_with_redirects(*handle, request, left, answer);
+  return_handle(std::move(handle));
   return outcome;
 }
 
-StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
-                                                            const HttpRequest& request,
-                                                            milliseconds left, HttpAnswer& answer) {
+StoreClient::Outcome StoreClient::try_with_redirects(Handle& handle, const HttpRequest& request,
+                                                     milliseconds left, HttpAnswer& answer) {
   constexpr int kMaxRedirects = 5;
   const Clock::time_point deadline = Clock::now() + left;
   CurlUrl url(request.address);
@@ -177,7 +176,7 @@ StoreClient::Outcome StoreClient::attempted_along_redirects(Handle& handle,
     return {.problem = "it is not an address", .remedy = "Write http://host/path"};
   const Credentials credentials{
       .user = sigv4_.empty() ? url.user() : user_, .sigv4 = sigv4_, .session = session_};
-  url.leave_out_user();
+  url.remove_user();
   HttpRequest next = request;
   next.address = url.part(CURLUPART_URL);
   for (int redirects = 0;; ++redirects) {
@@ -301,7 +300,7 @@ std::unique_ptr<StoreClient::Handle> StoreClient::idle_handle() {
   return handle;
 }
 
-void StoreClient::give_back(std::unique_ptr<Handle> handle) {
+void StoreClient::return_handle(std::unique_ptr<Handle> handle) {
   const std::lock_guard lock(mutex_);
   idle_.push_back(std::move(handle));
   ++free_;

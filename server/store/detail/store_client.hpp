@@ -65,11 +65,12 @@ class StoreClient {
   struct Outcome;
   void check_cooldown(const std::string& address);
   void start_cooldown(const std::string& problem);
-  Outcome attempted(const HttpRequest& request, std::chrono::milliseconds left, HttpAnswer& answer);
-  Outcome attempted_along_redirects(Handle& handle, const HttpRequest& request,
-                                    std::chrono::milliseconds left, HttpAnswer& answer);
+  Outcome try_request(const HttpRequest& request, std::chrono::milliseconds left,
+                      HttpAnswer& answer);
+  Outcome try_with_redirects(Handle& handle, const HttpRequest& request,
+                             std::chrono::milliseconds left, HttpAnswer& answer);
   std::unique_ptr<Handle> idle_handle();
-  void give_back(std::unique_ptr<Handle> handle);
+  void return_handle(std::unique_ptr<Handle> handle);
 
   HttpStoreOptions options_;
   std::string user_;

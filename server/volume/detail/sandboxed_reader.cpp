@@ -21,7 +21,7 @@ namespace {
 // opened volume's header; a notice; the reason of a failure; the requested samples. From the
 // parent: the requested slices.
 constexpr char kHeaderKnown = 'k';
-constexpr char kMembers = 'm';
+constexpr char kContents = 'm';
 constexpr char kOpened = 'o';
 constexpr char kNotice = 'n';
 constexpr char kFailed = 'f';
@@ -79,7 +79,7 @@ void serve_source(const OpenSource& open, ChildChannel& parent) {
   };
   try {
     const std::unique_ptr<VolumeSource> source = open(notice, header_is_known);
-    parent.send(kMembers, contents_text(source->members()));
+    parent.send(kContents, contents_text(source->contents()));
     if (!parent.send(kOpened, message_of(*source))) return;
     ChildMessage message;
     Samples samples;
@@ -111,12 +111,12 @@ class SandboxedVolume : public VolumeSource {
       : path_(std::move(path)),
         notice_(std::move(notice)),
         child_([&](ChildChannel& parent) { serve_source(open, parent); }, kHeaderMemory) {
-    std::chrono::milliseconds silence = kHeaderTime;
+    std::chrono::milliseconds timeout = kHeaderTime;
     ChildMessage message;
     while (true) {
-      if (!child_.channel().receive(message, silence)) give_up();
+      if (!child_.channel().receive(message, timeout)) give_up();
       if (message.kind == kOpened) break;
-      if (message.kind == kHeaderKnown) silence = kSamplesTime;
+      if (message.kind == kHeaderKnown) timeout = kSamplesTime;
       handle(message);
     }
     PlainHeader plain{};
@@ -133,7 +133,7 @@ class SandboxedVolume : public VolumeSource {
   }
 
   [[nodiscard]] const VolumeHeader& header() const override { return header_; }
-  [[nodiscard]] const VolumeContents& members() const override { return members_; }
+  [[nodiscard]] const VolumeContents& contents() const override { return contents_; }
 
   void read(std::int32_t first_slice, std::int32_t slices, Samples& into) override {
     resize(into, header_.type, static_cast<std::size_t>(slices) * header_.samples_per_slice());
@@ -152,7 +152,7 @@ class SandboxedVolume : public VolumeSource {
  private:
   // Handles a message other than a reply. Throws the child's failure.
   void handle(const ChildMessage& message) {
-    if (message.kind == kMembers) members_ = contents_from(message.bytes);
+    if (message.kind == kContents) contents_ = contents_from(message.bytes);
     if (message.kind == kNotice && notice_) notice_(message.bytes);
     if (message.kind != kFailed) return;
     if (!message.bytes.empty()) throw VolumeFileError(message.bytes);
@@ -172,7 +172,7 @@ class SandboxedVolume : public VolumeSource {
   Notice notice_;
   ChildProcess child_;
   VolumeHeader header_;
-  VolumeContents members_;
+  VolumeContents contents_;
 };
 
 }  // namespace

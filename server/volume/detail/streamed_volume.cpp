@@ -31,7 +31,7 @@ class StreamedVolume : public VolumeSource {
         stored_slice_bytes_(stored.header.slice_bytes()),
         slices_(std::move(stored.slices)),
         notice_(std::move(notice)),
-        members_(std::move(stored.members)),
+        contents_(std::move(stored.contents)),
         searched_(static_cast<std::size_t>(header_.dims[2])) {
     if (!notice_) return;
     for (const std::string& text : stored.notices) notice_(text);
@@ -60,7 +60,7 @@ class StreamedVolume : public VolumeSource {
     }
   }
 
-  [[nodiscard]] const VolumeContents& members() const override { return members_; }
+  [[nodiscard]] const VolumeContents& contents() const override { return contents_; }
 
  private:
   void note_searched(std::size_t slice, std::uint64_t infinite) {
@@ -81,7 +81,7 @@ class StreamedVolume : public VolumeSource {
   std::size_t stored_slice_bytes_;
   std::unique_ptr<StoredSlices> slices_;
   Notice notice_;
-  VolumeContents members_;
+  VolumeContents contents_;
   std::vector<std::byte> buffer_;  // A slice before conversion.
   std::vector<bool> searched_;     // Slices whose infinite samples were counted.
   std::size_t slices_searched_ = 0;

@@ -214,7 +214,7 @@ StoredVolume open_meta_image(const fs::path& path, const VolumeChoice& choice) {
   if (dims[3] > std::int64_t{kMaxSourceMembers}) {
     fail_reading(path, "it has " + std::to_string(dims[3]) + " volumes", "Give fewer at a time");
   }
-  volume.members.times =
+  volume.contents.times =
       axes == 4 ? even_times(dims[3], origin[3], spacing[3], /*unit=*/"") : SourceTimes();
   volume.slices = meta_slices(path, header, choice.allow_external_files, dims[3],
                               chosen_time(path, dims[3], choice), volume.header);

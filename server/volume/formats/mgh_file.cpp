@@ -82,11 +82,11 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
   const std::uint64_t offset = kMghHeaderBytes + static_cast<std::uint64_t>(frame) *
                                                      static_cast<std::uint64_t>(header.dims[2]) *
                                                      header.slice_bytes();
-  VolumeContents members;
-  members.times.count = frames;
+  VolumeContents contents;
+  contents.times.count = frames;
   return {.header = header,
           .slices = slices_in_file(path, offset, Endian::kBig, header),
-          .members = std::move(members)};
+          .contents = std::move(contents)};
 }
 
 }  // namespace multitetra

@@ -82,7 +82,7 @@ StoredVolume open_mrc(const fs::path& path) {
   const std::uint64_t offset = kMrcHeaderBytes + static_cast<std::uint64_t>(extended);
   StoredVolume volume;
   volume.header = header;
-  volume.members.recommended_isovalue = sidecar_contour_level(path);
+  volume.contents.recommended_isovalue = sidecar_contour_level(path);
   if (integer(12) != kHalfMode) {
     volume.slices = slices_in_file(path, offset, endian, header);
     return volume;

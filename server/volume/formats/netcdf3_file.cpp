@@ -414,7 +414,7 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
     if (is_channel) {
       volume.channels = static_cast<std::int64_t>(shape[d]);
     } else {
-      volume.members.times.count = static_cast<std::int64_t>(shape[d]);
+      volume.contents.times.count = static_cast<std::int64_t>(shape[d]);
     }
     begin +=
         strides[d] * chosen_entry(path, name, shape[d], is_channel ? choice.channel : choice.time,

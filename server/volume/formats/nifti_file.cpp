@@ -309,13 +309,13 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const ImageHeader one = header;
   header.components *= std::min(volumes, kMaxComponents + 1);
   check_header(path, header);
-  const VolumeContents members{.times = times_of(nifti, length_along(path, nifti, 4))};
-  const std::int64_t time = chosen_time(path, members.times.count, choice);
-  constexpr double kFarthest = 1e15;
+  const VolumeContents contents{.times = times_of(nifti, length_along(path, nifti, 4))};
+  const std::int64_t time = chosen_time(path, contents.times.count, choice);
+  constexpr double kMaxOffset = 1e15;
   const double least = nifti.in_two_files        ? 0
                        : is_version_1(beginning) ? kVersion1Bytes
                                                  : kVersion2Bytes;
-  if (!(nifti.offset >= least && nifti.offset < kFarthest)) {
+  if (!(nifti.offset >= least && nifti.offset < kMaxOffset)) {
     fail_reading(path, "its samples begin at byte " + std::to_string(nifti.offset),
                  "Get a complete copy of the file");
   }
@@ -324,7 +324,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   for (std::int64_t i = 0; i < volumes; ++i) {
     const auto before =
         (static_cast<std::uint64_t>(time) +
-         static_cast<std::uint64_t>(i) * static_cast<std::uint64_t>(members.times.count)) *
+         static_cast<std::uint64_t>(i) * static_cast<std::uint64_t>(contents.times.count)) *
         static_cast<std::uint64_t>(header.dims[2]) * one.slice_bytes();
     slices.push_back(
         slices_in_file(data, static_cast<std::uint64_t>(nifti.offset) + before, endian, one));
@@ -332,7 +332,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   return {
       .header = header,
       .slices = volumes == 1 ? std::move(slices[0]) : interleaved_slices(std::move(slices), header),
-      .members = members};
+      .contents = contents};
 }
 
 }  // namespace multitetra

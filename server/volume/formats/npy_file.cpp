@@ -107,10 +107,10 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   }
   set_axes(path, header, steps, {0, 0, 0});
   check_header(path, header);
-  VolumeContents members;
+  VolumeContents contents;
   std::int64_t time = 0;
   if (shape.size() == 4) {
-    members.times.count = shape[0];
+    contents.times.count = shape[0];
     if (shape[0] != 1 && !choice.time && !choice.first) {
       fail_reading(path, "its first dimension has " + std::to_string(shape[0]) + " entries",
                    "Choose one with --time, from 0, or prepare them with --all-times");
@@ -129,7 +129,7 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   const Endian endian = descr[1] == '>' ? Endian::kBig : Endian::kLittle;
   auto slices = slices_in_file(path, offset, endian, stored);
   if (found->are_halves) slices = slices_of_halves(std::move(slices), header);
-  return {.header = header, .slices = std::move(slices), .members = std::move(members)};
+  return {.header = header, .slices = std::move(slices), .contents = std::move(contents)};
 }
 
 }  // namespace multitetra

@@ -368,9 +368,9 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
   const NrrdHeader header = read_nrrd_header(path);
   const std::vector<std::int64_t> sizes = sizes_of(path, header);
   StoredVolume volume;
-  volume.members.labels = segments_in(header.text);
+  volume.contents.labels = segments_in(header.text);
   // The components of a segmentation are layers, which overlap.
-  const bool has_layers = have_layers(volume.members.labels);
+  const bool has_layers = have_layers(volume.contents.labels);
   const bool chooses_component = !choice.time && choice.component != ComponentChoice();
   const NrrdAxes axes = axes_of(path, header, sizes, has_layers || chooses_component);
 
@@ -381,7 +381,7 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
   const std::int64_t others = other ? sizes[*other] : 1;
   const std::int64_t time = [&]() -> std::int64_t {
     if (!axes.time) return 0;
-    volume.members.times = times_along(header, *axes.time, others);
+    volume.contents.times = times_along(header, *axes.time, others);
     return chosen_time(path, others, choice);
   }();
   volume.header = one;
@@ -393,10 +393,10 @@ StoredVolume open_nrrd(const fs::path& path, const VolumeChoice& choice) {
                  "Give at most " + std::to_string(kMaxOthers));
   }
   if (has_layers) {
-    volume.members.labels = segments_in(header.text, volume.header.components);
+    volume.contents.labels = segments_in(header.text, volume.header.components);
     if (volume.header.components > 1 && choice.component == ComponentChoice() && !choice.first) {
       fail_reading(path,
-                   "it is a segmentation: " + std::to_string(volume.members.labels.size()) +
+                   "it is a segmentation: " + std::to_string(volume.contents.labels.size()) +
                        " segments in " + std::to_string(volume.header.components) +
                        " layers, because some overlap",
                    "Prepare each segment with --label all -o FOLDER/, or one layer with "

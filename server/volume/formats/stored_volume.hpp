@@ -64,7 +64,7 @@ struct StoredVolume {
   ImageHeader header = {};
   std::unique_ptr<StoredSlices> slices = nullptr;
   std::vector<std::string> notices = {};  // Notices about opening the volume.
-  VolumeContents members = {};
+  VolumeContents contents = {};
   std::int64_t channels = 1;  // Number of channels for VolumeChoice::channel.
   // The component of the chosen time, if samples have a component for each time.
   std::optional<int> component_of_time = std::nullopt;

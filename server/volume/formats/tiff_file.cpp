@@ -111,7 +111,7 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
   header.dims[2] = description.slices;
   place_pages(tiff, description, header);
   check_header(path, header);
-  volume.members = {.times = description.times, .fields = fields_of_channels(description)};
+  volume.contents = {.times = description.times, .fields = fields_of_channels(description)};
   volume.channels = description.channels;
   if (description.channels > 1 && !choice.channel && !choice.first) {
     fail_reading(path, "it has " + std::to_string(description.channels) + " channels",

@@ -14,7 +14,7 @@
 namespace multitetra {
 namespace {
 
-using MembersJson = nlohmann::json;
+using ContentsJson = nlohmann::json;
 
 }  // namespace
 
@@ -62,55 +62,55 @@ bool have_layers(const std::vector<SourceLabel>& labels) {
                      [](const SourceLabel& label) { return label.layer != 0; });
 }
 
-std::string contents_text(const VolumeContents& members) {
-  MembersJson fields = MembersJson::array();
-  for (const SourceField& field : members.fields) {
+std::string contents_text(const VolumeContents& contents) {
+  ContentsJson fields = ContentsJson::array();
+  for (const SourceField& field : contents.fields) {
     fields.push_back({field.name, field.array,
-                      field.channel ? MembersJson(*field.channel) : MembersJson(),
+                      field.channel ? ContentsJson(*field.channel) : ContentsJson(),
                       field.components});
   }
-  MembersJson labels = MembersJson::array();
-  for (const auto& [label, stored, layer] : members.labels) {
+  ContentsJson labels = ContentsJson::array();
+  for (const auto& [label, stored, layer] : contents.labels) {
     labels.push_back({label.value, label.name,
-                      label.color ? MembersJson(*label.color) : MembersJson(), stored, layer});
+                      label.color ? ContentsJson(*label.color) : ContentsJson(), stored, layer});
   }
-  return MembersJson{
-      {"times", members.times.count},
-      {"at", members.times.at},
-      {"unit", members.times.unit},
+  return ContentsJson{
+      {"times", contents.times.count},
+      {"at", contents.times.at},
+      {"unit", contents.times.unit},
       {"fields", std::move(fields)},
       {"labels", std::move(labels)},
-      {"unnamed", members.unnamed},
-      {"recommended",
-       members.recommended_isovalue ? MembersJson(*members.recommended_isovalue) : MembersJson()}}
-      .dump(-1, ' ', false, MembersJson::error_handler_t::replace);
+      {"unnamed", contents.unnamed},
+      {"recommended", contents.recommended_isovalue ? ContentsJson(*contents.recommended_isovalue)
+                                                    : ContentsJson()}}
+      .dump(-1, ' ', false, ContentsJson::error_handler_t::replace);
 }
 
 VolumeContents contents_from(std::string_view text) {
-  const MembersJson json = MembersJson::parse(text);
-  VolumeContents members;
-  members.times = {.count = json.at("times").get<std::int64_t>(),
-                   .at = json.at("at").get<std::vector<double>>(),
-                   .unit = json.at("unit").get<std::string>()};
-  members.unnamed = json.at("unnamed").get<std::vector<std::string>>();
-  if (const MembersJson& isovalue = json.at("recommended"); !isovalue.is_null()) {
-    members.recommended_isovalue = isovalue.get<double>();
+  const ContentsJson json = ContentsJson::parse(text);
+  VolumeContents contents;
+  contents.times = {.count = json.at("times").get<std::int64_t>(),
+                    .at = json.at("at").get<std::vector<double>>(),
+                    .unit = json.at("unit").get<std::string>()};
+  contents.unnamed = json.at("unnamed").get<std::vector<std::string>>();
+  if (const ContentsJson& isovalue = json.at("recommended"); !isovalue.is_null()) {
+    contents.recommended_isovalue = isovalue.get<double>();
   }
-  for (const MembersJson& field : json.at("fields")) {
-    members.fields.push_back(
+  for (const ContentsJson& field : json.at("fields")) {
+    contents.fields.push_back(
         {.name = field.at(0).get<std::string>(), .array = field.at(1).get<std::string>()});
-    if (!field.at(2).is_null()) members.fields.back().channel = field.at(2).get<std::int64_t>();
-    members.fields.back().components = field.at(3).get<std::int64_t>();
+    if (!field.at(2).is_null()) contents.fields.back().channel = field.at(2).get<std::int64_t>();
+    contents.fields.back().components = field.at(3).get<std::int64_t>();
   }
-  for (const MembersJson& label : json.at("labels")) {
-    members.labels.push_back(
+  for (const ContentsJson& label : json.at("labels")) {
+    contents.labels.push_back(
         {.label = {.value = label.at(0).get<double>(), .name = label.at(1).get<std::string>()},
          .stored = label.at(3).get<double>(),
          .layer = label.at(4).get<int>()});
     if (label.at(2).is_null()) continue;
-    members.labels.back().label.color = label.at(2).get<std::uint32_t>();
+    contents.labels.back().label.color = label.at(2).get<std::uint32_t>();
   }
-  return members;
+  return contents;
 }
 
 }  // namespace multitetra

@@ -76,7 +76,7 @@ inline constexpr std::size_t kMaxSourceMembers = 32'768;  // Maximum members of 
 
 // Convert contents to a text for another process, and back. contents_from() requires a result of
 // contents_text().
-[[nodiscard]] std::string contents_text(const VolumeContents& members);
+[[nodiscard]] std::string contents_text(const VolumeContents& contents);
 [[nodiscard]] VolumeContents contents_from(std::string_view text);
 
 }  // namespace multitetra

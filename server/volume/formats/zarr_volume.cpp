@@ -274,7 +274,7 @@ std::vector<SourceLabel> labels_of(const Json& attributes) {
 // Selects the dimensions x, y, z, and the position of the volume along the others.
 VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
                         const VolumeChoice& choice, const std::filesystem::path& place,
-                        const Json& attributes, VolumeContents& members, std::int64_t& channels) {
+                        const Json& attributes, VolumeContents& contents, std::int64_t& channels) {
   const std::size_t dimensions = array.shape.size();
   if (dimensions < 2) fail_reading(place, "it has one dimension", "Give an array of 2 or more");
   const std::vector<std::string>& names = placement.names;
@@ -300,9 +300,9 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
     std::optional<std::int64_t> chosen;
     if (is_time) chosen = choice.time;
     if (is_channel) chosen = choice.channel;
-    if (is_time) members.times = times_along(placement, d, array.shape[d]);
+    if (is_time) contents.times = times_along(placement, d, array.shape[d]);
     if (is_channel) channels = array.shape[d];
-    if (is_channel && array.shape[d] > 1) members.fields = channels_of(attributes, array.shape[d]);
+    if (is_channel && array.shape[d] > 1) contents.fields = channels_of(attributes, array.shape[d]);
     const bool takes_first = choice.first && (is_time || is_channel);
     if (array.shape[d] != 1 && !chosen && !takes_first) {
       fail_reading(
@@ -385,13 +385,14 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
                      " dimensions",
                  "Correct its metadata");
   }
-  VolumeContents members{.labels = labels_of(attributes)};
+  VolumeContents contents{.labels = labels_of(attributes)};
   std::int64_t channels = 1;
-  VolumeInArray volume = volume_in(*array, placement, choice, place, attributes, members, channels);
+  VolumeInArray volume =
+      volume_in(*array, placement, choice, place, attributes, contents, channels);
   const ImageHeader header = header_of(*array, placement, volume, place);
   return {.header = header,
           .slices = chunked_slices(std::move(store), path, *std::move(array), std::move(volume)),
-          .members = std::move(members),
+          .contents = std::move(contents),
           .channels = channels};
 }
 

@@ -69,7 +69,7 @@ std::vector<Sample> sampled(const GeneratorOptions& options, const FillRow& fill
 }
 
 // Returns the coordinates of samples along a side: from -1 to 1, symmetric to the bit.
-std::vector<double> places(std::int32_t size) {
+std::vector<double> coordinates(std::int32_t size) {
   std::vector<double> at(static_cast<std::size_t>(size));
   for (std::int32_t i = 0; i < size; ++i) {
     at[static_cast<std::size_t>(i)] = static_cast<double>(2 * i - (size - 1)) / (size - 1);
@@ -87,7 +87,7 @@ std::vector<double> mapped(const std::vector<double>& values, const Function& fu
 // Returns a function that computes rows of a field point by point.
 template <typename Field>
 FillRow pointwise(std::int32_t size, const Field& field) {
-  return [at = places(size), field](std::int32_t y, std::int32_t z, std::span<double> row) {
+  return [at = coordinates(size), field](std::int32_t y, std::int32_t z, std::span<double> row) {
     for (std::size_t x = 0; x < row.size(); ++x) {
       row[x] = field(at[x], at[static_cast<std::size_t>(y)], at[static_cast<std::size_t>(z)]);
     }
@@ -107,7 +107,7 @@ double box(double x, double y, double z) {
 }
 
 FillRow gyroid(std::int32_t size) {
-  const std::vector<double> at = places(size);  // One turn per unit: two periods per side.
+  const std::vector<double> at = coordinates(size);  // One turn per unit: two periods per side.
   return [sine = mapped(at, sine_of_turns), cosine = mapped(at, cosine_of_turns)](
              std::int32_t j, std::int32_t k, std::span<double> row) {
     const auto y = static_cast<std::size_t>(j);
@@ -123,7 +123,7 @@ FillRow gyroid(std::int32_t size) {
 FillRow marschner_lobb(std::int32_t size) {
   constexpr double kFrequency = 6;
   constexpr double kAlpha = 0.25;
-  const std::vector<double> at = places(size);
+  const std::vector<double> at = coordinates(size);
   std::vector<double> ripples(at.size() * at.size());
   in_parallel(at.size(), [&](std::size_t y) {
     for (std::size_t x = 0; x < at.size(); ++x) {

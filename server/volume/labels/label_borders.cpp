@@ -37,7 +37,7 @@ struct BorderSlice {
   std::int32_t z = -1;
   std::vector<std::uint32_t> numbers;  // Per sample: number of the border sample from 1, or 0.
   // The following are indexed by border sample.
-  std::vector<std::uint32_t> places;  // Positions in the slice, increasing.
+  std::vector<std::uint32_t> indices;  // Positions in the slice, increasing.
   std::vector<std::int32_t> labels;
   std::vector<std::uint8_t> magnitudes;
   std::vector<std::uint32_t> links_end;
@@ -165,7 +165,7 @@ class LabelBorders::Round {
       add_cells(z - 1, [](std::int32_t, double) {});
       for (std::int32_t stage = 1; stage <= kAveragings; ++stage) average(z - 1 - stage, stage);
       BorderSlice* const done = find(z - 1 - kAveragings);
-      if (done == nullptr || done->places.empty()) continue;
+      if (done == nullptr || done->indices.empty()) continue;
       magnitudes_of(*done);
       corrected(done->z, stored_);
     }
@@ -192,9 +192,9 @@ class LabelBorders::Round {
   void load(std::int32_t z) {
     BorderSlice* const slice = find(z);
     if (slice == nullptr) return;
-    for (const std::uint32_t place : slice->places) slice->numbers[place] = 0;
+    for (const std::uint32_t place : slice->indices) slice->numbers[place] = 0;
     slice->z = z;
-    slice->places.clear();
+    slice->indices.clear();
     slice->labels.clear();
     slice->magnitudes.clear();
     const std::uint32_t count = borders_.border_samples_[static_cast<std::size_t>(z)];
@@ -203,10 +203,10 @@ class LabelBorders::Round {
       read_(z, stored_labels_);
       for (std::size_t i = 0; i < stored_.size(); ++i) {
         if (stored_[i] == 0) continue;
-        slice->places.push_back(static_cast<std::uint32_t>(i));
+        slice->indices.push_back(static_cast<std::uint32_t>(i));
         slice->labels.push_back(stored_labels_[i]);
         slice->magnitudes.push_back(stored_[i]);
-        slice->numbers[i] = static_cast<std::uint32_t>(slice->places.size());
+        slice->numbers[i] = static_cast<std::uint32_t>(slice->indices.size());
       }
     }
     slice->shortfalls[0].assign(count, {});
@@ -217,9 +217,9 @@ class LabelBorders::Round {
   void add_cells(std::int32_t z, const Seen& seen) {
     BorderSlice* const lower = find(z);
     BorderSlice* const upper = find(z + 1);
-    if (lower == nullptr || upper == nullptr || upper->places.empty()) return;
+    if (lower == nullptr || upper == nullptr || upper->indices.empty()) return;
     const auto width = static_cast<std::size_t>(dims_[0]);
-    for (const std::uint32_t place : lower->places) {
+    for (const std::uint32_t place : lower->indices) {
       const std::size_t x = place % width;
       const std::size_t y = place / width;
       if (x + 1 == width || y + 1 == static_cast<std::size_t>(dims_[1])) continue;
@@ -269,12 +269,12 @@ class LabelBorders::Round {
     slice.links.clear();
     slice.links_end.clear();
     const std::int32_t width = dims_[0];
-    for (std::size_t i = 0; i < slice.places.size(); ++i) {
-      const auto x = static_cast<std::int32_t>(slice.places[i]) % width;
-      const auto y = static_cast<std::int32_t>(slice.places[i]) / width;
+    for (std::size_t i = 0; i < slice.indices.size(); ++i) {
+      const auto x = static_cast<std::int32_t>(slice.indices[i]) % width;
+      const auto y = static_cast<std::int32_t>(slice.indices[i]) / width;
       for (std::int32_t above = -1; above <= 1; ++above) {
         const BorderSlice* const other = find(slice.z + above);
-        if (other == nullptr || other->places.empty()) continue;
+        if (other == nullptr || other->indices.empty()) continue;
         for (std::int32_t v = std::max(y - 1, 0); v <= std::min(y + 1, dims_[1] - 1); ++v) {
           for (std::int32_t u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
             const std::uint32_t number = other->numbers[static_cast<std::size_t>(u + width * v)];
@@ -295,7 +295,7 @@ class LabelBorders::Round {
     if (stage == 1) link(*slice);
     const auto from = static_cast<std::size_t>(stage - 1);
     std::vector<Shortfall>& into = slice->shortfalls[static_cast<std::size_t>(stage)];
-    into.resize(slice->places.size());
+    into.resize(slice->indices.size());
     const std::array<BorderSlice*, 3> slices = {find(z - 1), slice, find(z + 1)};
     std::size_t next = 0;
     for (std::size_t i = 0; i < into.size(); ++i) {
@@ -314,12 +314,12 @@ class LabelBorders::Round {
   // Writes the corrected magnitudes to stored_.
   void magnitudes_of(const BorderSlice& slice) {
     std::fill(stored_.begin(), stored_.end(), std::uint8_t{0});
-    for (std::size_t i = 0; i < slice.places.size(); ++i) {
+    for (std::size_t i = 0; i < slice.indices.size(); ++i) {
       const Shortfall& shortfall = slice.shortfalls[kAveragings][i];
       const double change =
           kGain * static_cast<double>(shortfall.volume) / static_cast<double>(shortfall.weight);
       const double magnitude = std::floor(slice.magnitudes[i] + change + 0.5);
-      stored_[slice.places[i]] = static_cast<std::uint8_t>(
+      stored_[slice.indices[i]] = static_cast<std::uint8_t>(
           std::clamp(magnitude, static_cast<double>(kMin), static_cast<double>(kMax)));
     }
   }

@@ -28,14 +28,14 @@ DatasetInfo some_dataset() {
   return info;
 }
 
-std::vector<Act> acts(ScriptKind kind, std::uint64_t seed, int count) {
+std::vector<ScriptedRequest> acts(ScriptKind kind, std::uint64_t seed, int count) {
   Script script(kind, {some_dataset()}, seed, {});
-  std::vector<Act> all;
+  std::vector<ScriptedRequest> all;
   for (int i = 0; i < count; ++i) all.push_back(script.next());
   return all;
 }
 
-std::string bytes_of(const Act& act) {
+std::string bytes_of(const ScriptedRequest& act) {
   OpenStream open = act.open;
   open.request_id = 1;
   return serialize(open) + std::to_string(act.pause.count());
@@ -60,17 +60,17 @@ TEST(Agreement, ComparesStepsWithNoneButTheSameOnes) {
   EXPECT_EQ(agreement.compare("skin", coarse, {1, 4}), kNew);
   EXPECT_EQ(agreement.compare("head", final_step, {1, 1}), kSame);
   EXPECT_EQ(agreement.compare("head", unsimplified, {1, 2}), kSame);
-  EXPECT_EQ(agreement.compare("head", unsimplified, {1, 1}), kAnother);
+  EXPECT_EQ(agreement.compare("head", unsimplified, {1, 1}), kDifferent);
 }
 
 TEST(LoadScript, TheSameSeedGivesTheSameUser) {
   for (const ScriptKind kind : kScripts) {
     const auto one = acts(kind, 7, 50);
-    const auto again = acts(kind, 7, 50);
+    const auto repeated = acts(kind, 7, 50);
     const auto other = acts(kind, 8, 50);
     int same = 0;
     for (std::size_t i = 0; i < one.size(); ++i) {
-      EXPECT_EQ(bytes_of(one[i]), bytes_of(again[i]));
+      EXPECT_EQ(bytes_of(one[i]), bytes_of(repeated[i]));
       same += bytes_of(one[i]) == bytes_of(other[i]) ? 1 : 0;
     }
     EXPECT_LT(same, 25) << name(kind);
@@ -79,7 +79,7 @@ TEST(LoadScript, TheSameSeedGivesTheSameUser) {
 
 TEST(LoadScript, AsksForNothingThatAServerRefuses) {
   for (const ScriptKind kind : kScripts) {
-    for (const Act& act : acts(kind, 3, 100)) {
+    for (const ScriptedRequest& act : acts(kind, 3, 100)) {
       EXPECT_TRUE(validated(act.open.request)) << name(kind);
       EXPECT_GT(act.open.request.isovalue, -100);
       EXPECT_LT(act.open.request.isovalue, 100);

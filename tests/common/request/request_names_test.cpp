@@ -124,10 +124,10 @@ TEST(RequestNames, MatchTheHttpParametersAndDescriptions) {
     ASSERT_EQ((*parameter)["name"], field.name);
     EXPECT_EQ((*parameter)["description"], std::string(field.help) + ".") << field.name;
     const auto& schema = (*parameter)["schema"];
-    const auto usual = schema.value("default", nlohmann::json());
-    EXPECT_EQ(usual.is_null()     ? ""
-              : usual.is_string() ? usual.get<std::string>()
-                                  : usual.dump(),
+    const auto default_value = schema.value("default", nlohmann::json());
+    EXPECT_EQ(default_value.is_null()     ? ""
+              : default_value.is_string() ? default_value.get<std::string>()
+                                          : default_value.dump(),
               field.default_text)
         << field.name;
     if (field.value_syntax.find('|') == std::string::npos || field.value_syntax == "on|off")

@@ -18,17 +18,17 @@ FieldError set(SurfaceQuery& query, std::string_view name, std::string_view text
 }
 
 TEST(RequestFields, HaveTheirDocumentedDefaults) {
-  const SurfaceQuery usual;
+  const SurfaceQuery defaults;
   for (const RequestField& one : request_fields()) {
     if (one.default_text.empty()) continue;
     SurfaceQuery query;
     EXPECT_EQ(one.set(one, one.default_text, query), std::nullopt) << one.name;
-    EXPECT_EQ(query.request, usual.request) << one.name;
-    EXPECT_EQ(query.coordinates, usual.coordinates) << one.name;
-    EXPECT_EQ(query.min_component, usual.min_component) << one.name;
-    EXPECT_EQ(query.colors.map, usual.colors.map) << one.name;
-    EXPECT_EQ(query.colors.is_logarithmic, usual.colors.is_logarithmic) << one.name;
-    EXPECT_EQ(query.colors.no_value, usual.colors.no_value) << one.name;
+    EXPECT_EQ(query.request, defaults.request) << one.name;
+    EXPECT_EQ(query.coordinates, defaults.coordinates) << one.name;
+    EXPECT_EQ(query.min_component, defaults.min_component) << one.name;
+    EXPECT_EQ(query.colors.map, defaults.colors.map) << one.name;
+    EXPECT_EQ(query.colors.is_logarithmic, defaults.colors.is_logarithmic) << one.name;
+    EXPECT_EQ(query.colors.no_value, defaults.colors.no_value) << one.name;
   }
 }
 

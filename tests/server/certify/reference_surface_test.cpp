@@ -82,8 +82,8 @@ TEST_P(ReferenceSurfaceEveryField, MatchesTheDefinition) {
         reference_of(setting.volume, isovalue, setting.outside, setting.margin);
     EXPECT_TRUE(found.topology.is_sound());
     ASSERT_EQ(found.mesh.triangles.size(), expected.size());
-    std::vector<Vec3> places;
-    for (const SurfaceTriangle& t : expected) places.insert(places.end(), t.begin(), t.end());
+    std::vector<Vec3> positions;
+    for (const SurfaceTriangle& t : expected) positions.insert(positions.end(), t.begin(), t.end());
     std::vector<Vec3> own = found.mesh.vertices;
     const auto make_set = [](std::vector<Vec3>& all) {
       for (Vec3& p : all) {  // Rounded, to be equal from either end of an edge.
@@ -92,12 +92,12 @@ TEST_P(ReferenceSurfaceEveryField, MatchesTheDefinition) {
       std::sort(all.begin(), all.end());
       all.erase(std::unique(all.begin(), all.end()), all.end());
     };
-    make_set(places);
+    make_set(positions);
     make_set(own);
-    ASSERT_EQ(own.size(), places.size());
+    ASSERT_EQ(own.size(), positions.size());
     for (std::size_t i = 0; i < own.size(); ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        ASSERT_NEAR(own[i][axis], places[i][axis], 4);
+        ASSERT_NEAR(own[i][axis], positions[i][axis], 4);
       }
     }
     const double whole = area(expected);

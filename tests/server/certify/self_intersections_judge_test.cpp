@@ -29,19 +29,20 @@ TEST(SelfIntersectionsJudge, AgreesOnTrianglesThatShareNothing) {
   int apart = 0;
   while (meeting < 3000 || apart < 3000) {
     std::array<MeshTriangle, 2> pair;
-    std::set<Vec3> places;
+    std::set<Vec3> positions;
     std::uint32_t number = 0;
     for (MeshTriangle& triangle : pair) {
       for (std::size_t i = 0; i < 3; ++i) {
         triangle.vertices[i] = number++;
-        triangle.places[i] = {0.1 * coordinate(random), 1.0 * coordinate(random),
-                              1e3 * coordinate(random)};
-        places.insert(triangle.places[i]);
+        triangle.positions[i] = {0.1 * coordinate(random), 1.0 * coordinate(random),
+                                 1e3 * coordinate(random)};
+        positions.insert(triangle.positions[i]);
       }
     }
-    if (places.size() < 6 || is_flat(pair[0].places) || is_flat(pair[1].places)) continue;
+    if (positions.size() < 6 || is_flat(pair[0].positions) || is_flat(pair[1].positions)) continue;
     const auto cgal = [](const MeshTriangle& t) {
-      return Kernel::Triangle_3(point(t.places[0]), point(t.places[1]), point(t.places[2]));
+      return Kernel::Triangle_3(point(t.positions[0]), point(t.positions[1]),
+                                point(t.positions[2]));
     };
     const bool expected = CGAL::do_intersect(cgal(pair[0]), cgal(pair[1]));
     ASSERT_EQ(intersect(pair[0], pair[1]), expected);
@@ -64,9 +65,9 @@ TEST(SelfIntersectionsJudge, FindsTheSamePairsInTangledSpheres) {
     mesh = welded(mesh).mesh;
     std::vector<MeshTriangle> triangles;
     for (const TriangleIndices& t : mesh.triangles) {
-      const std::array<Vec3, 3> places = {mesh.vertices[t[0]], mesh.vertices[t[1]],
-                                          mesh.vertices[t[2]]};
-      if (!is_flat(places)) triangles.push_back({t, places});
+      const std::array<Vec3, 3> positions = {mesh.vertices[t[0]], mesh.vertices[t[1]],
+                                             mesh.vertices[t[2]]};
+      if (!is_flat(positions)) triangles.push_back({t, positions});
     }
     CgalMesh judged;
     std::vector<CgalMesh::Vertex_index> vertices;

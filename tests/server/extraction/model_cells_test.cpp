@@ -60,9 +60,9 @@ class ModelCellsTest : public ::testing::TestWithParam<Setting> {
   }
 };
 
-std::int64_t six_volumes(const ModelCells& model, const std::array<std::int64_t, 4>& cell) {
+std::int64_t six_times_volume(const ModelCells& model, const std::array<std::int64_t, 4>& cell) {
   const auto point = [&](std::size_t i) { return model.points[static_cast<std::size_t>(cell[i])]; };
-  return multitetra::six_volumes(point(0), point(1), point(2), point(3));
+  return multitetra::six_times_volume(point(0), point(1), point(2), point(3));
 }
 
 bool is_crossed(const ModelCells& model, const std::array<std::int64_t, 4>& cell, double isovalue) {
@@ -78,8 +78,8 @@ TEST_P(ModelCellsTest, FillTheVolume) {
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {
     std::int64_t sum = 0;
     for (const auto& cell : model.cells) {
-      ASSERT_GT(six_volumes(model, cell), 0);
-      sum += six_volumes(model, cell);
+      ASSERT_GT(six_times_volume(model, cell), 0);
+      sum += six_times_volume(model, cell);
     }
     const GridPoint size = GetParam().outside ? field.grid().side() * GridPoint{1, 1, 1}
                                               : field.last_sample() - field.first_sample();

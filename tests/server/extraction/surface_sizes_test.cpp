@@ -53,7 +53,7 @@ TEST(SimplificationWork, AtLeastItsLongestChain) {
 TEST(SurfaceSizes, NearTheRealSizes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
-    const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kAccurate);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.5, 2.0}) {
       for (const std::int32_t finest : {1, 4, 8}) {
@@ -75,7 +75,7 @@ TEST(SurfaceSizes, NearTheRealSizes) {
 TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
-    const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kCareful);
+    const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kAccurate);
     const SizeEstimates quickly = surface_sizes(extractor, {}, SizeAccuracy::kQuick);
     const double isovalue = dataset->info.min + 0.45 * (dataset->info.max - dataset->info.min);
     for (const double error : {0.0, 0.25, 1.0}) {
@@ -124,7 +124,7 @@ TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
   const SurfaceExtractor extractor(dataset);
   const StepRequest step{.request = {.isovalue = 0, .error = 0.5, .simplify = true}};
-  const SurfaceSize estimate = surface_sizes(extractor, {}, SizeAccuracy::kCareful).of(step);
+  const SurfaceSize estimate = surface_sizes(extractor, {}, SizeAccuracy::kAccurate).of(step);
   EXPECT_EQ(estimate.triangles, size_of(dataset, step).triangles);
   EXPECT_EQ(estimate.bytes, size_of(dataset, step).bytes);
 }
@@ -162,7 +162,7 @@ class SizesUnderMaps : public ::testing::Test {
   }
   void expect_near_the_real_ones(const StepRequest& step) const {
     const SurfaceSize real = size_of(dataset_, step);
-    const SurfaceSize estimate = surface_sizes(extractor_, {}, SizeAccuracy::kCareful).of(step);
+    const SurfaceSize estimate = surface_sizes(extractor_, {}, SizeAccuracy::kAccurate).of(step);
     EXPECT_LE(estimate.triangles, 2 * real.triangles);
     EXPECT_GE(estimate.triangles, 0.5 * real.triangles);
     EXPECT_LE(estimate.bytes, 2 * real.bytes);
@@ -203,7 +203,7 @@ TEST(SurfaceSizes, AbandonedWhenStopped) {
   const SurfaceExtractor extractor(dataset);
   std::stop_source stop;
   stop.request_stop();
-  for (const SizeAccuracy accuracy : {SizeAccuracy::kQuick, SizeAccuracy::kCareful}) {
+  for (const SizeAccuracy accuracy : {SizeAccuracy::kQuick, SizeAccuracy::kAccurate}) {
     const SizeEstimates sizes = surface_sizes(extractor, stop.get_token(), accuracy);
     const IsosurfaceRequest request{.isovalue = 0.1};
     EXPECT_THROW((void)sizes.rough(request), Cancelled);

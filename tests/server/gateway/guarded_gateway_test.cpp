@@ -182,7 +182,8 @@ TEST(GuardedGateway, IsRefusedOnceByAServerWithTokens) {
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
   const auto counted = std::make_shared<CountedRefusals>();
   Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path(), .observer = counted}});
-  RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .silence = 100ms}});
+  RunningGateway gateway(
+      {.upstream = {.upstreams = {upstream.endpoint()}, .silence_timeout = 100ms}});
   ASSERT_TRUE(eventually([&] { return counted->connections >= 4; }));
   HttpClient http(gateway.http());
   EXPECT_TRUE(eventually([&] { return http.get("/readyz").result_int() == 200U; }));

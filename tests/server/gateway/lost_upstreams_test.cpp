@@ -47,7 +47,7 @@ TEST(GatewayFailover, TakesAServerThatHangsForALostOne) {
   HangingServer hanging;
   Upstream good(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint(), good.endpoint()},
-                                       .silence = 100ms,
+                                       .silence_timeout = 100ms,
                                        .min_backoff = 500ms}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
@@ -163,7 +163,7 @@ TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
 
 TEST(GatewayFailover, StopsWhileAServerHangs) {
   HangingServer hanging;
-  RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint()}, .silence = 1h}});
+  RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint()}, .silence_timeout = 1h}});
   WebSocketClient client(gateway.http());
   EXPECT_TRUE(is_welcome(greeted(client)));
   client.send(Estimate{.request_id = 1, .dataset = "octahedron"});

@@ -20,20 +20,20 @@ TEST(UpstreamHealth, AnUntriedServerIsUnknown) {
 
 TEST(UpstreamHealth, ReportsEachChangeOnce) {
   UpstreamHealth health(100ms, 1s);
-  EXPECT_EQ(health.reached(), Change::kReachable);
-  EXPECT_EQ(health.reached(), Change::kNone);
-  EXPECT_EQ(health.failed(kStart), Change::kLost);
-  EXPECT_EQ(health.failed(kStart), Change::kNone);
-  EXPECT_EQ(health.reached(), Change::kReachable);
+  EXPECT_EQ(health.record_success(), Change::kReachable);
+  EXPECT_EQ(health.record_success(), Change::kNone);
+  EXPECT_EQ(health.record_failure(kStart), Change::kLost);
+  EXPECT_EQ(health.record_failure(kStart), Change::kNone);
+  EXPECT_EQ(health.record_success(), Change::kReachable);
   EXPECT_TRUE(health.is_reachable(kStart));
 }
 
 TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
   UpstreamHealth health(100ms, 1s);
-  health.reached();
+  health.record_success();
   EXPECT_EQ(health.quarantine(kStart, 60s), Change::kLost);
   EXPECT_EQ(health.quarantine(kStart, 60s), Change::kNone);
-  health.reached();
+  health.record_success();
   EXPECT_FALSE(health.may_be_tried(kStart + 59s));
   EXPECT_FALSE(health.is_reachable(kStart + 59s));
   EXPECT_TRUE(health.may_be_tried(kStart + 60s));
@@ -42,7 +42,7 @@ TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
 
 TEST(UpstreamHealth, ReportsAServerThatFailsAtOnce) {
   UpstreamHealth health(100ms, 1s);
-  EXPECT_EQ(health.failed(kStart), Change::kLost);
+  EXPECT_EQ(health.record_failure(kStart), Change::kLost);
   EXPECT_FALSE(health.is_reachable(kStart));
 }
 
@@ -50,7 +50,7 @@ TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
   UpstreamHealth health(100ms, 350ms);
   auto now = kStart;
   for (const auto wait : {100ms, 200ms, 350ms, 350ms}) {
-    health.failed(now);
+    health.record_failure(now);
     EXPECT_EQ(health.next_try(), now + wait);
     EXPECT_FALSE(health.may_be_tried(now + wait - 1ms));
     EXPECT_TRUE(health.may_be_tried(now + wait));
@@ -60,10 +60,10 @@ TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
 
 TEST(UpstreamHealth, ARecoveredServerStartsAfresh) {
   UpstreamHealth health(100ms, 10s);
-  for (int i = 0; i < 5; ++i) health.failed(kStart);
-  health.reached();
+  for (int i = 0; i < 5; ++i) health.record_failure(kStart);
+  health.record_success();
   EXPECT_TRUE(health.may_be_tried(kStart));
-  health.failed(kStart);
+  health.record_failure(kStart);
   EXPECT_EQ(health.next_try(), kStart + 100ms);
 }
 

@@ -222,12 +222,12 @@ TEST(MeshQuery, ValidatedLikeAWireRequest) {
 // ---- conditions and ranges
 
 TEST(Conditions, NameATagInAListOrAll) {
-  EXPECT_TRUE(names_tag("\"a\"", "\"a\""));
-  EXPECT_TRUE(names_tag("\"b\" , W/\"a\"", "\"a\""));
-  EXPECT_TRUE(names_tag("*", "\"a\""));
-  EXPECT_FALSE(names_tag("", "\"a\""));
-  EXPECT_FALSE(names_tag("\"ab\", a", "\"a\""));
-  EXPECT_FALSE(names_tag("", ""));
+  EXPECT_TRUE(matches_tag("\"a\"", "\"a\""));
+  EXPECT_TRUE(matches_tag("\"b\" , W/\"a\"", "\"a\""));
+  EXPECT_TRUE(matches_tag("*", "\"a\""));
+  EXPECT_FALSE(matches_tag("", "\"a\""));
+  EXPECT_FALSE(matches_tag("\"ab\", a", "\"a\""));
+  EXPECT_FALSE(matches_tag("", ""));
 }
 
 TEST(Ranges, ServesASingleValidRange) {

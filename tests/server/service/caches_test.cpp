@@ -86,7 +86,7 @@ class SingleFlightTest : public ::testing::Test {
   }
   // Returns whether `askers` callers wait for the same result.
   [[nodiscard]] bool are_waiting(std::size_t askers) {
-    return eventually([&] { return flights_.interested("key") == askers; });
+    return eventually([&] { return flights_.callers("key") == askers; });
   }
 
   SingleFlight<std::string, int> flights_;
@@ -113,7 +113,7 @@ TEST_F(SingleFlightTest, TheComputingCallerMayLeave) {
   auto second = ask();
   ASSERT_TRUE(are_waiting(2));
   first_stop.request_stop();
-  EXPECT_EQ(flights_.interested("key"), 1U);
+  EXPECT_EQ(flights_.callers("key"), 1U);
   may_end_.open();
   EXPECT_EQ(second.get(), 42);
   EXPECT_EQ(first.get(), 42);
@@ -180,7 +180,7 @@ TEST(SingleFlight, ACopyThatThrowsBlocksNoOtherCaller) {
   };
   auto first = std::async(std::launch::async, ask);
   auto second = std::async(std::launch::async, ask);
-  ASSERT_TRUE(eventually([&] { return flights.interested("key") == 2; }));
+  ASSERT_TRUE(eventually([&] { return flights.callers("key") == 2; }));
   may_end.open();
   EXPECT_THROW(first.get(), std::bad_alloc);
   EXPECT_THROW(second.get(), std::bad_alloc);

@@ -145,14 +145,14 @@ TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
               upload_file(file, "s3://volumes/old.mtd", {}, kQuick);
             }).find("another file was written to this address"),
             std::string::npos);
-  const UploadCondition same{.kind = Kind::kThisVersion, .etag = found->etag};
+  const UploadCondition same{.kind = Kind::kSameVersion, .etag = found->etag};
   upload_file(file, "s3://volumes/old.mtd", same, kQuick);
   EXPECT_EQ(bytes_of_file(folder_.path() / "old.mtd"), "new");
   EXPECT_NE(failure([&] {
               upload_file(file, "s3://volumes/old.mtd", same, kQuick);
             }).find("another file was written to this address"),
             std::string::npos);
-  upload_file(file, "s3://volumes/old.mtd", {.kind = Kind::kAnything}, kQuick);
+  upload_file(file, "s3://volumes/old.mtd", {.kind = Kind::kAny}, kQuick);
   EXPECT_EQ(files_in_bucket(), 2U) << "Nothing is left of those that failed.";
 }
 

@@ -63,7 +63,7 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
     const auto state = stream.take_request();
     ASSERT_TRUE(state);
     EXPECT_EQ(state->request, progressive().request);
-    EXPECT_EQ(state->shown.size(), i);
+    EXPECT_EQ(state->delivered.size(), i);
     StepResult made = made_step(fine_tiles(), i + 1 == kSteps);
     made.after = *state;
     stream.supply(made, 0.25);
@@ -131,9 +131,9 @@ TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
   (void)take_all(stream);
   const auto state = stream.take_request();
   ASSERT_TRUE(state);
-  ASSERT_EQ(state->shown.size(), 1U);
-  EXPECT_EQ(state->shown[0].step, made_step({}).step);
-  EXPECT_EQ(state->shown[0].size.bytes, size_of(TiledStep{.tiles = fine_tiles()}).bytes);
+  ASSERT_EQ(state->delivered.size(), 1U);
+  EXPECT_EQ(state->delivered[0].step, made_step({}).step);
+  EXPECT_EQ(state->delivered[0].size.bytes, size_of(TiledStep{.tiles = fine_tiles()}).bytes);
 }
 
 TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {

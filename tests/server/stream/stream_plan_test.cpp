@@ -57,7 +57,8 @@ TEST(StreamPlan, PreviewsOnlyEndsBeforeTheFinalStep) {
     if (made->is_over) break;
     EXPECT_FALSE(made->is_final);
     state = made->after;
-    state.shown.push_back({.step = made->step, .size = size_of(made->encoded), .seconds = 0.01});
+    state.delivered.push_back(
+        {.step = made->step, .size = size_of(made->encoded), .seconds = 0.01});
     ASSERT_LT(previews, 20U);
   }
   EXPECT_GT(previews, 0U);
@@ -230,7 +231,7 @@ TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
       EXPECT_FALSE(made.is_final);
       EXPECT_EQ(made.step, preview_step(state.request, preview, source.info()));
       state = made.after;
-      state.shown.push_back({.step = made.step, .size = size_of(made.encoded)});
+      state.delivered.push_back({.step = made.step, .size = size_of(made.encoded)});
     }
     const StepResult next = make_next_step(source, state, {}).value();
     EXPECT_LT(next.step.finest_spacing, 4);
@@ -275,7 +276,7 @@ TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
       if (made.is_final || made.is_over) return false;
       if (made.step.finest_spacing == 1) return true;
       state = made.after;
-      state.shown.push_back(
+      state.delivered.push_back(
           {.step = made.step, .size = source.sizes({}, SizeAccuracy::kQuick).of(made.step)});
     }
   };

@@ -142,7 +142,7 @@ TEST(IdleWatch, CountsFromTheLastNoteOrWork) {
   const IdleWatch::Clock::time_point start{};
   IdleWatch watch(10s, start);
   EXPECT_FALSE(watch.is_exceeded(start + 9s, false));
-  watch.note(start + 5s);
+  watch.record_activity(start + 5s);
   EXPECT_FALSE(watch.is_exceeded(start + 14s, false));
   EXPECT_FALSE(watch.is_exceeded(start + 20s, true));
   EXPECT_FALSE(watch.is_exceeded(start + 29s, false));

@@ -80,7 +80,7 @@ TEST(AxisDirections, MirrorWhereAnOddNumberIsOppositeOrExchanged) {
                                       {"y,x,z", "-y,x,z or y,-x,z"},
                                       {"-x,-y,-z", "x,-y,-z or -x,y,-z"}}) {
     EXPECT_TRUE(is_mirror(axis_directions_from(mirror).value())) << mirror;
-    EXPECT_EQ(turns_near(axis_directions_from(mirror).value()), turns);
+    EXPECT_EQ(nearest_rotations(axis_directions_from(mirror).value()), turns);
   }
 }
 

@@ -50,14 +50,14 @@ class SeriesFiles : public ::testing::Test {
   fs::path file(const std::string& name, const std::string& bytes) {
     return folder_.file(name, bytes);
   }
-  static VolumeContents members(const fs::path& path, VolumeChoice choice = {}) {
+  static VolumeContents contents(const fs::path& path, VolumeChoice choice = {}) {
     choice.first = true;
-    return open_volume(path, {.choice = choice})->members();
+    return open_volume(path, {.choice = choice})->contents();
   }
   // Expects every time to be the volume written, and an error if none is chosen.
   void expect_times(const fs::path& path, const SourceTimes& times) {
     SCOPED_TRACE(path.filename().string());
-    EXPECT_EQ(members(path).times, times);
+    EXPECT_EQ(contents(path).times, times);
     for (int time = 0; time < kTimes; ++time) {
       const Volume volume = read_volume(path, {.choice = {.time = time}});
       EXPECT_EQ(volume.dims, kDims);
@@ -193,7 +193,7 @@ TEST_F(SeriesFiles, VtiHasItsFields) {
            "1\"><PointData>" +
                array("pressure", "1") + array("velocity", "3") + "</PointData><CellData>" +
                array("cells", "1") + "</CellData></Piece></ImageData></VTKFile>");
-  EXPECT_EQ(members(path).fields,
+  EXPECT_EQ(contents(path).fields,
             (std::vector<SourceField>{{.name = "pressure", .array = "pressure"},
                                       {.name = "velocity", .array = "velocity", .components = 3}}));
 }

@@ -1,5 +1,5 @@
 // Collapses that are rejected for any distance. `ring` contains the corners around u starting at
-// the target w_0, as in collapsing_mesh.hpp; `places` are the positions of w_0, w_1, ...
+// the target w_0, as in collapsing_mesh.hpp; `ring_positions` are the positions of w_0, w_1, ...
 #pragma once
 
 #include <algorithm>
@@ -18,19 +18,20 @@ namespace multitetra {
 
 // Returns whether the triangle of w_i and w_(i + 1) turns by more than about 78 degrees, or becomes
 // degenerate, when its third vertex moves onto w_0. `before` is its current normal_of.
-[[nodiscard]] inline bool turns_over(const Vec3& before, std::span<const Vec3> places,
+[[nodiscard]] inline bool turns_over(const Vec3& before, std::span<const Vec3> ring_positions,
                                      std::size_t i) {
   constexpr double kMinSquaredCosine = 0.04;
-  const Vec3 after = normal_of(places[0], places[i], places[i + 1]);
+  const Vec3 after = normal_of(ring_positions[0], ring_positions[i], ring_positions[i + 1]);
   const double along = dot(before, after);
   return !(along > 0) ||
          along * along < kMinSquaredCosine * squared_length(before) * squared_length(after);
 }
 
 // Returns whether this holds for any triangle of the ring when u moves onto w_0.
-[[nodiscard]] inline bool turns_over(const Vec3& u, std::span<const Vec3> places) {
-  for (std::size_t i = 1; i + 1 < places.size(); ++i) {
-    if (turns_over(normal_of(u, places[i], places[i + 1]), places, i)) return true;
+[[nodiscard]] inline bool turns_over(const Vec3& u, std::span<const Vec3> ring_positions) {
+  for (std::size_t i = 1; i + 1 < ring_positions.size(); ++i) {
+    if (turns_over(normal_of(u, ring_positions[i], ring_positions[i + 1]), ring_positions, i))
+      return true;
   }
   return false;
 }

@@ -28,7 +28,7 @@ void CollapseFan::set_up(std::span<const Vec3> ring, double limit) {
     t.normal = cross(a, b);
     const double squared = squared_length(t.normal);
     const bool is_thin =
-        squared <= kThinnest * spokes_[k].squared_length * spokes_[k + 1].squared_length;
+        squared <= kMinSquaredSine * spokes_[k].squared_length * spokes_[k + 1].squared_length;
     t.inverse = is_thin ? 0 : 1 / squared;
     t.first = moved({0, 0, 0}, t.inverse, cross(b, t.normal));
     t.second = moved({0, 0, 0}, t.inverse, cross(t.normal, a));

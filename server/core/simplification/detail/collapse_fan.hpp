@@ -44,7 +44,7 @@ class CollapseFan {
 
  private:
   // The squared sine below which a triangle has no usable normal.
-  static constexpr double kThinnest = 1e-12;
+  static constexpr double kMinSquaredSine = 1e-12;
 
   struct FanEdge {
     Vec3 along;

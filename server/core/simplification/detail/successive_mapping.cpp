@@ -177,18 +177,19 @@ bool SuccessiveMapping::place(std::uint32_t vertex) {
   return true;
 }
 
-bool SuccessiveMapping::fits(std::span<const std::uint32_t> ring, std::span<const Vec3> places) {
-  return limit_.is_uniform() ? measure(ring, places, limit_.largest())
-                             : measure_locally(ring, places);
+bool SuccessiveMapping::fits(std::span<const std::uint32_t> ring,
+                             std::span<const Vec3> ring_positions) {
+  return limit_.is_uniform() ? measure(ring, ring_positions, limit_.largest())
+                             : measure_locally(ring, ring_positions);
 }
 
-bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<const Vec3> places,
-                                double limit) {
+bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring,
+                                std::span<const Vec3> ring_positions, double limit) {
   ++collapse_number_;
   placed_.clear();
   segments_.clear();
   // Ensures bound() <= limit.
-  fan_.set_up(places, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
+  fan_.set_up(ring_positions, std::min(limit, kLargestLimit) * (1 - 2 * StoredMapping::kRounding));
   if (!place(mesh_.vertex(ring[0]))) return false;
   for (const std::uint32_t corner : ring) {
     for (std::uint32_t p = first_carried_[CollapsingMesh::triangle_of(corner)]; p != kNone;
@@ -202,14 +203,14 @@ bool SuccessiveMapping::measure(std::span<const std::uint32_t> ring, std::span<c
 
 // First assumes that only the fan's own limit applies, then includes all that lies in it.
 bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring,
-                                        std::span<const Vec3> places) {
-  const Box fan = box_of(places);
+                                        std::span<const Vec3> ring_positions) {
+  const Box fan = box_of(ring_positions);
   double limit = limit_.least_near(fan, 0, 0);
   for (int tries = 0; tries < 2 && limit > 0; ++tries) {
-    if (!measure(ring, places, limit)) return false;
+    if (!measure(ring, ring_positions, limit)) return false;
     region_ = fan;
     largest_error_ = 0;
-    if (!measure_rim(ring, places)) return false;
+    if (!measure_rim(ring, ring_positions)) return false;
     for (const std::uint32_t p : placed_) {
       include(p);
       for (std::uint32_t h = halves_begin_[p]; h < halves_begin_[p + 1]; ++h) {
@@ -227,13 +228,13 @@ bool SuccessiveMapping::measure_locally(std::span<const std::uint32_t> ring,
 // Measures the fan's other pairs: its vertices, and the edges that cross its rim. These include all
 // edges that pass through it.
 bool SuccessiveMapping::measure_rim(std::span<const std::uint32_t> ring,
-                                    std::span<const Vec3> places) {
+                                    std::span<const Vec3> ring_positions) {
   for (std::uint32_t i = 0; i < ring.size(); ++i) {
     const std::uint32_t w = mesh_.vertex(CollapsingMesh::next(ring[i]));
     if (!fan_.is_near(points_[w].error)) return false;
     include(w);
-    const Vec3& begin = places[i];
-    const Vec3& end = places[i + 1 < ring.size() ? i + 1 : 0];
+    const Vec3& begin = ring_positions[i];
+    const Vec3& end = ring_positions[i + 1 < ring.size() ? i + 1 : 0];
     for (std::uint32_t c = edges_[edge_of_[ring[i]]].crossed; c != kNone;
          c = crossings_[c].next_on) {
       if (crossings_[c].half == kNone) continue;
@@ -256,7 +257,7 @@ bool SuccessiveMapping::find_segments_of_vertices() {
   for (const std::uint32_t p : placed_) {
     const std::uint32_t sector = vertices_[p].sectors.first;
     for (std::uint32_t h = halves_begin_[p]; h < halves_begin_[p + 1]; ++h) {
-      const Half& half = halves_[h];
+      const HalfEdge& half = halves_[h];
       const bool from_low = p < half.other;
       std::uint32_t c = half.first;
       while (c != kNone && is_fan_edge(crossings_[c].on)) {
@@ -372,7 +373,7 @@ void SuccessiveMapping::commit_segment(const OverlaySegment& segment,
     before = crossings_[before].previous;
     after = crossings_[after].next;
   }
-  Half& low = halves_[segment.half];
+  HalfEdge& low = halves_[segment.half];
   const auto link = [&](std::uint32_t c) {
     (before == kNone ? low.first : crossings_[before].next) = c;
     if (c != kNone) crossings_[c].previous = before;

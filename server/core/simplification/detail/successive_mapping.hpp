@@ -98,8 +98,9 @@ class SuccessiveMapping {
                     const PieceLimit& limit);
 
   // Returns whether u can collapse onto w_0 of its ring without a distance above the limit. `ring`
-  // are u's corners before the collapse, `places` the positions of w_0, w_1, ...
-  [[nodiscard]] bool fits(std::span<const std::uint32_t> ring, std::span<const Vec3> places);
+  // are u's corners before the collapse, `ring_positions` the positions of w_0, w_1, ...
+  [[nodiscard]] bool fits(std::span<const std::uint32_t> ring,
+                          std::span<const Vec3> ring_positions);
   // Applies the collapse that was accepted last.
   void commit(std::span<const std::uint32_t> ring);
 
@@ -132,7 +133,7 @@ class SuccessiveMapping {
   };
   // An edge of the original surface, as seen from one of its ends. The half at the low end
   // identifies the edge.
-  struct Half {
+  struct HalfEdge {
     std::uint32_t other = 0;      // The vertex at the other end,
     std::uint32_t twin = 0;       // and the half there.
     std::uint32_t first = kNone;  // The first crossing from this end.
@@ -160,11 +161,12 @@ class SuccessiveMapping {
   void number_edges();
   void add_edges(const StoredMapping& map, std::span<const std::uint32_t> parts);
   void add_crossings(const StoredMapping& map);
-  [[nodiscard]] bool measure(std::span<const std::uint32_t> ring, std::span<const Vec3> places,
-                             double limit);
+  [[nodiscard]] bool measure(std::span<const std::uint32_t> ring,
+                             std::span<const Vec3> ring_positions, double limit);
   [[nodiscard]] bool measure_locally(std::span<const std::uint32_t> ring,
-                                     std::span<const Vec3> places);
-  [[nodiscard]] bool measure_rim(std::span<const std::uint32_t> ring, std::span<const Vec3> places);
+                                     std::span<const Vec3> ring_positions);
+  [[nodiscard]] bool measure_rim(std::span<const std::uint32_t> ring,
+                                 std::span<const Vec3> ring_positions);
   void include(std::uint32_t vertex);
   // Returns the ends of the edge with this low half.
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> ends(std::uint32_t half) const {
@@ -189,7 +191,7 @@ class SuccessiveMapping {
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> edge_of_;       // By opposite corner.
   std::vector<std::uint32_t> halves_begin_;  // By vertex.
-  std::vector<Half> halves_;
+  std::vector<HalfEdge> halves_;
   std::vector<Vertex> vertices_;
   std::vector<std::uint8_t> is_carried_;
   // The first vertex that each triangle carries.

@@ -8,7 +8,7 @@
 namespace multitetra {
 
 bool VertexErrors::fits(std::uint32_t u, std::span<const std::uint32_t> ring,
-                        std::span<const Vec3> places, double limit) {
+                        std::span<const Vec3> ring_positions, double limit) {
   ring_ = ring;
   before_.clear();
   for (const std::uint32_t w : ring) {
@@ -16,8 +16,8 @@ bool VertexErrors::fits(std::uint32_t u, std::span<const std::uint32_t> ring,
     before_.push_back(errors_[w]);
   }
   const double error = errors_[u];
-  const double moved = length(difference(positions_[u], places[0])) + error;
-  const bool fits_map = fits_as_map(positions_[u], error, places, limit);
+  const double moved = length(difference(positions_[u], ring_positions[0])) + error;
+  const bool fits_map = fits_as_map(positions_[u], error, ring_positions, limit);
   if (moved <= limit && (!fits_map || moved <= raised_)) {
     after_ = before_;
     after_[0] = std::max(after_[0], moved);
@@ -100,18 +100,18 @@ void VertexErrors::raise(std::span<const Weighted> corners, double least) {
   raised_ = std::max(raised_, level);
 }
 
-bool VertexErrors::fits_as_map(const Vec3& point, double error, std::span<const Vec3> places,
-                               double limit) {
+bool VertexErrors::fits_as_map(const Vec3& point, double error,
+                               std::span<const Vec3> ring_positions, double limit) {
   after_ = before_;
   raised_ = 0;
-  const Place place = nearest(point, places);
+  const Place place = nearest(point, ring_positions);
   raise(
       std::array<Weighted, 3>{
           {{0, place.at_v}, {place.sector, place.at_first}, {place.sector + 1, place.at_second}}},
       error + std::sqrt(place.squared_distance));
   if (!(raised_ <= limit)) return false;
-  const Vec3 p = difference(point, places[0]);
-  for (std::uint32_t k = 1; k < places.size(); ++k) {
+  const Vec3 p = difference(point, ring_positions[0]);
+  for (std::uint32_t k = 1; k < ring_positions.size(); ++k) {
     std::uint32_t first = place.sector + 1;
     std::uint32_t last = k - 1;
     if (k < place.sector) {
@@ -119,11 +119,11 @@ bool VertexErrors::fits_as_map(const Vec3& point, double error, std::span<const 
       last = place.sector;
     }
     if (k >= place.sector && k <= place.sector + 1) continue;
-    const Vec3 edge = difference(places[k], point);
+    const Vec3 edge = difference(ring_positions[k], point);
     const double squared_edge = squared_length(edge);
     const double edge_p = dot(edge, p);
     for (std::uint32_t j = first; j <= last; ++j) {
-      const Vec3 spoke = difference(places[j], places[0]);
+      const Vec3 spoke = difference(ring_positions[j], ring_positions[0]);
       const double squared_spoke = squared_length(spoke);
       const double mixed = dot(edge, spoke);
       const double spoke_p = dot(spoke, p);

@@ -37,9 +37,9 @@ class VertexErrors {
       : positions_(positions), errors_(positions.size()) {}
 
   // Returns whether u can collapse onto w_0 with all errors in the fan at most `limit`. Changes
-  // nothing. `ring` is w_0, w_1, ... around u, `places` their positions.
+  // nothing. `ring` is w_0, w_1, ... around u, `ring_positions` their positions.
   [[nodiscard]] bool fits(std::uint32_t u, std::span<const std::uint32_t> ring,
-                          std::span<const Vec3> places, double limit);
+                          std::span<const Vec3> ring_positions, double limit);
   // Applies the collapse that was accepted last.
   void commit();
 
@@ -59,8 +59,8 @@ class VertexErrors {
     double weight = 0;
   };
   void raise(std::span<const Weighted> corners, double least);
-  [[nodiscard]] bool fits_as_map(const Vec3& point, double error, std::span<const Vec3> places,
-                                 double limit);
+  [[nodiscard]] bool fits_as_map(const Vec3& point, double error,
+                                 std::span<const Vec3> ring_positions, double limit);
 
   std::span<const Vec3> positions_;
   std::vector<double> errors_;

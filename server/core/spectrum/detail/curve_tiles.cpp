@@ -68,7 +68,7 @@ CurveTiles::CurveTiles(GridPoint begin, GridPoint end, GridPoint side, Scratch& 
     : begin_(begin), end_(end), side_(side), scratch_(scratch) {
   const GridPoint extent = end - begin;
   counts_ = {(extent.x + side.x - 1) / side.x, (extent.y + side.y - 1) / side.y, extent.z};
-  places_.resize(static_cast<std::size_t>(counts_.x) * static_cast<std::size_t>(counts_.y) *
+  ranges_.resize(static_cast<std::size_t>(counts_.x) * static_cast<std::size_t>(counts_.y) *
                  static_cast<std::size_t>(counts_.z));
 }
 
@@ -79,16 +79,16 @@ std::size_t CurveTiles::index(std::int32_t tile_x, std::int32_t tile_y, std::int
               static_cast<std::size_t>(counts_.y) * static_cast<std::size_t>(k - begin_.z));
 }
 
-std::vector<std::byte> CurveTiles::places() const {
-  const auto bytes = std::as_bytes(std::span(places_));
+std::vector<std::byte> CurveTiles::tile_ranges() const {
+  const auto bytes = std::as_bytes(std::span(ranges_));
   return {bytes.begin(), bytes.end()};
 }
 
-void CurveTiles::set_places(std::span<const std::byte> places) {
-  if (places.size() != places_.size() * sizeof(Place)) {
+void CurveTiles::set_tile_ranges(std::span<const std::byte> tile_ranges) {
+  if (tile_ranges.size() != ranges_.size() * sizeof(TileRange)) {
     throw std::runtime_error("The number of curve positions differs from the number of tiles.");
   }
-  if (!places.empty()) std::memcpy(places_.data(), places.data(), places.size());
+  if (!tile_ranges.empty()) std::memcpy(ranges_.data(), tile_ranges.data(), tile_ranges.size());
 }
 
 void CurveTiles::put(GridPoint first, const CurveLayer& points) {
@@ -103,7 +103,7 @@ void CurveTiles::put(GridPoint first, const CurveLayer& points) {
     }
   }
   if (bytes.empty()) return;
-  places_[index(at.x / side_.x, at.y / side_.y, first.z)] = {
+  ranges_[index(at.x / side_.x, at.y / side_.y, first.z)] = {
       .offset = scratch_.put(bytes), .size = static_cast<std::uint32_t>(bytes.size())};
 }
 
@@ -116,7 +116,7 @@ void CurveTiles::get(std::int32_t k, CurveLayer& into) const {
        tile_y < counts_.y && tile_y * side_.y < high.y; ++tile_y) {
     for (std::int32_t tile_x = std::max(0, low.x) / side_.x;
          tile_x < counts_.x && tile_x * side_.x < high.x; ++tile_x) {
-      const Place place = places_[index(tile_x, tile_y, k)];
+      const TileRange place = ranges_[index(tile_x, tile_y, k)];
       bytes.resize(place.size);
       if (place.size > 0) scratch_.get(place.offset, bytes);
       const std::byte* from = bytes.data();

@@ -31,10 +31,11 @@ class CurveTiles : public CurveSource {
   // must outlive this object.
   CurveTiles(GridPoint begin, GridPoint end, GridPoint side, Scratch& scratch);
 
-  // Return the places of all tiles as bytes, and restore them for tiles whose bytes are already in
-  // a scratch. set_places throws std::runtime_error if the size does not match the tiles.
-  [[nodiscard]] std::vector<std::byte> places() const;
-  void set_places(std::span<const std::byte> places);
+  // Return the scratch ranges of all tiles as bytes, and restore them for tiles whose bytes are
+  // already in a scratch. set_tile_ranges throws std::runtime_error if the size does not match the
+  // tiles.
+  [[nodiscard]] std::vector<std::byte> tile_ranges() const;
+  void set_tile_ranges(std::span<const std::byte> tile_ranges);
 
   // Stores layer `first.z` of the tile that begins at the place `first`, given a layer of the
   // level's points. Call at most once for each tile; concurrent calls for different tiles are safe.
@@ -43,7 +44,7 @@ class CurveTiles : public CurveSource {
   void get(std::int32_t k, CurveLayer& into) const override;
 
  private:
-  struct Place {
+  struct TileRange {
     std::uint64_t offset = 0;
     std::uint32_t size = 0;  // 0 for a tile without curves, or one not yet written.
     std::uint32_t reserved = 0;
@@ -55,7 +56,7 @@ class CurveTiles : public CurveSource {
   GridPoint side_;
   GridPoint counts_;
   Scratch& scratch_;
-  std::vector<Place> places_;
+  std::vector<TileRange> ranges_;
 };
 
 // A cache of the finer level's layers around a step, loaded on demand.

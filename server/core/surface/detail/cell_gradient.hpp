@@ -64,7 +64,7 @@ class CellNeighbourhood {
     const bool is_finite = total - total == 0;
     return is_finite ? Vec3{static_cast<double>(plain[0]), static_cast<double>(plain[1]),
                             static_cast<double>(plain[2])}
-                     : careful_gradient(place);
+                     : gradient_without_void(place);
   }
 
  private:
@@ -94,7 +94,7 @@ class CellNeighbourhood {
     return sum;
   }
 
-  [[nodiscard]] Vec3 careful_gradient(const PlaceInCell& place) const {
+  [[nodiscard]] Vec3 gradient_without_void(const PlaceInCell& place) const {
     Vec3 sum = {0, 0, 0};
     for (int z = 0; z < place.corners[2]; ++z) {
       for (int y = 0; y < place.corners[1]; ++y) {

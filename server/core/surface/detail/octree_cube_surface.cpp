@@ -62,10 +62,11 @@ struct Table {
 
 constexpr TableTetrahedron tetrahedron(EdgeList& edges, std::size_t a, std::size_t b, std::size_t c,
                                        std::size_t d) {
-  TableTetrahedron result{.corners = {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b),
-                                      static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(d)},
-                          .is_negative = six_volumes(place(a), place(b), place(c), place(d)) < 0,
-                          .mask = 1U << a | 1U << b | 1U << c | 1U << d};
+  TableTetrahedron result{
+      .corners = {static_cast<std::uint8_t>(a), static_cast<std::uint8_t>(b),
+                  static_cast<std::uint8_t>(c), static_cast<std::uint8_t>(d)},
+      .is_negative = six_times_volume(place(a), place(b), place(c), place(d)) < 0,
+      .mask = 1U << a | 1U << b | 1U << c | 1U << d};
   for (std::size_t i = 0; i < 6; ++i) {
     const auto [p, q] = kTetrahedronEdges[i];
     result.edges[i] = edges.number(result.corners[p], result.corners[q]);

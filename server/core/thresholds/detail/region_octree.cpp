@@ -175,7 +175,7 @@ void RegionOctree::add_leaf(const Node& node, const Box& part, ThresholdBound& b
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     const RegionSet::Index region = lists_[i];
     const Contact contact = regions_.contact(region, places);
-    if (contact == Contact::kApart) continue;
+    if (contact == Contact::kDisjoint) continue;
     bound.least = std::min(bound.least, regions_.threshold(region));
     if (contact == Contact::kContains) return;
   }

@@ -51,20 +51,21 @@ Contact RegionSet::contact(Index i, const MappedBox& places) const {
   const Region& region = regions_[i];
   switch (region.kind) {
     case Kind::kBox:
-      if (!touch(region.box, places.image)) return Contact::kApart;
+      if (!touch(region.box, places.image)) return Contact::kDisjoint;
       return contains(region.box, places.image) ? Contact::kContains : Contact::kTouches;
     case Kind::kBall:
-      if (!(squared_distance(region.vector, places.image) <= region.number)) return Contact::kApart;
+      if (!(squared_distance(region.vector, places.image) <= region.number))
+        return Contact::kDisjoint;
       return largest_squared_distance(region.vector, places.image) <= region.number
                  ? Contact::kContains
                  : Contact::kTouches;
     case Kind::kHalfSpace: {
       const Extent extent = extent_along(region.vector, places.grid);
-      if (!(extent.largest >= region.number)) return Contact::kApart;
+      if (!(extent.largest >= region.number)) return Contact::kDisjoint;
       return extent.least >= region.number ? Contact::kContains : Contact::kTouches;
     }
   }
-  return Contact::kApart;
+  return Contact::kDisjoint;
 }
 
 RegionSet::List RegionSet::all() const {
@@ -78,7 +79,7 @@ RegionSet::List RegionSet::relevant(const List& of_outer, const Box& box) const 
   List list;
   for (const Index i : of_outer.regions) {
     const Contact found = contact(i, here);
-    if (found == Contact::kApart) continue;
+    if (found == Contact::kDisjoint) continue;
     list.regions.push_back(i);
     list.is_closed = found == Contact::kContains;
     if (list.is_closed) break;

@@ -13,7 +13,7 @@ namespace multitetra {
 // The relation of a region to a box, monotone as computed: a region that contains a box contains
 // every box inside it, and one that touches a box touches every box around it. If axes are not
 // parallel, kTouches may be reported for a region that misses the box; kContains is exact.
-enum class Contact { kApart, kTouches, kContains };
+enum class Contact { kDisjoint, kTouches, kContains };
 
 class RegionSet {
  public:

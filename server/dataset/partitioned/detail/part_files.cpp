@@ -213,7 +213,7 @@ std::string record_text(const PartRecord& record) {
                    {"cells_begin", json_of(record.cell_curves.cells.begin)},
                    {"cells_end", json_of(record.cell_curves.cells.end)},
                    {"tile", json_of(record.cell_curves.tile)},
-                   {"places", hex_text(record.cell_curves.places)}};
+                   {"places", hex_text(record.cell_curves.tile_ranges)}};
   return text_with_checksum(json);
 }
 
@@ -231,10 +231,10 @@ Result<PartRecord> parse_record(std::string_view text) {
                     .cell_curves = {.cells = {.begin = reader.point("cells_begin"),
                                               .end = reader.point("cells_end")},
                                     .tile = reader.point("tile"),
-                                    .places = reader.bytes("places")}};
+                                    .tile_ranges = reader.bytes("places")}};
   const GridPoint tile = record.cell_curves.tile;
   const bool has_tiles = std::min({tile.x, tile.y, tile.z}) >= 1;
-  if (reader.is_good() && (has_tiles || record.cell_curves.places.empty())) return record;
+  if (reader.is_good() && (has_tiles || record.cell_curves.tile_ranges.empty())) return record;
   return fail(ErrorCode::kDamagedData, "The record is damaged. Prepare this part again.");
 }
 

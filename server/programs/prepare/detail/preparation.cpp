@@ -126,7 +126,7 @@ void require_same_source(const PrepareJob& job, const Provenance& note) {
 std::optional<PrepareResult> Preparation::prepare_unless_up_to_date(const PrepareJob& job) {
   require_free_output(job);
   DatasetOutput output(job.output, arguments_.force);
-  const Provenance note = note_of(job);
+  const Provenance note = provenance_of(job);
   if (arguments_.force || !is_up_to_date(job, note)) return prepare_one(job, note, output);
   check_prepared_grid(job);
   return std::nullopt;
@@ -141,7 +141,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   progress.begin("open");
   VolumeFileOptions options = arguments_.volume.parsed();
   options.choice = job.choice;
-  options.notice = [&](const std::string& text) { progress.note(text); };
+  options.notice = [&](const std::string& text) { progress.print_above_bar(text); };
   if (outside && arguments_.margin_steps() == 0) {
     options.notice(
         "--outside alone leaves surfaces open where the grid ends; --margin 1 closes them.");
@@ -186,7 +186,7 @@ PrepareResult Preparation::prepare_one(const PrepareJob& job, const Provenance& 
   return prepared;
 }
 
-Provenance Preparation::note_of(const PrepareJob& job) {
+Provenance Preparation::provenance_of(const PrepareJob& job) {
   auto [at, is_new] = notes_.try_emplace(job.input);
   if (is_new) at->second = provenance(job.input);
   Provenance note = at->second;

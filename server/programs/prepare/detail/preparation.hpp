@@ -78,7 +78,7 @@ class Preparation {
   std::optional<PrepareResult> prepare_unless_up_to_date(const PrepareJob& job);
 
   // Returns the provenance of a job's source. Reads each source once for all its jobs.
-  [[nodiscard]] Provenance note_of(const PrepareJob& job);
+  [[nodiscard]] Provenance provenance_of(const PrepareJob& job);
 
  private:
   // The placement of samples, common to the members of a series.

@@ -105,9 +105,9 @@ void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
     ++found->second;
     if (kinds.size() > 64) break;
   }
-  const auto usual = std::max_element(
+  const auto most_common = std::max_element(
       kinds.begin(), kinds.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (kinds.size() > 1 && 2 * usual->second <= images.size()) {
+  if (kinds.size() > 1 && 2 * most_common->second <= images.size()) {
     fail_reading(place,
                  "its images have " + std::to_string(kinds.size()) +
                      " sizes, types or orientations, none of them shared by most images; '" +
@@ -115,7 +115,7 @@ void drop_outliers(const fs::path& place, std::vector<DicomImage>& images,
                      kinds[1].first.file.filename().string() + "' differ",
                  "Give a folder with the slices of one volume only");
   }
-  const DicomImage model = usual->first;
+  const DicomImage model = most_common->first;
   leave_out("of another size, type or orientation than most",
             [&](const DicomImage& image) { return are_alike(image, model); });
 }
@@ -344,7 +344,7 @@ StoredVolume open_dicom(const fs::path& place, const std::vector<fs::path>& file
                  "Give one of these files");
   }
   const std::vector<DicomImage> stack =
-      stacked(place, std::move(images), choice, volume.notices, volume.members.times);
+      stacked(place, std::move(images), choice, volume.notices, volume.contents.times);
   const DicomImage& first = stack.front();
   const DicomGrid grid = dicom_grid(place, stack, choice.resample, volume.notices);
   const bool rescale =

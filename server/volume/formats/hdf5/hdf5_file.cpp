@@ -88,7 +88,7 @@ std::string largest_dataset(hid_t file, const std::vector<std::string>& names) {
 
 // Adds the datasets with the shape of the chosen one, named by the last component of their path if
 // that is unique.
-void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, VolumeContents& members) {
+void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, VolumeContents& contents) {
   std::vector<std::string> names;
   std::map<std::string, int> uses;
   for (const std::string& name : datasets_in(file).names) {
@@ -101,9 +101,9 @@ void add_fields_of_shape(hid_t file, const std::vector<hsize_t>& dims, VolumeCon
     const std::string last = name.substr(name.rfind('/') + 1);
     const std::string name_of_field = member_name_from(uses[last] == 1 ? last : name.substr(1));
     if (name_of_field.empty()) {
-      members.unnamed.push_back(name);
+      contents.unnamed.push_back(name);
     } else {
-      members.fields.push_back({.name = name_of_field, .array = name});
+      contents.fields.push_back({.name = name_of_field, .array = name});
     }
   }
 }
@@ -300,8 +300,8 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   if (imaris) {
     set_box_axes(header, imaris->origin, imaris->spacing);
     header.meaning.length_unit = imaris->unit;
-    volume.members = imaris->members;
-    volume.channels = std::max<std::int64_t>(1, std::ssize(volume.members.fields));
+    volume.contents = imaris->contents;
+    volume.channels = std::max<std::int64_t>(1, std::ssize(volume.contents.fields));
   } else {
     place_volume(path, dataset.get(), dims.size(), header, volume.notices);
   }
@@ -315,8 +315,8 @@ StoredVolume open_hdf5(const fs::path& path, const VolumeChoice& choice) {
   check_header(path, header);
   std::vector<hsize_t> at(dims.size(), 0);
   if (!imaris) {
-    at = leading_indices(path, dims, choice, dataset.get(), volume.members.times, volume.channels);
-    if (choice.first) add_fields_of_shape(file.get(), dims, volume.members);
+    at = leading_indices(path, dims, choice, dataset.get(), volume.contents.times, volume.channels);
+    if (choice.first) add_fields_of_shape(file.get(), dims, volume.contents);
   }
   volume.slices = std::make_unique<Hdf5Slices>(path, std::move(file), std::move(dataset),
                                                std::move(at), dims, *type);

@@ -51,17 +51,18 @@ const VtiArray& chosen(const fs::path& file, const VtiHeader& header, const std:
 
 // Returns the other arrays with as many samples as the chosen one.
 VolumeContents other_contents(const VtiHeader& header, const VtiArray& chosen) {
-  VolumeContents members;
+  VolumeContents contents;
   for (const VtiArray& array : header.arrays) {
-    if (array.of_cells != chosen.of_cells || members.fields.size() == kMaxSourceMembers) continue;
+    if (array.of_cells != chosen.of_cells || contents.fields.size() == kMaxSourceMembers) continue;
     const std::string name = member_name_from(array.name);
     if (name.empty()) {
-      members.unnamed.push_back(array.name);
+      contents.unnamed.push_back(array.name);
     } else {
-      members.fields.push_back({.name = name, .array = array.name, .components = array.components});
+      contents.fields.push_back(
+          {.name = name, .array = array.name, .components = array.components});
     }
   }
-  return members;
+  return contents;
 }
 
 }  // namespace
@@ -91,7 +92,7 @@ VtiPiece open_vti_piece(const fs::path& path, const VolumeChoice& choice) {
                                        static_cast<std::uint64_t>(header.components));
   const std::size_t slice_bytes = header.slice_bytes();
   VtiPiece piece{
-      .volume = {.header = header, .slices = nullptr, .members = other_contents(vti, array)},
+      .volume = {.header = header, .slices = nullptr, .contents = other_contents(vti, array)},
       .extent = vti.piece,
       .of_cells = array.of_cells,
       .is_part = vti.piece != vti.extent};

@@ -50,15 +50,15 @@ std::vector<Shown> stream(const IsosurfaceRequest& request, const DatasetInfo& i
                           const Surface& surface = {}, const CostEstimates& costs = {},
                           const PlanLimits& limits = {}) {
   const SizeEstimates sizes = surface.sizes();
-  std::vector<DeliveredStep> shown;
+  std::vector<DeliveredStep> delivered;
   std::vector<Shown> steps;
   for (;;) {
-    const PlannedStep next = next_step(request, limits, shown, info, sizes, costs);
+    const PlannedStep next = next_step(request, limits, delivered, info, sizes, costs);
     const SurfaceSize size = sizes.of(next.step);
     const double seconds = costs.server_seconds(size, form_of(next.step));
     steps.push_back({next.step, seconds, costs.link_seconds(size)});
     if (next.is_final) return steps;
-    shown.push_back({.step = next.step, .size = size, .seconds = seconds});
+    delivered.push_back({.step = next.step, .size = size, .seconds = seconds});
     if (steps.size() > 20) throw std::runtime_error("the stream has no end");
   }
 }
@@ -126,7 +126,7 @@ TEST(RefinementPlan, NoStepIsMuchLongerThanAllBefore) {
   double before = steps[0].server + steps[0].link;
   for (std::size_t i = 1; i + 1 < steps.size() && steps[i].step.finest_spacing > 1; ++i) {
     const double seconds = steps[i].server + steps[i].link;
-    EXPECT_LE(seconds, 1.1 * kPatience * std::max(before, kFirstServerSeconds));
+    EXPECT_LE(seconds, 1.1 * kMaxStepGrowth * std::max(before, kFirstServerSeconds));
     before += seconds;
   }
 }
@@ -340,7 +340,7 @@ TEST(RefinementPlan, OnePreviewIsEnoughWhereTheFinalStepIsSoon) {
   const Surface surface = {.triangles = 3e6};
   const double seconds = CostEstimates{}.shells * surface.triangles;
   EXPECT_GT(seconds, kFirstServerSeconds);
-  EXPECT_LT(seconds, kSoonSeconds);
+  EXPECT_LT(seconds, kShortStepSeconds);
   EXPECT_EQ(stream(kHalf, dataset(257), surface, kFast, kShellsToDisplay).size(), 2U);
   EXPECT_GT(stream(kHalf, dataset(257), surface, kSlow, kShellsToDisplay).size(), 2U);
   EXPECT_GT(stream(kHalf, dataset(257), surface, kFast, kShellsToKeep).size(), 2U)
@@ -484,9 +484,9 @@ TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
 TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
   MeasuredCosts learned;
   for (int i = 0; i < 30; ++i) {
-    learned.note(StepForm::kPlain, 1e5, CostEstimates::kSecondsPerStep + 0.02);
-    learned.note(StepForm::kSimplified, 1e5, CostEstimates::kSecondsPerStep + 0.5);
-    learned.note(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsPerStep + 1);
+    learned.record(StepForm::kPlain, 1e5, CostEstimates::kSecondsPerStep + 0.02);
+    learned.record(StepForm::kSimplified, 1e5, CostEstimates::kSecondsPerStep + 0.5);
+    learned.record(StepForm::kEmbedded, 1e5, CostEstimates::kSecondsPerStep + 1);
   }
   EXPECT_NEAR(learned.costs().plain, 2e-7, 1e-9);
   EXPECT_NEAR(learned.costs().simplified, 5e-6, 1e-8);
@@ -499,7 +499,7 @@ TEST(MeasuredCosts, SurfacesWithoutSelfIntersectionsHaveTheirOwn) {
   IsosurfaceRequest embedded = plain;
   embedded.embedded = true;
   const StepForm form = form_of(final_step(embedded));
-  for (int i = 0; i < 30; ++i) learned.note(form, 1e5, 1);
+  for (int i = 0; i < 30; ++i) learned.record(form, 1e5, 1);
   const SurfaceSize size{.triangles = 1e4, .bytes = 2e4, .extracted = 1e5};
   EXPECT_NEAR(learned.costs().server_seconds(size, form), 1, 0.01);
   EXPECT_EQ(learned.costs().server_seconds(size, form_of(final_step(plain))),
@@ -509,14 +509,14 @@ TEST(MeasuredCosts, SurfacesWithoutSelfIntersectionsHaveTheirOwn) {
 TEST(MeasuredCosts, IgnoreASingleSlowStep) {
   MeasuredCosts learned;
   const double before = learned.costs().plain;
-  learned.note(StepForm::kPlain, 1e5, 1000);
+  learned.record(StepForm::kPlain, 1e5, 1000);
   EXPECT_LE(learned.costs().plain, 2 * before);
 }
 
 TEST(MeasuredCosts, IgnoreTinySteps) {
   MeasuredCosts learned;
-  learned.note(StepForm::kSimplified, 100, 10);
-  learned.note(StepForm::kSimplified, 0, 10);
+  learned.record(StepForm::kSimplified, 100, 10);
+  learned.record(StepForm::kSimplified, 0, 10);
   EXPECT_EQ(learned.costs().simplified, CostEstimates{}.simplified);
 }
 

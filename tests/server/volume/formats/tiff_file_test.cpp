@@ -254,10 +254,10 @@ TEST_F(TiffFile, HyperstacksOfImageJHaveChannelsSlicesAndTimes) {
   const Volume volume = read_volume(file, {.choice = {.time = 1, .channel = 0}});
   EXPECT_EQ(volume.spacing, (Vec3{0.25, 0.125, 2.5}));
   EXPECT_EQ(volume.meaning.length_unit, "µm");
-  const VolumeContents members = open_volume(file, {.choice = {.first = true}})->members();
-  EXPECT_EQ(members.times, (SourceTimes{.count = 2, .at = {0, 0.5}, .unit = "s"}));
-  ASSERT_EQ(members.fields.size(), 2U);
-  EXPECT_EQ(members.fields[1].channel, 1);
+  const VolumeContents contents = open_volume(file, {.choice = {.first = true}})->contents();
+  EXPECT_EQ(contents.times, (SourceTimes{.count = 2, .at = {0, 0.5}, .unit = "s"}));
+  ASSERT_EQ(contents.fields.size(), 2U);
+  EXPECT_EQ(contents.fields[1].channel, 1);
 }
 
 TEST_F(TiffFile, LargeStacksOfImageJHaveOnePageThatTheSamplesOfOthersFollow) {
@@ -297,10 +297,10 @@ TEST_F(TiffFile, OmeDescriptionsOrderPagesAndHaveUnits) {
   const Volume volume = read_volume(file, {.choice = {.time = 1, .channel = 0}});
   EXPECT_EQ(volume.spacing, (Vec3{0.2, 0.3, 1.5}));
   EXPECT_EQ(volume.meaning.length_unit, "nm");
-  const VolumeContents members = open_volume(file, {.choice = {.first = true}})->members();
-  EXPECT_EQ(members.fields[0].name, "DAPI");
-  EXPECT_EQ(members.fields[1].name, "GFP");
-  EXPECT_EQ(members.times.at, (std::vector<double>{0, 2}));
+  const VolumeContents contents = open_volume(file, {.choice = {.first = true}})->contents();
+  EXPECT_EQ(contents.fields[0].name, "DAPI");
+  EXPECT_EQ(contents.fields[1].name, "GFP");
+  EXPECT_EQ(contents.times.at, (std::vector<double>{0, 2}));
 }
 
 TEST(TiffDescription, BlocksOfOmePagesMayBeginAnywhere) {

@@ -22,7 +22,7 @@ constexpr double kTilt = 1e-3;  // Minimum cosine of an axis and the slice step.
 // Maximum number of slices of an interpolated grid.
 constexpr double kMaxSlices = 1e5;
 
-double usual_gap(const std::vector<DicomImage>& stack) {
+double median_gap(const std::vector<DicomImage>& stack) {
   std::vector<double> gaps;
   for (std::size_t i = 1; i < stack.size(); ++i)
     gaps.push_back(stack[i].along - stack[i - 1].along);
@@ -32,16 +32,16 @@ double usual_gap(const std::vector<DicomImage>& stack) {
 }
 
 [[noreturn]] void fail_uneven(const fs::path& place, const std::vector<DicomImage>& stack) {
-  const double usual = usual_gap(stack);
+  const double median = median_gap(stack);
   std::size_t worst = 1;
   const auto off = [&](std::size_t i) {
-    return std::abs(stack[i].along - stack[i - 1].along - usual);
+    return std::abs(stack[i].along - stack[i - 1].along - median);
   };
   for (std::size_t i = 1; i < stack.size(); ++i) {
     if (off(i) > off(worst)) worst = i;
   }
   const double gap = stack[worst].along - stack[worst - 1].along;
-  const double missing = std::round(gap / usual) - 1;
+  const double missing = std::round(gap / median) - 1;
   const auto name_of = [](const DicomImage& image) {
     return "'" + image.file.filename().string() + "'" +
            (image.frames > 1 ? " frame " + std::to_string(image.frame + 1) : "");
@@ -49,7 +49,7 @@ double usual_gap(const std::vector<DicomImage>& stack) {
   fail_reading(place,
                "its slices are not evenly spaced: the distance between " +
                    name_of(stack[worst - 1]) + " and " + name_of(stack[worst]) + " is " +
-                   rounded_text(gap) + " mm, that between most slices " + rounded_text(usual) +
+                   rounded_text(gap) + " mm, that between most slices " + rounded_text(median) +
                    " mm" +
                    (missing >= 1 ? "; " + rounded_text(missing) + " seem to be missing" : ""),
                "Get all slices, or interpolate them to an even spacing with --resample");
@@ -69,7 +69,7 @@ DicomGrid even_grid(const fs::path& place, const std::vector<DicomImage>& stack,
   const DicomImage& first = stack.front();
   const Vec3 normal = cross(first.row, first.column);
   const double height = stack.back().along - first.along;
-  const double intervals = std::max(1.0, std::round(height / usual_gap(stack)));
+  const double intervals = std::max(1.0, std::round(height / median_gap(stack)));
   const double step = height / intervals;
   SlicePlaces places{.at = {}, .shift = {}, .size = first.size};
   std::array<double, 2> low{};

@@ -79,23 +79,24 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
   long long level = choice.level.value_or(0);
   long long time = 0;
   long long channel = 0;
-  VolumeContents members;
+  VolumeContents contents;
   if (choice.array.empty()) {
     const std::int64_t levels = count_of(file, "/DataSet/ResolutionLevel ");
     (void)chosen_of(path, "level", levels, level, true);
     const std::string below = "/DataSet/ResolutionLevel " + std::to_string(level) + "/TimePoint ";
-    members.times.count = count_of(file, below);
-    time = chosen_of(path, "time", members.times.count, choice.time, choice.first);
+    contents.times.count = count_of(file, below);
+    time = chosen_of(path, "time", contents.times.count, choice.time, choice.first);
     const std::int64_t channels = count_of(file, below + std::to_string(time) + "/Channel ");
     channel = chosen_of(path, "channel", channels, choice.channel, choice.first);
-    members.fields = imaris_channels(file, channels);
+    contents.fields = imaris_channels(file, channels);
   } else {
     const std::string name = choice.array.starts_with('/') ? choice.array : "/" + choice.array;
     const char* const form = "/DataSet/ResolutionLevel %lld/TimePoint %lld/Channel %lld/Data";
     if (std::sscanf(name.c_str(), form, &level, &time, &channel) != 3) return std::nullopt;
     if (name != dataset_path(level, time, channel) || !has_object(file, name)) return std::nullopt;
   }
-  ImarisVolume volume{.dataset = dataset_path(level, time, channel), .members = std::move(members)};
+  ImarisVolume volume{.dataset = dataset_path(level, time, channel),
+                      .contents = std::move(contents)};
   const std::string channel_path = volume.dataset.substr(0, volume.dataset.rfind('/'));
   const Hdf5Id group(H5Gopen2(file, channel_path.c_str(), H5P_DEFAULT), &H5Gclose);
   const Hdf5Id info(H5Gopen2(file, "/DataSetInfo/Image", H5P_DEFAULT), &H5Gclose);

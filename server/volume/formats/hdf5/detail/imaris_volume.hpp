@@ -17,7 +17,7 @@ struct ImarisVolume {
   Vec3 origin{};
   Vec3 spacing{};
   std::string unit = {};
-  VolumeContents members = {};
+  VolumeContents contents = {};
 };
 
 // Finds the volume of `choice`: by level, time and channel, or by the path of its dataset. Returns
