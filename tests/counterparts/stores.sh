@@ -29,7 +29,7 @@ start file "$bin/multitetra-server" serve head.mtd --tcp off --http 127.0.0.1:0
 digest=$(fetch "$(url_of file http)" file.ply)
 
 # Checks the guarantees of a dataset, wherever it is stored.
-hold_to_it() {  # hold_to_it STORE ADDRESS
+check_store() {  # check_store STORE ADDRESS
   local server fetched
   "$bin/multitetra-server" verify "$2" --quiet || fail "$1: not verified"
   "$bin/multitetra-server" extract "$2" --isovalue 100.5 --error 1 -o "$1-extracted.ply" --quiet || fail "$1: not extracted"
@@ -59,7 +59,7 @@ serve_nginx() {
   local port
   port=$(free_port)
   start_static_nginx nginx "$port" "$work/volumes"
-  hold_to_it nginx "http://127.0.0.1:$port/head.mtd"
+  check_store nginx "http://127.0.0.1:$port/head.mtd"
 }
 
 serve_s3rver() {
@@ -74,7 +74,7 @@ serve_s3rver() {
   for _ in $(seq 200); do curl -s -o /dev/null "http://127.0.0.1:$port/" && break; sleep 0.05; done
   export AWS_ENDPOINT_URL=http://127.0.0.1:$port AWS_ACCESS_KEY_ID=S3RVER AWS_SECRET_ACCESS_KEY=S3RVER AWS_REGION=us-east-1
   fill_bucket s3rver
-  hold_to_it s3rver s3://volumes/in/head.mtd
+  check_store s3rver s3://volumes/in/head.mtd
   unset "${!AWS_@}"
 }
 
@@ -140,7 +140,7 @@ serve_radosgw() {
   ! AWS_SECRET_ACCESS_KEY=wrong "$bin/multitetra-server" verify s3://volumes/in/head.mtd >out 2>&1 || fail "radosgw: accepts a wrong signature"
   grep -q '/volumes/in/head' out || fail "radosgw: what is said of a wrong signature: $(cat out)"
   echo "radosgw: with a wrong secret: $(cat out)"
-  hold_to_it radosgw s3://volumes/in/head.mtd
+  check_store radosgw s3://volumes/in/head.mtd
   unset "${!AWS_@}" CEPH_CONF
 }
 

@@ -30,7 +30,7 @@ ContentDigest extracted_digest(const DatasetPtr& dataset, const StepRequest& ste
   return arena.execute([&] { return testing::extracted_digest(dataset, step); });
 }
 
-TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndArriveAsExtracted) {
+TEST_P(PublicIsosurfaces, HaveOneTopologyNoCrackAndDecodeAsExtracted) {
   const PublicVolume& volume = GetParam();
   if (const auto why = testing::why_skipped(volume)) GTEST_SKIP() << *why;
   const auto path = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / volume.file;

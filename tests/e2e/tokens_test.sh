@@ -32,8 +32,8 @@ bob sp*" ] || fail "the list: $(cat list)"
 
 start server "$server" serve sphere.mtd --tcp 127.0.0.1:0 --http off --tokens tokens
 url=$(url_of server tcp)
-lets_in() { "$client" list --server "$url" --token "$1" >/dev/null 2>&1; }
-heeded() {
+accepts_token() { "$client" list --server "$url" --token "$1" >/dev/null 2>&1; }
+reload_until() {
   kill -HUP "$pid"
   for _ in $(seq 200); do
     "$@" && return 0
@@ -41,14 +41,14 @@ heeded() {
   done
   return 1
 }
-lets_in "$alice" && lets_in "$bob" || fail "a new token is not known"
+accepts_token "$alice" && accepts_token "$bob" || fail "a new token is not known"
 "$server" token revoke alice --file tokens >/dev/null
-lets_in "$bob" || fail "another token was revoked"
-is_out() { ! lets_in "$alice"; }
-heeded is_out || fail "a revoked token still lets in"
+accepts_token "$bob" || fail "another token was revoked"
+rejects_alice() { ! accepts_token "$alice"; }
+reload_until rejects_alice || fail "a revoked token still lets in"
 new=$("$server" token bob --replace --file tokens)
-heeded lets_in "$new" || fail "a replaced token is not known"
-! lets_in "$bob" || fail "what was replaced still lets in"
+reload_until accepts_token "$new" || fail "a replaced token is not known"
+! accepts_token "$bob" || fail "what was replaced still lets in"
 ends 1 'has no token named "alice"' "$server" token revoke alice --file tokens
 ends 1 "nowhere" "$server" token revoke alice --file nowhere
 ends 2 "--file" "$server" token list
@@ -91,10 +91,10 @@ pid=$watching
 soon=$(date -u -d '+12 seconds' +%Y-%m-%dT%H:%M:%SZ)  # Long enough for a busy machine.
 short=$("$server" token short --expires "$soon" --file tokens)
 long=$("$server" token long --expires 12h --file tokens)
-heeded lets_in "$long" || fail "a token that expires is not known"
-lets_in "$short" || fail "a token is not known before it expires"
+reload_until accepts_token "$long" || fail "a token that expires is not known"
+accepts_token "$short" || fail "a token is not known before it expires"
 while [ "$(date -u +%Y-%m-%dT%H:%M:%SZ)" \< "$soon" ]; do sleep 0.2; done
 ends 1 "expired at $soon" "$client" list --server "$url" --token "$short"
-lets_in "$long" || fail "a token expired too soon"
+accepts_token "$long" || fail "a token expired too soon"
 "$server" token list --file tokens | grep -q "^short \*  EXPIRED $soon" || fail "the list does not mark expired tokens"
 ends_well server "$pid"

@@ -32,7 +32,7 @@ struct Case {
 
 class FuzzCorpus : public testing::TestWithParam<Case> {};
 
-TEST_P(FuzzCorpus, HoldsEveryProperty) {
+TEST_P(FuzzCorpus, PassesItsHarness) {
   const std::string name = GetParam().name;
   const TemporaryFolder unpacked;
   const std::string packed = MULTITETRA_FUZZ_CORPORA "/" + name + ".tar.xz";

@@ -203,7 +203,7 @@ TEST(AssembledShells, RejectsOverlappingShells) {
       "overlap");
 }
 
-TEST(AssembledShells, RejectedByClientsThatKeepTheMesh) {
+TEST(AssembledShells, AreRejectedByClientsThatKeepTheMesh) {
   OpenStream to_keep = to_display();
   to_keep.use = MeshUse::kKeep;
   expect_refused_shells([](ShellStream&) {}, "client keeps its mesh", to_keep);

@@ -131,7 +131,7 @@ M& at(Messages& messages, std::size_t index) {
 
 // ---- valid streams
 
-TEST(Assembler, GivesEachStepOnceItIsCompleteAndChecked) {
+TEST(Assembler, ReturnsEachStepOnceCompleteAndChecked) {
   const Outcome outcome = assemble(two_steps());
   ASSERT_FALSE(outcome.failed_check) << outcome.failed_check->text;
   ASSERT_EQ(outcome.steps.size(), 2U);
@@ -148,7 +148,7 @@ TEST(Assembler, GivesEachStepOnceItIsCompleteAndChecked) {
   }
 }
 
-TEST(Assembler, ShowsTheOldStepUntilTheNewOneIsComplete) {
+TEST(Assembler, ShowsThePreviousStepUntilTheNextIsComplete) {
   const Messages stream = two_steps();
   Assembler assembler(octahedra_info(), open_stream());
   for (std::size_t i = 0; i < stream.size(); ++i) {
@@ -161,13 +161,13 @@ TEST(Assembler, ShowsTheOldStepUntilTheNewOneIsComplete) {
   }
 }
 
-TEST(Assembler, TakesTilesInAnyOrder) {
+TEST(Assembler, AcceptsTilesInAnyOrder) {
   Messages stream = two_steps();
   std::swap(stream[1], stream[2]);
   EXPECT_TRUE(assemble(stream).is_complete);
 }
 
-TEST(Assembler, AnEmptySurfaceIsAStep) {
+TEST(Assembler, AcceptsEmptySurfacesAsSteps) {
   const Outcome outcome = assemble(stream_of({{.tiles = {}}}));
   EXPECT_TRUE(outcome.is_complete);
   ASSERT_EQ(outcome.steps.size(), 1U);
@@ -194,7 +194,7 @@ TEST(Assembler, ContinuesAfterALostConnectionWithTheTilesItHolds) {
 }
 
 // The protocol limits requests to 8192 digests; a client with more tiles receives the others again.
-TEST(Assembler, AcceptsAHeldTileThatWasNotAnnounced) {
+TEST(Assembler, AcceptsUnannouncedHeldTiles) {
   Assembler first(octahedra_info(), open_stream());
   ASSERT_TRUE(assemble(two_steps(), first).is_complete);
   ASSERT_EQ(first.held().size(), 3U);
@@ -228,7 +228,7 @@ TEST(Assembler, IgnoresMessagesOfAnEarlierStream) {
   }
 }
 
-TEST(Assembler, ACancelledStreamKeepsWhatWasShown) {
+TEST(Assembler, KeepsTheShownStepWhenCancelled) {
   const Messages stream = two_steps();
   for (std::size_t taken = 0; taken < 7; ++taken) {
     Assembler assembler(octahedra_info(), open_stream());
@@ -242,7 +242,7 @@ TEST(Assembler, ACancelledStreamKeepsWhatWasShown) {
   }
 }
 
-TEST(Assembler, ARefusalDoesNotFailACheck) {
+TEST(Assembler, ReportsARejectionWithoutAFailedCheck) {
   const Outcome outcome = assemble({ErrorReply{kId, {ErrorCode::kInvalidArgument, "..."}}});
   EXPECT_FALSE(outcome.failed_check);
   ASSERT_TRUE(outcome.refusal);
@@ -260,7 +260,7 @@ TEST(Assembler, DetectsAnyLostMessage) {
   }
 }
 
-TEST(Assembler, RefusesRepeatedMessages) {
+TEST(Assembler, RejectsRepeatedMessages) {
   const Messages stream = two_steps();
   for (std::size_t twice = 0; twice < stream.size(); ++twice) {
     Messages damaged = stream;
@@ -277,31 +277,31 @@ TEST(Assembler, StaysFailedAfterAFailedCheck) {
   EXPECT_EQ(assembler.shown(), nullptr);
 }
 
-TEST(Assembler, AStepCannotEndWithoutATile) {
+TEST(Assembler, RejectsAStepEndWithMissingTiles) {
   Messages stream = two_steps();
   stream.erase(stream.begin() + 2);
   expect_fault(stream, "without tile 1 (cube 4:1/0/0)");
 }
 
-TEST(Assembler, ATileCannotComeTwice) {
+TEST(Assembler, RejectsATileSentTwice) {
   Messages stream = two_steps();
   stream.insert(stream.begin() + 2, stream[1]);
   expect_fault(stream, "tile 0 (cube 4:0/0/0) was sent again");
 }
 
-TEST(Assembler, RefusesATileThatWasAnnouncedAsHeld) {
+TEST(Assembler, RejectsTilesAnnouncedAsHeld) {
   Messages stream = two_steps();
   stream.insert(stream.begin() + 5, Tile{kId, 1, 0, coarse_tiles()[0].payload});
   expect_fault(stream, "tile 0 (cube 4:0/0/0) was sent again");
 }
 
-TEST(Assembler, ATileNeedsAPlaceInTheManifest) {
+TEST(Assembler, RejectsTilesMissingFromTheManifest) {
   Messages stream = two_steps();
   at<Tile>(stream, 1).index = 2;
   expect_fault(stream, "tile 2 was sent, but the number of tiles is 2");
 }
 
-TEST(Assembler, RefusesMessagesOfUnknownRequests) {
+TEST(Assembler, RejectsMessagesOfUnknownRequests) {
   for (const std::size_t index : {0U, 1U, 3U, 7U}) {
     Messages stream = two_steps();
     std::visit(
@@ -333,7 +333,7 @@ TEST(Assembler, DetectsAnyChangedPayloadByte) {
   }
 }
 
-TEST(Assembler, CountsAndDigestsMustMatchThePromise) {
+TEST(Assembler, RejectsTilesWhoseCountsOrDigestsDifferFromTheManifest) {
   const std::vector<std::pair<std::string, std::function<void(TileSummary&)>>> lies = {
       {"tile 0", [](TileSummary& t) { ++t.triangles; }},
       {"tile 0", [](TileSummary& t) { ++t.vertices; }},
@@ -352,7 +352,7 @@ TEST(Assembler, CountsAndDigestsMustMatchThePromise) {
   }
 }
 
-TEST(Assembler, AManifestNamesEveryTileOnce) {
+TEST(Assembler, RejectsManifestsThatRepeatATile) {
   Messages stream = two_steps();
   auto& begin = at<StepBegin>(stream, 0);
   begin.tiles[1].cube = begin.tiles[0].cube;
@@ -363,7 +363,7 @@ TEST(Assembler, AManifestNamesEveryTileOnce) {
   expect_fault(stream, "same content");
 }
 
-TEST(Assembler, StepTotalsMustMatchTheReceivedTiles) {
+TEST(Assembler, RejectsStepTotalsThatDifferFromTheTiles) {
   Messages stream = two_steps();
   ++at<StepEnd>(stream, 3).tiles_sent;
   expect_fault(stream, "the server counts 3 tiles");
@@ -379,7 +379,7 @@ TEST(Assembler, StepTotalsMustMatchTheReceivedTiles) {
 }
 
 // 32-bit counts alone allocate nothing before the tiles arrive.
-TEST(Assembler, AManifestBeyondTheLimitsIsRefusedAtOnce) {
+TEST(Assembler, RejectsManifestsBeyondTheLimitsAtOnce) {
   const auto refused = [](AssemblerLimits limits) {
     Assembler assembler(octahedra_info(), open_stream(), {}, limits);
     return !assembler.receive(two_steps()[0]).has_value();
@@ -390,7 +390,7 @@ TEST(Assembler, AManifestBeyondTheLimitsIsRefusedAtOnce) {
   EXPECT_TRUE(refused({.payload_bytes = 10}));
 }
 
-TEST(Assembler, AStreamHasALimitOnItsSteps) {
+TEST(Assembler, LimitsTheStepsOfAStream) {
   const auto previews = [](std::size_t count) {
     return stream_of(
         std::vector<Step>(count, {.tiles = coarse_tiles(), .error = 4, .is_final = false}));
@@ -407,7 +407,7 @@ TEST(Assembler, AStreamHasALimitOnItsSteps) {
 }
 
 // Tiles are kept for later steps, so the limits are per stream; a tile in both steps counts once.
-TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
+TEST(Assembler, LimitsTheTotalOfAllSteps) {
   const auto limited = [](AssemblerLimits limits) {
     Assembler assembler(octahedra_info(), open_stream(), {}, limits);
     return assemble(two_steps(), assembler);
@@ -427,7 +427,7 @@ TEST(Assembler, AllStepsOfAStreamTogetherStayWithinTheLimits) {
 
 // ---- steps that differ from the request
 
-TEST(Assembler, TheFinalStepIsTheRequestItself) {
+TEST(Assembler, RejectsFinalStepsThatDifferFromTheRequest) {
   const std::vector<std::function<void(StepBegin&)>> lies = {
       [](StepBegin& b) { b.request.error = 2; }, [](StepBegin& b) { b.request.isovalue = 101; },
       [](StepBegin& b) { b.request.measure = ErrorMeasure::kPaper; },
@@ -440,7 +440,7 @@ TEST(Assembler, TheFinalStepIsTheRequestItself) {
   }
 }
 
-TEST(Assembler, APreviewDiffersFromTheRequestInItsAccuracyOnly) {
+TEST(Assembler, RejectsPreviewsThatDifferInMoreThanAccuracy) {
   const std::vector<std::function<void(StepBegin&)>> lies = {
       [](StepBegin& b) { b.request.error = 0.5; },
       [](StepBegin& b) { b.request.isovalue = 101; },
@@ -455,7 +455,7 @@ TEST(Assembler, APreviewDiffersFromTheRequestInItsAccuracyOnly) {
   }
 }
 
-TEST(Assembler, NoStepFollowsTheFinalOne) {
+TEST(Assembler, RejectsStepsAfterTheFinalOne) {
   expect_fault(stream_of({{.tiles = coarse_tiles()}, {.tiles = fine_tiles()}}),
                "it follows the final step");
 }
@@ -495,14 +495,14 @@ Tiles with_a_second_component(Tiles tiles) {
   return tiles;
 }
 
-TEST(Assembler, StepsThatPreserveTheTopologyMustAgreeOnIt) {
+TEST(Assembler, RejectsTopologyPreservingStepsThatDisagreeOnTheTopology) {
   expect_fault(
       stream_of({{.tiles = with_a_second_component(coarse_tiles()), .error = 4, .is_final = false},
                  {.tiles = fine_tiles()}}),
       "its topology differs from step 0");
 }
 
-TEST(Assembler, APreviewThatMayChangeTheTopologyNeedNotAgree) {
+TEST(Assembler, AllowsTolerantPreviewsAnotherTopology) {
   EXPECT_TRUE(assemble(stream_of({{.tiles = with_a_second_component(coarse_tiles()),
                                    .error = 4,
                                    .topology_tolerance = 4,
@@ -526,7 +526,7 @@ Messages previews_of_several(bool is_final = false) {
   return stream;
 }
 
-TEST(Assembler, AStepOfARequestForSeveralDatasetsIsThePreviewOfTheNextOne) {
+TEST(Assembler, ReturnsPreviewsOfSeveralDatasetsInOrder) {
   OpenStream open = open_stream();
   open.steps = StepPolicy::kPreviewsOnly;
   open.resumed_previews = {{.finest_spacing = 1, .is_unsimplified = true}};

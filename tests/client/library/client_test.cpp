@@ -27,7 +27,7 @@ MessageSocket connected_to(const ScriptedServer& server,
 }
 
 // A valid message follows each invalid one and must not be returned.
-TEST(MessageSocket, AfterAnyErrorTheConnectionIsClosed) {
+TEST(MessageSocket, ClosesAfterAnyError) {
   const std::string good = framed_messages(Messages{Pong{1}});
   const std::vector<std::pair<std::string, ErrorCode>> bad = {
       {frame_header(0) + good, ErrorCode::kMalformedFrame},
@@ -51,7 +51,7 @@ TEST(MessageSocket, AfterAnyErrorTheConnectionIsClosed) {
   }
 }
 
-TEST(MessageSocket, AfterALostReadTheConnectionIsClosed) {
+TEST(MessageSocket, ClosesAfterALostRead) {
   const ScriptedServer server("", ThenTheServer::kHangsUp);
   MessageSocket socket = connected_to(server);
   const auto lost = socket.receive();
@@ -60,7 +60,7 @@ TEST(MessageSocket, AfterALostReadTheConnectionIsClosed) {
   EXPECT_TRUE(server.client_leaves());
 }
 
-TEST(MessageSocket, ASilentServerIsLeftAfterTheTimeout) {
+TEST(MessageSocket, TimesOutOnASilentServer) {
   const ScriptedServer server("");
   MessageSocket socket = connected_to(server, std::chrono::milliseconds(100));
   const auto silent = socket.receive();
@@ -105,7 +105,7 @@ TEST(MessageSocket, TimesOutWhenOnlyPongsArrive) {
       << message.error().text;
 }
 
-TEST(Client, GivesTheTextOfAServersErrorAsOneShortPlainLine) {
+TEST(Client, ReportsServerErrorsAsOneShortPlainLine) {
   const std::string hostile =
       "\x1b[2Jgone\r\nmultitetra: all is well\n" + std::string(100'000, 'a');
   const ScriptedServer server(
@@ -118,7 +118,7 @@ TEST(Client, GivesTheTextOfAServersErrorAsOneShortPlainLine) {
   EXPECT_LE(text.size(), 1000U);
 }
 
-TEST(Client, LeavesAServerThatSpeaksAnotherVersion) {
+TEST(Client, RejectsServersWithAnotherProtocolVersion) {
   for (const std::uint32_t version : {kProtocolVersion, kProtocolVersion + 1}) {
     const ScriptedServer server(framed_messages(Messages{Welcome{.version = version}}));
     const auto client = Client::connect(server.endpoint(), {});

@@ -26,7 +26,7 @@ TEST(DecodedTileCache, EvictsTheLeastRecentlyUsedTile) {
   }
 }
 
-TEST(DecodedTileCache, StaysWithinItsLimitsWhateverIsKept) {
+TEST(DecodedTileCache, StaysWithinItsLimits) {
   DecodedTileCache memory({.tiles = 20, .triangles = 100});
   for (std::uint64_t i = 0; i < 500; ++i) {
     memory.keep(digest_of(i * 37 % 101), mesh_of(1 + i * i % 60));
@@ -38,7 +38,7 @@ TEST(DecodedTileCache, StaysWithinItsLimitsWhateverIsKept) {
   }
 }
 
-TEST(DecodedTileCache, ATileLargerThanTheMemoryEvictsNothing) {
+TEST(DecodedTileCache, EvictsNothingForATileLargerThanTheLimit) {
   DecodedTileCache memory({.triangles = 100});
   memory.keep(digest_of(0), mesh_of(60));
   memory.keep(digest_of(1), mesh_of(101));

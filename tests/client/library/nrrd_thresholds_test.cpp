@@ -56,7 +56,7 @@ TEST_F(NrrdThresholds, ReadsOriginAndDirections) {
 }
 
 // The server accepts such headers in volumes, too.
-TEST_F(NrrdThresholds, ReadsLinesThatEndInCrAndFieldsInCapitals) {
+TEST_F(NrrdThresholds, ReadsCrlfLinesAndCapitalizedFields) {
   const ThresholdGrid grid = good(
       "NRRD0005\rType: MET_FLOAT\rA note:=sizes: 9\rDimension: 3\rSizes: 2 1 1\r"
       "Encoding: ASCII\rLineSkip: 1\r\rskipped\n0.5 1\n");
@@ -195,7 +195,7 @@ TEST_F(NrrdThresholds, NamesUnreadableFilesWithTheReason) {
             std::string::npos);
 }
 
-TEST_F(NrrdThresholds, ReadsOrRefusesDamagedFiles) {
+TEST_F(NrrdThresholds, ReadsOrRejectsDamagedFiles) {
   std::mt19937 random(3);
   const std::string raw = big_and_little<float>(false);
   for (const std::string& whole :

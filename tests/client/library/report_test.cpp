@@ -72,7 +72,7 @@ TEST(Report, BoundsAVolumeByAreaTimesDistance) {
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
 }
 
-TEST(Report, SaysWhyThereIsNoVolume) {
+TEST(Report, ExplainsAMissingVolume) {
   FetchReport report = octahedron_report();
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_reason").is_null());
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
@@ -82,7 +82,7 @@ TEST(Report, SaysWhyThereIsNoVolume) {
   EXPECT_NE(reason.find("--outside VALUE --margin 1 closes it"), std::string::npos) << reason;
 }
 
-TEST(Report, CallsTheAreaOfTheFullResolutionSurfaceAloneExact) {
+TEST(Report, CallsOnlyTheAreaOfTheFullResolutionExact) {
   FetchReport report = octahedron_report();
   EXPECT_TRUE(json::parse(json_report(report)).at("area_is_exact").is_null());
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
@@ -98,13 +98,13 @@ TEST(Report, CallsTheAreaOfTheFullResolutionSurfaceAloneExact) {
   EXPECT_FALSE(is_exact_at(0, 2));
 }
 
-TEST(Report, BoundsNoVolumeWhereNoDistanceIsBounded) {
+TEST(Report, BoundsNoVolumeWithoutABoundedDistance) {
   FetchReport report = octahedron_report();
   report.measures = SurfaceMeasures{.area = 12, .volume = 4.0};
   EXPECT_TRUE(json::parse(json_report(report)).at("volume_bound").is_null());
 }
 
-TEST(VolumeNotice, SaysHowToNarrowAWideBound) {
+TEST(VolumeNotice, ExplainsHowToNarrowAWideBound) {
   const SurfaceMeasures measures{.area = 12, .volume = -4.0};
   EXPECT_TRUE(volume_notice(measures, 0.003).empty());
   const auto wide = volume_notice(measures, 0.11);
@@ -116,7 +116,7 @@ TEST(VolumeNotice, SaysHowToNarrowAWideBound) {
   EXPECT_TRUE(volume_notice({.area = 12, .volume = std::nullopt}, 0.11).empty());
 }
 
-TEST(MeshDistanceBound, AddsHalfALatticeStepAlongACellsDiagonal) {
+TEST(MeshDistanceBound, AddsHalfALatticeStep) {
   DatasetInfo info = testing::octahedra_info();
   info.index_to_world.columns = {Vec3{2, 0, 0}, Vec3{0, 3, 0}, Vec3{0, 0, 6}};
   StepBegin begin = octahedron_report().steps.back().step->begin;
@@ -128,7 +128,7 @@ TEST(MeshDistanceBound, AddsHalfALatticeStepAlongACellsDiagonal) {
   EXPECT_FALSE(mesh_distance_bound(begin, info));
 }
 
-TEST(Report, HasTheNumberOfSelfIntersectingTrianglesIfTheyWereCounted) {
+TEST(Report, ContainsTheCountOfSelfIntersectingTriangles) {
   FetchReport report = octahedron_report();
   EXPECT_TRUE(json::parse(json_report(report)).at("self_intersecting_triangles").is_null());
   report.self_intersecting_triangles = 3;
@@ -184,7 +184,7 @@ TEST(Report, KeepsTheStepsAndTheReasonOfAFailedFetch) {
   EXPECT_EQ(read.at("steps").size(), 1U);
 }
 
-TEST(Report, TableMarksPreviews) {
+TEST(Report, MarksPreviewsInTables) {
   FetchReport report = octahedron_report();
   EXPECT_EQ(checks_table(report.steps).find("preview"), std::string::npos);
   CommittedStep preview = *report.steps.front().step;
@@ -194,7 +194,7 @@ TEST(Report, TableMarksPreviews) {
   EXPECT_NE(checks_table(report.steps).find("preview"), std::string::npos);
 }
 
-TEST(Report, TableMarksFinalStepsWithoutTopologyGuarantee) {
+TEST(Report, MarksFinalStepsWithoutTopologyGuaranteeInTables) {
   CommittedStep tolerant = *octahedron_report().steps.front().step;
   tolerant.begin.request.topology_tolerance = 2;
   const std::string table =
@@ -203,7 +203,7 @@ TEST(Report, TableMarksFinalStepsWithoutTopologyGuarantee) {
   EXPECT_NE(table.find(" no\n"), std::string::npos) << table;
 }
 
-TEST(Report, StepLineShowsTheAllowedError) {
+TEST(Report, ShowsTheAllowedErrorOfSteps) {
   CommittedStep step = *octahedron_report().steps.front().step;
   const auto line = [&step] {
     DatasetInfo info = testing::octahedra_info();
@@ -223,7 +223,7 @@ TEST(Report, StepLineShowsTheAllowedError) {
   EXPECT_EQ(line().find("step 0 (unsimplified): "), 0U) << line();
 }
 
-TEST(Report, PreviewLineShowsTheSpacingAndNoError) {
+TEST(Report, ShowsTheSpacingAndNoErrorOfPreviews) {
   CommittedStep step = *octahedron_report().steps.front().step;
   step.begin.is_final = false;
   step.begin.finest_spacing = 4;
@@ -264,13 +264,13 @@ class ReportOfProgram : public ::testing::Test {
                                   ("multitetra_report_test_" + std::to_string(::getpid()));
 };
 
-TEST_F(ReportOfProgram, WrittenOnSuccess) {
+TEST_F(ReportOfProgram, IsWrittenOnSuccess) {
   EXPECT_EQ(fetch_from(octahedron_stream()), 0);
   EXPECT_FALSE(report().contains("error"));
   EXPECT_EQ(report().at("mesh_file"), (folder_ / "mesh.ply").string());
 }
 
-TEST_F(ReportOfProgram, WrittenWhenACheckFails) {
+TEST_F(ReportOfProgram, IsWrittenWhenACheckFails) {
   Messages stream = octahedron_stream();
   stream.erase(stream.begin() + 1);
   EXPECT_EQ(fetch_from(stream), 3);
@@ -279,7 +279,7 @@ TEST_F(ReportOfProgram, WrittenWhenACheckFails) {
   EXPECT_TRUE(report().at("mesh_file").is_null());
 }
 
-TEST_F(ReportOfProgram, WrittenWhenTheConnectionIsLost) {
+TEST_F(ReportOfProgram, IsWrittenWhenTheConnectionIsLost) {
   Messages stream = octahedron_stream();
   stream.pop_back();
   EXPECT_EQ(fetch_from(stream), 1);

@@ -178,7 +178,7 @@ TEST_P(Resume, GivesUpWithoutProgress) {
   }
 }
 
-TEST_P(Resume, RefusesAReplacedDataset) {
+TEST_P(Resume, RejectsAReplacedDataset) {
   const RunningServer other(gyroid(/*amplitude=*/0.3));
   const CuttingProxy proxy({server_.endpoint(), other.endpoint()},
                            [](int i) { return i == 0 ? Cut{.tiles = 1} : Cut{}; });
@@ -188,7 +188,7 @@ TEST_P(Resume, RefusesAReplacedDataset) {
 }
 
 // A resumed stream repeats its final step of shells even if a new plan would end differently.
-TEST(ResumeToDisplay, ACutAtAnyMessageCostsNoTileAndNoStep) {
+TEST(ResumeToDisplay, RepeatsNoTileOrStepAfterACutAtAnyMessage) {
   const RunningServer server(shared_gyroid());
   const auto digests_of = [](const ClientResult<std::vector<FetchedStep>>& steps) {
     std::vector<ContentDigest> digests;
@@ -279,7 +279,7 @@ class ResumeOfProgram : public Resume {
   fs::path folder_ = temporary_.path();
 };
 
-TEST_P(ResumeOfProgram, AKilledRunIsContinued) {
+TEST_P(ResumeOfProgram, ContinuesAKilledRun) {
   const std::size_t enough = final_tiles_ / 2;
   std::vector<ContentDigest> sent;
   {
@@ -305,7 +305,7 @@ TEST_P(ResumeOfProgram, AKilledRunIsContinued) {
   EXPECT_EQ(report().at("tiles_received"), final_tiles_ - enough);
 }
 
-TEST_P(ResumeOfProgram, ADamagedFileIsFetchedAgain) {
+TEST_P(ResumeOfProgram, RefetchesADamagedFile) {
   ASSERT_EQ(exit_code_of(start(server_.endpoint())), 0);
   const auto files = tile_files();
   ASSERT_EQ(files.size(), final_tiles_);

@@ -69,7 +69,7 @@ TEST_F(SurfaceStreamTest, ShowsEveryStepUntilTheNext) {
   EXPECT_EQ(shown->end.digest, extracted_digest(dataset_, {.request = at(0.1).request}));
 }
 
-TEST_F(SurfaceStreamTest, ZeroTimeoutTakesOneMessageAtATime) {
+TEST_F(SurfaceStreamTest, ReceivesOneMessageAtATimeWithZeroTimeout) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
@@ -83,7 +83,7 @@ TEST_F(SurfaceStreamTest, ZeroTimeoutTakesOneMessageAtATime) {
   EXPECT_GT(before, 3U);
 }
 
-TEST_F(SurfaceStreamTest, ANewRequestStopsTheOldOneWhereverItIs) {
+TEST_F(SurfaceStreamTest, StopsTheOldRequestForANewOne) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
@@ -100,7 +100,7 @@ TEST_F(SurfaceStreamTest, ANewRequestStopsTheOldOneWhereverItIs) {
   }
 }
 
-TEST_F(SurfaceStreamTest, ACancelKeepsWhatIsShown) {
+TEST_F(SurfaceStreamTest, KeepsTheShownStepOnCancel) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
@@ -118,7 +118,7 @@ TEST_F(SurfaceStreamTest, ACancelKeepsWhatIsShown) {
   EXPECT_EQ(stream.shown()->end.digest, extracted_digest(dataset_, {.request = at(0.3).request}));
 }
 
-TEST_F(SurfaceStreamTest, TilesOfEarlierRequestsAreNotSentAgain) {
+TEST_F(SurfaceStreamTest, ReusesTilesOfEarlierRequests) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
@@ -132,7 +132,7 @@ TEST_F(SurfaceStreamTest, TilesOfEarlierRequestsAreNotSentAgain) {
   EXPECT_EQ(stream.received().tiles, received);
 }
 
-TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
+TEST_F(SurfaceStreamTest, KeepsSurfaceAndConnectionAfterARejectedRequest) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
@@ -149,7 +149,7 @@ TEST_F(SurfaceStreamTest, ARefusedRequestLeavesTheSurfaceAndTheConnection) {
 }
 
 // A user drags a slider: a hundred isovalues, about thirty per second.
-TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBoundedMemory) {
+TEST_F(SurfaceStreamTest, EndsADragThroughAHundredIsovaluesWithTheLastInBoundedMemory) {
   constexpr TileMemoryLimits kLimits = {.tiles = 24, .triangles = 100'000};
   Client client = connected();
   DecodedTileCache tiles(kLimits);
@@ -183,7 +183,7 @@ TEST_F(SurfaceStreamTest, ADragThroughAHundredIsovaluesEndsWithTheLastAndInBound
   EXPECT_GT(stream.received().tiles, kLimits.tiles) << "more came than the memory may hold";
 }
 
-TEST_F(SurfaceStreamTest, AStreamToDisplayEndsWithShellsThatHaveTheTopologyOfTheRequest) {
+TEST_F(SurfaceStreamTest, EndsAStreamToDisplayWithShellsOfTheRequestedTopology) {
   Client client = connected();
   DecodedTileCache tiles;
   SurfaceStream stream(client, tiles);
@@ -216,7 +216,7 @@ TEST_F(SurfaceStreamTest, AStreamToDisplayEndsWithShellsThatHaveTheTopologyOfThe
   EXPECT_EQ(stream.received().tiles, received);
 }
 
-TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
+TEST_F(SurfaceStreamTest, ReceivesNoShellsUnlessDecoded) {
   auto client = Client::connect(server_.endpoint(), {.codecs = {PayloadCodec::kDracoLattice}});
   ASSERT_TRUE(client);
   DecodedTileCache tiles;
@@ -230,7 +230,7 @@ TEST_F(SurfaceStreamTest, AClientThatDoesNotDecodeShellsGetsNone) {
 }
 
 // Making a step takes several timeouts.
-TEST(SurfaceStreamRetries, RetriesUntilAccepted) {
+TEST(SurfaceStreamRetries, RetryUntilAccepted) {
   using testing::FakeSteps;
   const RunningServer server(testing::catalogue_of(
       std::make_shared<FakeSteps>("fake", [](const StepRequest& step, const std::stop_token&) {

@@ -37,7 +37,7 @@ class TileFolderTest : public ::testing::Test {
   TileDiskCache folder_{temporary_.path() / "tiles"};
 };
 
-TEST_F(TileFolderTest, ALaterRunFindsStoredTiles) {
+TEST_F(TileFolderTest, FindsTilesOfEarlierRuns) {
   DecodedTileCache memory;
   const auto loaded = load(memory);
   EXPECT_EQ(loaded.tiles, 1U);
@@ -47,7 +47,7 @@ TEST_F(TileFolderTest, ALaterRunFindsStoredTiles) {
   EXPECT_EQ(digest(*tiles.at(tile_.summary.digest)), tile_.summary.digest);
 }
 
-TEST_F(TileFolderTest, FileLayoutMatchesItsDescription) {
+TEST_F(TileFolderTest, MatchesTheDocumentedLayout) {
   EXPECT_TRUE(bytes().starts_with(
       "multitetra tile 1\nlattice 5 cube 4 1 0 0 triangles 6 vertices 6 bytes " +
       std::to_string(tile_.payload->size()) + " normals 0\n"))
@@ -77,7 +77,7 @@ TEST_F(TileFolderTest, SkipsTilesWithChangedBytes) {
   EXPECT_GT(passed_over, static_cast<int>(2 * whole.size()));
 }
 
-TEST_F(TileFolderTest, SkipsFilesOfAnyOtherLength) {
+TEST_F(TileFolderTest, SkipsFilesOfWrongLength) {
   const std::string whole = bytes();
   for (std::size_t length = 0; length < whole.size(); ++length) {
     write(whole.substr(0, length));
@@ -109,7 +109,7 @@ TEST_F(TileFolderTest, SkipsNumbersOutOfRange) {
   }
 }
 
-TEST_F(TileFolderTest, OtherFilesAreLeftAlone) {
+TEST_F(TileFolderTest, IgnoresOtherFiles) {
   const fs::path folder = temporary_.path() / "tiles";
   std::ofstream(folder / "notes.txt") << "mine";
   std::ofstream(folder / "short.tile") << "mine";
@@ -121,7 +121,7 @@ TEST_F(TileFolderTest, OtherFilesAreLeftAlone) {
   EXPECT_TRUE(fs::exists(folder / "notes.txt"));
 }
 
-TEST_F(TileFolderTest, LoadsNoMoreTrianglesThanAllowed) {
+TEST_F(TileFolderTest, LimitsLoadedTriangles) {
   for (const EncodedTile& tile : testing::coarse_tiles()) {
     folder_.keep(tile.summary, kResolution, 0, *tile.payload);
   }

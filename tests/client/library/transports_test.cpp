@@ -24,7 +24,7 @@ ClientResult<Client> connect(const Endpoint& server, const Trust& trust,
 
 class ListenerTransport : public ::testing::TestWithParam<Transport> {};
 
-TEST_P(ListenerTransport, MessagesComeAsTheyWereSent) {
+TEST_P(ListenerTransport, DeliversMessagesUnchanged) {
   const std::string bytes = framed_messages(Messages{Welcome{}, DatasetList{.request_id = 1}});
   const ScriptedServer server(bytes);
   const TransportListener listener(GetParam(), server.endpoint());
@@ -35,7 +35,7 @@ TEST_P(ListenerTransport, MessagesComeAsTheyWereSent) {
   EXPECT_TRUE(datasets->empty());
 }
 
-TEST_P(ListenerTransport, AMessageOfAnyLengthComesWhole) {
+TEST_P(ListenerTransport, DeliversMessagesOfAnyLength) {
   Messages messages = {Welcome{}};
   for (const std::size_t size : {1U, 125U, 126U, 65'535U, 65'536U, 1'000'000U}) {
     messages.emplace_back(
@@ -52,7 +52,7 @@ TEST_P(ListenerTransport, AMessageOfAnyLengthComesWhole) {
   }
 }
 
-TEST_P(ListenerTransport, ASilentServerIsLeftAfterTheTimeout) {
+TEST_P(ListenerTransport, TimesOutOnASilentServer) {
   const ScriptedServer server("");
   const TransportListener listener(GetParam(), server.endpoint());
   const auto client = connect(listener.endpoint(), listener.trust(), milliseconds(300));
@@ -62,7 +62,7 @@ TEST_P(ListenerTransport, ASilentServerIsLeftAfterTheTimeout) {
 }
 
 // A wait that times out does not lose part of the message.
-TEST_P(ListenerTransport, PollingReceivesEveryMessage) {
+TEST_P(ListenerTransport, ReceivesEveryMessageByPolling) {
   const ScriptedServer server(framed_messages(Messages{
       Welcome{},
       Tile{.request_id = 1, .payload = std::make_shared<const std::string>(3'000'000, 'a')}}));
@@ -76,7 +76,7 @@ TEST_P(ListenerTransport, PollingReceivesEveryMessage) {
   }
 }
 
-TEST_P(ListenerTransport, AMessageAboveTheLimitEndsTheConnection) {
+TEST_P(ListenerTransport, ClosesAfterAMessageAboveTheLimit) {
   const ScriptedServer server(framed_messages(
       Messages{Tile{.request_id = 1, .payload = std::make_shared<const std::string>(5'000, 'a')}}));
   const TransportListener listener(GetParam(), server.endpoint());
@@ -110,13 +110,13 @@ class TlsCertificates : public ::testing::TestWithParam<Transport> {
   ScriptedServer server_{framed_messages(Messages{Welcome{}})};
 };
 
-TEST_P(TlsCertificates, RejectsAnUnknownAuthority) {
+TEST_P(TlsCertificates, RejectAnUnknownAuthority) {
   const TransportListener listener(GetParam(), server_.endpoint());
   const std::string refusal = refusal_of(listener, "127.0.0.1", {});
   EXPECT_NE(refusal.find("--ca"), std::string::npos) << refusal;
 }
 
-TEST_P(TlsCertificates, RejectsAnotherHost) {
+TEST_P(TlsCertificates, RejectAnotherHost) {
   for (const std::string names : {"DNS:example.org", "IP:127.0.0.2", "DNS:*.org,DNS:127.0.0.1"}) {
     const TransportListener listener(GetParam(), server_.endpoint(), {.certificate_names = names});
     for (const std::string host : {"127.0.0.1", "localhost"}) {
@@ -127,19 +127,19 @@ TEST_P(TlsCertificates, RejectsAnotherHost) {
   }
 }
 
-TEST_P(TlsCertificates, AcceptsTheHostAndItsAuthority) {
+TEST_P(TlsCertificates, AcceptTheHostAndItsAuthority) {
   const TransportListener listener(GetParam(), server_.endpoint(),
                                    {.certificate_names = "DNS:localhost"});
   EXPECT_EQ(refusal_of(listener, "localhost", listener.trust()), "");
 }
 
-TEST_P(TlsCertificates, IgnoredWithInsecure) {
+TEST_P(TlsCertificates, AreIgnoredWithInsecure) {
   const TransportListener listener(GetParam(), server_.endpoint(),
                                    {.certificate_names = "DNS:example.org"});
   EXPECT_EQ(refusal_of(listener, "127.0.0.1", {.insecure = true}), "");
 }
 
-TEST_P(TlsCertificates, AServerWithoutTlsIsRefused) {
+TEST_P(TlsCertificates, RejectAServerWithoutTls) {
   Endpoint plain = server_.endpoint();
   plain.transport = GetParam();
   const auto client = connect(plain, {.insecure = true});
@@ -150,7 +150,7 @@ TEST_P(TlsCertificates, AServerWithoutTlsIsRefused) {
 INSTANTIATE_TEST_SUITE_P(, TlsCertificates,
                          ::testing::Values(Transport::kTls, Transport::kSecureWebSocket));
 
-TEST(Trust, AFileWithoutCertificatesIsRefused) {
+TEST(Trust, RejectsAFileWithoutCertificates) {
   const TemporaryFolder folder;
   for (const auto& file : {folder.file("empty.pem", ""), folder.path() / "missing.pem"}) {
     const auto tls = client_tls({.ca_file = file.string()});
@@ -161,7 +161,7 @@ TEST(Trust, AFileWithoutCertificatesIsRefused) {
 
 // ---- no server
 
-TEST(ConnectRetries, ReachesAServerThatStartsLater) {
+TEST(ConnectRetries, ReachAServerThatStartsLater) {
   for (const Transport transport : {Transport::kTcp, Transport::kTls, Transport::kWebSocket}) {
     // Only root can listen on port 1.
     const auto none = connect({.host = "127.0.0.1", .port = 1, .transport = transport}, {});
@@ -177,7 +177,7 @@ TEST(ConnectRetries, ReachesAServerThatStartsLater) {
 
 // ---- WebSockets
 
-TEST(WebSocketClient, ReportsTheServersRefusal) {
+TEST(WebSocketClient, ReportsTheServersRejection) {
   const ScriptedServer server("");
   const TransportListener lacking(Transport::kWebSocket, server.endpoint(), {.status = 404});
   const auto none = connect(lacking.endpoint(), {});

@@ -45,7 +45,7 @@ constexpr std::array kScripts = {ScriptKind::kRandomIsovalues, ScriptKind::kDrag
                                  ScriptKind::kRegion, ScriptKind::kMixed};
 
 // Only steps with the same finest spacing and simplification are compared.
-TEST(Agreement, ComparesStepsWithNoneButTheSameOnes) {
+TEST(Agreement, ComparesOnlyIdenticalSteps) {
   Agreement agreement;
   const StepBegin final_step = {.is_final = true, .request = {.simplify = true}};
   StepBegin unsimplified = final_step;
@@ -63,7 +63,7 @@ TEST(Agreement, ComparesStepsWithNoneButTheSameOnes) {
   EXPECT_EQ(agreement.compare("head", unsimplified, {1, 1}), kDifferent);
 }
 
-TEST(LoadScript, TheSameSeedGivesTheSameUser) {
+TEST(LoadScript, RepeatsWithTheSameSeed) {
   for (const ScriptKind kind : kScripts) {
     const auto one = acts(kind, 7, 50);
     const auto repeated = acts(kind, 7, 50);
@@ -77,7 +77,7 @@ TEST(LoadScript, TheSameSeedGivesTheSameUser) {
   }
 }
 
-TEST(LoadScript, AsksForNothingThatAServerRefuses) {
+TEST(LoadScript, MakesOnlyValidRequests) {
   for (const ScriptKind kind : kScripts) {
     for (const ScriptedRequest& act : acts(kind, 3, 100)) {
       EXPECT_TRUE(validated(act.open.request)) << name(kind);
@@ -87,14 +87,14 @@ TEST(LoadScript, AsksForNothingThatAServerRefuses) {
   }
 }
 
-TEST(LoadScript, AKnobThatIsLetGoShowsItsSurface) {
+TEST(LoadScript, CompletesTheSurfaceAtTheEndOfADrag) {
   const auto drag = acts(ScriptKind::kDrag, 5, 40);
   for (std::size_t i = 0; i < drag.size(); ++i) {
     EXPECT_EQ(drag[i].replaced_after.has_value(), i % 20 != 19) << i;
   }
 }
 
-TEST(LoadTimes, AQuantileIsTheLeastThatSoManyDoNotExceed) {
+TEST(LoadTimes, ComputesQuantiles) {
   Times times;
   EXPECT_EQ(times.quantile(0.5), 0);
   for (const int i : {5, 3, 1, 4, 2}) times.add(i);
@@ -222,7 +222,7 @@ LoadOptions short_load(const Endpoint& server, std::size_t clients) {
 
 class LoadRun : public ::testing::TestWithParam<Transport> {};
 
-TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
+TEST_P(LoadRun, ReportsNoFailedChecksForAGoodServer) {
   const RunningServer server(gyroid());
   std::optional<testing::TransportListener> listener;
   Endpoint endpoint = server.endpoint();
@@ -256,7 +256,7 @@ TEST_P(LoadRun, UsersOfAGoodServerHaveNothingToComplainOf) {
 INSTANTIATE_TEST_SUITE_P(, LoadRun,
                          ::testing::Values(Transport::kTcp, Transport::kSecureWebSocket));
 
-TEST(LoadTool, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
+TEST(LoadTool, ResumesACutConnectionWithoutRepeatedTiles) {
   const RunningServer server(gyroid());
   const CuttingProxy proxy({server.endpoint()},
                            [](int i) { return Cut{.tiles = 1 + static_cast<std::size_t>(i % 3)}; });
@@ -272,7 +272,7 @@ TEST(LoadTool, AUserWhoseConnectionIsCutGetsTheRestAndNoTileTwice) {
 }
 
 // All clients connect and get a first surface; then they exceed the request rate.
-TEST(LoadTool, RejectedClientsRetryAfterTheDelay) {
+TEST(LoadTool, RetriesRejectedClientsAfterTheDelay) {
   const RunningServer server(gyroid(),
                              {.admission = {.requests = {.per_second = 10, .burst = 28}}});
   LoadOptions options = short_load(server.endpoint(), 12);
@@ -288,7 +288,7 @@ TEST(LoadTool, RejectedClientsRetryAfterTheDelay) {
   EXPECT_EQ(statistics.lost_connections, 0U);
 }
 
-TEST(LoadTool, IdleClientsStayConnected) {
+TEST(LoadTool, KeepsIdleClientsConnected) {
   const RunningServer server(gyroid());
   LoadOptions options = short_load(server.endpoint(), 2);
   options.idle = 30;
@@ -318,7 +318,7 @@ TEST(SourceAddresses, EnumerateANetwork) {
   }
 }
 
-TEST(LoadTool, ClientsOfManyAddressesHaveSharesOfTheirOwn) {
+TEST(LoadTool, GivesEachAddressItsOwnShare) {
   const RunningServer server(gyroid(), {.admission = {.connections = {.total = 9, .per_name = 1}}});
   LoadOptions options = short_load(server.endpoint(), 6);
   EXPECT_EQ(run_load(options).clients_without_connection, 5U);

@@ -81,7 +81,7 @@ Covered covered(const Picture& picture) {
   return found;
 }
 
-TEST(Picture, HasTheWholeSurfaceInItsMiddle) {
+TEST(Picture, CentersTheWholeSurface) {
   const Picture picture =
       picture_of(ball({5, -7, 100}), 30, 15, {.background = Background::kTransparent});
   const Covered found = covered(picture);
@@ -116,7 +116,7 @@ TEST(Picture, HasSmoothEdges) {
   EXPECT_GT(partly, 150);
 }
 
-TEST(Picture, ShowsWhatIsNearerWhateverTheOrderOfTriangles) {
+TEST(Picture, ShowsTheNearestTriangleInAnyOrder) {
   // Along +y the first ball hides the second; seen from behind, the second hides the first.
   const PositionedMesh small = ball({0, -3, 0}, 8);
   PositionedMesh large = ball({0, 3, 0});
@@ -131,7 +131,7 @@ TEST(Picture, ShowsWhatIsNearerWhateverTheOrderOfTriangles) {
   }
 }
 
-TEST(Picture, LeavesOutWhatIsBehindTheEyeOrBesideIt) {
+TEST(Picture, ClipsTrianglesBehindOrBesideTheEye) {
   const PositionedMesh middle = ball({0, 0, 0});
   const Camera camera = framing(middle.positions, 0, 0, 160, 120);  // The eye is at -y.
   const Picture alone = drawn(middle, camera, {});
@@ -145,7 +145,7 @@ TEST(Picture, LeavesOutWhatIsBehindTheEyeOrBesideIt) {
   }
 }
 
-TEST(Picture, LitFromTheEye) {
+TEST(Picture, LightsSurfacesFromTheEye) {
   const Picture picture = picture_of(ball({0, 0, 0}), 200, -30);
   EXPECT_GT(brightness(picture.at(80, 60)), 400);
   // The ball is darker towards its edges; the light is at the upper left.
@@ -161,7 +161,7 @@ TEST(Picture, ShowsTheInsideDarker) {
   EXPECT_LT(inside, outside - 100);
 }
 
-TEST(Picture, TakesTheNormalsThatAreSent) {
+TEST(Picture, UsesTheNormalsOfTheMesh) {
   PositionedMesh facets = ball({0, 0, 0}, 6);
   const Picture computed = picture_of(facets, 0, 0);
   for (const auto& position : facets.positions) facets.normals.push_back(position);
@@ -172,7 +172,7 @@ TEST(Picture, TakesTheNormalsThatAreSent) {
   EXPECT_LT(unlit, brightness(sent.at(80, 60)) - 100);
 }
 
-TEST(Picture, TurnsAsItsAnglesSay) {
+TEST(Picture, RotatesByItsAngles) {
   // An object on the +x side appears at the right from the front, and in the middle from +x.
   const PositionedMesh lopsided = joined(ball({0, 0, 0}), ball({4, 0, 0}, 4));
   const DrawOptions transparent = {.background = Background::kTransparent};
@@ -194,7 +194,7 @@ PositionedMesh roof() {
           .triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}}};
 }
 
-TEST(Framing, TurnsWithTheUpAxis) {
+TEST(Framing, RotatesWithTheUpAxis) {
   const PositionedMesh mesh = ball({3, -2, 5});
   const Camera upright = framing(mesh.positions, 20, 10, 160, 120);
   for (const char* axis : {"x", "-x", "y", "-y", "z", "-z"}) {
@@ -213,13 +213,13 @@ TEST(Framing, TurnsWithTheUpAxis) {
   EXPECT_NEAR(along_z.right[0], 1, 1e-12);
 }
 
-TEST(Framing, KnowsSignedAxesAlone) {
+TEST(Framing, AcceptsOnlySignedAxes) {
   EXPECT_EQ(up_axis_from("-y"), (Vec3{0, -1, 0}));
   for (const char* text : {"", "-", "w", "xy", "--x", "0"})
     EXPECT_FALSE(up_axis_from(text)) << text;
 }
 
-TEST(Picture, HasAnEdgeAtARidgeOnlyWhenItIsFlat) {
+TEST(Picture, ShowsRidgesOnlyInFlatShading) {
   const auto step_at_ridge = [](const DrawOptions& options) {
     const Picture picture = picture_of(roof(), 0, 0, options);
     return std::abs(brightness(picture.at(78, 60)) - brightness(picture.at(82, 60)));
@@ -228,14 +228,14 @@ TEST(Picture, HasAnEdgeAtARidgeOnlyWhenItIsFlat) {
   EXPECT_LT(step_at_ridge({.shading = Shading::kSmooth}), 30);
 }
 
-TEST(Picture, FlatShadingIgnoresNormals) {
+TEST(Picture, IgnoresNormalsInFlatShading) {
   PositionedMesh mesh = roof();
   const Picture without = picture_of(mesh, 20, 10, {.shading = Shading::kFlat});
   mesh.normals.assign(mesh.positions.size(), UnitVector{0, 1, 0});
   EXPECT_EQ(picture_of(mesh, 20, 10, {.shading = Shading::kFlat}).pixels, without.pixels);
 }
 
-TEST(Picture, HasWiresAlongEdgesAndNowhereElse) {
+TEST(Picture, DrawsWiresOnlyAlongEdges) {
   const DrawOptions flat = {.shading = Shading::kFlat};
   const DrawOptions wired = {.shading = Shading::kFlat, .wireframe = true};
   const Picture surface = picture_of(roof(), 0, 0, flat);
@@ -258,7 +258,7 @@ TEST(Picture, HasWiresAlongEdgesAndNowhereElse) {
   EXPECT_LT(dark, (right - left) * (below - above) / 12);
 }
 
-TEST(Picture, FadesWiresWhereTrianglesAreSmall) {
+TEST(Picture, FadesWiresOfSmallTriangles) {
   const auto darkening = [](int rings) {
     const PositionedMesh mesh = ball({0, 0, 0}, rings);
     const int plain = brightness(picture_of(mesh, 0, 0).at(75, 55));
@@ -307,7 +307,7 @@ TEST_F(NestedBalls, BlendByOpacity) {
   }
 }
 
-TEST_F(NestedBalls, DoNotDependOnTheOrderOfSurfaces) {
+TEST_F(NestedBalls, AreIndependentOfTheOrderOfSurfaces) {
   const DrawnSurface outer{.mesh = &outer_, .opacity = 0.25, .color = red_};
   const DrawnSurface inner{.mesh = &inner_, .opacity = 0.5};
   const Picture picture = drawn_with({outer, inner});
@@ -315,7 +315,7 @@ TEST_F(NestedBalls, DoNotDependOnTheOrderOfSurfaces) {
   EXPECT_EQ(picture.pixels, drawn_with({inner, outer}, {.threads = 3}).pixels);
 }
 
-TEST_F(NestedBalls, LetTheirGroundThroughWhereNothingIsSolid) {
+TEST_F(NestedBalls, ShowTheBackgroundWithoutSolidSurfaces) {
   const DrawOptions options{.background = Background::kTransparent};
   const Picture one = drawn_with({{.mesh = &outer_, .opacity = 0.5}}, options);
   EXPECT_NEAR(one.at(80, 60)[3], 255 * (1 - 0.5 * 0.5), 1);  // The front and the back of the ball.
@@ -325,7 +325,7 @@ TEST_F(NestedBalls, LetTheirGroundThroughWhereNothingIsSolid) {
   EXPECT_EQ(two.at(0, 0)[3], 0);
 }
 
-TEST(Picture, DoesNotDependOnThreadCount) {
+TEST(Picture, IsIndependentOfThreadCount) {
   const PositionedMesh mesh = joined(ball({0, 0, 0}, 40), ball({1, 1, 0}, 40));
   const Picture once = picture_of(mesh, 33, 21, {.threads = 1}, 333, 257);
   for (const int threads : {1, 2, 5}) {
@@ -336,7 +336,7 @@ TEST(Picture, DoesNotDependOnThreadCount) {
             wired.pixels);
 }
 
-TEST(Picture, AnEmptyMeshShowsTheBackground) {
+TEST(Picture, ShowsTheBackgroundForAnEmptyMesh) {
   const Picture dark = picture_of({}, 30, 15);
   const Picture light = picture_of({}, 30, 15, {.background = Background::kLight});
   EXPECT_LT(brightness(dark.at(80, 60)), 200);
@@ -345,12 +345,12 @@ TEST(Picture, AnEmptyMeshShowsTheBackground) {
   EXPECT_EQ(dark.at(80, 60)[3], 255);
 }
 
-TEST(Picture, MayBeOnePixel) {
+TEST(Picture, SupportsOnePixel) {
   const Picture picture = picture_of(ball({0, 0, 0}), 0, 0, {}, 1, 1);
   ASSERT_EQ(picture.pixels.size(), 1U);
 }
 
-TEST(PngFile, DeterministicPngOfTheRequestedSize) {
+TEST(PngFile, WritesDeterministicFilesOfTheRequestedSize) {
   const Picture picture = picture_of(ball({0, 0, 0}), 0, 0, {}, 48, 32);
   const std::string bytes = png_file(picture);
   EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
@@ -375,7 +375,7 @@ Picture empty(int width, int height) {
                                        Pixel{255, 255, 255, 255})};
 }
 
-TEST(ScaleBar, HasARoundLengthThatThePictureHas) {
+TEST(ScaleBar, HasARoundLengthThatFitsThePicture) {
   for (const double radius : {0.001, 3.0, 700.0}) {
     PositionedMesh mesh = ball({0, 0, 0});
     for (auto& place : mesh.positions) {
@@ -395,7 +395,7 @@ TEST(ScaleBar, HasARoundLengthThatThePictureHas) {
   }
 }
 
-TEST(ScaleBar, IsALineWithAStrokeAtEachEnd) {
+TEST(ScaleBar, HasAStrokeAtEachEnd) {
   const Camera camera = framing(ball({0, 0, 0}).positions, 0, 0, 1280, 720);
   const int length = static_cast<int>(scale_length(camera).pixels);
   Picture picture = empty(1280, 720);
@@ -410,7 +410,7 @@ TEST(ScaleBar, IsALineWithAStrokeAtEachEnd) {
   EXPECT_EQ(dark_pixels(picture, 0, 0, left - 60, 720), 0);
 }
 
-TEST(Legend, GoesFromTheFirstColorToTheLast) {
+TEST(Legend, RunsFromTheFirstColorToTheLast) {
   Picture picture = empty(1280, 720);
   draw_legend(picture,
               {.scale = {.map = ColorMap::kViridis, .low = 300, .high = 1250},
@@ -426,7 +426,7 @@ TEST(Legend, GoesFromTheFirstColorToTheLast) {
   EXPECT_GT(dark_pixels(picture, 16, 658, 150, 674), 60);   // temperature
 }
 
-TEST(Lettering, WritesEveryCharacterWhereItsWidthSays) {
+TEST(Lettering, AdvancesByTheWidthOfEachCharacter) {
   for (int character = '!'; character <= '~'; ++character) {
     const std::string text(1, static_cast<char>(character));
     Picture picture = empty(40, 60);
@@ -443,7 +443,7 @@ TEST(Lettering, WritesEveryCharacterWhereItsWidthSays) {
   EXPECT_EQ(beside.pixels, empty(20, 20).pixels);
 }
 
-TEST(Lettering, IsSeenOnNoBackground) {
+TEST(Lettering, IsLegibleOnATransparentBackground) {
   Picture picture = {
       .width = 40, .height = 40, .pixels = std::vector<Pixel>(1600, Pixel{0, 0, 0, 0})};
   draw_text(picture, "A", 10, 30, 18, {0, 0, 0}, {255, 255, 255});

@@ -34,14 +34,14 @@ PROGRAMS = pathlib.Path(sys.argv.pop(1))
 
 
 class ViewerOfNotebooks(unittest.TestCase):
-    def test_knows_the_settings_of_the_page(self):
+    def test_settings_equal_those_of_the_page(self):
         from multitetra.viewer import SETTINGS
 
         text = (PROJECT / "client" / "web" / "src" / "state" / "settings.ts").read_text()
         defaults = re.search(r"export const defaults: Settings = \{(.*?)\n\};", text, re.S)[1]
         self.assertEqual(SETTINGS, set(re.findall(r"^  (\w+):", defaults, re.M)))
 
-    def test_says_only_what_it_was_told_and_keeps_what_the_user_has_turned(self):
+    def test_sends_only_given_settings_and_keeps_user_changes(self):
         viewer = multitetra.Viewer("https://volumes.example/path", dataset="a head", isovalue=1.5, maxTriangles=9, simplify=False, color="#aabbcc")
         self.assertEqual(
             viewer.page, "https://volumes.example/path/?embed#dataset=a%20head&isovalue=1.5&max_triangles=9&simplify=false&color=aabbcc"
@@ -58,7 +58,7 @@ class ViewerOfNotebooks(unittest.TestCase):
         viewer.time = 3
         self.assertEqual((viewer.wanted["t"], viewer.wanted["playing"]), (3.0, False))
 
-    def test_tells_mistakes_where_they_are_made(self):
+    def test_raises_errors_at_the_call(self):
         viewer = multitetra.Viewer()
         for mistake in ({"isovlaue": 3}, {"isovalue": float("nan")}):
             with self.assertRaises(ValueError):
@@ -67,7 +67,7 @@ class ViewerOfNotebooks(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "not the address of a server's page"):
                 multitetra.Viewer(address)
 
-    def test_is_a_frame_where_there_are_no_widgets(self):
+    def test_falls_back_to_a_frame_without_widgets(self):
         viewer = multitetra.Viewer(dataset='"><script>')
         frame = viewer.frame().data
         self.assertNotIn("<script", frame)

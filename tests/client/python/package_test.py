@@ -134,7 +134,7 @@ class Package(unittest.TestCase):
         cls.server.wait()
         cls.folder.cleanup()
 
-    def test_a_surface_is_that_of_the_command_line(self):
+    def test_isosurface_equals_the_command_line(self):
         run(
             "multitetra-client", "fetch", "--server", self.urls[0], "--dataset", "gyroid", "--isovalue", "0.1",
             "--error", "0.5", "-o", self.path / "mesh.stl", "--report", self.path / "report.json", "--quiet",
@@ -152,7 +152,7 @@ class Package(unittest.TestCase):
             np.testing.assert_allclose(ours.sum(axis=0), theirs.sum(axis=0), rtol=1e-5)
             np.testing.assert_allclose(ours.min(axis=0), theirs.min(axis=0), rtol=1e-6)
 
-    def test_a_series_is_in_the_order_of_its_times(self):
+    def test_series_is_sorted_by_time(self):
         with multitetra.connect(self.urls[0]) as server:
             members = server.series("times")
             self.assertEqual([info.name for info in members], ["times.t0000", "times.t0001", "times.t0002"])
@@ -160,7 +160,7 @@ class Package(unittest.TestCase):
             self.assertIsNone(members[0].member.label)
             self.assertEqual(server.series("gyroid"), [])
 
-    def test_a_slice_is_a_layer_of_the_samples_and_a_place_has_its_own(self):
+    def test_slice_and_probe_return_samples(self):
         with multitetra.connect(self.urls[1]) as server:
             layer = server.slice("gyroid", "z", 7)
             self.assertEqual(layer.values.shape, (33, 33))
@@ -176,7 +176,7 @@ class Package(unittest.TestCase):
             with self.assertRaisesRegex(multitetra.ServerError, "pixels"):
                 server.slice("gyroid", origin=(0, 0, 0), right=(1, 0, 0), down=(0, 1, 0), width=5000, height=5000)
 
-    def test_a_dataset_says_what_arrays_need(self):
+    def test_dataset_has_shape_and_affine(self):
         with multitetra.connect(self.urls[0]) as server:
             (info,) = [one for one in server.datasets() if one.name == "gyroid"]
             self.assertEqual(info.shape, (33, 33, 33))
@@ -185,7 +185,7 @@ class Package(unittest.TestCase):
             self.assertEqual(info.unit, "mm")
             self.assertRegex(repr(info), r"^<Dataset gyroid: 33 x 33 x 33 f32, spacing .*, values .* to .*>$")
 
-    def test_the_page_and_the_conversation_have_one_address(self):
+    def test_connects_by_page_address(self):
         page = self.urls[1].replace("ws://", "http://")
         with multitetra.connect(page + "/#dataset=gyroid") as server:
             self.assertIn("gyroid", [info.name for info in server.datasets()])
@@ -195,7 +195,7 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "tcp://example.org"):
             page_address("tcp://example.org")
 
-    def test_samples_are_indexed_like_an_array(self):
+    def test_array_is_indexed_like_samples(self):
         with multitetra.connect(self.urls[1]) as server:
             array = server.array("gyroid")
             whole = server.samples("gyroid")
@@ -209,7 +209,7 @@ class Package(unittest.TestCase):
                 with self.assertRaises(error):
                     array[wrong]
 
-    def test_a_mesh_is_saved_in_the_format_of_its_suffix(self):
+    def test_saves_meshes_by_suffix(self):
         ball = octahedron()
         np.testing.assert_array_equal(ball.bounds, [[-1, -1, -1], [1, 1, 1]])
         ball.save(self.path / "ball.stl")
@@ -223,7 +223,7 @@ class Package(unittest.TestCase):
         with self.assertRaises(OSError):
             ball.save(self.path / "nowhere" / "ball.stl")
 
-    def test_a_surface_that_is_only_drawn_comes_as_samples(self):
+    def test_display_uses_sample_shells(self):
         with multitetra.connect(self.urls[0]) as server:
             *_, kept = server.steps("gyroid", 0.1, error=0.5)
             *_, drawn = server.steps("gyroid", 0.1, error=0.5, display=True)
@@ -236,7 +236,7 @@ class Package(unittest.TestCase):
         self.assertLess(drawn.payload_bytes, 0.5 * len(drawn.mesh.faces), "triangles take more")
         self.assertGreater(kept.payload_bytes, 0.5 * len(kept.mesh.faces))
 
-    def test_a_volume_has_the_bound_of_its_mesh(self):
+    def test_volume_bound_follows_from_the_error_bound(self):
         with multitetra.connect(self.urls[0]) as server:
             steps = list(server.steps("gyroid", 0.1, error=0.5))
             last = steps[-1].mesh
@@ -247,14 +247,14 @@ class Package(unittest.TestCase):
             self.assertEqual(last.components()[0].error_bound, last.error_bound)
             self.assertRegex(repr(last), r"^<Mesh: \d+ vertices, \d+ triangles, within ")
 
-    def test_an_area_is_exact_at_full_resolution_alone(self):
+    def test_area_is_exact_only_at_full_resolution(self):
         with multitetra.connect(self.urls[0]) as server:
             self.assertFalse(server.isosurface("gyroid", 0.1, error=0.5).area_is_exact)
             full = server.isosurface("gyroid", 0.1, error=0)
         self.assertTrue(full.area_is_exact)
         self.assertTrue(full.components()[0].area_is_exact)
 
-    def test_napari_takes_a_viewers_address_as_layers(self):
+    def test_napari_reads_a_viewer_address(self):
         page = self.urls[1].replace("ws://", "http://")
         self.assertIsNone(napari_get_reader("head.tif"))
         reader = napari_get_reader(page)
@@ -274,7 +274,7 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "gyroid"):
             reader(page + "/#dataset=nothing")
 
-    def test_a_surface_colored_by_its_own_field_has_its_isovalue_everywhere(self):
+    def test_colors_by_own_field_equal_the_isovalue(self):
         with multitetra.connect(self.urls[0]) as server:
             *_, last = server.steps("gyroid", 0.1, error=0, color_by="gyroid", normals=8)
             self.assertEqual(len(last.mesh.scalars), len(last.mesh.vertices))
@@ -292,7 +292,7 @@ class Package(unittest.TestCase):
             self.assertLessEqual(sum(len(mesh.faces) for mesh in shared), 3000)
             self.assertTrue(all(len(mesh.faces) for mesh in shared))
 
-    def test_area_and_volume_are_those_of_vtk(self):
+    def test_area_and_volume_equal_vtk(self):
         ball = octahedron()
         self.assertAlmostEqual(ball.area, 4 * 3**0.5)
         self.assertAlmostEqual(ball.volume, 4 / 3)
@@ -329,7 +329,7 @@ class Package(unittest.TestCase):
             except ValueError:
                 pass  # The surface ends at the border of the data.
 
-    def test_an_empty_surface_is_told(self):
+    def test_warns_about_empty_surfaces(self):
         with multitetra.connect(self.urls[0]) as server:
             for empty in (lambda: server.isosurface("gyroid", 1e9), lambda: list(server.steps("gyroid", 1e9))[-1].mesh,
                           lambda: server.isosurfaces("gyroid", [1e9])[0]):  # fmt: skip
@@ -340,7 +340,7 @@ class Package(unittest.TestCase):
                 warnings.simplefilter("error")
                 server.isosurface("gyroid", 0.1, error=2)
 
-    def test_help_names_all_that_may_be_asked_for(self):
+    def test_signatures_name_every_request_option(self):
         for method in (Connection.isosurface, Connection.steps):
             parameters = inspect.signature(method).parameters
             for name in ("error", "unit", "quality", "regions", "region_unit", "threshold_grid", "normals", "simplify", "embedded", "color_by"):
@@ -350,14 +350,14 @@ class Package(unittest.TestCase):
         with multitetra.connect(self.urls[0]) as server, self.assertRaises(TypeError):
             server.isosurface("gyroid", 0.1, normal_bits=8)
 
-    def test_names_are_those_of_options(self):
+    def test_parameters_are_named_like_options(self):
         help_text = subprocess.run([PROGRAMS / "multitetra-client", "fetch", "--help-all"], capture_output=True, text=True).stdout
         options = set(re.findall(r"^  --([a-z-]+)", help_text, re.M))
         for name in [*inspect.signature(Connection.isosurface).parameters][3:]:
             option = "region" if name == "regions" else name.replace("_", "-")
             self.assertIn(option, options)
 
-    def test_steps_come_coarse_first_and_tiles_once(self):
+    def test_steps_arrive_coarse_first_with_tiles_once(self):
         for url in self.urls:
             with multitetra.connect(url) as server:
                 steps = list(server.steps("gyroid", 0.1, error=0.25))
@@ -368,7 +368,7 @@ class Package(unittest.TestCase):
                 self.assertEqual(again.digest, steps[-1].digest)
                 self.assertEqual(again.tiles_received, 0)
 
-    def test_a_region_is_finer_and_the_topology_stays(self):
+    def test_region_refines_and_keeps_topology(self):
         with multitetra.connect(self.urls[1]) as server:
             coarse = server.isosurface("gyroid", 0.1, error=2)
             region = multitetra.box([0, 0, 0], [16, 16, 16], error=0)
@@ -376,7 +376,7 @@ class Package(unittest.TestCase):
         self.assertGreater(len(fine.faces), len(coarse.faces))
         self.assertEqual(fine.euler_characteristic, coarse.euler_characteristic)
 
-    def test_views_and_grids_make_places_finer(self):
+    def test_views_and_grids_refine_locally(self):
         with multitetra.connect(self.urls[0]) as server:
             counts = [
                 len(server.isosurface("gyroid", 0.1, error=4, **request).faces)
@@ -389,7 +389,7 @@ class Package(unittest.TestCase):
         self.assertGreater(counts[1], counts[0])
         self.assertGreater(counts[2], counts[0])
 
-    def test_an_estimate_is_near_the_surface(self):
+    def test_estimate_is_near_the_surface(self):
         with multitetra.connect(self.urls[1]) as server:
             size = server.estimate("gyroid", 0.1, error=0.5)
             vertices, faces = server.isosurface("gyroid", 0.1, error=0.5)
@@ -401,25 +401,25 @@ class Package(unittest.TestCase):
             self.assertLess(2 * len(faces), len(whole.faces))
             self.assertEqual(whole.euler_characteristic, server.isosurface("gyroid", 0.1).euler_characteristic)
 
-    def test_a_quality_is_an_error_by_its_name(self):
+    def test_quality_names_an_error(self):
         with multitetra.connect(self.urls[0]) as server:
             draft, two = (server.isosurface("gyroid", 0.1, **error) for error in ({"quality": "draft"}, {"error": 2}))
             np.testing.assert_array_equal(draft.faces, two.faces)
             with self.assertRaisesRegex(ValueError, "exclude each other"):
                 server.isosurface("gyroid", 0.1, error=1, quality="fine")
 
-    def test_normals_are_of_length_one(self):
+    def test_normals_have_unit_length(self):
         with multitetra.connect(self.urls[0]) as server:
             surface = server.isosurface("gyroid", 0.1, normals=8)
         np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, atol=1e-4)
 
-    def test_a_stream_that_is_left_does_not_harm_the_next(self):
+    def test_abandoned_stream_does_not_affect_the_next(self):
         with multitetra.connect(self.urls[1]) as server:
             for _ in server.steps("gyroid", 0.1, error=0):
                 break
             self.assertGreater(len(server.isosurface("gyroid", 0.2, error=1).faces), 0)
 
-    def test_refusals_have_their_codes(self):
+    def test_rejections_have_exception_types(self):
         with multitetra.connect(self.urls[1]) as server:
             with self.assertRaises(KeyError):
                 server.isosurface("nowhere", 0.1)
@@ -443,7 +443,7 @@ class Package(unittest.TestCase):
                 next(steps)
             self.assertEqual(ended.exception.code, "cancelled")
 
-    def test_damage_is_found(self):
+    def test_rejects_damaged_tiles(self):
         def flip_a_bit_of_the_first_tile(frame, seen):
             if frame[0] != 0x22 or seen:  # The tag of ServerMessage.tile.
                 return frame
@@ -457,7 +457,7 @@ class Package(unittest.TestCase):
             # Nothing of the failed step is cached, and the connection remains usable.
             self.assertGreater(len(server.isosurface("gyroid", 0.1, error=0.5).faces), 0)
 
-    def test_a_step_of_another_request_or_without_a_bound_is_found(self):
+    def test_rejects_wrong_and_unbounded_steps(self):
         for asked, answered in ((0.1, 0.2), (0.5, float("nan"))):  # The isovalue and the error.
             def meddle(frame, _):
                 if frame[0] != 0x1A:  # The tag of ServerMessage.step_begin.
@@ -469,7 +469,7 @@ class Package(unittest.TestCase):
                 with self.assertRaises((multitetra.CheckError, ConnectionError)):
                     server.isosurface("gyroid", 0.1, error=0.5)
 
-    def test_texts_of_a_server_are_short_plain_lines(self):
+    def test_sanitizes_server_texts(self):
         text = b"\x1b[2J\r\nall is well\n" * 1000
         reply = b"\x10\x08\x1a" + bytes([len(text) & 127 | 128, len(text) >> 7 & 127 | 128, len(text) >> 14]) + text
 
@@ -486,7 +486,7 @@ class Package(unittest.TestCase):
         self.assertTrue(message.isprintable(), message)
         self.assertLess(len(message), 1100)
 
-    def test_a_lost_connection_is_made_anew_and_tiles_come_once(self):
+    def test_reconnects_without_repeating_tiles(self):
         def cut_once_behind_the_first_tiles(frame, seen):
             seen.append(len(frame))
             return None if len(seen) == 9 else frame
@@ -497,7 +497,7 @@ class Package(unittest.TestCase):
             *_, last = server.steps("gyroid", 0.1, error=0)
         self.assertEqual(last.digest, whole.digest)
 
-    def test_a_silent_server_is_given_up_while_other_threads_run(self):
+    def test_times_out_on_silent_server_without_blocking_threads(self):
         counts = []
         with Silence() as url:
             counter = threading.Thread(target=lambda: [counts.append(time.sleep(0.001)) for _ in range(100)])
@@ -507,7 +507,7 @@ class Package(unittest.TestCase):
             self.assertGreater(len(counts), 50)
             counter.join()
 
-    def test_ctrl_c_ends_a_wait(self):
+    def test_ctrl_c_interrupts_a_wait(self):
         script = "import multitetra, sys; print('waits', flush=True); multitetra.connect(sys.argv[1])"
         with Silence() as url:
             waiting = subprocess.Popen(
@@ -521,7 +521,7 @@ class Package(unittest.TestCase):
         self.assertLess(time.monotonic() - began, 5)
         self.assertIn("KeyboardInterrupt", output)
 
-    def test_mistakes_are_told_where_they_are_made(self):
+    def test_raises_errors_at_the_call(self):
         with self.assertRaisesRegex(ValueError, "nonsense://"):
             multitetra.connect("nonsense://here")
         with self.assertRaises(ConnectionError):
@@ -532,11 +532,11 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ConnectionError, "closed"):
             server.datasets()
 
-    def test_the_version_is_that_of_the_programs(self):
+    def test_version_equals_the_programs(self):
         output = subprocess.run([PROGRAMS / "multitetra-client", "--version"], capture_output=True, text=True).stdout
         self.assertIn(multitetra.__version__, output)
 
-    def test_the_example_runs(self):
+    def test_example_runs(self):
         example = pathlib.Path(__file__).parents[3] / "client/python/examples/surface.py"
         result = subprocess.run([sys.executable, example, self.urls[1]], capture_output=True, text=True)
         self.assertEqual(result.returncode, 0, result.stderr)

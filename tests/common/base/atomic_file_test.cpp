@@ -57,7 +57,7 @@ class AtomicFileTest : public ::testing::Test {
 
 using Names = std::vector<std::string>;
 
-TEST_F(AtomicFileTest, APieceMayBeWrittenBeforeTheOneInFrontOfIt) {
+TEST_F(AtomicFileTest, WritesPiecesInAnyOrder) {
   for (const Durability durability : {Durability::kProcessEnd, Durability::kMachineStop}) {
     AtomicFile file(file_);
     write(file, 6, "world");
@@ -82,7 +82,7 @@ TEST_F(AtomicFileTest, LeavesOnlyTheOldFileWithoutACommit) {
   }
 }
 
-TEST_F(AtomicFileTest, TheLastOfTwoCommitsWins) {
+TEST_F(AtomicFileTest, KeepsTheLastOfTwoCommits) {
   AtomicFile first(file_);
   AtomicFile second(file_);
   write(second, 0, "second");
@@ -94,7 +94,7 @@ TEST_F(AtomicFileTest, TheLastOfTwoCommitsWins) {
   EXPECT_EQ(entries(), Names{"file.mtd"});
 }
 
-TEST_F(AtomicFileTest, AnOpenOldFileKeepsItsContent) {
+TEST_F(AtomicFileTest, KeepsTheContentOfAnOpenOldFile) {
   std::ofstream(file_) << "old";
   std::ifstream old(file_);
   AtomicFile file(file_);
@@ -119,7 +119,7 @@ void write_half_and_die(const fs::path& path, AtomicFile::TemporaryKind before) 
   EXPECT_TRUE(WIFSIGNALED(status));
 }
 
-TEST_F(AtomicFileTest, AKilledWriterLeavesTheOldFileAndNothingElse) {
+TEST_F(AtomicFileTest, LeavesOnlyTheOldFileWhenKilled) {
   std::ofstream(file_) << "old";
   write_half_and_die(file_, AtomicFile::TemporaryKind::kUnnamed);
   EXPECT_EQ(content(), "old");
@@ -151,7 +151,7 @@ TEST_F(AtomicFileTest, RemovesOnlyLeftoversOfKilledWriters) {
   EXPECT_TRUE(fs::exists(file_));
 }
 
-TEST_F(AtomicFileTest, AHiddenFileTakesTheNameAsWell) {
+TEST_F(AtomicFileTest, CommitsHiddenTemporaryFiles) {
   std::ofstream(file_) << "old";
   AtomicFile file(file_, AtomicFile::TemporaryKind::kHidden);
   write(file, 0, "new");
@@ -161,7 +161,7 @@ TEST_F(AtomicFileTest, AHiddenFileTakesTheNameAsWell) {
   EXPECT_EQ(entries(), Names{"file.mtd"});
 }
 
-TEST_F(AtomicFileTest, WhetherAFileCanBeWrittenIsKnownBefore) {
+TEST_F(AtomicFileTest, ReportsUnwritablePathsInAdvance) {
   require_writable(file_);
   EXPECT_TRUE(entries().empty());
   std::ofstream(file_) << "old";
@@ -170,7 +170,7 @@ TEST_F(AtomicFileTest, WhetherAFileCanBeWrittenIsKnownBefore) {
   EXPECT_THROW(require_writable(folder_ / "absent" / "a"), std::system_error);
 }
 
-TEST_F(AtomicFileTest, NeitherFoldersNorDevicesAreReplaced) {
+TEST_F(AtomicFileTest, RejectsFoldersAndDevices) {
   const fs::path pipe = folder_ / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_THROW(AtomicFile{pipe}, std::system_error);
@@ -178,14 +178,14 @@ TEST_F(AtomicFileTest, NeitherFoldersNorDevicesAreReplaced) {
   EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
-TEST_F(AtomicFileTest, TheModeIsThatOfAnyNewFile) {
+TEST_F(AtomicFileTest, CreatesFilesWithTheDefaultMode) {
   AtomicFile file(file_);
   file.commit(Durability::kProcessEnd);
   std::ofstream(folder_ / "any") << "x";
   EXPECT_EQ(fs::status(file_).permissions(), fs::status(folder_ / "any").permissions());
 }
 
-TEST_F(AtomicFileTest, AReplacedFileKeepsItsMode) {
+TEST_F(AtomicFileTest, KeepsTheModeOfTheReplacedFile) {
   const auto mode = [this] { return fs::status(file_).permissions() & fs::perms::mask; };
   std::ofstream(file_) << "old";
   for (const AtomicFile::TemporaryKind before :
@@ -196,14 +196,14 @@ TEST_F(AtomicFileTest, AReplacedFileKeepsItsMode) {
   }
 }
 
-TEST_F(AtomicFileTest, ALongNameHasRoomForItsTemporary) {
+TEST_F(AtomicFileTest, AcceptsTheLongestFileNames) {
   const fs::path longest = folder_ / std::string(255, 'n');
   AtomicFile file(longest);
   file.commit(Durability::kMachineStop);
   EXPECT_TRUE(fs::exists(longest));
 }
 
-TEST_F(AtomicFileTest, ErrorsNameTheFileAndTheReason) {
+TEST_F(AtomicFileTest, NamesTheFileAndTheReasonInErrors) {
   fs::create_directories(folder_ / "taken" / "inside");
   std::ofstream(folder_ / "no_folder") << "x";
   for (const fs::path& path :

@@ -32,7 +32,7 @@ std::string failure_of(const std::function<std::string()>& work) {
   return "made";
 }
 
-TEST(ChildProcess, ReturnsItsMessages) {
+TEST(ChildProcess, ReceivesMessagesOfTheChild) {
   const std::string large(3'000'000, 'x');
   EXPECT_EQ(run_in_child_process([&] { return large; }, kMemory, milliseconds(5000)), large);
   EXPECT_EQ(run_in_child_process([] { return std::string(); }, kMemory, milliseconds(5000)), "");

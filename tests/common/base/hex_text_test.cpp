@@ -13,7 +13,7 @@ TEST(HexText, WritesTwoDigitsPerByteAndSixteenPerNumber) {
   EXPECT_EQ(hex_text(std::uint64_t{0x0123456789abcdef}), "0123456789abcdef");
 }
 
-TEST(BytesFromHex, TakesPairsOfDigitsOfEitherCaseAlone) {
+TEST(BytesFromHex, AcceptsOnlyPairsOfDigitsInEitherCase) {
   EXPECT_EQ(bytes_from_hex("009Fa0"),
             (std::vector{std::byte{0x00}, std::byte{0x9f}, std::byte{0xa0}}));
   EXPECT_EQ(bytes_from_hex(""), std::vector<std::byte>());

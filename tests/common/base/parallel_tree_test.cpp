@@ -47,7 +47,7 @@ TEST(InParallelUpwards, CallsEveryNodeOnceAfterItsChildren) {
   in_parallel_upwards({}, [](std::size_t) { FAIL(); });
 }
 
-TEST(InParallelUpwards, NoParentBeginsAfterAFailure) {
+TEST(InParallelUpwards, StartsNoParentAfterAFailure) {
   const std::vector<std::size_t> parents = random_tree(200, 1);
   std::atomic<bool> root_was_called = false;
   const auto fail_at_100 = [&](std::size_t node) {

@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-TEST(ParseNumber, TakesAllOfTheTextOrNothing) {
+TEST(ParseNumber, RequiresTheWholeText) {
   EXPECT_EQ(parse_number<double>("-3.5e2"), -350);
   EXPECT_EQ(parse_number<std::uint16_t>("65535"), 65535);
   EXPECT_EQ(parse_number<std::uint32_t>("ff8000", 16), 0xff8000U);
@@ -22,14 +22,14 @@ TEST(ParseNumbers, RequiresTheGivenCount) {
   }
 }
 
-TEST(ParseFinite, LeavesOutInfinityAndNan) {
+TEST(ParseFinite, RejectsInfinityAndNan) {
   EXPECT_EQ(parse_finite("-2.5"), -2.5);
   for (const char* wrong : {"inf", "-inf", "nan", "1e999", "", "1 "}) {
     EXPECT_EQ(parse_finite(wrong), std::nullopt) << wrong;
   }
 }
 
-TEST(TakeNumber, RemovesTheNumberAndNothingElse) {
+TEST(TakeNumber, RemovesOnlyTheNumber) {
   std::string_view text = "12-34_x";
   EXPECT_EQ(take_number<int>(text), 12);
   EXPECT_EQ(take_number<int>(text), -34);

@@ -109,7 +109,7 @@ TEST(HelpFormat, WrapsLines) {
   EXPECT_EQ(wrapped("a longer-than-allowed b", 6), "a\nlonger-than-allowed\nb");
 }
 
-TEST(Terminal, HasNoColorsInAFile) {
+TEST(Terminal, UsesNoColorsInAFile) {
   EXPECT_EQ(styled(Style::kRed, "words", /*descriptor=*/-1), "words");
 }
 

@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-TEST(HumanSuggestions, NameTheTissuesOfComputedTomographyAlone) {
+TEST(HumanSuggestions, NameTissuesOnlyForComputedTomography) {
   DatasetInfo info;
   EXPECT_EQ(human_suggestions(info), "none");
   info.suggested_isovalues = {-900, -300.5, 300.5, 40, 2500};

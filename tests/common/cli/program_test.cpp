@@ -23,7 +23,7 @@ Ended ended(const std::function<int()>& body) {
   return {code, ::testing::internal::GetCapturedStderr()};
 }
 
-TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
+TEST(Program, ExitsWithTheCodeOfTheException) {
   EXPECT_EQ(ended([] { return 3; }).code, 3);
   const Ended no_secrets = ended([]() -> int { throw ExitError(kBadCredentials, "No key."); });
   EXPECT_EQ(no_secrets.code, kBadCredentials);
@@ -32,14 +32,14 @@ TEST(Program, EndsWithTheCodeOfWhatWasThrown) {
   EXPECT_EQ(ended([]() -> int { throw std::invalid_argument("--size"); }).code, kUsage);
 }
 
-TEST(Program, SaysThatMemoryIsMissingInWords) {
+TEST(Program, ReportsOutOfMemoryInASentence) {
   const Ended out = ended([]() -> int { throw std::bad_alloc(); });
   EXPECT_EQ(out.code, kFailed);
   EXPECT_NE(out.output.find("Not enough memory"), std::string::npos) << out.output;
   EXPECT_EQ(out.output.find("bad_alloc"), std::string::npos) << out.output;
 }
 
-TEST(Program, FailsWhenWhatItPrintedDidNotArrive) {
+TEST(Program, FailsWhenStandardOutputFails) {
   const Ended out = ended([] {
     std::cout.setstate(std::ios::badbit);
     return 0;
@@ -49,12 +49,12 @@ TEST(Program, FailsWhenWhatItPrintedDidNotArrive) {
   EXPECT_NE(out.output.find("standard output"), std::string::npos) << out.output;
 }
 
-TEST(Program, DoesNotLetTextFromElsewhereSteerATerminal) {
+TEST(Program, EscapesForeignTextForTheTerminal) {
   EXPECT_EQ(ended([]() -> int { throw std::runtime_error("a\033]0;owned\007b"); }).output,
             "multitetra-this: a\\x1b]0;owned\\x07b\n");
 }
 
-TEST(Printable, TextIsTextAndControlsAreShown) {
+TEST(Printable, KeepsTextAndEscapesControlCharacters) {
   EXPECT_EQ(printable("größe 3 µm\nnext"), "größe 3 µm\nnext");
   EXPECT_EQ(printable("\x1b[2J\r\t\x7f"), "\\x1b[2J\\x0d\\x09\\x7f");
   EXPECT_EQ(printable("\xc2\x9b"
@@ -68,7 +68,7 @@ TEST(Printable, TextIsTextAndControlsAreShown) {
   EXPECT_EQ(printable("a\nb", /*keeps_lines=*/false), "a\\x0ab");
 }
 
-TEST(TextTable, ColumnsAreAsWideAsTheirWidestCells) {
+TEST(TextTable, AlignsColumnsToTheirWidestCells) {
   EXPECT_EQ(text_table({{"a", "bb", "c"}, {"long", "", "d"}, {"e", "f", ""}}),
             "a     bb  c\n"
             "long      d\n"

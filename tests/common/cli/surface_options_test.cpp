@@ -83,7 +83,7 @@ TEST(SurfaceOptions, NameAnErrorByItsQuality) {
   EXPECT_THROW((void)request({"--quality", "best"}), CLI::ParseError);
 }
 
-TEST(SurfaceOptions, ParsesEveryPartOfAThresholdMap) {
+TEST(SurfaceOptions, ParseEveryPartOfAThresholdMap) {
   const auto asked = request({"--error", "4", "--unit", "world", "--region", "ball:1,2,3,4=0.5",
                               "--region", "box:0,0,0,9,9,9=1", "--region-unit", "index", "--view",
                               "eye=1,2,3,fov=45,height=600,pixels=0.5", "--combine", "minimum"});
@@ -99,7 +99,7 @@ TEST(SurfaceOptions, ParsesEveryPartOfAThresholdMap) {
   EXPECT_EQ(thresholds.view.value().height_pixels, 600);
 }
 
-TEST(SurfaceOptions, ParsesBudgetAndNormals) {
+TEST(SurfaceOptions, ParseBudgetAndNormals) {
   const auto asked = request({"--max-triangles", "50000", "--max-bytes", "1MB", "--normals", "9"});
   ASSERT_TRUE(asked) << asked.error().text;
   EXPECT_EQ(asked->max_triangles, 50000U);
@@ -108,7 +108,7 @@ TEST(SurfaceOptions, ParsesBudgetAndNormals) {
   EXPECT_NE(refusal({"--normals", "7"}).find("7 bits; they must have 8 to 10"), std::string::npos);
 }
 
-TEST(SurfaceOptions, OutOfRangeAreRefusedByRegionAndField) {
+TEST(SurfaceOptions, RejectValuesOutOfRangeByRegionAndField) {
   EXPECT_NE(refusal({"--region", "ball:0,0,0,1=2", "--region", "ball:0,0,0,-1=2"})
                 .find("regions[1].ball.radius is -1"),
             std::string::npos);
@@ -124,7 +124,7 @@ TEST(SurfaceOptions, OutOfRangeAreRefusedByRegionAndField) {
   EXPECT_THROW((void)request({"--region-unit", "voxel"}), CLI::ParseError);
 }
 
-TEST(SurfaceOptions, ReadsTheThresholdGrid) {
+TEST(SurfaceOptions, ReadTheThresholdGrid) {
   const auto with = [](float threshold, std::vector<std::string> words) {
     Command command("", "test");
     SurfaceArguments arguments;
@@ -155,7 +155,7 @@ TEST(SurfaceOptions, ReadsTheThresholdGrid) {
       std::string::npos);
 }
 
-TEST(JsonReport, HoldsTheMapWhereThereIsOne) {
+TEST(JsonReport, IncludesAnExistingThresholdMap) {
   EXPECT_FALSE(json_of(IsosurfaceRequest{}).contains("thresholds"));
   const auto asked =
       request({"--region", "ball:1,2,3,4=0.5", "--region", "halfspace:1,0,0,4=1", "--view",

@@ -32,7 +32,7 @@ std::string file_bytes(const std::string& name) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-TEST(GoldenShells, EncoderAndDecoderMatchTheGoldenFiles) {
+TEST(GoldenShells, MatchEncoderAndDecoder) {
   const bool write = std::getenv("MULTITETRA_WRITE_GOLDEN") != nullptr;
   std::ostringstream listing;
   for (const GoldenShell& golden : golden_shells()) {

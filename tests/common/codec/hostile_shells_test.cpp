@@ -77,7 +77,7 @@ std::vector<std::vector<std::uint8_t>> small_shells() {
   return shells;
 }
 
-TEST(ShellDecoderRobustness, PrefixesAreRefused) {
+TEST(ShellDecoderRobustness, RejectsPrefixes) {
   for (const auto& bytes : small_shells()) {
     ASSERT_EQ(decode_shell(bytes).status, ShellStatus::kOk);
     // The decoder appends up to four zeros, so prefixes without the last bytes may decode.
@@ -97,7 +97,7 @@ TEST(ShellDecoderRobustness, PrefixesAreRefused) {
   }
 }
 
-TEST(ShellDecoderRobustness, EveryChangedByteIsRefusedOrSound) {
+TEST(ShellDecoderRobustness, RejectsOrDecodesSoundlyEveryChangedByte) {
   for (const auto& bytes : small_shells()) {
     for (std::size_t i = 0; i < bytes.size(); ++i) {
       for (const int change : {0x01, 0x80, 0xff}) {
@@ -109,7 +109,7 @@ TEST(ShellDecoderRobustness, EveryChangedByteIsRefusedOrSound) {
   }
 }
 
-TEST(ShellDecoderRobustness, NoiseBehindAHeaderIsRefusedOrSound) {
+TEST(ShellDecoderRobustness, RejectsOrDecodesSoundlyNoiseAfterAHeader) {
   std::mt19937_64 random(5);
   const auto shells = small_shells();
   for (int trial = 0; trial < 2000; ++trial) {
@@ -124,7 +124,7 @@ TEST(ShellDecoderRobustness, NoiseBehindAHeaderIsRefusedOrSound) {
 }
 
 // A header of the largest box and of the largest sizes, followed by streams that repeat one byte.
-TEST(ShellDecoderRobustness, TheLargestBoxTakesBoundedTime) {
+TEST(ShellDecoderRobustness, DecodesTheLargestBoxInBoundedTime) {
   for (const int modes : {0x00, 0x10, 0x01, 0x11, 0x02, 0x1e}) {
     for (const int filler : {0x00, 0x55, 0xaa, 0xff}) {
       std::vector<std::uint8_t> bytes = {1, static_cast<std::uint8_t>(modes), 5, 0, 0, 0, 0, 63, 63,
@@ -149,7 +149,7 @@ TEST(ShellDecoderRobustness, TheLargestBoxTakesBoundedTime) {
   }
 }
 
-TEST(ReadShellHeader, RefusesFieldsOutOfTheirRange) {
+TEST(ReadShellHeader, RejectsFieldsOutOfTheirRange) {
   const std::vector<std::uint8_t> good = small_shells()[0];
   const auto status = [&](std::size_t at, std::uint8_t byte) {
     std::vector<std::uint8_t> bytes = good;

@@ -22,7 +22,7 @@ RangeDecoder decoder_of(const RangeEncoder& encoder) {
           encoder.raw().size()};
 }
 
-TEST(RangeCoder, BitsOfEveryLikelihoodComeBack) {
+TEST(RangeCoder, RoundTripsBitsOfEveryProbability) {
   std::mt19937_64 random(1);
   for (int trial = 0; trial < 2000; ++trial) {
     const int count = static_cast<int>(random() % 300);
@@ -52,7 +52,7 @@ TEST(RangeCoder, BitsOfEveryLikelihoodComeBack) {
 }
 
 // An improbable bit selects the top of the interval, so carries propagate through bytes of 255.
-TEST(RangeCoder, CarriesRunThrough) {
+TEST(RangeCoder, PropagatesCarries) {
   for (int surprise = 1; surprise < 3000; surprise += 7) {
     RangeEncoder encoder;
     Probability context;
@@ -65,7 +65,7 @@ TEST(RangeCoder, CarriesRunThrough) {
   }
 }
 
-TEST(RangeCoder, KnowsWhenBytesAreMissingOrLeft) {
+TEST(RangeCoder, DetectsMissingAndExcessBytes) {
   RangeEncoder encoder;
   std::mt19937_64 random(2);
   std::vector<Probability> contexts(200);
@@ -100,7 +100,7 @@ TEST(LevelOfDistance, RoundsTheLogarithm) {
   EXPECT_EQ(level_of_distance(0x1p-1074, 2), -2148);
 }
 
-TEST(LevelScale, CutsAreThoseOfTheQuantizedDistances) {
+TEST(LevelScale, CutsAtTheQuantizedDistances) {
   const auto scale = std::make_unique<LevelScale>();
   for (const int levels : {1, 2, 4, 8}) {
     for (const int resolution : {1, 5, 8}) {
@@ -127,7 +127,7 @@ TEST(LevelScale, CutsAreThoseOfTheQuantizedDistances) {
   }
 }
 
-TEST(BitField, KeepsSamplesWhereTheyAreInALargerBox) {
+TEST(BitField, KeepsSamplePositionsInALargerBox) {
   std::mt19937_64 random(4);
   const auto field = std::make_unique<BitField>();
   for (int trial = 0; trial < 50; ++trial) {

@@ -105,7 +105,7 @@ void expect_uniform_surface(const Volume& volume, std::optional<double> outside,
   EXPECT_EQ(sum, digest(surface.mesh));
 }
 
-TEST(SampleShell, ExactTilesAreTheFinestUniformSurface) {
+TEST(SampleShell, EqualsTheFinestUniformSurfaceInExactTiles) {
   for (const double isovalue : {100.0, 100.5, 127.25}) {
     for (const int cells : {8, 32, 64}) {
       SCOPED_TRACE(::testing::Message() << isovalue << ", " << cells << " cells");
@@ -124,7 +124,7 @@ TEST(SampleShell, ExactTilesAreTheFinestUniformSurface) {
   }
 }
 
-TEST(SampleShell, LatticeExactTilesAreTheFinestUniformSurface) {
+TEST(SampleShell, EqualsTheFinestUniformSurfaceInLatticeExactTiles) {
   const auto options = [](double isovalue, int resolution = 5) {
     return ShellOptions{.isovalue = isovalue,
                         .values = ShellValues::kLatticeExact,
@@ -150,7 +150,7 @@ TEST(SampleShell, LatticeExactTilesAreTheFinestUniformSurface) {
                          32, options(-77));
 }
 
-TEST(SampleShell, CoarserSpacingsAreCoarserUniformLevels) {
+TEST(SampleShell, EncodesCoarserUniformLevels) {
   for (const int exponent : {1, 2, 3}) {
     SCOPED_TRACE(exponent);
     expect_uniform_surface(integers<std::uint8_t>({70, 61, 50}, 0, 256, 12), std::nullopt, 0, 8,
@@ -163,7 +163,7 @@ TEST(SampleShell, CoarserSpacingsAreCoarserUniformLevels) {
   }
 }
 
-TEST(SampleShell, FloatsThatAreIntegersAreExact) {
+TEST(SampleShell, KeepsIntegralFloatsExactly) {
   std::mt19937_64 random(14);
   const Volume volume = fields::sampled<float>({17, 18, 19}, [&](int x, int, int) {
     return x == 3 ? kVoid : std::floor(33554432 * fields::uniform(random)) - 16777216;
@@ -173,7 +173,7 @@ TEST(SampleShell, FloatsThatAreIntegersAreExact) {
   }
 }
 
-TEST(SampleShell, QuantizedTilesAreTheSurfaceOfTheQuantizedField) {
+TEST(SampleShell, EqualsTheSurfaceOfTheQuantizedField) {
   for (const int levels : {1, 2, 4, 8}) {
     for (const int resolution : {1, 5, 8}) {
       SCOPED_TRACE(::testing::Message() << levels << " levels, r = " << resolution);
@@ -202,7 +202,7 @@ TEST(SampleShell, QuantizedTilesAreTheSurfaceOfTheQuantizedField) {
   }
 }
 
-TEST(SampleShell, QuantizedVerticesMoveNoFurtherThanTheBound) {
+TEST(SampleShell, MovesQuantizedVerticesAtMostByTheBound) {
   const Volume volume = fields::noise({33, 33, 33}, 19);
   const double isovalue = 0.4;
   const OwnedBox box = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0}, {32, 32, 32});
@@ -228,7 +228,7 @@ TEST(SampleShell, QuantizedVerticesMoveNoFurtherThanTheBound) {
   }
 }
 
-TEST(SampleShell, BoxesOfAllSizes) {
+TEST(SampleShell, RoundTripsBoxesOfAllSizes) {
   for (std::int32_t cells = 1; cells <= 64; ++cells) {
     for (const auto& dims :
          {std::array{cells + 1, 3, 4}, std::array{2, cells + 1, 5}, std::array{4, 2, cells + 1}}) {
@@ -245,7 +245,7 @@ TEST(SampleShell, BoxesOfAllSizes) {
   }
 }
 
-TEST(SampleShell, TheLargestBoxes) {
+TEST(SampleShell, RoundTripsTheLargestBoxes) {
   const auto expect_largest = [](const Volume& volume) {
     const OwnedBox box = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0},
                                  {volume.dims[0] - 1, volume.dims[1] - 1, volume.dims[2] - 1});
@@ -255,7 +255,7 @@ TEST(SampleShell, TheLargestBoxes) {
   expect_largest(fields::noise({65, 65, 7}, 26));
 }
 
-TEST(SampleShell, LayersOnEverySide) {
+TEST(SampleShell, EncodesLayersOnEverySide) {
   const Volume volume = integers<std::uint8_t>({9, 8, 7}, 0, 256, 21);
   for (std::uint32_t layers = 0; layers < 64; ++layers) {
     SCOPED_TRACE(layers);
@@ -270,7 +270,7 @@ TEST(SampleShell, LayersOnEverySide) {
   }
 }
 
-TEST(SampleShell, ASingleSampleBetweenLayers) {
+TEST(SampleShell, RoundTripsASingleSampleBetweenLayers) {
   OwnedBox box{.samples = std::vector<std::uint8_t>{7},
                .data_samples = {1, 1, 1},
                .origin = {0, 0, 0},
@@ -280,7 +280,7 @@ TEST(SampleShell, ASingleSampleBetweenLayers) {
   expect_exact(box, {.isovalue = 2, .values = ShellValues::kLatticeExact});
 }
 
-TEST(SampleShell, NoSurfaceGivesNoTriangles) {
+TEST(SampleShell, HasNoTrianglesWithoutASurface) {
   for (const double value : {-1.0, 0.0, 1.0, kVoid}) {
     const Volume volume =
         fields::sampled<float>({33, 34, 35}, [value](int, int, int) { return value; });
@@ -298,7 +298,7 @@ TEST(SampleShell, NoSurfaceGivesNoTriangles) {
   }
 }
 
-TEST(SampleShell, ExtremeFloats) {
+TEST(SampleShell, RoundTripsExtremeFloats) {
   std::mt19937_64 random(22);
   const Volume volume = fields::sampled<float>({17, 17, 17}, [&](int, int, int) {
     const double sign = fields::uniform(random) < 0.5 ? -1 : 1;
@@ -310,7 +310,7 @@ TEST(SampleShell, ExtremeFloats) {
   expect_exact(box, {.isovalue = -1e38, .values = ShellValues::kLatticeExact});
 }
 
-TEST(SampleShell, SameSamplesGiveTheSameBytes) {
+TEST(SampleShell, IsDeterministic) {
   const Volume volume = fields::masked_gyroid(33, 23);
   const OwnedBox box = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0}, {32, 32, 32});
   const OwnedBox other =
@@ -324,7 +324,7 @@ TEST(SampleShell, SameSamplesGiveTheSameBytes) {
   EXPECT_EQ(*first, *again);
 }
 
-TEST(SampleShellEncoder, RefusesInputBeyondTheFormat) {
+TEST(SampleShellEncoder, RejectsInputBeyondTheFormat) {
   const Volume volume = fields::noise({9, 9, 9}, 25);
   const OwnedBox good = *box_in(volume, std::nullopt, 0, 1, {0, 0, 0}, {8, 8, 8});
   const ShellOptions options{.isovalue = 0.5, .values = ShellValues::kLatticeExact};

@@ -24,7 +24,7 @@ std::string hex(const Rgb& color) {
 }
 
 // The viewer's colors are checked against the same file.
-TEST_F(ColorMapTest, ColorsAreThoseOfAllPrograms) {
+TEST_F(ColorMapTest, MatchesTheGoldenColors) {
   std::ifstream file(MULTITETRA_TEST_DATA "/colors.txt");
   std::set<std::string> maps;
   std::size_t count = 0;
@@ -50,13 +50,13 @@ TEST_F(ColorMapTest, ColorsAreThoseOfAllPrograms) {
   EXPECT_EQ(maps.size(), 4U);
 }
 
-TEST_F(ColorMapTest, NanHasItsOwnColor) {
+TEST_F(ColorMapTest, ColorsNanSeparately) {
   const ColorScale scale{.map = ColorMap::kViridis, .no_value = {1, 2, 3}};
   EXPECT_EQ(scale(std::numeric_limits<double>::quiet_NaN()), (Rgb{1, 2, 3}));
   EXPECT_EQ(scale(std::numeric_limits<double>::infinity()), scale(1));
 }
 
-TEST_F(ColorMapTest, AColorIsSixHexadecimalDigits) {
+TEST_F(ColorMapTest, ParsesColorsOfSixHexadecimalDigits) {
   EXPECT_EQ(rgb_from("fF8000"), (Rgb{255, 128, 0}));
   for (const char* const text : {"", "ff800", "ff80000", "-f8000", "0xff80", "ff80g0", " ff800"}) {
     EXPECT_EQ(rgb_from(text), std::nullopt) << text;

@@ -39,7 +39,7 @@ LatticeMesh dust_and_a_planet() {
   return mesh;
 }
 
-TEST(MeshComponents, MatchTheTopologysCount) {
+TEST(MeshComponents, MatchTheCountOfTheTopology) {
   const LatticeMesh mesh = dust_and_a_planet();
   const MeshComponents components = components_of(mesh);
   EXPECT_EQ(components.diagonals.size(), 7U);
@@ -51,7 +51,7 @@ TEST(MeshComponents, MatchTheTopologysCount) {
   EXPECT_EQ(components.count_at_least(1000), 0U);
 }
 
-TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
+TEST(MeshComponents, KeepComponentsOfExactlyTheMinimumDiagonal) {
   // A box of 2 x 3 x 6 samples: its diagonal is exactly 7 if only the root is rounded.
   const std::vector<LatticeTriangle> triangles = {{{{1, 1, 1}, {65, 97, 1}, {65, 1, 193}}}};
   const MeshComponents components = components_of(index_triangles(triangles, 5));
@@ -59,7 +59,7 @@ TEST(MeshComponents, KeepsComponentsOfExactlyTheMinimumDiagonal) {
   EXPECT_EQ(components.count_at_least(7), 1U);
 }
 
-TEST(MeshComponents, RemovesOnlySmallOnes) {
+TEST(MeshComponents, RemoveOnlySmallOnes) {
   const LatticeMesh mesh = dust_and_a_planet();
   const MeshComponents components = components_of(mesh);
   const LatticeMesh all = with_components(mesh, components, 0);
@@ -78,7 +78,7 @@ TEST(MeshComponents, RemovesOnlySmallOnes) {
   EXPECT_TRUE(with_components(mesh, components, 1000).triangles.empty());
 }
 
-TEST(MeshComponents, AnEmptyMeshHasNone) {
+TEST(MeshComponents, AreNoneForAnEmptyMesh) {
   const LatticeMesh nothing{};
   EXPECT_TRUE(components_of(nothing).diagonals.empty());
   EXPECT_TRUE(with_components(nothing, components_of(nothing), 1).vertices.empty());

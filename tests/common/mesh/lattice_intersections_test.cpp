@@ -63,7 +63,7 @@ class RandomTriangles {
   std::uniform_int_distribution<std::int32_t> coordinate_;
 };
 
-TEST(LatticePlane, IntersectsWhatAnEdgePiercesWhateverCornersAreCommon) {
+TEST(LatticePlane, DetectsPiercingEdgesWithAnyCommonCorners) {
   RandomTriangles random(1 << kMaxLatticeBits);
   int meeting = 0;
   for (int i = 0; i < 20'000; ++i) {
@@ -85,7 +85,7 @@ bool touch(const LatticeTriangle& a, const LatticeTriangle& b) {
   return found;
 }
 
-TEST(LatticePlane, TouchingCountsButForCommonCornersAndEdges) {
+TEST(LatticePlane, CountsTouchingExceptAtCommonCornersAndEdges) {
   const LatticeTriangle floor = {{{0, 0, 0}, {8, 0, 0}, {0, 8, 0}}};
   EXPECT_TRUE(touch(floor, {{{2, 2, 0}, {2, 2, 5}, {3, 2, 5}}})) << "A corner on its inside.";
   EXPECT_TRUE(touch(floor, {{{4, 0, 0}, {4, -2, 5}, {3, -2, 5}}})) << "A corner on its edge.";
@@ -141,7 +141,7 @@ TEST(LatticeIntersections, MatchAllPairs) {
   }
 }
 
-TEST(LatticeIntersections, AnEmptyMeshHasNone) {
+TEST(LatticeIntersections, AreNoneForAnEmptyMesh) {
   EXPECT_EQ(lattice_intersections({}), LatticeIntersections());
 }
 

@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-TEST(LatticePoint, KeysOrderAsZThenYThenXAndDiffer) {
+TEST(LatticePoint, OrdersKeysByZThenYThenX) {
   const std::int32_t end = std::int32_t{1} << kMaxLatticeBits;
   std::vector<LatticePoint> points;
   for (const std::int32_t z : {0, 1, end}) {
@@ -22,7 +22,7 @@ TEST(LatticePoint, KeysOrderAsZThenYThenXAndDiffer) {
   }
 }
 
-TEST(LatticePoint, ValidUpToTheFarEnd) {
+TEST(LatticePoint, IsValidUpToTheFarEnd) {
   const std::int32_t end = std::int32_t{1} << kMaxLatticeBits;
   EXPECT_TRUE(is_on_lattice({0, 0, 0}));
   EXPECT_TRUE(is_on_lattice({end, end, end}));
@@ -38,7 +38,7 @@ TEST(LatticePoint, HasExactGridCoordinates) {
   EXPECT_EQ(grid_coordinates({33, 1, 1 << 20}, 5), (Vec3{33.0 / 32, 1.0 / 32, 32768}));
 }
 
-TEST(OctreeCube, EightChildrenFillTheirParent) {
+TEST(OctreeCube, FillsItselfWithEightChildren) {
   const OctreeCube cube{.exponent = 3, .x = 5, .y = 2, .z = 7};
   std::int64_t volume = 0;
   for (int index = 0; index < 8; ++index) {
@@ -51,7 +51,7 @@ TEST(OctreeCube, EightChildrenFillTheirParent) {
   EXPECT_EQ(cube.child(5), (OctreeCube{2, 11, 4, 15})) << "bits: x, y, z";
 }
 
-TEST(OctreeCube, ContainsItsClosedExtentAndNothingElse) {
+TEST(OctreeCube, ContainsOnlyItsClosedExtent) {
   const OctreeCube cube{.exponent = 2, .x = 1, .y = 0, .z = 3};
   const std::int32_t side = 4 << 5;
   const LatticePoint low = {side, 0, 3 * side};
@@ -67,7 +67,7 @@ TEST(OctreeCube, ContainsItsClosedExtentAndNothingElse) {
   EXPECT_FALSE(cube.contains(low, 4)) << "the same integers are elsewhere at another resolution";
 }
 
-TEST(OctreeCube, TheLargestCubeDoesNotOverflow) {
+TEST(OctreeCube, DoesNotOverflowAtTheLargestSize) {
   const OctreeCube cube{.exponent = kMaxLatticeBits, .x = 0, .y = 0, .z = 0};
   EXPECT_TRUE(cube.contains({1 << 20, 1 << 20, 1 << 20}, kMaxLatticeResolution));
 }

@@ -150,7 +150,7 @@ PositionedMesh shaded_mesh() {
 
 // ---- round trips
 
-TEST(MeshFile, HoldsTheNormalsOfTheMesh) {
+TEST(MeshFile, WritesTheNormalsOfTheMesh) {
   const PositionedMesh mesh = shaded_mesh();
   for (const PositionedMesh& read :
        {read_ply(mesh_file(mesh, MeshFormat::kPly)), read_obj(mesh_file(mesh, MeshFormat::kObj))}) {
@@ -170,21 +170,21 @@ TEST(MeshFile, HoldsTheNormalsOfTheMesh) {
   ASSERT_NE(decoded.value()->GetNamedAttribute(draco::GeometryAttribute::NORMAL), nullptr);
 }
 
-TEST(MeshFile, PlyRoundTrips) {
+TEST(MeshFile, RoundTripsPly) {
   const PositionedMesh mesh = world_mesh();
   const PositionedMesh read = read_ply(mesh_file(mesh, MeshFormat::kPly));
   EXPECT_EQ(read.positions, mesh.positions);
   EXPECT_EQ(read.triangles, mesh.triangles);
 }
 
-TEST(MeshFile, ObjRoundTripsBitForBit) {
+TEST(MeshFile, RoundTripsObjExactly) {
   const PositionedMesh mesh = world_mesh();
   const PositionedMesh read = read_obj(mesh_file(mesh, MeshFormat::kObj));
   EXPECT_EQ(read.positions, mesh.positions);
   EXPECT_EQ(read.triangles, mesh.triangles);
 }
 
-TEST(MeshFile, StlHasTheCornersAndOutwardNormals) {
+TEST(MeshFile, WritesCornersAndOutwardNormalsAsStl) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kStl);
   EXPECT_FALSE(file.starts_with("solid")) << "would be taken for a text file";
@@ -212,7 +212,7 @@ TEST(MeshFile, StlHasTheCornersAndOutwardNormals) {
   EXPECT_TRUE(rest.empty());
 }
 
-TEST(MeshFile, GlbHasTheMeshAndItsBounds) {
+TEST(MeshFile, WritesTheMeshAndItsBoundsAsGlb) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kGlb);
   const Glb glb = read_glb(file);
@@ -244,7 +244,7 @@ TEST(MeshFile, GlbHasTheMeshAndItsBounds) {
   }
 }
 
-TEST(MeshFile, GlbSaysWhatIsKnownOfTheWorld) {
+TEST(MeshFile, WritesUnitAndSpaceOfTheWorldAsGlb) {
   const auto asset_of = [](const PhysicalMeaning& world) {
     return read_glb(mesh_file(world_mesh(), MeshFormat::kGlb, {.world = world})).json.at("asset");
   };
@@ -254,7 +254,7 @@ TEST(MeshFile, GlbSaysWhatIsKnownOfTheWorld) {
       (nlohmann::json{{"length_unit", "µm"}, {"space", "RAS"}}));
 }
 
-TEST(MeshFile, GlbIsValidGltfWithTheUpAxisTurned) {
+TEST(MeshFile, WritesValidGltfWithTheUpAxisConverted) {
   const Glb glb = read_glb(mesh_file(world_mesh(), MeshFormat::kGlb));
   EXPECT_EQ(glb.json.at("asset").at("version"), "2.0");
   EXPECT_EQ(glb.json.at("scenes").at(0).at("nodes"), nlohmann::json::array({0}));
@@ -273,7 +273,7 @@ TEST(MeshFile, GlbIsValidGltfWithTheUpAxisTurned) {
   EXPECT_EQ(glb.json.at("meshes").at(0).at("primitives").at(0).at("material"), 0);
 }
 
-TEST(MeshFile, GlbNormalsAreUnitVectorsPointingOutwards) {
+TEST(MeshFile, WritesOutwardUnitNormalsAsGlb) {
   const LatticePoint center = surfaces::center(5);
   const PositionedMesh mesh =
       positioned(index_triangles(surfaces::octahedron(center, 64), 5), Affine{});
@@ -291,7 +291,7 @@ TEST(MeshFile, GlbNormalsAreUnitVectorsPointingOutwards) {
   }
 }
 
-TEST(MeshFile, DracoPositionsAreWithinHalfAQuantizationStep) {
+TEST(MeshFile, KeepsDracoPositionsWithinHalfAQuantizationStep) {
   const PositionedMesh mesh = world_mesh();
   const std::string file = mesh_file(mesh, MeshFormat::kDrc);
   draco::DecoderBuffer buffer;
@@ -316,7 +316,7 @@ TEST(MeshFile, DracoPositionsAreWithinHalfAQuantizationStep) {
   }
 }
 
-TEST(MeshFile, AnEmptyMeshGivesAFileWithoutTriangles) {
+TEST(MeshFile, WritesAnEmptyMesh) {
   const PositionedMesh empty;
   EXPECT_EQ(read_ply(mesh_file(empty, MeshFormat::kPly)).triangles.size(), 0U);
   EXPECT_EQ(read_obj(mesh_file(empty, MeshFormat::kObj)).triangles.size(), 0U);
@@ -330,7 +330,7 @@ TEST(MeshFile, AnEmptyMeshGivesAFileWithoutTriangles) {
 
 // ---- names and disk
 
-TEST(MeshFormat, FoundBySuffixInAnyCase) {
+TEST(MeshFormat, IsFoundBySuffixInAnyCase) {
   EXPECT_EQ(mesh_format_from(".PLY"), MeshFormat::kPly);
   EXPECT_EQ(mesh_format_from("stl"), MeshFormat::kStl);
   EXPECT_EQ(mesh_format_from(".obj"), MeshFormat::kObj);
@@ -349,7 +349,7 @@ std::vector<std::string> entries(const std::filesystem::path& folder) {
   return names;
 }
 
-TEST(WriteFile, ReplacesTheWholeFileAndLeavesNothingElse) {
+TEST(WriteFile, ReplacesTheWholeFileAndLeavesNoTemporaries) {
   const std::filesystem::path folder = ::testing::TempDir() + "multitetra_write_file";
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);

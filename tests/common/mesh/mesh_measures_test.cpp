@@ -28,7 +28,7 @@ SurfaceMeasures measured(const LatticeMesh& mesh, const Affine& map) {
   return sum_of(measures_of(mesh, components_of(mesh), map));
 }
 
-TEST(MeshMeasures, AnOctahedronMatchesTheFormula) {
+TEST(MeshMeasures, MatchTheFormulaOfAnOctahedron) {
   for (const LatticePoint at : {LatticePoint{64, 64, 64}, LatticePoint{1000000, 900000, 64}}) {
     const SurfaceMeasures whole = measured(octahedron(at, 32), {});
     EXPECT_NEAR(whole.area, 4 * std::sqrt(3.0), 1e-12);
@@ -38,7 +38,7 @@ TEST(MeshMeasures, AnOctahedronMatchesTheFormula) {
   EXPECT_EQ(measured(octahedron({64, 64, 64}, 32), stretched(-2, 3, 4)).volume, 32);
 }
 
-TEST(MeshMeasures, SubtractsTheVolumeOfAHole) {
+TEST(MeshMeasures, SubtractTheVolumeOfAHole) {
   LatticeMesh hole = octahedron({64, 64, 64}, 32);
   for (TriangleIndices& t : hole.triangles) std::swap(t[1], t[2]);
   EXPECT_EQ(measured(hole, {}).volume, -4.0 / 3);
@@ -49,7 +49,7 @@ TEST(MeshMeasures, SubtractsTheVolumeOfAHole) {
   EXPECT_NEAR(*measured(shell, {}).volume, 32.0 / 3 - 4.0 / 3, 1e-12);
 }
 
-TEST(MeshMeasures, ASurfaceWithABorderEnclosesNothing) {
+TEST(MeshMeasures, HaveNoVolumeForSurfacesWithABorder) {
   LatticeMesh open = octahedron({64, 64, 64}, 32);
   open.triangles.pop_back();
   const SurfaceMeasures measures = measured(open, {});

@@ -26,7 +26,7 @@ std::vector<LatticeTriangle> corners(const LatticeMesh& mesh) {
 
 // ---- index_triangles, weld, positioned
 
-TEST(IndexTriangles, HasEveryVertexOnceInOrderOfAppearance) {
+TEST(IndexTriangles, ListsEveryVertexOnceInOrderOfAppearance) {
   const std::vector<LatticeTriangle> triangles = {{LatticePoint{5, 5, 5}, {6, 5, 5}, {5, 6, 5}},
                                                   {LatticePoint{6, 5, 5}, {6, 6, 5}, {5, 6, 5}}};
   const LatticeMesh mesh = index_triangles(triangles, 4);
@@ -35,7 +35,7 @@ TEST(IndexTriangles, HasEveryVertexOnceInOrderOfAppearance) {
   EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {1, 3, 2}}));
 }
 
-TEST(IndexTriangles, KeepsAnyTrianglesAsTheyAre) {
+TEST(IndexTriangles, KeepsDegenerateAndDuplicateTriangles) {
   std::mt19937 random(1);
   const std::int32_t end = std::int32_t{1} << kMaxLatticeBits;
   for (const std::int32_t spread : {2, 40, end}) {
@@ -51,13 +51,13 @@ TEST(IndexTriangles, KeepsAnyTrianglesAsTheyAre) {
   }
 }
 
-TEST(IndexTriangles, NoTrianglesGiveAnEmptyMesh) {
+TEST(IndexTriangles, ReturnsAnEmptyMeshForNoTriangles) {
   const LatticeMesh mesh = index_triangles({}, 5);
   EXPECT_TRUE(mesh.vertices.empty());
   EXPECT_TRUE(mesh.triangles.empty());
 }
 
-TEST(Weld, JoinsThePiecesIntoTheWhole) {
+TEST(Weld, JoinsPieces) {
   const LatticeMesh whole = surfaces::torus(5, 24, 12, 0.2, 1);
   const std::vector<LatticeTriangle> triangles = corners(whole);
   std::vector<LatticeMesh> pieces;
@@ -71,13 +71,13 @@ TEST(Weld, JoinsThePiecesIntoTheWhole) {
   EXPECT_EQ(topology(welded, kNoBorder), topology(whole, kNoBorder));
 }
 
-TEST(Weld, NoTrianglesGiveAnEmptyMesh) {
+TEST(Weld, ReturnsAnEmptyMeshForNoTriangles) {
   const LatticeMesh mesh = weld(std::vector<LatticeMesh>(), 6);
   EXPECT_EQ(mesh.resolution, 6);
   EXPECT_TRUE(mesh.vertices.empty());
 }
 
-TEST(InCanonicalOrder, DependsOnTheTrianglesOnly) {
+TEST(InCanonicalOrder, DependsOnlyOnTheTriangles) {
   const std::vector<LatticeTriangle> triangles = {{LatticePoint{0, 0, 0}, {4, 0, 0}, {0, 4, 0}},
                                                   {LatticePoint{4, 0, 0}, {4, 4, 0}, {0, 4, 0}},
                                                   {LatticePoint{4, 4, 0}, {0, 4, 4}, {0, 4, 0}}};
@@ -103,7 +103,7 @@ TEST(InCanonicalOrder, DependsOnTheTrianglesOnly) {
   EXPECT_EQ(in_canonical_order(a).triangles, a.triangles);
 }
 
-TEST(Positioned, TurnsTrianglesOverExactlyWhenTheMapMirrors) {
+TEST(Positioned, FlipsTrianglesOnlyInMirroredWorlds) {
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{32, 64, 0}, {0, 32, 0}, {0, 0, 32}}}, 5);
   Affine map{.translation = {10, 20, 30}};
@@ -116,7 +116,7 @@ TEST(Positioned, TurnsTrianglesOverExactlyWhenTheMapMirrors) {
 
 // ---- topology
 
-TEST(Topology, ATorusHasEulerCharacteristicZero) {
+TEST(Topology, HasEulerCharacteristicZeroForATorus) {
   const MeshTopology found = topology(surfaces::torus(5, 24, 12, 0.2, 1), kNoBorder);
   EXPECT_EQ(found, (MeshTopology{.vertices = 288,
                                  .edges = 864,
@@ -126,7 +126,7 @@ TEST(Topology, ATorusHasEulerCharacteristicZero) {
   EXPECT_TRUE(found.is_sound());
 }
 
-TEST(Topology, CountsComponentsByVerticesAndEulerCharacteristicsAdded) {
+TEST(Topology, CountsComponentsAndSumsEulerCharacteristics) {
   const LatticePoint middle = surfaces::center(5);
   std::vector<LatticeTriangle> apart = surfaces::octahedron(middle, 4);
   for (const LatticeTriangle& t : surfaces::octahedron({middle.x + 9, middle.y, middle.z}, 4)) {
@@ -142,7 +142,7 @@ TEST(Topology, CountsComponentsByVerticesAndEulerCharacteristicsAdded) {
   EXPECT_TRUE(touching.is_sound()) << "two fans at a vertex share no edge";
 }
 
-TEST(Topology, CallsAHoleInsideTheDataACrack) {
+TEST(Topology, ReportsAHoleInsideTheDataAsACrack) {
   LatticeMesh mesh = surfaces::torus(5, 24, 12, 0.2, 1);
   mesh.triangles.pop_back();
   const MeshTopology found = topology(mesh, kNoBorder);
@@ -151,7 +151,7 @@ TEST(Topology, CallsAHoleInsideTheDataACrack) {
   EXPECT_FALSE(found.is_sound());
 }
 
-TEST(Topology, AllowsTheSurfaceToEndOnTheBorderOnly) {
+TEST(Topology, AllowsTheSurfaceToEndOnlyOnTheBorder) {
   // A triangle with two corners on x = 0.
   const LatticeMesh mesh = index_triangles(
       std::vector<LatticeTriangle>{{LatticePoint{0, 8, 8}, {0, 16, 8}, {8, 8, 16}}}, 3);
@@ -183,7 +183,7 @@ TEST(Topology, FindsTheBorderOnEachOfTheSixFaces) {
   }
 }
 
-TEST(Topology, FindsTrianglesThatDisagreeOnTheOutside) {
+TEST(Topology, FindsInconsistentOrientation) {
   LatticeMesh mesh = surfaces::torus(5, 24, 12, 0.2, 1);
   std::swap(mesh.triangles[7][0], mesh.triangles[7][1]);
   EXPECT_EQ(topology(mesh, kNoBorder).nonmanifold_edges, 3);
@@ -207,14 +207,14 @@ TEST(Topology, CountsDegenerateTrianglesWithoutTheirEdges) {
   EXPECT_FALSE(found.is_sound());
 }
 
-TEST(Topology, AnEmptyMeshIsAllZeroAndSound) {
+TEST(Topology, IsZeroAndValidForAnEmptyMesh) {
   EXPECT_EQ(topology(LatticeMesh{}, kNoBorder), MeshTopology{});
   EXPECT_TRUE(MeshTopology{}.is_sound());
 }
 
 // ---- content digest
 
-TEST(ContentDigest, DependsNeitherOnTheOrderOfTrianglesNorOnTheCut) {
+TEST(ContentDigest, IsIndependentOfTriangleOrderAndTiling) {
   const LatticeMesh mesh = surfaces::torus(5, 24, 12, 0.2, 1);
   std::vector<LatticeTriangle> triangles = corners(mesh);
   std::shuffle(triangles.begin(), triangles.end(), std::mt19937(3));
@@ -225,7 +225,7 @@ TEST(ContentDigest, DependsNeitherOnTheOrderOfTrianglesNorOnTheCut) {
   EXPECT_EQ(sum, digest(mesh));
 }
 
-TEST(ContentDigest, SeesEveryChange) {
+TEST(ContentDigest, ChangesWithEveryVertex) {
   const LatticeTriangle t = {LatticePoint{1, 2, 3}, {4, 5, 6}, {7, 8, 10}};
   const ContentDigest original = digest(t, 5);
   EXPECT_NE(digest(t, 4), original) << "resolution";
@@ -239,13 +239,13 @@ TEST(ContentDigest, SeesEveryChange) {
   }
 }
 
-TEST(ContentDigest, OneTriangleHasTheDocumentedDigest) {
+TEST(ContentDigest, MatchesTheDocumentedDigestOfOneTriangle) {
   // Clients store digests between connections, so a change here changes the protocol.
   const LatticeTriangle t = {LatticePoint{1, 2, 3}, {4, 5, 6}, {7, 8, 10}};
   EXPECT_EQ(digest(t, 5).hex(), "6b5514e8adff4fe31f714a6516d4c88d");
 }
 
-TEST(ContentDigest, ReadsItsOwnHexAndNothingElse) {
+TEST(ContentDigest, ReadsOnlyItsOwnHex) {
   const ContentDigest value{0x0123456789abcdef, 0x00000000000000ff};
   EXPECT_EQ(value.hex(), "0123456789abcdef00000000000000ff");
   EXPECT_EQ(ContentDigest::from_hex(value.hex()), value);

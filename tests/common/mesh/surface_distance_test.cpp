@@ -54,7 +54,7 @@ TEST(DistanceToTriangle, MeasuresToInteriorEdgesAndCorners) {
   EXPECT_DOUBLE_EQ(distance_to_triangle({7, -4, 0}, t), 5);
 }
 
-TEST(DistanceToTriangle, DegenerateTrianglesActAsSegmentOrPoint) {
+TEST(DistanceToTriangle, TreatsDegenerateTrianglesAsSegmentOrPoint) {
   const SurfaceTriangle segment = {Vec3{0, 0, 0}, Vec3{4, 0, 0}, Vec3{2, 0, 0}};
   EXPECT_DOUBLE_EQ(distance_to_triangle({3, 3, 4}, segment), 5);
   EXPECT_DOUBLE_EQ(distance_to_triangle({7, 4, 0}, segment), 5);
@@ -86,7 +86,7 @@ TEST(NearestTriangle, AgreesWithAnotherFormula) {
   }
 }
 
-TEST(NearestTriangle, AnEmptyMeshIsInfinitelyFar) {
+TEST(NearestTriangle, IsInfinitelyFarForAnEmptyMesh) {
   const NearestTriangle nothing({});
   EXPECT_TRUE(nothing.is_empty());
   EXPECT_EQ(nothing.distance({0, 0, 0}), kInfinity);
@@ -118,19 +118,19 @@ TEST(SampledPoints, SpreadByArea) {
   EXPECT_NEAR(low / 3000, 0.25, 0.03) << "a quarter of the triangle lies below its middle line";
 }
 
-TEST(SampledPoints, DeterministicForASeed) {
+TEST(SampledPoints, AreDeterministicForASeed) {
   const auto surface = square(0);
   EXPECT_EQ(sampled_points(surface, 100, 3), sampled_points(surface, 100, 3));
   EXPECT_NE(sampled_points(surface, 100, 3), sampled_points(surface, 100, 4));
 }
 
-TEST(SampledPoints, ThereAreNoneWithoutArea) {
+TEST(SampledPoints, AreNoneWithoutArea) {
   EXPECT_TRUE(sampled_points({}, 100).empty());
   const std::vector<SurfaceTriangle> point = {{Vec3{1, 1, 1}, Vec3{1, 1, 1}, Vec3{1, 1, 1}}};
   EXPECT_TRUE(sampled_points(point, 100).empty());
 }
 
-TEST(SurfaceDistances, ParallelSquaresHaveTheirDistance) {
+TEST(SurfaceDistances, MatchTheDistanceOfParallelSquares) {
   const auto points = sampled_points(square(0), 500);
   const auto d = distances(points, NearestTriangle(square(0.25)), unlimited);
   EXPECT_EQ(d.samples, 500U);
@@ -140,7 +140,7 @@ TEST(SurfaceDistances, ParallelSquaresHaveTheirDistance) {
   EXPECT_EQ(d.above_limit, 0U);
 }
 
-TEST(SurfaceDistances, DistinguishesMaximumAndPercentile) {
+TEST(SurfaceDistances, DistinguishMaximumAndPercentile) {
   std::vector<Vec3> points(1000, Vec3{0.5, 0.5, 1});
   for (std::size_t i = 0; i < 10; ++i) points[100 * i] = {0.5, 0.5, 3};
   const auto d = distances(points, NearestTriangle(square(0)), unlimited);
@@ -150,7 +150,7 @@ TEST(SurfaceDistances, DistinguishesMaximumAndPercentile) {
 }
 
 // A large distance may be within its place's limit, a small one above it.
-TEST(SurfaceDistances, ComparedWithTheLimitAtTheirPlace) {
+TEST(SurfaceDistances, AreComparedWithTheLocalLimit) {
   const std::vector<Vec3> points = {{0.1, 0.5, 3}, {0.9, 0.5, 1}, {0.8, 0.5, 0.1}};
   const auto limit = [](const Vec3& p) { return p[0] < 0.5 ? 5.0 : 0.5; };
   const auto d = distances(points, NearestTriangle(square(0)), limit);
@@ -161,7 +161,7 @@ TEST(SurfaceDistances, ComparedWithTheLimitAtTheirPlace) {
   EXPECT_DOUBLE_EQ(d.worst_limit, 0.5);
 }
 
-TEST(SurfaceDistances, EmptyMeshesHaveInfiniteOrZeroDistance) {
+TEST(SurfaceDistances, AreInfiniteOrZeroForEmptyMeshes) {
   const auto far = distances(sampled_points(square(0), 10), NearestTriangle({}),
                              [](const Vec3&) { return 1e300; });
   EXPECT_EQ(far.maximum, kInfinity);

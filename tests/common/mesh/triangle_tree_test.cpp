@@ -36,7 +36,7 @@ std::set<std::uint32_t> near(const TriangleTree& tree, const TriangleBox& box) {
   return found;
 }
 
-TEST(TriangleTree, FindsWhatTouchesABoxWhileTrianglesMoveAndVanish) {
+TEST(TriangleTree, FindsTrianglesThatTouchABoxAfterMovesAndRemovals) {
   for (const std::uint32_t count : {1U, 8U, 9U, 65U, 700U}) {
     RandomBoxes random;
     std::vector<TriangleBox> boxes;
@@ -62,7 +62,7 @@ TEST(TriangleTree, FindsWhatTouchesABoxWhileTrianglesMoveAndVanish) {
   }
 }
 
-TEST(TriangleTree, VisitsEachPairThatTouchesOnce) {
+TEST(TriangleTree, VisitsEachTouchingPairOnce) {
   RandomBoxes random;
   for (const std::uint32_t count : {0U, 1U, 8U, 500U}) {
     std::vector<TriangleBox> boxes;
@@ -83,7 +83,7 @@ TEST(TriangleTree, VisitsEachPairThatTouchesOnce) {
   }
 }
 
-TEST(TriangleTree, StopsAtTheFirstThatIsEnough) {
+TEST(TriangleTree, StopsWhenTheVisitorStops) {
   RandomBoxes random;
   std::vector<TriangleBox> boxes(100, random.box());
   const TriangleTree tree(boxes);

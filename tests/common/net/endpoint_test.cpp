@@ -5,7 +5,7 @@
 namespace multitetra {
 namespace {
 
-TEST(Endpoint, ParsesWhatUsersWrite) {
+TEST(Endpoint, ParsesShortAndFullAddresses) {
   const std::vector<std::pair<std::string, Endpoint>> good = {
       {"localhost", {"localhost", kDefaultPort}},
       {"localhost:80", {"localhost", 80}},
@@ -24,7 +24,7 @@ TEST(Endpoint, ParsesWhatUsersWrite) {
   }
 }
 
-TEST(Endpoint, RefusesInvalidAddressesWithAnExample) {
+TEST(Endpoint, RejectsInvalidAddressesWithAnExample) {
   for (const std::string text : {"",
                                  "tcp://",
                                  ":80",
@@ -76,7 +76,7 @@ TEST(ServerUrl, SelectsTheTransport) {
   }
 }
 
-TEST(ServerUrl, RefusesInvalidUrls) {
+TEST(ServerUrl, RejectsInvalidUrls) {
   for (const std::string text :
        {"ftp://example.org", "ws://", "ws:///v1/stream", "wss://:443", "ws://a:/", "ws://a:1x/",
         "ws://a/b c", "ws://a/\r\nHost: b", "tls://a/path", "tcp://a:1/v1/stream", "WS://a"}) {
@@ -86,7 +86,7 @@ TEST(ServerUrl, RefusesInvalidUrls) {
   }
 }
 
-TEST(Endpoint, AServerListensOnTcpOnly) {
+TEST(Endpoint, ListensOnTcpOnly) {
   for (const std::string text : {"tls://a:1", "ws://a:1", "wss://a:1/v1/stream"}) {
     EXPECT_FALSE(parse_endpoint(text)) << text;
   }
@@ -100,7 +100,7 @@ TEST(Endpoint, RoundTrips) {
   EXPECT_EQ(to_string(Endpoint{"::1", 7410}), "tcp://[::1]:7410");
 }
 
-TEST(Endpoint, OnlyLoopbackIsThisMachine) {
+TEST(Endpoint, RecognizesLoopbackAsThisMachine) {
   for (const char* host : {"localhost", "127.0.0.1", "127.1.2.3", "::1"}) {
     EXPECT_TRUE(is_this_machine(host)) << host;
   }

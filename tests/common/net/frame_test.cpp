@@ -31,20 +31,20 @@ std::vector<std::string> frames(const std::vector<std::string>& portions) {
 const std::vector<std::string> kContents = {"a", std::string(300, 'x'), std::string("\0\1\2", 3)};
 const std::string kStream = framed(kContents[0]) + framed(kContents[1]) + framed(kContents[2]);
 
-TEST(Frame, HeaderIsLittleEndian) {
+TEST(Frame, HasALittleEndianHeader) {
   EXPECT_EQ(frame_header(0x04030201), "\1\2\3\4");
   EXPECT_EQ(frame_header(0xFFFFFFFF), "\xFF\xFF\xFF\xFF");
 }
 
-TEST(FrameReader, FindsTheSameFramesInASingleFeed) { EXPECT_EQ(frames({kStream}), kContents); }
+TEST(FrameReader, ReadsTheSameFramesInOneFeed) { EXPECT_EQ(frames({kStream}), kContents); }
 
-TEST(FrameReader, FindsTheSameFramesByteByByte) {
+TEST(FrameReader, ReadsTheSameFramesByteByByte) {
   std::vector<std::string> bytes;
   for (const char byte : kStream) bytes.emplace_back(1, byte);
   EXPECT_EQ(frames(bytes), kContents);
 }
 
-TEST(FrameReader, FindsTheSameFramesHoweverTheStreamIsSplitInThree) {
+TEST(FrameReader, ReadsTheSameFramesForEverySplitInThree) {
   for (std::size_t first = 0; first <= kStream.size(); first += 3) {
     for (std::size_t second = first; second <= kStream.size(); second += 7) {
       EXPECT_EQ(frames({kStream.substr(0, first), kStream.substr(first, second - first),
@@ -54,7 +54,7 @@ TEST(FrameReader, FindsTheSameFramesHoweverTheStreamIsSplitInThree) {
   }
 }
 
-TEST(FrameReader, WaitsForTheWholeFrame) {
+TEST(FrameReader, WaitsForACompleteFrame) {
   FrameReader reader(1000);
   const std::string frame = framed("hello");
   for (std::size_t bytes = 0; bytes + 1 < frame.size(); ++bytes) {
@@ -66,7 +66,7 @@ TEST(FrameReader, WaitsForTheWholeFrame) {
   }
 }
 
-TEST(FrameReader, RefusesAFrameAboveTheLimitFromItsHeaderOnAndForever) {
+TEST(FrameReader, RejectsAFrameAboveTheLimitAndEverythingAfterIt) {
   FrameReader reader(1000);
   reader.feed(framed("ok") + frame_header(1001));
   EXPECT_EQ(reader.next().value(), std::optional<std::string>("ok"));
@@ -80,13 +80,13 @@ TEST(FrameReader, RefusesAFrameAboveTheLimitFromItsHeaderOnAndForever) {
   }
 }
 
-TEST(FrameReader, TakesAFrameAtTheLimit) {
+TEST(FrameReader, AcceptsAFrameAtTheLimit) {
   FrameReader reader(1000);
   reader.feed(framed(std::string(1000, 'y')));
   EXPECT_EQ(reader.next().value(), std::optional<std::string>(std::string(1000, 'y')));
 }
 
-TEST(FrameReader, RefusesAFrameOfLengthZero) {
+TEST(FrameReader, RejectsAFrameOfLengthZero) {
   FrameReader reader(1000);
   reader.feed(frame_header(0) + framed("after"));
   for (int i = 0; i < 2; ++i) {
@@ -96,7 +96,7 @@ TEST(FrameReader, RefusesAFrameOfLengthZero) {
   }
 }
 
-TEST(FrameReader, KeepsNoMoreThanWhatWasNotYetReturned) {
+TEST(FrameReader, BuffersOnlyUnreturnedBytes) {
   FrameReader reader(1000);
   const std::string frame = framed(std::string(900, 'z'));
   for (int i = 0; i < 10000; ++i) {
@@ -106,7 +106,7 @@ TEST(FrameReader, KeepsNoMoreThanWhatWasNotYetReturned) {
   }
 }
 
-TEST(FrameReader, NamesOtherProtocols) {
+TEST(FrameReader, RecognizesOtherProtocols) {
   for (const auto& [bytes, words] : std::vector<std::pair<std::string, std::string>>{
            {"HTTP/1.1 400 Bad Request", "ws://"},
            {"GET / HTTP/1.1", "received an HTTP request"},

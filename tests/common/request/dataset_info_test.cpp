@@ -22,7 +22,7 @@ DatasetInfo head() {
           .suggested_isovalues = {}};
 }
 
-TEST(SampleType, FoundByName) {
+TEST(SampleType, IsFoundByName) {
   for (const SampleType type :
        {SampleType::kU8, SampleType::kI8, SampleType::kU16, SampleType::kI16, SampleType::kF32}) {
     EXPECT_EQ(sample_type_from(name(type)), type);
@@ -34,7 +34,7 @@ TEST(SampleType, FoundByName) {
   EXPECT_EQ(bytes_per_sample(SampleType::kF32), 4);
 }
 
-TEST(GridExponent, SmallestThatHoldsSamplesAndMargin) {
+TEST(GridExponent, IsTheSmallestThatHoldsSamplesAndMargin) {
   EXPECT_EQ(grid_exponent_for({1, 1, 1}, 0), 1);
   EXPECT_EQ(grid_exponent_for({3, 1, 1}, 0), 1);
   EXPECT_EQ(grid_exponent_for({4, 1, 1}, 0), 2);
@@ -54,7 +54,7 @@ TEST(DatasetInfo, PlacesTheFirstSampleAtTheMargin) {
   EXPECT_EQ(voxel_length(info), 1);
 }
 
-TEST(DataBorder, LiesAtTheLastSamplesWhenOutsideIsVoid) {
+TEST(DataBorder, LiesAtTheLastSamplesIfOutsideIsVoid) {
   DatasetInfo info = head();
   info.margin = 2;
   const DataBorder border = data_border(info, 3, 0);
@@ -66,7 +66,7 @@ TEST(DataBorder, LiesAtTheLastSamplesWhenOutsideIsVoid) {
   EXPECT_TRUE(data_border(info, 3, 0).anywhere);
 }
 
-TEST(DataBorder, ReachesInsideAsFarAsAPreviewsTetrahedraOverlapIt) {
+TEST(DataBorder, ExtendsInwardAsFarAsAPreviewsTetrahedraOverlapIt) {
   const auto inset = [](double topology_tolerance, std::int32_t finest_spacing) {
     return data_border(head(), 3, topology_tolerance, finest_spacing).inset / 8;
   };
@@ -79,7 +79,7 @@ TEST(DataBorder, ReachesInsideAsFarAsAPreviewsTetrahedraOverlapIt) {
   EXPECT_GE(inset(1e300, 1), 127) << "no overflow";
 }
 
-TEST(DataBorder, LiesAtTheGridsEndWhenOutsideIsAValue) {
+TEST(DataBorder, LiesAtTheGridsEndIfOutsideIsAValue) {
   DatasetInfo info = head();
   info.outside = 0;
   info.grid_exponent = 7;
@@ -91,13 +91,13 @@ TEST(DataBorder, LiesAtTheGridsEndWhenOutsideIsAValue) {
 
 // ---- the request
 
-TEST(IsosurfaceRequest, WithinItsRangesIsValid) {
+TEST(IsosurfaceRequest, AcceptsValuesWithinTheirRanges) {
   EXPECT_TRUE(validated({}));
   EXPECT_TRUE(validated({.isovalue = -1e300, .error = 0}));
   EXPECT_TRUE(validated({.error = 1e9, .topology_tolerance = 4, .lattice_resolution = 8}));
 }
 
-TEST(IsosurfaceRequest, ErrorsNameTheFieldAndItsRange) {
+TEST(IsosurfaceRequest, NamesTheFieldAndItsRangeInErrors) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
   const auto expect_invalid = [](const IsosurfaceRequest& request, const std::string& text) {
@@ -117,7 +117,7 @@ TEST(IsosurfaceRequest, ErrorsNameTheFieldAndItsRange) {
   expect_invalid({.lattice_resolution = 9}, "from 1 to 8");
 }
 
-TEST(IsosurfaceRequest, NamesOfItsChoicesReadBack) {
+TEST(IsosurfaceRequest, RoundTripsNamesOfChoices) {
   for (const auto measure : {ErrorMeasure::kCertified, ErrorMeasure::kPaper}) {
     EXPECT_EQ(error_measure_from(name(measure)), measure);
   }

@@ -13,7 +13,7 @@ TEST(EstimateRange, IsRoundedOutwardToTwoDigits) {
   EXPECT_EQ(expected_triangles(8, 0).most, 12u);
 }
 
-TEST(EstimateRange, OfNothingIsNothing) {
+TEST(EstimateRange, IsEmptyForNoTriangles) {
   EXPECT_EQ(expected_triangles(0, 0).least, 0u);
   EXPECT_EQ(expected_triangles(0, 0).most, 0u);
 }

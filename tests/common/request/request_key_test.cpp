@@ -32,7 +32,7 @@ IsosurfaceRequest full() {
 
 using Change = std::function<void(IsosurfaceRequest&)>;
 
-TEST(RequestKey, DiffersWhereverRequestsDiffer) {
+TEST(RequestKey, DiffersForDifferentRequests) {
   const std::vector<Change> changes = {
       [](auto&) {},
       [](auto& r) { r.isovalue = std::nextafter(r.isovalue, 100); },
@@ -104,7 +104,7 @@ TEST(RequestKey, DiffersWhereverRequestsDiffer) {
   }
 }
 
-TEST(RequestKey, SameForEqualRequests) {
+TEST(RequestKey, IsEqualForEqualRequests) {
   EXPECT_EQ(key_of(full()), key_of(full()));
   IsosurfaceRequest zero = full();
   zero.isovalue = 0.0;
@@ -120,7 +120,7 @@ TEST(RequestKey, SameForEqualRequests) {
   EXPECT_EQ(key_of(silent), key_of(silent_too));
 }
 
-TEST(RequestKey, ADatasetThatWasReplacedHasAnother) {
+TEST(RequestKey, DiffersForAReplacedDataset) {
   DatasetInfo info;
   info.name = "head";
   info.content_id = 7;

@@ -76,7 +76,7 @@ TEST(RequestNames, MatchTheOptions) {
   EXPECT_EQ(matches(help, "--([a-z-]+)"), expected);
 }
 
-TEST(RequestNames, ErrorHasOneDefault) {
+TEST(RequestNames, HaveOneDefaultError) {
   const Names one = {shortest_text(kDefaultError)};
   EXPECT_EQ(kDefaultError, quality_error_from("fine"));
   for (const RequestField& field : request_fields()) {

@@ -31,7 +31,7 @@ std::string notices_of(const IsosurfaceRequest& request, const DatasetInfo& info
   return text;
 }
 
-TEST(RequestNotices, ThereAreNoneForASurfaceOfTheData) {
+TEST(RequestNotices, AreNoneForASurfaceInsideTheData) {
   EXPECT_EQ(notices_of({.isovalue = 60}), "");
   EXPECT_EQ(notices_of(with(BoxShape{.low = {90, -5, -30}, .high = {101, 1, -19}})), "");
   EXPECT_EQ(notices_of(with(BallShape{.centre = {99, 0, -20}, .radius = 0.5})), "")
@@ -40,7 +40,7 @@ TEST(RequestNotices, ThereAreNoneForASurfaceOfTheData) {
   EXPECT_EQ(notices_of(with(BallShape{.centre = {5, 5, 5}}, CoordinateSystem::kIndex)), "");
 }
 
-TEST(RequestNotices, WarnsAboutRegionsOutsideTheData) {
+TEST(RequestNotices, WarnAboutRegionsOutsideTheData) {
   const std::string where =
       "Region 1 is outside \"ct\" and without effect: its samples range from (100, 0, -20) to "
       "(120, 20, 0) in world coordinates.\n";
@@ -60,7 +60,7 @@ TEST(RequestNotices, CountManyRegionsInOneSentence) {
   EXPECT_EQ(notices_of(request).substr(0, 48), "5 regions, the first of them region 2, are outsi");
 }
 
-TEST(RequestNotices, SeeABoxBesideAxesThatAreOblique) {
+TEST(RequestNotices, WarnAboutABoxOutsideObliqueAxes) {
   DatasetInfo info = far_away();  // Rotated by 45 degrees about z.
   info.index_to_world = {.columns = {Vec3{1, 1, 0}, Vec3{-1, 1, 0}, Vec3{0, 0, 1}}};
   EXPECT_EQ(notices_of(with(BoxShape{.low = {-1, 9, 0}, .high = {1, 11, 1}}), info), "");
@@ -68,7 +68,7 @@ TEST(RequestNotices, SeeABoxBesideAxesThatAreOblique) {
       << "inside of the box around the data, beside the data";
 }
 
-TEST(RequestNotices, WarnsAboutAGridOutsideTheData) {
+TEST(RequestNotices, WarnAboutAGridOutsideTheData) {
   ThresholdGrid grid{.dims = {2, 1, 1}, .thresholds = {1, 2}};
   IsosurfaceRequest request{.isovalue = 60};
   request.thresholds.grid = std::make_shared<const ThresholdGrid>(grid);
@@ -79,7 +79,7 @@ TEST(RequestNotices, WarnsAboutAGridOutsideTheData) {
   EXPECT_EQ(notices_of(request), "");
 }
 
-TEST(RequestNotices, WarnsAboutAnIsovalueOutsideTheRange) {
+TEST(RequestNotices, WarnAboutAnIsovalueOutsideTheRange) {
   const std::string values = "; values of \"ct\" range from 0 to 255.\n";
   EXPECT_EQ(notices_of({.isovalue = 255}),
             "The surface is empty: there is no surface at isovalue 255" + values);

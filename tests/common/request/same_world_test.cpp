@@ -19,14 +19,14 @@ DatasetInfo cube_at(const Vec3& origin) {
   return info;
 }
 
-TEST(SameWorld, BoxesThatOverlapLieInOneWorldWhateverTheirGrids) {
+TEST(SameWorld, AcceptsOverlappingBoxesWithAnyGrids) {
   DatasetInfo values = cube_at({9, 0, 0});
   values.dims = {3, 40, 5};
   values.meaning.value_unit = "K";
   EXPECT_EQ(world_mismatch(cube_at({0, 0, 0}), values), "");
 }
 
-TEST(SameWorld, OtherAxesUnitsAndPlacesAreOtherWorlds) {
+TEST(SameWorld, DistinguishesAxesUnitsAndPositions) {
   const DatasetInfo surface = cube_at({0, 0, 0});
   DatasetInfo values = surface;
   values.meaning.space = WorldSpace::kRas;
@@ -37,7 +37,7 @@ TEST(SameWorld, OtherAxesUnitsAndPlacesAreOtherWorlds) {
   expect_contains(world_mismatch(surface, cube_at({0, 10, 0})), "along y from 10 to 19");
 }
 
-TEST(SameWorld, WhatIsNotKnownIsNoDifference) {
+TEST(SameWorld, IgnoresUnknownProperties) {
   const DatasetInfo surface = cube_at({0, 0, 0});
   DatasetInfo values = surface;
   values.meaning = {};

@@ -8,7 +8,7 @@
 namespace multitetra {
 namespace {
 
-TEST(SharedBudget, SharedInProportionAndNeverExceeded) {
+TEST(SharedBudget, IsSharedInProportionAndNeverExceeded) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 300; ++i) {
     std::vector<std::uint64_t> sizes(1 + random() % 16);
@@ -23,11 +23,11 @@ TEST(SharedBudget, SharedInProportionAndNeverExceeded) {
             (std::vector<std::uint64_t>{251, 751}));
 }
 
-TEST(SharedBudget, NoBudgetMeansNoLimit) {
+TEST(SharedBudget, IsUnlimitedWithoutABudget) {
   EXPECT_EQ(shares_of(0, std::vector<std::uint64_t>{5, 6}), (std::vector<std::uint64_t>{0, 0}));
 }
 
-TEST(SharedBudget, GoesToRequestsThatAreSeveralAndHaveOne) {
+TEST(SharedBudget, IsSharedOnlyBySeveralRequestsWithABudget) {
   const IsosurfaceRequest request{.max_triangles = 1002, .max_bytes = 0};
   std::vector<IsosurfaceRequest> requests = {request};
   EXPECT_FALSE(needs_shared_budget(requests));

@@ -32,7 +32,7 @@ TEST(RequestFields, HaveTheirDocumentedDefaults) {
   }
 }
 
-TEST(RequestFields, TakeEveryAlternativeOfTheirFormAndNoOther) {
+TEST(RequestFields, AcceptExactlyTheirDocumentedForms) {
   for (const RequestField& one : request_fields()) {
     if (one.value_syntax.find('|') == std::string_view::npos) continue;
     for (std::string_view rest = one.value_syntax; !rest.empty();) {
@@ -48,7 +48,7 @@ TEST(RequestFields, TakeEveryAlternativeOfTheirFormAndNoOther) {
   }
 }
 
-TEST(RequestFields, TakeSwitchesInBothForms) {
+TEST(RequestFields, AcceptSwitchesInBothForms) {
   SurfaceQuery query;
   EXPECT_FALSE(set(query, "embedded", "true"));
   EXPECT_TRUE(query.request.embedded);
@@ -59,7 +59,7 @@ TEST(RequestFields, TakeSwitchesInBothForms) {
   EXPECT_EQ(set(query, "simplify", "1"), "must be on, off, true or false");
 }
 
-TEST(RequestFields, TakeAmountsWithUnits) {
+TEST(RequestFields, AcceptAmountsWithUnits) {
   SurfaceQuery query;
   EXPECT_FALSE(set(query, "max_triangles", "1.5M"));
   EXPECT_EQ(query.request.max_triangles, 1'500'000U);
@@ -70,7 +70,7 @@ TEST(RequestFields, TakeAmountsWithUnits) {
   }
 }
 
-TEST(SurfaceQuery, RefusesErrorBesideQuality) {
+TEST(SurfaceQuery, RejectsErrorTogetherWithQuality) {
   DatasetInfo info;
   info.suggested_isovalues = {7};
   SurfaceQuery query;
@@ -83,7 +83,7 @@ TEST(SurfaceQuery, RefusesErrorBesideQuality) {
             "error and quality exclude each other: a quality is a named error.");
 }
 
-TEST(SurfaceQuery, SharesABudgetOnlyWhereItIsLargeEnough) {
+TEST(SurfaceQuery, SharesABudgetOnlyIfItIsLargeEnough) {
   SurfaceQuery query;
   EXPECT_FALSE(set(query, "isovalue", "1,2,3"));
   EXPECT_FALSE(set(query, "max_triangles", "2"));
@@ -103,7 +103,7 @@ TEST(SurfaceQuery, NeedsADatasetForColors) {
   EXPECT_FALSE(scalars_for(query)) << "its range begins at 0";
 }
 
-TEST(CheckColors, RefusesAnotherWorldUnlessItIsWanted) {
+TEST(CheckColors, RejectsADifferentWorldUnlessAllowed) {
   DatasetInfo surface;
   surface.name = "head";
   surface.dims = {9, 9, 9};

@@ -20,7 +20,7 @@ TEST(ParseRegion, ReadsBallsAndHalfSpaces) {
                              .threshold = 2}));
 }
 
-TEST(ParseRegion, QuotesAndExplainsWhatIsWrong) {
+TEST(ParseRegion, QuotesAndExplainsErrors) {
   const auto expect_refused = [](const char* word, const char* problem) {
     const auto region = parse_region(word);
     ASSERT_FALSE(region) << word;
@@ -43,7 +43,7 @@ TEST(ParseRegion, QuotesAndExplainsWhatIsWrong) {
   expect_refused("halfspace:1,2,3,4,5=1", "5 numbers before its threshold, not 4");
 }
 
-TEST(ParseView, TakesItsPartsInAnyOrder) {
+TEST(ParseView, AcceptsItsPartsInAnyOrder) {
   const ThresholdView plain{
       .eye = {1, 2, 3}, .field_of_view = 45, .height_pixels = 600, .tolerance_pixels = 0.5};
   EXPECT_EQ(parse_view("eye=1,2,3,fov=45,height=600,pixels=0.5").value(), plain);
@@ -56,7 +56,7 @@ TEST(ParseView, TakesItsPartsInAnyOrder) {
             framed);
 }
 
-TEST(ParseView, FindsAnUpwardDirectionForAViewAlongZ) {
+TEST(ParseView, ChoosesAnUpDirectionForViewsAlongZ) {
   const auto up = [](const char* look) {
     return parse_view(std::string("eye=1,2,3,fov=45,height=600,pixels=1,outside=2,look=") + look)
         .value()
@@ -66,7 +66,7 @@ TEST(ParseView, FindsAnUpwardDirectionForAViewAlongZ) {
   EXPECT_EQ(up("1,2,9"), (Vec3{0, 1, 0}));
 }
 
-TEST(ParseView, QuotesAndExplainsWhatIsWrong) {
+TEST(ParseView, QuotesAndExplainsErrors) {
   const auto expect_refused = [](const char* word, const char* problem) {
     const auto view = parse_view(word);
     ASSERT_FALSE(view) << word;

@@ -21,14 +21,14 @@ struct Image {
   }
 };
 
-TEST(ThresholdShrinking, LeavesAGridThatFitsAsItIs) {
+TEST(ThresholdShrinking, KeepsAGridThatFits) {
   const Image image{{2, 2, 1}, {1, 2, kSilent, 4}};
   EXPECT_EQ(
       image.shrunk_to(4),
       (ThresholdGrid{.dims = {2, 2, 1}, .index_to_world = {}, .thresholds = {1, 2, kSilent, 4}}));
 }
 
-TEST(ThresholdShrinking, TakesTheLeastOfEachBlockAtItsMiddle) {
+TEST(ThresholdShrinking, UsesTheLeastOfEachBlockAtItsMiddle) {
   Image image{{4, 1, 1}, {5, 3, 9, 7}};
   image.map.columns[0] = {0, 2, 0};
   image.map.translation = {10, 20, 30};
@@ -38,13 +38,13 @@ TEST(ThresholdShrinking, TakesTheLeastOfEachBlockAtItsMiddle) {
   EXPECT_EQ(grid.index_to_world.translation, (Vec3{10, 21, 30}));
 }
 
-TEST(ThresholdShrinking, JoinsMoreSamplesWhereTheyAreCloser) {
+TEST(ThresholdShrinking, JoinsMoreSamplesAlongDenserAxes) {
   Image image{{64, 64, 16}, std::vector<float>(64 * 64 * 16, 2.0F)};
   image.map.columns[2] = {0, 0, 4};
   EXPECT_EQ(image.shrunk_to(16 * 16 * 16).dims, (std::array{16, 16, 16}));
 }
 
-TEST(ThresholdShrinking, AllowsNowhereMoreThanWhatHeldThere) {
+TEST(ThresholdShrinking, NeverRaisesAThreshold) {
   const Image image{{6, 1, 1}, {5, kSilent, kSilent, kSilent, 4, 4}};
   EXPECT_EQ(image.shrunk_to(3, 2).thresholds[0], 2)
       << "a part of the block has what holds elsewhere";

@@ -20,7 +20,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // ---- round trips
 
-TEST(Messages, ClientMessagesRoundTrip) {
+TEST(Messages, RoundTripClientMessages) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 500; ++i) {
     for (std::size_t kind = 0; kind < std::variant_size_v<ClientMessage>; ++kind) {
@@ -32,7 +32,7 @@ TEST(Messages, ClientMessagesRoundTrip) {
   }
 }
 
-TEST(Messages, ServerMessagesRoundTrip) {
+TEST(Messages, RoundTripServerMessages) {
   std::mt19937_64 random(2);
   for (int i = 0; i < 500; ++i) {
     for (std::size_t kind = 0; kind < std::variant_size_v<ServerMessage>; ++kind) {
@@ -57,7 +57,7 @@ IsosurfaceRequest largest_request() {
   return request;
 }
 
-TEST(Messages, LargestMessagesFitIntoAFrame) {
+TEST(Messages, FitIntoAFrameAtTheirLargest) {
   OpenStream open{
       .request_id = ~0ULL, .dataset = std::string(255, 'x'), .request = largest_request()};
   open.cached_tile_digests.assign(kMaxHeldDigests, ContentDigest{1, 2});
@@ -95,7 +95,7 @@ void expect_calm(const Parse& parse, std::string bytes, std::mt19937_64& random)
   }
 }
 
-TEST(Messages, CutOrChangedAnywhereAreReadOrRefusedWithAReason) {
+TEST(Messages, ReadOrRejectTruncatedAndChangedBytes) {
   std::mt19937_64 random(3);
   for (int i = 0; i < 10; ++i) {
     for (std::size_t kind = 0; kind < std::variant_size_v<ClientMessage>; ++kind) {
@@ -107,7 +107,7 @@ TEST(Messages, CutOrChangedAnywhereAreReadOrRefusedWithAReason) {
   }
 }
 
-TEST(Messages, RejectsUnknownKinds) {
+TEST(Messages, RejectUnknownKinds) {
   for (const std::string_view bytes : {std::string_view(""), std::string_view("\x7A\1x"),
                                        std::string_view("\xFF"), std::string_view("hello")}) {
     const auto from_client = parse_client_message(bytes);
@@ -125,7 +125,7 @@ std::string field(int number, const std::string& content) {
          content;
 }
 
-TEST(Messages, IgnoresUnknownFieldsOfNewerPeers) {
+TEST(Messages, IgnoreUnknownFieldsOfNewerPeers) {
   const std::string bytes = serialize(ClientMessage(Ping{7}));
   const std::string unknown = "\x78\x05" + field(14, "regions");
   for (const std::string& newer : {bytes + unknown, unknown + bytes, bytes + field(5, unknown)}) {
@@ -135,7 +135,7 @@ TEST(Messages, IgnoresUnknownFieldsOfNewerPeers) {
   }
 }
 
-TEST(Messages, AbsentFieldsHaveTheirDocumentedDefaults) {
+TEST(Messages, GiveAbsentFieldsTheirDocumentedDefaults) {
   const auto hello = parse_client_message(field(1, ""));
   ASSERT_TRUE(hello);
   EXPECT_TRUE(samples::same(*hello, ClientMessage(Hello{})));
@@ -147,7 +147,7 @@ TEST(Messages, AbsentFieldsHaveTheirDocumentedDefaults) {
   EXPECT_EQ(defaults.request.lattice_resolution, 5);
 }
 
-TEST(Messages, RejectsHelloWithoutDracoAndReadsKnownCodecs) {
+TEST(Messages, RejectHelloWithoutDracoAndReadKnownCodecs) {
   for (const std::string codecs : {"\x09", "\x02"}) {
     const auto refused = parse_client_message(field(1, field(3, codecs)));
     ASSERT_FALSE(refused);
@@ -159,13 +159,13 @@ TEST(Messages, RejectsHelloWithoutDracoAndReadsKnownCodecs) {
             (std::vector{PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell}));
 }
 
-TEST(Messages, RejectsTextThatIsNotUtf8) {
+TEST(Messages, RejectTextThatIsNotUtf8) {
   const auto parsed = parse_client_message(field(3, "\x08\x01" + field(2, "fu\xFF")));
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.error().error.code, ErrorCode::kMalformedMessage);
 }
 
-TEST(Messages, CarryErrorTextsThatAreNotUtf8AsFarAsTheyAre) {
+TEST(Messages, ReplaceInvalidUtf8InErrorTexts) {
   const auto text_of = [](const std::string& text) {
     const ErrorReply reply{.request_id = 4, .error = {ErrorCode::kInternal, text}};
     const auto parsed = parse_server_message(serialize(ServerMessage(reply)));
@@ -179,7 +179,7 @@ TEST(Messages, CarryErrorTextsThatAreNotUtf8AsFarAsTheyAre) {
   EXPECT_EQ(text_of("\xF4\x90\x80\x80"), "????") << "beyond U+10FFFF";
 }
 
-TEST(Messages, UnknownErrorCodesMeanUnknown) {
+TEST(Messages, ReadUnknownErrorCodesAsUnknown) {
   const auto parsed = parse_server_message(field(7, "\x10\x63"));
   ASSERT_TRUE(parsed);
   EXPECT_EQ(std::get<ErrorReply>(*parsed).error.code, ErrorCode::kUnknown);
@@ -207,7 +207,7 @@ void expect_refused(Message message, const std::function<void(Message&)>& spoil,
   }
 }
 
-TEST(Hello, OutOfRangeIsRefused) {
+TEST(Hello, RejectsValuesOutOfRange) {
   const auto refuse = [](auto spoil, const char* text, ErrorCode code) {
     expect_refused<Hello>(Hello{}, spoil, text, code);
   };
@@ -217,7 +217,7 @@ TEST(Hello, OutOfRangeIsRefused) {
   refuse([](Hello& h) { h.agent.assign(256, 'a'); }, "Hello.agent", ErrorCode::kLimitExceeded);
 }
 
-TEST(OpenStream, OutOfRangeIsRefused) {
+TEST(OpenStream, RejectsValuesOutOfRange) {
   const auto refuse = [](auto spoil, const char* text,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_refused<OpenStream>({.request_id = 9, .dataset = "fuel", .request = {}}, spoil, text,
@@ -274,7 +274,7 @@ TEST(OpenStream, OutOfRangeIsRefused) {
          "OpenStream.cached_tile_digests", ErrorCode::kLimitExceeded);
 }
 
-TEST(OpenStream, NamesSeveralDatasetsOnlyForOnePreviewOfEach) {
+TEST(OpenStream, AcceptsSeveralDatasetsOnlyForOnePreviewEach) {
   const OpenStream good{.request_id = 9,
                         .dataset = "cells.label1",
                         .request = {},
@@ -326,14 +326,14 @@ void expect_map_refused(const std::function<void(LocalThresholds&)>& spoil, cons
       [&](Estimate& e) { spoil(e.request.thresholds); }, text, code);
 }
 
-TEST(ThresholdMaps, AcceptsEveryKindOfPart) {
+TEST(ThresholdMaps, AcceptEveryKindOfPart) {
   const OpenStream open{.request_id = 9, .dataset = "fuel", .request = request_with_a_map()};
   const auto parsed = parse_client_message(serialize(ClientMessage(open)));
   ASSERT_TRUE(parsed) << parsed.error().error.text;
   EXPECT_TRUE(samples::same(*parsed, ClientMessage(open)));
 }
 
-TEST(ThresholdMaps, RejectsARegionOutOfRangeByIndexAndField) {
+TEST(ThresholdMaps, RejectRegionsOutOfRangeByIndexAndField) {
   using Map = LocalThresholds;
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_map_refused([=](Map& m) { m.regions[2].threshold = wrong; }, "regions[2].threshold");
@@ -364,7 +364,7 @@ TEST(ThresholdMaps, RejectsARegionOutOfRangeByIndexAndField) {
                      "threshold.combine");
 }
 
-TEST(ThresholdMaps, RejectsAGridOutOfRange) {
+TEST(ThresholdMaps, RejectGridsOutOfRange) {
   const auto refuse = [](const std::function<void(ThresholdGrid&)>& spoil, const char* text,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_map_refused(
@@ -392,7 +392,7 @@ TEST(ThresholdMaps, RejectsAGridOutOfRange) {
   refuse([](ThresholdGrid& g) { g.index_to_world.columns[1] = {2, 0, 0}; }, "grid.index_to_world");
 }
 
-TEST(ThresholdMaps, RejectsAViewOutOfRange) {
+TEST(ThresholdMaps, RejectViewsOutOfRange) {
   const auto refuse = [](const std::function<void(ThresholdView&)>& spoil, const char* text) {
     expect_map_refused([&](LocalThresholds& m) { spoil(*m.view); }, text);
   };
@@ -414,7 +414,7 @@ TEST(ThresholdMaps, RejectsAViewOutOfRange) {
   refuse([](ThresholdView& v) { v.frustum->up = {-3, 0, 0}; }, "view.frustum.up");
 }
 
-TEST(ThresholdMaps, RejectsMoreThanTenThousandRegions) {
+TEST(ThresholdMaps, RejectMoreThanTenThousandRegions) {
   for (const std::size_t count : {kMaxThresholdRegions + 1, 3 * kMaxThresholdRegions}) {
     expect_map_refused([=](LocalThresholds& m) { m.regions.resize(count); }, "regions",
                        ErrorCode::kLimitExceeded);
@@ -426,7 +426,7 @@ std::string open_stream_with_map(const std::string& map) {
   return field(3, "\x08\x09" + field(2, "fuel") + field(3, field(2, map)));
 }
 
-TEST(ThresholdMaps, RejectsIncompletePieces) {
+TEST(ThresholdMaps, RejectIncompletePieces) {
   const auto refusal = [](const std::string& map) {
     const auto parsed = parse_client_message(open_stream_with_map(map));
     if (parsed) return std::string("accepted");
@@ -449,7 +449,7 @@ TEST(ThresholdMaps, RejectsIncompletePieces) {
             std::string::npos);
 }
 
-TEST(ThresholdMaps, AbsentFieldsHaveTheirDocumentedDefaults) {
+TEST(ThresholdMaps, GiveAbsentFieldsTheirDocumentedDefaults) {
   const std::string zero(8, '\0');
   std::string one_point(8, '\0');
   one_point[6] = '\xF0';
@@ -479,7 +479,7 @@ TEST(OpenStream, RejectsAPartialDigest) {
   EXPECT_EQ(parsed.error().request_id, 9U);
 }
 
-TEST(StepBegin, OutOfRangeIsRefused) {
+TEST(StepBegin, RejectsValuesOutOfRange) {
   const auto refuse = [](auto spoil, const char* text) {
     StepBegin begin{.request_id = 9, .request = {}};
     begin.tetrahedra = begin.active_tetrahedra = 5;
@@ -511,7 +511,7 @@ TEST(StepBegin, OutOfRangeIsRefused) {
   refuse([](StepBegin& b) { b.tiles[0].bytes = kMaxServerFrameBytes + 1; }, "bytes");
 }
 
-TEST(DatasetList, OutOfRangeIsRefused) {
+TEST(DatasetList, RejectsValuesOutOfRange) {
   const auto refuse = [](std::function<void(DatasetInfo&)> spoil, const char* text,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
     std::mt19937_64 random(5);
@@ -586,7 +586,7 @@ TEST(DatasetList, OutOfRangeIsRefused) {
                 "DatasetInfo.member.label.color");
 }
 
-TEST(ServerMessages, OutOfRangeAreRefused) {
+TEST(ServerMessages, RejectValuesOutOfRange) {
   const auto payload = std::make_shared<const std::string>("x");
   expect_refused<Welcome>(
       {}, [](Welcome& w) { w.version = 0; }, "Welcome.version");
@@ -609,7 +609,7 @@ TEST(ServerMessages, OutOfRangeAreRefused) {
   }
 }
 
-TEST(Slice, OutOfRangeIsRefused) {
+TEST(Slice, RejectsValuesOutOfRange) {
   const auto refuse = [](auto spoil, const char* text,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_refused<Slice>({.request_id = 9, .dataset = "fuel"}, spoil, text, code);
@@ -630,7 +630,7 @@ TEST(Slice, OutOfRangeIsRefused) {
          "Slice.coordinates");
 }
 
-TEST(Probe, OutOfRangeIsRefused) {
+TEST(Probe, RejectsValuesOutOfRange) {
   const auto refuse = [](auto spoil, const char* text,
                          ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_refused<Probe>({.request_id = 9, .dataset = "fuel", .probe = {.places = {{1, 2, 3}}}},
@@ -661,7 +661,7 @@ TEST(SliceReply, RejectsBytesThatDoNotMatchItsPixels) {
       good, [](SliceReply& r) { r.sample_spacing = 0; }, "sample_spacing");
 }
 
-TEST(ProbeReply, RejectsNumbersThatAreNotFinite) {
+TEST(ProbeReply, RejectsNonfiniteNumbers) {
   const ProbedPlace place{.world = {1, 2, 3}, .index = {4, 5, 6}, .value = 7, .gradient = Vec3{}};
   const auto refuse = [&](auto spoil, const char* text) {
     expect_refused<ProbeReply>(
@@ -676,7 +676,7 @@ TEST(ProbeReply, RejectsNumbersThatAreNotFinite) {
   }
 }
 
-TEST(EstimateReply, OutOfRangeIsRefused) {
+TEST(EstimateReply, RejectsValuesOutOfRange) {
   for (const double wrong : {-1.0, kNaN, kInfinity}) {
     expect_refused<EstimateReply>(
         {.request_id = 9}, [=](EstimateReply& e) { e.threshold_world = wrong; }, "threshold_world");
@@ -701,7 +701,7 @@ std::string many_entries(int outer, int inner, std::size_t entries) {
   return long_field(outer, content);
 }
 
-TEST(ServerMessages, RejectsMillionsOfEmptyEntriesBeforeParsing) {
+TEST(ServerMessages, RejectMillionsOfEmptyEntriesBeforeParsing) {
   const auto code = [](const std::string& bytes) {
     const auto parsed = parse_server_message(bytes);
     return parsed ? ErrorCode::kUnknown : parsed.error().error.code;
@@ -716,7 +716,7 @@ TEST(ServerMessages, RejectsMillionsOfEmptyEntriesBeforeParsing) {
   EXPECT_EQ(code(portions), ErrorCode::kLimitExceeded) << "tiles in portions";
 }
 
-TEST(ThresholdMaps, RejectsMillionsOfEmptyRegionsBeforeParsing) {
+TEST(ThresholdMaps, RejectMillionsOfEmptyRegionsBeforeParsing) {
   const std::string map = many_entries(2, 4, 1000000);  // A field of the request.
   const std::string id = "\x08\x09";
   for (const int kind : {3, 6}) {  // OpenStream and Estimate.
@@ -752,7 +752,7 @@ TEST(Messages, CarryTheClientsSpeed) {
   }
 }
 
-TEST(Messages, RejectsImpossiblePreviews) {
+TEST(Messages, RejectImpossiblePreviews) {
   const auto expect_bad = [](std::vector<Preview> begun, const std::string& text,
                              ErrorCode code = ErrorCode::kInvalidArgument) {
     expect_refused<OpenStream>(
@@ -769,13 +769,13 @@ TEST(Messages, RejectsImpossiblePreviews) {
   expect_bad(std::vector<Preview>(21), "21 previews", ErrorCode::kLimitExceeded);
 }
 
-TEST(Messages, AFinalStepThatIsNotAsTheRequestSaysIsRefused) {
+TEST(Messages, RejectFinalStepsThatDifferFromTheRequest) {
   expect_refused<StepBegin>(
       {.request_id = 1, .is_final = true}, [](StepBegin& begin) { begin.is_unsimplified = true; },
       "is_unsimplified");
 }
 
-TEST(StepBegin, HasAShellStepExactlyWhereItsCodecSaysSo) {
+TEST(StepBegin, RequiresAShellStepExactlyForShellCodecs) {
   const std::string id = "\x08\x01";
   const std::string shells = field(14, "\x08\x01");  // Exact shells.
   EXPECT_TRUE(parse_server_message(field(3, id)));
@@ -817,7 +817,7 @@ TEST(RecordStartedStep, NamesAFinalStepOfShellsAsTheLastPreview) {
   EXPECT_EQ(std::get<OpenStream>(*parsed).resumed_previews, both);
 }
 
-TEST(RecordStartedStep, ResumesTheStreamWhereItWas) {
+TEST(RecordStartedStep, ResumesTheStreamAtItsPosition) {
   OpenStream open = {.request_id = 1, .dataset = "head", .request = {.simplify = true}};
   const auto begins = [&open](std::uint32_t step, std::int32_t finest, bool is_unsimplified) {
     record_started_step({.step = step,

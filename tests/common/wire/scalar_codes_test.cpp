@@ -21,7 +21,7 @@ std::vector<LatticePoint> some_points(std::size_t count) {
   return points;
 }
 
-TEST(ScalarCodes, WithinHalfAStepInAnyVertexOrder) {
+TEST(ScalarCodes, AreWithinHalfAStepInAnyVertexOrder) {
   const std::vector<LatticePoint> points = some_points(500);
   std::vector<double> values;
   for (const LatticePoint& p : points) values.push_back(std::sin(p.x) * 7);
@@ -44,7 +44,7 @@ TEST(ScalarCodes, WithinHalfAStepInAnyVertexOrder) {
   }
 }
 
-TEST(ScalarCodes, ClampsToTheRange) {
+TEST(ScalarCodes, ClampToTheRange) {
   const std::vector<LatticePoint> points = {{1, 2, 3}, {2, 2, 3}};
   const ScalarRange range{.low = 0, .high = 10, .bits = 8};
   EXPECT_EQ(
@@ -55,7 +55,7 @@ TEST(ScalarCodes, ClampsToTheRange) {
             (std::vector<float>{3, 3}));
 }
 
-TEST(ScalarCodes, RejectsAnotherNumberThanTheVertices) {
+TEST(ScalarCodes, RejectCountsThatDifferFromTheVertices) {
   const std::vector<LatticePoint> points = some_points(3);
   const ScalarRange range{.low = 0, .high = 1};
   EXPECT_FALSE(decode_scalars("12345", points, range));

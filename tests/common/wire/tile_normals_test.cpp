@@ -63,7 +63,7 @@ void expect_refused(const Result<LatticeMesh>& decoded, const std::string& text)
   EXPECT_NE(decoded.error().text.find(text), std::string::npos) << decoded.error().text;
 }
 
-TEST(TileNormals, ArriveAtTheirVerticesWithinTheRoundingOfTheirBits) {
+TEST(TileNormals, RoundTripWithinTheRoundingOfTheirBits) {
   const std::map<int, double> degrees = {{8, 1.0}, {9, 0.5}, {10, 0.25}};
   for (const LatticeMesh& mesh :
        {torn_surface(), surfaces::torus(5, 20, 10, 0.3, 1), surfaces::touching_octahedra(5)}) {
@@ -99,7 +99,7 @@ TEST(TileNormals, ChangeNothingButTheBytes) {
   EXPECT_EQ(digest(*decode_tile(*shaded.payload, shaded.summary, 5, 8)), plain.summary.digest);
 }
 
-TEST(TileNormals, RefusesOtherNormalsThanRequested) {
+TEST(TileNormals, RejectNormalsOtherThanRequested) {
   const LatticeMesh mesh = torn_surface();
   const auto directions = random_directions(mesh.vertices.size(), 1);
   const EncodedTile plain = encode_tile(mesh, surfaces::kCube);
@@ -117,7 +117,7 @@ TEST(TileNormals, RefusesOtherNormalsThanRequested) {
   }
 }
 
-TEST(TileNormals, RejectsOtherForms) {
+TEST(TileNormals, RejectOtherForms) {
   const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
   const EncodedTile tile =
       encode_tile(mesh, surfaces::kCube, kSpeed, {random_directions(mesh.vertices.size(), 1), 8});
@@ -130,7 +130,7 @@ TEST(TileNormals, RejectsOtherForms) {
   }
 }
 
-TEST(TileNormals, RejectsDifferentNormalsAtOneVertex) {
+TEST(TileNormals, RejectDifferentNormalsAtOneVertex) {
   // Two touching octahedra, indexed separately: their common vertex occurs twice.
   const LatticePoint middle = surfaces::center(5);
   LatticeMesh twice =
@@ -150,7 +150,7 @@ TEST(TileNormals, RejectsDifferentNormalsAtOneVertex) {
   expect_refused(decoded(random_directions(12, 2)), "several normals");
 }
 
-TEST(TileNormals, AChangedByteIsRejectedOrGivesUnitVectors) {
+TEST(TileNormals, RejectOrDecodeUnitVectorsAfterAChangedByte) {
   const LatticeMesh mesh = surfaces::torus(5, 8, 6, 0.2, 9);
   const EncodedTile tile =
       encode_tile(mesh, surfaces::kCube, kSpeed, {random_directions(mesh.vertices.size(), 4), 9});
@@ -173,7 +173,7 @@ TEST(TileNormals, AChangedByteIsRejectedOrGivesUnitVectors) {
   EXPECT_GT(decodable, 0) << "No change of a normal alone: a weak test.";
 }
 
-TEST(TileNormals, CutShortAnywhereAreRefused) {
+TEST(TileNormals, RejectTruncation) {
   const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
   const EncodedTile tile =
       encode_tile(mesh, surfaces::kCube, kSpeed, {random_directions(mesh.vertices.size(), 4), 8});
@@ -184,7 +184,7 @@ TEST(TileNormals, CutShortAnywhereAreRefused) {
   }
 }
 
-TEST(WeldedNormals, OnePerVertexWhenAllPiecesHaveThem) {
+TEST(WeldedNormals, AreOnePerVertexIfAllPiecesHaveThem) {
   std::vector<LatticeMesh> pieces(2);
   const LatticePoint middle = surfaces::center(5);
   pieces[0] = index_triangles(surfaces::octahedron({middle.x - 4, middle.y, middle.z}, 4), 5);

@@ -43,7 +43,7 @@ void expect_damaged(const Result<LatticeMesh>& decoded, const std::string& text)
 
 EncodedTile small_tile() { return encode_tile(surfaces::torus(5, 12, 8, 0.2, 1), surfaces::kCube); }
 
-TEST(Tile, GivesBackTheVeryTrianglesAtEveryResolution) {
+TEST(Tile, RoundTripsTrianglesAtEveryResolution) {
   for (const int resolution : {1, 3, 5, 8}) {
     for (const unsigned seed : {1U, 2U, 3U}) {
       expect_lossless(surfaces::torus(resolution, 48, 24, 0.3, seed), surfaces::kCube, 5);
@@ -51,18 +51,18 @@ TEST(Tile, GivesBackTheVeryTrianglesAtEveryResolution) {
   }
 }
 
-TEST(Tile, LosslessAtEverySpeed) {
+TEST(Tile, IsLosslessAtEverySpeed) {
   const LatticeMesh mesh = surfaces::torus(5, 60, 30, 0.3, 4);
   for (int speed = 0; speed < 10; ++speed) expect_lossless(mesh, surfaces::kCube, speed);
 }
 
-TEST(Tile, ASingleTriangleIsLossless) {
+TEST(Tile, KeepsASingleTriangle) {
   const LatticePoint p = surfaces::low_corner(5);
   const LatticeTriangle triangle = {p, {p.x + 7, p.y, p.z}, {p.x, p.y + 1, p.z + 3}};
   expect_lossless(index_triangles(std::vector{triangle}, 5), surfaces::kCube, 5);
 }
 
-TEST(Tile, LosslessAtTheEndOfTheLargestLattice) {
+TEST(Tile, IsLosslessAtTheEndOfTheLargestLattice) {
   const std::int32_t end = std::int32_t{1} << kMaxLatticeBits;
   const std::vector<LatticeTriangle> triangles = {
       {LatticePoint{end, end, end}, {end - 1, end, end}, {end, end - 1, end}},
@@ -70,7 +70,7 @@ TEST(Tile, LosslessAtTheEndOfTheLargestLattice) {
   expect_lossless(index_triangles(triangles, 8), {.exponent = 12, .x = 0, .y = 0, .z = 0}, 5);
 }
 
-TEST(Tile, KeepsAVertexWhereTwoFansTouchAsOne) {
+TEST(Tile, KeepsNonmanifoldVertices) {
   const LatticeMesh mesh = surfaces::touching_octahedra(5);
   ASSERT_EQ(mesh.vertices.size(), 11U);
   expect_lossless(mesh, surfaces::kCube, 5);
@@ -90,9 +90,9 @@ TEST(Tile, KeepsAnEdgeOfFourTriangles) {
   expect_lossless(index_triangles(triangles, 5), surfaces::kCube, 5);
 }
 
-TEST(Tile, EqualMeshesHaveEqualBytes) { EXPECT_EQ(*small_tile().payload, *small_tile().payload); }
+TEST(Tile, EncodesEqualMeshesEqually) { EXPECT_EQ(*small_tile().payload, *small_tile().payload); }
 
-TEST(Tile, RefusesTilesThatDifferFromTheManifest) {
+TEST(Tile, RejectsTilesThatDifferFromTheManifest) {
   const EncodedTile tile = small_tile();
   const auto decode = [&tile](auto change) {
     TileSummary promised = tile.summary;
@@ -121,7 +121,7 @@ TEST(Tile, RejectsVerticesOutsideItsCube) {
   }
 }
 
-TEST(Tile, AChangedByteIsRejectedOrHarmless) {
+TEST(Tile, RejectsOrIgnoresAChangedByte) {
   const EncodedTile tile = encode_tile(surfaces::torus(5, 8, 6, 0.2, 9), surfaces::kCube);
   for (std::size_t at = 0; at < tile.payload->size(); ++at) {
     for (int bit = 0; bit < 8; ++bit) {
@@ -137,7 +137,7 @@ TEST(Tile, AChangedByteIsRejectedOrHarmless) {
   }
 }
 
-TEST(Tile, ManyTrianglesWithAChangedByteAreRejectedOrEqual) {
+TEST(Tile, RejectsOrKeepsManyTrianglesWithAChangedByte) {
   // Large enough for the valence traversal; changes one bit per byte, to save time.
   const EncodedTile tile = encode_tile(surfaces::torus(5, 36, 16, 0.2, 9), surfaces::kCube);
   ASSERT_EQ((*tile.payload)[11], 2);
@@ -151,7 +151,7 @@ TEST(Tile, ManyTrianglesWithAChangedByteAreRejectedOrEqual) {
   }
 }
 
-TEST(Tile, CutShortAnywhereIsRefused) {
+TEST(Tile, RejectsTruncation) {
   const EncodedTile tile = small_tile();
   for (std::size_t bytes = 0; bytes < tile.payload->size(); ++bytes) {
     TileSummary promised = tile.summary;
@@ -178,7 +178,7 @@ std::string boast(std::uint32_t triangles, std::size_t bytes) {
   return payload;
 }
 
-TEST(Tile, RefusesClaimsOfBillionsOfTrianglesBeforeDecoding) {
+TEST(Tile, RejectsClaimsOfBillionsOfTrianglesBeforeDecoding) {
   TileSummary promised{
       .cube = surfaces::kCube, .digest = {}, .triangles = 100, .vertices = 50, .bytes = 61};
   for (const std::uint32_t triangles : {0xFFFFFFFFU, 0x80000000U, 0x01000000U, 101U}) {
@@ -192,7 +192,7 @@ TEST(Tile, RefusesClaimsOfBillionsOfTrianglesBeforeDecoding) {
   expect_damaged(decode_tile(boast(0x80000000U, 61), promised, 5), "at most 1048576");
 }
 
-TEST(Tile, RefusesContradictoryCountsBeforeDecoding) {
+TEST(Tile, RejectsContradictoryCountsBeforeDecoding) {
   const std::string start("DRACO\2\2\1\1\0\0\0", 12);
   const std::string zero(1, '\0');
   const auto claims = [&](std::uint32_t vertices, std::uint32_t triangles, std::uint32_t symbols,

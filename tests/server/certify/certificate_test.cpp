@@ -22,7 +22,7 @@ using testing::PreparedSetting;
 
 class CertificateEverySurface : public ::testing::TestWithParam<PreparedSetting> {};
 
-TEST_P(CertificateEverySurface, EverySurfaceOfOursIsKept) {
+TEST_P(CertificateEverySurface, AcceptsEveryExtractedSurface) {
   const PreparedSetting& setting = GetParam();
   const DatasetPtr dataset = testing::prepared(setting);
   const auto all = testing::isovalues_of(*dataset);
@@ -76,7 +76,7 @@ class CertificateErrors : public ::testing::Test {
   CertifyOptions half_ = {.error = 0.5, .lattice = 5};
 };
 
-TEST_F(CertificateErrors, AcceptsTheRightSurface) {
+TEST_F(CertificateErrors, AcceptsTheCorrectSurface) {
   const Certificate certificate = certified(surface(0.5), half_);
   EXPECT_TRUE(certificate.passes());
   EXPECT_EQ(certificate.error, ErrorVerdict::kProven);
@@ -102,7 +102,7 @@ TEST_F(CertificateErrors, DetectsAHole) {
   EXPECT_FALSE(certificate.passes());
 }
 
-TEST_F(CertificateErrors, ASurfaceBesideTheDataHasNoBorder) {
+TEST_F(CertificateErrors, CountsEdgesOutsideTheDataAsOpen) {
   const Certificate certificate = certified(testing::shifted(surface(0), {-100, 0, 0}), {});
   EXPECT_EQ(certificate.mesh.border_edges + certificate.mesh.open_edges,
             certificate.reference.border_edges);
@@ -132,7 +132,7 @@ TEST_F(CertificateErrors, MeasuresWithoutABound) {
   EXPECT_TRUE(certified(mesh, {.any_topology = true}).passes());
 }
 
-TEST_F(CertificateErrors, DetectsTurnedOrMissingTriangles) {
+TEST_F(CertificateErrors, DetectsFlippedOrMissingTriangles) {
   TriangleMesh mesh = surface(0);
   const auto inside =
       std::find_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const TriangleIndices& t) {
@@ -147,7 +147,7 @@ TEST_F(CertificateErrors, DetectsTurnedOrMissingTriangles) {
   EXPECT_FALSE(certified(mesh, {}).passes());
 }
 
-TEST_F(CertificateErrors, HintsAtTheDatasetForVerticesBeyondTheSamples) {
+TEST_F(CertificateErrors, SuggestsTheDatasetWhenVerticesLieBeyondTheSamples) {
   const DatasetPtr closed = make_dataset(volume_, "closed", -10, 1);
   const TriangleMesh mesh = extracted(closed, {.isovalue = 0.1, .error = 0.5});
   const auto report = [&](const CertifyOptions& options) {
@@ -172,7 +172,7 @@ Volume two_balls() {
   });
 }
 
-TEST(Certificate, MeasuresAShift) {
+TEST(Certificate, MeasuresTheDistanceOfAShiftedMesh) {
   const Volume volume = two_balls();
   const DatasetPtr dataset = make_dataset(volume, "balls");
   const TriangleMesh mesh = extracted(dataset, {.isovalue = 0.0, .error = 0});
@@ -238,7 +238,7 @@ TEST_F(WithoutTheSmallBall, NamesTheOptionThatExpectsItToBeMissing) {
   EXPECT_TRUE(certified(cleaned_, 0).missing) << "only the topology differs";
 }
 
-TEST_F(WithoutTheSmallBall, IsCertifiedWithThatOptionAndTheWholeMeshIsNot) {
+TEST_F(WithoutTheSmallBall, AcceptsTheReducedMeshOnlyWithTheOption) {
   const Certificate certificate = certified(cleaned_, 15);
   EXPECT_TRUE(certificate.passes()) << text_of(certificate, {}, options_);
   EXPECT_EQ(certificate.reference.components, 1);
@@ -252,14 +252,14 @@ TEST_F(WithoutTheSmallBall, IsCertifiedWithThatOptionAndTheWholeMeshIsNot) {
   EXPECT_FALSE(certified(cleaned_, 14).passes()) << "it is too large to be missing";
 }
 
-TEST_F(WithoutTheSmallBall, IsNoExplanationWhereTheRestDiffersToo) {
+TEST_F(WithoutTheSmallBall, OmitsTheHintIfTheRestDiffersToo) {
   EXPECT_FALSE(certified(testing::shifted(cleaned_, {2, 0, 0}), 0).missing);
   EXPECT_FALSE(certified({}, 0).missing);
 }
 
 // The mesh lacks the inner side of a shell. It lies within the error of the outer side, so
 // distances alone do not show which of the two is missing.
-TEST(Certificate, ExpectsAsManyComponentsNearTheLimitAsTheMeshHas) {
+TEST(Certificate, AcceptsEitherCountOfComponentsNearTheSizeLimit) {
   const Vec3 center = {12, 12, 12};
   const Volume volume = fields::sampled<float>({25, 25, 25}, [&](int x, int y, int z) {
     const Vec3 at = {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
@@ -308,7 +308,7 @@ TEST(Certificate, WeldsSeparateCorners) {
   EXPECT_TRUE(of_soup.passes());
 }
 
-TEST(Certificate, CountsVerticesWhereFansOnlyTouch) {
+TEST(Certificate, CountsNonmanifoldVertices) {
   const TriangleMesh bowtie = welded(testing::joined(testing::box({0, 0, 0}, {1, 1, 1}),
                                                      testing::box({1, 1, 1}, {2, 2, 2})))
                                   .mesh;
@@ -333,7 +333,7 @@ TEST(LatticeStep, FollowsTheLongestDiagonal) {
 
 // ---- the report
 
-TEST(CertificateReport, BeginsWithTheVerdictAndHoldsTheNumbers) {
+TEST(CertificateReport, StartsWithTheVerdictAndContainsTheNumbers) {
   const Volume volume = two_balls();
   const TriangleMesh mesh =
       extracted(make_dataset(volume, "balls"), {.isovalue = 0.0, .error = 0.5});

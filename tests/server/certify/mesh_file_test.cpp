@@ -71,7 +71,7 @@ TriangleMesh as_triangles(const PositionedMesh& mesh) {
   return result;
 }
 
-TEST_F(MeshFile, EveryFormatRoundTrips) {
+TEST_F(MeshFile, RoundTripsEveryFormat) {
   const PositionedMesh mesh = world_mesh();
   const auto expected = sorted_corners(as_triangles(mesh));
   for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
@@ -90,7 +90,7 @@ TEST_F(MeshFile, EveryFormatRoundTrips) {
   EXPECT_EQ(draco.triangles.size(), mesh.triangles.size());
 }
 
-TEST_F(MeshFile, FilesOfOursNameTheirLatticeAndRemovedComponents) {
+TEST_F(MeshFile, NamesLatticeAndRemovedComponents) {
   const PositionedMesh mesh = world_mesh();
   for (const auto& [name, format] : {std::pair("a.ply", MeshFormat::kPly),
                                      {"a.stl", MeshFormat::kStl},
@@ -108,7 +108,7 @@ TEST_F(MeshFile, FilesOfOursNameTheirLatticeAndRemovedComponents) {
   }
 }
 
-TEST_F(MeshFile, GltfWithDracoAppliesNodeTransforms) {
+TEST_F(MeshFile, AppliesNodeTransformsToDraco) {
   const LatticeMesh mesh = surfaces::torus(5, 12, 8, 0.2, 1);
   const Vec3 step = {0.5, 2, 3};
   const TriangleMesh found = welded(read("a.glb", lattice_glb(mesh, {.exponent = 6}, step))).mesh;
@@ -123,7 +123,7 @@ TEST_F(MeshFile, GltfWithDracoAppliesNodeTransforms) {
 
 // ---- PLY
 
-TEST_F(MeshFile, PlyMayBeTextWithPolygonsAndOtherElements) {
+TEST_F(MeshFile, ReadsTextPlyWithPolygonsAndOtherElements) {
   const TriangleMesh mesh = read("a.ply",
                                  "ply\nformat ascii 1.0\ncomment x\nobj_info y\nelement vertex 5\n"
                                  "property double y\nproperty list uchar int tags\n"
@@ -138,7 +138,7 @@ TEST_F(MeshFile, PlyMayBeTextWithPolygonsAndOtherElements) {
   EXPECT_EQ(mesh.triangles, (std::vector<TriangleIndices>{{0, 1, 2}, {0, 2, 3}, {0, 1, 4}}));
 }
 
-TEST_F(MeshFile, PlyMayBeBigEndian) {
+TEST_F(MeshFile, ReadsBigEndianPly) {
   std::string file =
       "ply\r\nformat binary_big_endian 1.0\r\nelement vertex 3\r\nproperty short x\r\n"
       "property float y\r\nproperty double z\r\nelement face 1\r\n"
@@ -182,7 +182,7 @@ TEST_F(MeshFile, RejectsTruncatedPly) {
 
 // ---- STL and OBJ
 
-TEST_F(MeshFile, StlMayBeTextAndBinaryMayBeginLikeText) {
+TEST_F(MeshFile, ReadsTextStlAndBinaryStlThatStartsLikeText) {
   const TriangleMesh mesh = read("a.STL",
                                  "solid thing\r\n facet normal 0 0 1\r\n  outer loop\r\n"
                                  "   vertex 0 0 0\r\n   vertex 1e0 0 0\r\n   vertex 0 1.5 0\r\n"
@@ -196,7 +196,7 @@ TEST_F(MeshFile, StlMayBeTextAndBinaryMayBeginLikeText) {
             std::string::npos);
 }
 
-TEST_F(MeshFile, ObjIndicesMayBeNegative) {
+TEST_F(MeshFile, ReadsNegativeObjIndices) {
   const TriangleMesh mesh = read("a.obj",
                                  "# by hand\nmtllib x.mtl\no thing\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\n"
                                  "v 0 1 0\nvn 0 0 1\nvt 0 0\nf 1/1/1 2//1 3/1 4\nv 5 5 5\n"
@@ -246,7 +246,7 @@ std::string nested_glb(const std::string& nodes) {
              binary);
 }
 
-TEST_F(MeshFile, GltfReadsAllNodes) {
+TEST_F(MeshFile, ReadsAllNodesOfGltf) {
   const TriangleMesh mesh = read("a.glb", nested_glb(R"([{"children":[1],"translation":[10,20,30]},
                               {"children":[2],"rotation":[0,1,0,0]},{"mesh":0,"scale":[3,3,3]}])"));
   // A half turn about y maps x to -x; (x, y, z) with y up is (x, -z, y) with z up.
@@ -331,7 +331,7 @@ std::string vtp(
          "</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n";
 }
 
-TEST_F(MeshFile, VtpMayBeTextBase64OrCompressed) {
+TEST_F(MeshFile, ReadsTextBase64AndCompressedVtp) {
   const auto size = [](const std::string& bytes) {
     return bytes_of(std::vector<std::uint64_t>{bytes.size()});
   };
@@ -370,7 +370,7 @@ TEST_F(MeshFile, RejectsInvalidVtp) {
 
 // ---- damage
 
-TEST_F(MeshFile, RefusesOtherFilesByName) {
+TEST_F(MeshFile, RejectsOtherFilesByName) {
   EXPECT_NE(complaint("a.ply", "GIF89a").find("its format is not one of"), std::string::npos);
   EXPECT_NE(complaint("a.xyz", "0 0 0\n").find("a.xyz"), std::string::npos);
   EXPECT_THROW((void)read_mesh(folder_.path() / "missing.stl"), VolumeFileError);
@@ -378,7 +378,7 @@ TEST_F(MeshFile, RefusesOtherFilesByName) {
 }
 
 // Any bytes give either a mesh whose vertices exist or an error.
-TEST_F(MeshFile, ReadsOrRefusesDamagedFiles) {
+TEST_F(MeshFile, ReadsOrRejectsDamagedFiles) {
   std::mt19937 random(5);
   const LatticeMesh torus = surfaces::torus(3, 6, 5, 0.2, 1);
   PositionedMesh mesh = positioned(torus, {});

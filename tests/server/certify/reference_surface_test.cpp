@@ -35,7 +35,7 @@ double area(const std::vector<SurfaceTriangle>& surface) {
   return area;
 }
 
-TEST(ReferenceSurface, ALinearFieldGivesAPlane) {
+TEST(ReferenceSurface, IsAPlaneForALinearField) {
   const Volume volume = fields::sampled<float>(
       {9, 7, 12}, [](int x, int y, int z) { return 2 * x + 3 * y + 6 * z; }, {1, 2, 0.5});
   const ReferenceSurface surface = reference_of(volume, 30.25);
@@ -46,7 +46,7 @@ TEST(ReferenceSurface, ALinearFieldGivesAPlane) {
 }
 
 // The tetrahedra fill the data and do not overlap.
-TEST(ReferenceSurface, APlaneHasItsArea) {
+TEST(ReferenceSurface, HasTheAreaOfAPlane) {
   for (const std::array<std::int32_t, 3> dims :
        {std::array<std::int32_t, 3>{9, 9, 9}, {8, 6, 7}, {17, 3, 2}}) {
     const Volume volume = fields::sampled<float>(dims, [](int x, int, int) { return x; });

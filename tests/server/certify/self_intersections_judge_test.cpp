@@ -22,7 +22,7 @@ using CgalMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 
 Kernel::Point_3 point(const Vec3& p) { return {p[0], p[1], p[2]}; }
 
-TEST(SelfIntersectionsJudge, AgreesOnTrianglesThatShareNothing) {
+TEST(SelfIntersectionsJudge, AgreesOnDisjointTriangles) {
   std::mt19937 random(11);
   std::uniform_int_distribution<int> coordinate(0, 3);
   int meeting = 0;
@@ -52,7 +52,7 @@ TEST(SelfIntersectionsJudge, AgreesOnTrianglesThatShareNothing) {
 }
 
 // Closed meshes whose vertices were moved until the meshes intersect themselves.
-TEST(SelfIntersectionsJudge, FindsTheSamePairsInTangledSpheres) {
+TEST(SelfIntersectionsJudge, FindsTheSamePairsInOverlappingSpheres) {
   std::mt19937 random(12);
   for (const double noise : {0.0, 0.1, 0.4}) {
     TriangleMesh mesh =

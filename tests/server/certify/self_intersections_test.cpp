@@ -39,7 +39,7 @@ int rational_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3
 }
 
 // Nearly coplanar points of different magnitudes.
-TEST(Orientation, Exact) {
+TEST(Orientation, IsExact) {
   std::mt19937_64 random(3);
   std::uniform_int_distribution<int> small(-3, 3);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -63,7 +63,7 @@ TEST(Orientation, Exact) {
   EXPECT_GT(zeros, 1000);
 }
 
-TEST(Orientation, TrianglesOfAPlaneTurnCounterClockwise) {
+TEST(Orientation, IsCounterClockwiseForTrianglesOfAPlane) {
   EXPECT_EQ(orientation(Vec2{0, 0}, Vec2{1, 0}, Vec2{0, 1}), 1);
   EXPECT_EQ(orientation(Vec2{0, 0}, Vec2{0, 1}, Vec2{1, 0}), -1);
   EXPECT_EQ(orientation(Vec2{0.1, 0.1}, Vec2{0.2, 0.2}, Vec2{0.3, 0.3}),
@@ -74,13 +74,13 @@ TEST(Orientation, TrianglesOfAPlaneTurnCounterClockwise) {
 
 // ---- neighbours
 
-TEST(SelfIntersections, ABowtieHasNone) {
+TEST(SelfIntersections, AreNoneInABowtie) {
   EXPECT_EQ(intersecting({.vertices = {{0, 0, 0}, {-1, -1, 0}, {-1, 1, 0}, {1, -1, 0}, {1, 1, 0}},
                           .triangles = {{0, 1, 2}, {0, 3, 4}}}),
             0U);
 }
 
-TEST(SelfIntersections, TrianglesWithACommonVertexCountBeyondIt) {
+TEST(SelfIntersections, CountTrianglesThatMeetBeyondACommonVertex) {
   const auto with = [](const Vec3& a, const Vec3& b) {
     return intersecting({.vertices = {{0, 0, 0}, {4, -2, 0}, {4, 2, 0}, a, b},
                          .triangles = {{0, 1, 2}, {0, 3, 4}}});
@@ -94,7 +94,7 @@ TEST(SelfIntersections, TrianglesWithACommonVertexCountBeyondIt) {
   EXPECT_EQ(with({8, -4, 0}, {0, 0, 3}), 2U) << "along a side";
 }
 
-TEST(SelfIntersections, TrianglesWithACommonEdgeCountWhereTheyOverlap) {
+TEST(SelfIntersections, CountTrianglesWithACommonEdgeIfTheyOverlap) {
   const auto with = [](const Vec3& d) {
     return intersecting(
         {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, d}, .triangles = {{0, 1, 2}, {1, 0, 3}}});
@@ -104,7 +104,7 @@ TEST(SelfIntersections, TrianglesWithACommonEdgeCountWhereTheyOverlap) {
   EXPECT_EQ(with({3, 5, 0}), 2U);
 }
 
-TEST(SelfIntersections, ADuplicateTriangleCountsTwice) {
+TEST(SelfIntersections, CountADuplicateTriangleTwice) {
   const TriangleMesh once = {.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                              .triangles = {{0, 1, 2}}};
   EXPECT_EQ(intersecting(joined(once, once)), 2U);
@@ -112,7 +112,7 @@ TEST(SelfIntersections, ADuplicateTriangleCountsTwice) {
 
 // ---- others
 
-TEST(SelfIntersections, TouchingTrianglesCount) {
+TEST(SelfIntersections, CountTouchingTriangles) {
   const auto with = [](const std::array<Vec3, 3>& other) {
     return intersecting(
         {.vertices = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, other[0], other[1], other[2]},
@@ -126,7 +126,7 @@ TEST(SelfIntersections, TouchingTrianglesCount) {
   EXPECT_EQ(with({Vec3{1, 1, 1e-9}, {1, 1, 1}, {2, 1, 1}}), 0U) << "just above";
 }
 
-TEST(SelfIntersections, TouchingCubesDependOnWhatTheyShare) {
+TEST(SelfIntersections, CountTouchingCubesByWhatTheyShare) {
   const TriangleMesh cube = box({0, 0, 0}, {1, 1, 1});
   EXPECT_EQ(intersecting(cube), 0U);
   EXPECT_EQ(intersecting(joined(cube, box({1, 1, 1}, {2, 2, 2}))), 0U) << "a vertex";
@@ -138,7 +138,7 @@ TEST(SelfIntersections, TouchingCubesDependOnWhatTheyShare) {
   EXPECT_GT(intersecting(joined(cube, box({0.5, 0.5, 0.5}, {1.5, 1.5, 1.5}))), 6U);
 }
 
-TEST(SelfIntersections, LeaveOutTrianglesWithoutArea) {
+TEST(SelfIntersections, OmitTrianglesWithoutArea) {
   const SelfIntersections found =
       self_intersections({.vertices = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}},
                           .triangles = {{0, 1, 2}, {0, 2, 3}}});

@@ -42,7 +42,7 @@ double brute_force(const TriangleMesh& from, const TriangleMesh& to) {
   return largest;
 }
 
-TEST(TwoSidedDistance, ParallelSquaresHaveTheirDistance) {
+TEST(TwoSidedDistance, MatchesTheDistanceOfParallelSquares) {
   const auto [there, back] = two_sided_distance(square(0), square(0.25), {.samples = 500});
   for (const SurfaceDistance& way : {there, back}) {
     EXPECT_DOUBLE_EQ(way.maximum, 0.25);
@@ -53,7 +53,7 @@ TEST(TwoSidedDistance, ParallelSquaresHaveTheirDistance) {
   }
 }
 
-TEST(TwoSidedDistance, HasItsFarthestPointWhereThereIsNoVertex) {
+TEST(TwoSidedDistance, FindsAFarthestPointBetweenVertices) {
   // Four tiny triangles at the corners of the square, whose middle is farthest from them.
   TriangleMesh rim;
   for (int side = 0; side < 4; ++side) {
@@ -103,7 +103,7 @@ TEST(TwoSidedDistance, BoundsEveryPointOfRandomTriangles) {
 }
 
 // When pieces are dropped to save memory, the upper bound still includes them.
-TEST(TwoSidedDistance, StaysABoundWithoutMemoryForItsSearch) {
+TEST(TwoSidedDistance, IsABoundWithoutMemoryForItsSearch) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 10);
   const TriangleMesh b = testing::shifted(testing::sphere({0, 0, 0}, 1, 7), {0.1, 0, 0});
   const auto exact = two_sided_distance(a, b, {.tolerance = 1e-4}).mesh_to_reference;
@@ -117,7 +117,7 @@ TEST(TwoSidedDistance, StaysABoundWithoutMemoryForItsSearch) {
 }
 
 // At a shared vertex any triangle of the fan may be found nearest.
-TEST(TwoSidedDistance, NearlyTheSameMeshesAreDecidedWithoutASearch) {
+TEST(TwoSidedDistance, DecidesNearlyEqualMeshesWithoutASearch) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 20);
   const TriangleMesh b = testing::shifted(a, {1e-6, 0, 0});
   const auto [there, back] = two_sided_distance(a, b, {.tolerance = 1e-3, .max_pieces = 0});
@@ -127,14 +127,14 @@ TEST(TwoSidedDistance, NearlyTheSameMeshesAreDecidedWithoutASearch) {
   }
 }
 
-TEST(TwoSidedDistance, AnEmptyMeshIsInfinitelyFar) {
+TEST(TwoSidedDistance, IsInfiniteForAnEmptyMesh) {
   const auto [there, back] = two_sided_distance({}, square(0), {});
   EXPECT_EQ(there.maximum_at_most, 0);
   EXPECT_TRUE(std::isinf(back.maximum));
   EXPECT_TRUE(std::isinf(back.maximum_at_most));
 }
 
-TEST(TwoSidedDistance, DoesNotDependOnThreadCount) {
+TEST(TwoSidedDistance, IsIndependentOfThreadCount) {
   const TriangleMesh a = testing::sphere({0, 0, 0}, 1, 20);
   const TriangleMesh b = testing::sphere({0.05, 0.02, 0}, 1.1, 17);
   const auto run = [&](std::size_t threads) {

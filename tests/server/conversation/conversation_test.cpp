@@ -81,7 +81,7 @@ class ConversationTest : public ::testing::Test {
 
 // Every stream that is kept, here or in the workers' queue, shares ownership of the source, as does
 // the forecast of its time.
-TEST_F(ConversationTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
+TEST_F(ConversationTest, KeepsAtMostTwoStreamsWhenManySupersede) {
   const long before = source_.use_count();
   constexpr std::uint64_t kStreams = 100;
   for (std::uint64_t id = 1; id <= kStreams; ++id) {
@@ -95,7 +95,7 @@ TEST_F(ConversationTest, KeepsTwoStreamsAtMostHoweverManySupersedeEachOther) {
   EXPECT_EQ(std::get<StepBegin>(next()).request_id, kStreams);
 }
 
-TEST_F(ConversationTest, ReceivesNothingMoreWhileAListOfDatasetsWaits) {
+TEST_F(ConversationTest, StopsReadingWhileADatasetListWaits) {
   EXPECT_TRUE(has_room());
   receive(Ping{1});
   EXPECT_TRUE(has_room());
@@ -137,7 +137,7 @@ class LoggedErrors : public ServiceObserver {
   std::vector<std::string> texts;
 };
 
-TEST(ConversationLog, NamesDatasetsThatTheTokenDoesNotCover) {
+TEST(ConversationLog, LogsDatasetsTheTokenDoesNotCover) {
   const auto logged = std::make_shared<LoggedErrors>();
   const TemporaryFolder folder;
   std::ofstream(folder.path() / "tokens") << "guests none public-*\n";

@@ -35,7 +35,7 @@ std::vector<Bytes> bricks_of(std::size_t item_bytes) {
   return bricks;
 }
 
-TEST(BrickCodec, GivesEveryBrickBack) {
+TEST(BrickCodec, RoundTripsEveryBrick) {
   for (const std::size_t item_bytes : {1U, 2U, 4U}) {
     for (const Bytes& brick : bricks_of(item_bytes)) {
       const PackedBrick packed = pack_brick(brick, item_bytes);
@@ -52,7 +52,7 @@ TEST(BrickCodec, GivesEveryBrickBack) {
   }
 }
 
-TEST(BrickCodec, PacksWhatIsSmoothAndLeavesNoiseAsItIs) {
+TEST(BrickCodec, CompressesSmoothBricksAndStoresNoiseRaw) {
   const std::vector<Bytes> bricks = bricks_of(2);
   const std::size_t last = bricks.size() - 3;
   EXPECT_EQ(pack_brick(bricks[last], 2).codec, BrickCodec::kRaw);
@@ -62,7 +62,7 @@ TEST(BrickCodec, PacksWhatIsSmoothAndLeavesNoiseAsItIs) {
   EXPECT_EQ(pack_brick(bricks[last + 2], 2).bytes.size(), 2U);
 }
 
-TEST(BrickCodec, RefusesOtherSizesAndSurvivesAnyBytes) {
+TEST(BrickCodec, RejectsWrongSizesAndArbitraryBytes) {
   std::mt19937 random(9);
   const Bytes brick = bricks_of(2)[16];
   const PackedBrick packed = pack_brick(brick, 2);
@@ -112,7 +112,7 @@ TEST(PackedBytes, RoundTripAnySize) {
   }
 }
 
-TEST(BrickOrder, HasEveryBrickOnceAndAlignedCubesTogether) {
+TEST(BrickOrder, ContainsEveryBrickOnceAndKeepsAlignedCubesContiguous) {
   for (const GridCounts& dims :
        {GridCounts{1, 1, 1}, GridCounts{16, 17, 300}, GridCounts{150, 90, 33}}) {
     const BrickLayout layout(dims);

@@ -14,7 +14,7 @@ namespace {
 
 using testing::expect_contains;
 
-TEST(DatasetMetadata, ComesBackBitForBit) {
+TEST(DatasetMetadata, RoundTripsExactly) {
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.info.spacing = {0.1, 1.0 / 3.0, 1e-9};
   metadata.info.index_to_world.translation = {1e300, -0.1, 7};
@@ -26,7 +26,7 @@ TEST(DatasetMetadata, ComesBackBitForBit) {
   }
 }
 
-TEST(DatasetMetadata, SpaceAndUnitsComeBackAndMayBeMissing) {
+TEST(DatasetMetadata, RoundTripsOptionalSpaceAndUnits) {
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.info.meaning = {.space = WorldSpace::kRas, .length_unit = "µm", .value_unit = "kg/m³"};
   std::string text = metadata_text(metadata);
@@ -44,7 +44,7 @@ TEST(DatasetMetadata, SpaceAndUnitsComeBackAndMayBeMissing) {
   EXPECT_FALSE(parse_metadata(metadata_text(metadata)));
 }
 
-TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
+TEST(DatasetMetadata, RoundTripsSeriesMembersAndNamesDamagedOnes) {
   DatasetMetadata metadata = small_prepared().metadata;
   for (const SeriesMember& member :
        {SeriesMember{.series = "heart"},
@@ -72,7 +72,7 @@ TEST(DatasetMetadata, SeriesMembersComeBackAndDamagedOnesAreNamed) {
   }
 }
 
-TEST(DatasetMetadata, NamesAndUnitsThatSteerTerminalsOrWritingAreRefused) {
+TEST(DatasetMetadata, RejectsControlCharactersInNamesAndUnits) {
   for (const std::string steering : {"\u009b2J", "a\u202eb", "a\u2028b", "\u061c"}) {
     DatasetMetadata metadata = small_prepared().metadata;
     const auto is_refused = [&metadata] { return !parse_metadata(metadata_text(metadata)); };
@@ -90,7 +90,7 @@ TEST(DatasetMetadata, NamesAndUnitsThatSteerTerminalsOrWritingAreRefused) {
   }
 }
 
-TEST(DatasetMetadata, KeepsTheVolumeOfALabel) {
+TEST(DatasetMetadata, RoundTripsTheVolumeOfALabel) {
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.label_volume = {.samples = 39, .surface_samples = 38.61};
   metadata.info.label_extent = metadata.label_volume->extent();
@@ -105,7 +105,7 @@ TEST(DatasetMetadata, KeepsTheVolumeOfALabel) {
   expect_contains(refused.error().text, "surface_samples");
 }
 
-TEST(DatasetMetadata, KeepsWhereALabelIs) {
+TEST(DatasetMetadata, RoundTripsTheExtentOfALabel) {
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.label_volume = {.samples = 2,
                            .surface_samples = 1.5,
@@ -121,7 +121,7 @@ TEST(DatasetMetadata, KeepsWhereALabelIs) {
   expect_contains(refused.error().text, "label_volume");
 }
 
-TEST(DatasetMetadata, EveryFieldThatIsMissingOrOfAnotherTypeIsNamed) {
+TEST(DatasetMetadata, NamesMissingOrWronglyTypedFields) {
   const std::string whole = metadata_text(small_prepared().metadata);
   ASSERT_TRUE(parse_metadata(whole));
   for (const char* field : {"name",

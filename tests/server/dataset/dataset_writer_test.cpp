@@ -60,7 +60,7 @@ int status_of_child(const std::function<void()>& act) {
   return status;
 }
 
-TEST(DatasetWriter, KilledAtAnyStepItLeavesTheOldFileOrTheNewOne) {
+TEST(DatasetWriter, LeavesTheOldOrTheNewFileWhenKilled) {
   const PreparedExample example = small_prepared();
   for (const bool has_old : {false, true}) {
     for (std::size_t steps = 0; steps <= kSteps.size(); ++steps) {
@@ -87,7 +87,7 @@ TEST(DatasetWriter, KilledAtAnyStepItLeavesTheOldFileOrTheNewOne) {
 }
 
 // A file size limit simulates a full disk.
-TEST(DatasetWriter, AFullDiskIsReportedAndNothingIsLeft) {
+TEST(DatasetWriter, ReportsAFullDiskAndLeavesNoFile) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
@@ -104,7 +104,7 @@ TEST(DatasetWriter, AFullDiskIsReportedAndNothingIsLeft) {
   }
 }
 
-TEST(DatasetWriter, TheLastOfTwoWritersWins) {
+TEST(DatasetWriter, KeepsTheFileOfTheLastWriter) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
@@ -123,7 +123,7 @@ TEST(DatasetWriter, TheLastOfTwoWritersWins) {
   EXPECT_EQ(entries_of(folder.path()), 1U);
 }
 
-TEST(DatasetWriter, APlaceThatCannotBeWrittenIsNamed) {
+TEST(DatasetWriter, NamesTheUnwritablePath) {
   const TemporaryFolder folder;
   folder.file("no_folder", "x");
   fs::create_directories(folder.path() / "taken.mtd" / "x");

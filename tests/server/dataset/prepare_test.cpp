@@ -38,7 +38,7 @@ bool equal(Bytes a, Bytes b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
 
-TEST(Prepare, WritesWhatItKeepsInMemory) {
+TEST(Prepare, WritesTheSameDatasetAsInMemory) {
   const TemporaryFolder folder;
   for (const PreparedSetting& setting : prepared_settings()) {
     SCOPED_TRACE(setting.name);
@@ -70,7 +70,7 @@ TEST(Prepare, WritesWhatItKeepsInMemory) {
   }
 }
 
-TEST(Prepare, PacksWhatIsConstantForLongIntoNearlyNothing) {
+TEST(Prepare, PacksConstantRegionsIntoAlmostNoBytes) {
   const TemporaryFolder folder;
   Volume volume = fields::ball({96, 96, 96}, 9);
   for (float& sample : std::get<std::vector<float>>(volume.samples))
@@ -86,7 +86,7 @@ TEST(Prepare, PacksWhatIsConstantForLongIntoNearlyNothing) {
   EXPECT_EQ(whole_volume(*open_dataset(zeros)).samples, volume.samples);
 }
 
-TEST(Prepare, WritesTheSameBytesWithAnyNumberOfThreads) {
+TEST(Prepare, WritesTheSameBytesWithAnyThreadCount) {
   const TemporaryFolder folder;
   const PreparedSetting setting = {"noise", fields::noise({300, 40, 35}, 6)};
   std::optional<std::string> expected;
@@ -127,7 +127,7 @@ Volume ball_at(const std::array<std::int32_t, 3>& dims, const std::array<double,
   });
 }
 
-TEST(Prepare, WritesTheSameBytesWhereItKnowsWhichSamplesDiffer) {
+TEST(Prepare, WritesTheSameBytesWithKnownVariedSamples) {
   const TemporaryFolder folder;
   for (const std::array<double, 3>& centre :
        {std::array{16.2, 30.7, 24.1}, std::array{2.5, 3.0, 66.0}, std::array{50.0, 48.3, 8.9}}) {
@@ -177,7 +177,7 @@ TEST(Prepare, ReportsProgress) {
   EXPECT_EQ(last, 20000U);
 }
 
-TEST(Prepare, RefusesOptionsOutsideTheirRangeAndLeavesNoFile) {
+TEST(Prepare, RejectsOptionsOutsideTheirRangeAndLeavesNoFile) {
   const TemporaryFolder folder;
   const auto attempt = [&](PrepareOptions options) {
     prepare(*source_of(fields::noise({5, 5, 5}, 1)), options, folder.path() / "x.mtd", {});
@@ -195,7 +195,7 @@ TEST(Prepare, RefusesOptionsOutsideTheirRangeAndLeavesNoFile) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-TEST(Prepare, TakesSpacingsAtTheEndsOfTheirRange) {
+TEST(Prepare, AcceptsExtremeSpacings) {
   for (const Vec3& spacing :
        {Vec3{1e-30, 1e-30, 1e-30}, Vec3{1e30, 1e30, 1e30}, Vec3{1e-30, 1, 1e30}}) {
     const DatasetPtr dataset =
@@ -206,7 +206,7 @@ TEST(Prepare, TakesSpacingsAtTheEndsOfTheirRange) {
   }
 }
 
-TEST(OpenDataset, RefusesWrongBins) {
+TEST(OpenDataset, RejectsWrongBins) {
   const TemporaryFolder folder;
   const DatasetPtr good = testing::prepared({"noise", fields::noise({20, 20, 20}, 1)});
   const auto write = [&](std::span<const std::byte> coarse, std::span<const std::byte> ranges,

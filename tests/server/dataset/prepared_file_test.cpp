@@ -53,7 +53,7 @@ void damage_file(const fs::path& file, const char* section, std::size_t at) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-TEST(PreparedFile, OpensWhatWasWrittenAndLeavesNoOtherFile) {
+TEST(PreparedFile, OpensWrittenFilesAndLeavesNoTemporaries) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "head.mtd";
   const PreparedExample example =
@@ -65,7 +65,7 @@ TEST(PreparedFile, OpensWhatWasWrittenAndLeavesNoOtherFile) {
   EXPECT_EQ(entries_of(folder.path()), 1U);
 }
 
-TEST(PreparedFile, EveryTypeComesBackBitForBit) {
+TEST(PreparedFile, RoundTripsEveryTypeExactly) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::vector<Samples> all = {std::vector<std::uint8_t>{0, 1, 2, 3, 254, 255},
                                     std::vector<std::int8_t>{-128, -1, 0, 1, 2, 127},
@@ -87,7 +87,7 @@ TEST(PreparedFile, EveryTypeComesBackBitForBit) {
   }
 }
 
-TEST(PreparedFile, SamplesAndSpectrumMayComeInAnyOrderAndInPiecesOfAnySize) {
+TEST(PreparedFile, AcceptsSamplesAndSpectrumInAnyOrderAndPieces) {
   const TemporaryFolder folder;
   const PreparedExample example =
       prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
@@ -116,7 +116,7 @@ TEST(PreparedFile, SamplesAndSpectrumMayComeInAnyOrderAndInPiecesOfAnySize) {
   expect_holds(PreparedFile(folder.path() / "c.mtd"), example);
 }
 
-TEST(PreparedFile, LargeBricksOfTheSpectrumComeBack) {
+TEST(PreparedFile, RoundTripsLargeSpectrumBricks) {
   const TemporaryFolder folder;
   PreparedExample example = small_prepared();
   example.spectrum_bricks = {std::string(70'000, 'a'), std::string(400'000, 'b'), "",
@@ -128,7 +128,7 @@ TEST(PreparedFile, LargeBricksOfTheSpectrumComeBack) {
   EXPECT_EQ(error_of_verifying(folder.path() / "a.mtd"), "none");
 }
 
-TEST(PreparedFile, OpeningTouchesNoBrick) {
+TEST(PreparedFile, ReadsNoBrickWhenOpened) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   write_prepared(path, small_prepared());
@@ -141,7 +141,7 @@ TEST(PreparedFile, OpeningTouchesNoBrick) {
   EXPECT_EQ(file.spectrum()->reads(), 0U);
 }
 
-TEST(PreparedFile, ADamagedBrickIsReportedWheneverItIsTouchedAndTheOthersAreNot) {
+TEST(PreparedFile, ReportsADamagedBrickOnEachReadButNoOthers) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example = small_prepared();
@@ -177,7 +177,7 @@ TEST(PreparedFile, ADamagedBrickIsReportedWheneverItIsTouchedAndTheOthersAreNot)
   expect_contains(error_of_verifying(path), brick);
 }
 
-TEST(PreparedFile, DamageOutsideTheBricksIsReportedAtTheOpening) {
+TEST(PreparedFile, ReportsDamageOutsideTheBricksWhenOpened) {
   for (const char* section :
        {"coarse", "ranges", "smplidx", "specidx", "metadata"}) {  // "bins" is empty here.
     const TemporaryFolder folder;
@@ -189,7 +189,7 @@ TEST(PreparedFile, DamageOutsideTheBricksIsReportedAtTheOpening) {
   }
 }
 
-TEST(PreparedFile, RefusesOtherFiles) {
+TEST(PreparedFile, RejectsOtherFiles) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "whole.mtd";
   write_prepared(path, small_prepared());
@@ -204,7 +204,7 @@ TEST(PreparedFile, RefusesOtherFiles) {
   expect_contains(error_of_opening(folder.path() / "pipe.mtd"), "not a regular file");
 }
 
-TEST(PreparedFile, FilesOfRelease0AreRefusedWithTheRemedy) {
+TEST(PreparedFile, RejectsFilesOfRelease0WithTheRemedy) {
   const std::string text = error_of_opening(MULTITETRA_TEST_DATA "/small_of_release_0.mtd");
   expect_contains(text, "written by release 0.x");
   expect_contains(text, "prepare the dataset again");
@@ -228,7 +228,7 @@ TEST(PreparedFile, KeepsItsContentWhenTheFileIsReplaced) {
   expect_holds(PreparedFile(path), other);
 }
 
-TEST(PreparedFile, ItsUnpackedBricksLeaveTheCacheWithIt) {
+TEST(PreparedFile, RemovesItsBricksFromTheCacheWhenDestroyed) {
   const TemporaryFolder folder;
   const PreparedExample example =
       prepared_example(generate(GeneratorKind::kHead, {.size = 40, .noise = 10}));
@@ -242,7 +242,7 @@ TEST(PreparedFile, ItsUnpackedBricksLeaveTheCacheWithIt) {
   EXPECT_EQ(files->memory().counts().bytes, 0U);
 }
 
-TEST(PreparedFile, ManyThreadsMayReadFirst) {
+TEST(PreparedFile, AllowsConcurrentFirstReads) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "a.mtd";
   const PreparedExample example =
@@ -282,7 +282,7 @@ fs::path written_head(const TemporaryFolder& folder) {
   return path;
 }
 
-TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
+TEST(PreparedFile, ReportsTruncationWhileOpenAsDamage) {
   const TemporaryFolder folder;
   const fs::path path = written_head(folder);
   const PreparedFile file(path);
@@ -303,7 +303,7 @@ TEST(PreparedFile, TruncationWhileOpenIsReportedAsDamage) {
   EXPECT_EQ(error_of_opening(written_head(another)), "none") << "Others are as they were.";
 }
 
-TEST(PreparedFile, OverwritingWhileOpenIsReportedAsDamage) {
+TEST(PreparedFile, ReportsOverwritingWhileOpenAsDamage) {
   const TemporaryFolder folder;
   const fs::path path = written_head(folder);
   const PreparedFile file(path);

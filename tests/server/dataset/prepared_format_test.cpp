@@ -65,7 +65,7 @@ void expect_nothing_wrong_is_handed_out(std::string_view file, const PreparedExa
   look(spectrum, example.spectrum_bricks);
 }
 
-TEST(PreparedFormat, TheGoldenFileIsWhatThisVersionWritesAndReads) {
+TEST(PreparedFormat, MatchesTheGoldenFile) {
   const std::string golden = bytes_of_file(MULTITETRA_TEST_DATA "/small.mtd");
   const PreparedExample example = small_prepared();
   EXPECT_TRUE(encoded(example) == golden)
@@ -74,7 +74,7 @@ TEST(PreparedFormat, TheGoldenFileIsWhatThisVersionWritesAndReads) {
   expect_nothing_wrong_is_handed_out(golden, example);
 }
 
-TEST(PreparedFormat, EveryChangedByteIsReported) {
+TEST(PreparedFormat, ReportsEveryChangedByte) {
   const PreparedExample example = small_prepared();
   const std::string whole = encoded(example);
   ASSERT_EQ(error_in_bytes(whole), "whole");
@@ -88,7 +88,7 @@ TEST(PreparedFormat, EveryChangedByteIsReported) {
   }
 }
 
-TEST(PreparedFormat, EveryOtherLengthIsReportedAtTheOpening) {
+TEST(PreparedFormat, ReportsWrongFileLengthsWhenOpened) {
   const std::string whole = encoded(small_prepared());
   for (std::size_t size = 0; size < whole.size(); ++size) {
     EXPECT_NE(error_in_structure(whole.substr(0, size)), "whole") << size;
@@ -154,7 +154,7 @@ void mend_table_checksum(std::string& file) {
   put(file, covered, checksum(bytes_of(file).first(covered)));
 }
 
-TEST(PreparedFormat, SectionsOfLaterVersionsArePassedOverUnlessRequired) {
+TEST(PreparedFormat, IgnoresOptionalSectionsOfLaterVersions) {
   std::vector<Part> parts = small_parts();
   ASSERT_EQ(error_in_bytes(file_of(parts)), "whole");
   parts.insert(parts.begin() + 2, {"later", "whatever", false});
@@ -172,7 +172,7 @@ TEST(PreparedFormat, SectionsOfLaterVersionsArePassedOverUnlessRequired) {
   EXPECT_EQ(structure_of(file_of(parts)).error().code, ErrorCode::kUnsupportedVersion);
 }
 
-TEST(PreparedFormat, EveryMissingOrDoubledSectionIsReportedByName) {
+TEST(PreparedFormat, NamesMissingAndDuplicateSections) {
   const std::vector<Part> parts = small_parts();
   ASSERT_EQ(parts.size(), 8U);
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -185,7 +185,7 @@ TEST(PreparedFormat, EveryMissingOrDoubledSectionIsReportedByName) {
   }
 }
 
-TEST(PreparedFormat, SectionsOfAnotherSizeThanTheMetadataNeedsAreReported) {
+TEST(PreparedFormat, ReportsSectionsWhoseSizeContradictsTheMetadata) {
   for (const char* name : {"specidx", "smplidx"}) {
     for (const bool longer : {false, true}) {
       std::vector<Part> parts = small_parts();
@@ -197,7 +197,7 @@ TEST(PreparedFormat, SectionsOfAnotherSizeThanTheMetadataNeedsAreReported) {
   }
 }
 
-TEST(PreparedFormat, OtherVersionsAreRefusedWithTheRemedy) {
+TEST(PreparedFormat, RejectsOtherVersionsWithTheRemedy) {
   for (const std::uint32_t version : {0U, 2U, 0xFFFFFFFFU}) {
     std::string file = encoded(small_prepared());
     put(file, 8, version);
@@ -208,7 +208,7 @@ TEST(PreparedFormat, OtherVersionsAreRefusedWithTheRemedy) {
   }
 }
 
-TEST(PreparedFormat, FilesOfRelease0AreRefusedWithTheRemedy) {
+TEST(PreparedFormat, RejectsFilesOfRelease0WithTheRemedy) {
   std::string file = encoded(small_prepared());
   file.replace(0, 8, "\x89MTD\r\n\x1a\n");
   EXPECT_EQ(structure_of(file).error().code, ErrorCode::kUnsupportedVersion);
@@ -216,7 +216,7 @@ TEST(PreparedFormat, FilesOfRelease0AreRefusedWithTheRemedy) {
   expect_contains(error_in_structure(file), "prepare the dataset again");
 }
 
-TEST(PreparedFormat, SizesAndOffsetsThatOverflowAreReported) {
+TEST(PreparedFormat, ReportsOverflowingSizesAndOffsets) {
   const std::string whole = encoded(small_prepared());
   const std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
   for (std::size_t entry = 0; entry < 8; ++entry) {
@@ -232,7 +232,7 @@ TEST(PreparedFormat, SizesAndOffsetsThatOverflowAreReported) {
   }
 }
 
-TEST(PreparedFormat, NamesAndFlagsThatDoNotExistAreReported) {
+TEST(PreparedFormat, ReportsUnknownNamesAndFlags) {
   const std::string whole = encoded(small_prepared());
   for (const auto& [at, byte] : std::vector<std::pair<std::size_t, char>>{
            {24, '\0'}, {24, '\n'}, {24 + 1, '\0'}, {24 + 8, 3}, {24 + 11, 1}, {24 + 12, 1}}) {
@@ -243,7 +243,7 @@ TEST(PreparedFormat, NamesAndFlagsThatDoNotExistAreReported) {
   }
 }
 
-TEST(PreparedFormat, AnIndexThatDoesNotFillItsSectionIsReported) {
+TEST(PreparedFormat, ReportsAnIndexThatDoesNotFillItsSection) {
   const std::vector<Part> whole = small_parts();
   for (const auto& [index, bricks] :
        {std::pair("specidx", "spectrum"), std::pair("smplidx", "samples")}) {
@@ -263,7 +263,7 @@ TEST(PreparedFormat, AnIndexThatDoesNotFillItsSectionIsReported) {
   }
 }
 
-TEST(PreparedFormat, ABrickWithAnotherChecksumIsReportedAlsoWhenItsSectionIsWhole) {
+TEST(PreparedFormat, ReportsABrickChecksumMismatchInAValidSection) {
   std::vector<Part> parts = small_parts();
   bytes_of_part(parts, "samples").back() ^= 1;  // In brick 2, the last one.
   EXPECT_EQ(error_in_structure(file_of(parts)), "whole");
@@ -289,7 +289,7 @@ void expect_only_brick_refused(const std::string& file, const std::string& reaso
   EXPECT_THROW((void)SampleBricks(opened).brick(0), DatasetFileError);
 }
 
-TEST(PreparedFormat, AnInfiniteSampleIsReportedWhenItsBrickIsTouched) {
+TEST(PreparedFormat, ReportsAnInfiniteSampleWhenItsBrickIsRead) {
   const std::array<float, 3> samples = {1, -std::numeric_limits<float>::infinity(), 3};
   const auto raw = std::as_bytes(std::span(samples));
   expect_only_brick_refused(with_only_brick(BrickCodec::kRaw, text_of(raw)),
@@ -298,7 +298,7 @@ TEST(PreparedFormat, AnInfiniteSampleIsReportedWhenItsBrickIsTouched) {
                             "it has an infinite sample");
 }
 
-TEST(PreparedFormat, BricksThatUnpackToSomethingElseAreReported) {
+TEST(PreparedFormat, ReportsBricksThatUnpackToWrongData) {
   const std::vector<std::byte> longer(16, std::byte{7});
   const std::vector<std::byte> many(100'000, std::byte{7});
   for (const auto& [codec, packed] :
@@ -322,7 +322,7 @@ TEST(PreparedFormat, BricksThatUnpackToSomethingElseAreReported) {
       "it cannot be decompressed");
 }
 
-TEST(PreparedFormat, PackedSectionsThatUnpackToSomethingElseAreReported) {
+TEST(PreparedFormat, ReportsPackedSectionsThatUnpackToWrongData) {
   for (const char* const section : {"coarse", "ranges"}) {
     for (const std::string& bytes : {std::string(), std::string(3, 'x'), std::string(13, 'x'),
                                      std::string(1000, 'x'), std::string("\x03\0\0\x10xyz", 7)}) {
@@ -333,7 +333,7 @@ TEST(PreparedFormat, PackedSectionsThatUnpackToSomethingElseAreReported) {
   }
 }
 
-TEST(PreparedFormat, MetadataThatContradictsTheSamplesIsReportedByTheVerification) {
+TEST(PreparedFormat, ReportsMetadataThatContradictsTheSamplesWhenVerified) {
   const PreparedExample example = small_prepared();
   for (const int field : {0, 1, 2}) {
     PreparedExample other = example;
@@ -348,7 +348,7 @@ TEST(PreparedFormat, MetadataThatContradictsTheSamplesIsReportedByTheVerificatio
   }
 }
 
-TEST(PreparedFormat, MetadataOfAHugeVolumeInASmallFileIsReported) {
+TEST(PreparedFormat, ReportsMetadataOfAHugeVolumeInASmallFile) {
   std::vector<Part> parts = small_parts();
   DatasetMetadata metadata = small_prepared().metadata;
   metadata.info.dims = {4097, 4097, 4097};

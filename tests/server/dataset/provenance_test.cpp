@@ -7,7 +7,7 @@
 namespace multitetra {
 namespace {
 
-TEST(Provenance, HasTheHashOfTheFile) {
+TEST(Provenance, ContainsTheHashOfTheFile) {
   const TemporaryFolder folder;
   // XXH3-128 of no bytes, from its specification.
   EXPECT_EQ(provenance(folder.file("empty.raw", "")),

@@ -71,7 +71,7 @@ class RemoteDatasets : public ::testing::Test {
   std::vector<ContentDigest> expected_;
 };
 
-TEST_F(RemoteDatasets, GiveTheSurfacesOfTheFile) {
+TEST_F(RemoteDatasets, ReturnTheSurfacesOfTheFile) {
   ASSERT_FALSE(expected_.empty());
   const DatasetPtr near = open_dataset(folder_.path() / "noise.mtd");
   const DatasetPtr far = open_dataset(address(), files());
@@ -94,14 +94,14 @@ TEST_F(RemoteDatasets, ReadFromBucketsWithSignedRequests) {
   }
 }
 
-TEST_F(RemoteDatasets, GiveThemThroughTroubleThatPasses) {
+TEST_F(RemoteDatasets, RetryTransientFailures) {
   for (const char* const lie : {"503/1", "truncated/1", "lost/1", "long/1", "wrong-range/2"}) {
     EXPECT_EQ(digests(open_dataset(address(std::string("/lies/") + lie), files())), expected_)
         << lie;
   }
 }
 
-TEST_F(RemoteDatasets, SayWhyThereIsNoSurfaceAndNeverGiveAnother) {
+TEST_F(RemoteDatasets, ReportPermanentFailures) {
   for (const char* const lie :
        {"503/1000", "truncated/1000", "lost/1000", "wrong-range/1000", "wrong-bytes/1000"}) {
     std::string text = "none";
@@ -116,7 +116,7 @@ TEST_F(RemoteDatasets, SayWhyThereIsNoSurfaceAndNeverGiveAnother) {
   }
 }
 
-TEST_F(RemoteDatasets, ReplacedFilesGiveTheOldSurfaceOrAnError) {
+TEST_F(RemoteDatasets, ReturnTheOldSurfaceOrAnErrorForReplacedFiles) {
   for (const char* const server : {"", "/no-conditions", "/no-etag"}) {
     prepare_noise(2);
     const auto opened = files();
@@ -131,7 +131,7 @@ TEST_F(RemoteDatasets, ReplacedFilesGiveTheOldSurfaceOrAnError) {
   }
 }
 
-TEST_F(RemoteDatasets, ServedFromTheDiskCache) {
+TEST_F(RemoteDatasets, AreServedFromTheDiskCache) {
   const std::filesystem::path kept = folder_.path() / "cache";
   EXPECT_EQ(digests(open_dataset(address(), files(kept))), expected_);
   const auto again = files(kept);
@@ -140,7 +140,7 @@ TEST_F(RemoteDatasets, ServedFromTheDiskCache) {
 }
 
 // Checks what a first preview of a remote dataset costs.
-TEST_F(RemoteDatasets, AFirstPreviewTakesLittle) {
+TEST_F(RemoteDatasets, FetchLittleForAFirstPreview) {
   prepare(*source_of(fields::gyroid(200, 0.2, 7)), {.name = "large"}, folder_.path() / "large.mtd",
           {});
   const auto opened = std::make_shared<RemoteFiles>();

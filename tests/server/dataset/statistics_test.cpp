@@ -36,7 +36,7 @@ std::uint64_t total(const Histogram& histogram) {
   return std::accumulate(histogram.counts.begin(), histogram.counts.end(), std::uint64_t{0});
 }
 
-TEST(Statistics, SmallIntegerRangesHaveABinForEachValue) {
+TEST(Statistics, HaveABinPerValueForSmallIntegerRanges) {
   const SampleStatistics facts = statistics(row_of(std::vector<std::int16_t>{-3, -3, -1, 2, 2, 2}));
   EXPECT_EQ(facts.min, -3);
   EXPECT_EQ(facts.max, 2);
@@ -44,7 +44,7 @@ TEST(Statistics, SmallIntegerRangesHaveABinForEachValue) {
   EXPECT_EQ(facts.histogram, (Histogram{-3.5, 2.5, {2, 0, 1, 0, 0, 3}}));
 }
 
-TEST(Statistics, LargeIntegerRangesHaveBinsWithEdgesBetweenIntegers) {
+TEST(Statistics, PutBinEdgesBetweenIntegersForLargeRanges) {
   std::vector<std::uint16_t> samples(1000);
   std::iota(samples.begin(), samples.end(), std::uint16_t{100});
   const Histogram histogram = statistics(row_of(samples)).histogram;
@@ -53,7 +53,7 @@ TEST(Statistics, LargeIntegerRangesHaveBinsWithEdgesBetweenIntegers) {
   EXPECT_EQ(histogram.counts, std::vector<std::uint64_t>(250, 4));
 }
 
-TEST(Statistics, ExtremesOfEveryIntegerTypeAreCounted) {
+TEST(Statistics, CountExtremesOfEveryIntegerType) {
   const auto check = [](auto lowest, auto highest) {
     using Sample = decltype(lowest);
     const SampleStatistics facts = statistics(row_of(std::vector<Sample>{highest, lowest}));
@@ -69,7 +69,7 @@ TEST(Statistics, ExtremesOfEveryIntegerTypeAreCounted) {
   check(std::int16_t{-32768}, std::int16_t{32767});
 }
 
-TEST(Statistics, NanIsVoidAndCountsNowhereElse) {
+TEST(Statistics, CountNanOnlyAsVoid) {
   const SampleStatistics facts =
       statistics(row_of(std::vector<float>{kNan, -1.0F, kNan, 3.0F, 0.5F}));
   EXPECT_EQ(facts.min, -1);
@@ -82,7 +82,7 @@ TEST(Statistics, NanIsVoidAndCountsNowhereElse) {
   EXPECT_EQ(total(facts.histogram), 3u);
 }
 
-TEST(Statistics, AVolumeOfOneValueOrNoneHasOneBinAndSuggestsNothing) {
+TEST(Statistics, HaveOneBinAndNoSuggestionForAConstantOrVoidVolume) {
   const SampleStatistics equal = statistics(row_of(std::vector<float>(5, 2.0F)));
   EXPECT_EQ(equal.histogram, (Histogram{1.5, 2.5, {5}}));
   EXPECT_TRUE(equal.suggested_isovalues.empty());
@@ -93,14 +93,14 @@ TEST(Statistics, AVolumeOfOneValueOrNoneHasOneBinAndSuggestsNothing) {
   EXPECT_TRUE(statistics(row_of(std::vector<std::uint8_t>(5, 9))).suggested_isovalues.empty());
 }
 
-TEST(Statistics, AnInfiniteSampleIsRefused) {
+TEST(Statistics, RejectInfiniteSamples) {
   const float infinity = std::numeric_limits<float>::infinity();
   EXPECT_THROW((void)statistics(row_of(std::vector<float>{1, infinity})), std::invalid_argument);
   EXPECT_THROW((void)statistics(row_of(std::vector<float>{-infinity, 1})), std::invalid_argument);
   EXPECT_THROW((void)statistics(row_of(std::vector<float>{infinity})), std::invalid_argument);
 }
 
-TEST(Statistics, DoNotDependOnTheNumberOfThreads) {
+TEST(Statistics, AreIndependentOfThreadCount) {
   // Larger than several work items.
   const Volume volume = generate(GeneratorKind::kGyroid, {.size = 150, .noise = 0.1});
   const SampleStatistics many = statistics(volume);
@@ -139,7 +139,7 @@ SampleStatisticsBuilder built(const Samples& samples, std::size_t size, std::siz
   return builder;
 }
 
-TEST(SampleStatisticsBuilder, SlabsOfAnySizeGiveTheStatisticsOfTheVolume) {
+TEST(SampleStatisticsBuilder, IsIndependentOfSlabSizes) {
   for (const GeneratorKind kind : {GeneratorKind::kHead, GeneratorKind::kGyroid}) {
     Volume volume = generate(kind, {.size = 30, .noise = 0.1});
     if (auto* floats = std::get_if<std::vector<float>>(&volume.samples)) (*floats)[77] = kNan;
@@ -155,7 +155,7 @@ TEST(SampleStatisticsBuilder, SlabsOfAnySizeGiveTheStatisticsOfTheVolume) {
   }
 }
 
-TEST(SampleStatisticsBuilder, OnlyFloatsThatDifferNeedASecondPass) {
+TEST(SampleStatisticsBuilder, NeedsASecondPassOnlyForDifferingFloats) {
   const auto needs = [](const Samples& samples) {
     SampleStatisticsBuilder builder(static_cast<SampleType>(samples.index()));
     builder.add(samples);
@@ -168,7 +168,7 @@ TEST(SampleStatisticsBuilder, OnlyFloatsThatDifferNeedASecondPass) {
   EXPECT_TRUE(needs(std::vector<float>{2, kNan, 3}));
 }
 
-TEST(SampleStatisticsBuilder, EveryIntegerThatOccursIsADistinctValue) {
+TEST(SampleStatisticsBuilder, ListsEveryOccurringInteger) {
   using Values = std::vector<float>;
   const auto distinct = [](const Samples& samples, std::size_t size) {
     return built(samples, size, 2).distinct_values();
@@ -179,7 +179,7 @@ TEST(SampleStatisticsBuilder, EveryIntegerThatOccursIsADistinctValue) {
   EXPECT_EQ(distinct(std::vector<std::int16_t>{-32768, 32767, 5}, 3), (Values{-32768, 5, 32767}));
 }
 
-TEST(SampleStatisticsBuilder, DistinctFloatsHaveFifteenBitsOfTheFraction) {
+TEST(SampleStatisticsBuilder, KeepsFifteenFractionBitsOfDistinctFloats) {
   using Values = std::vector<float>;
   const auto distinct = [](const std::vector<float>& samples) {
     return built(samples, samples.size(), 3).distinct_values();
@@ -201,7 +201,7 @@ TEST(SampleStatisticsBuilder, DistinctFloatsHaveFifteenBitsOfTheFraction) {
   EXPECT_TRUE(distinct({kNan}).empty());
 }
 
-TEST(SampleStatisticsBuilder, DistinctFloatsAscendAndLieCloselyBelowTheSamples) {
+TEST(SampleStatisticsBuilder, ListsDistinctFloatsAscendingAndCloseToTheSamples) {
   const Volume volume = generate(GeneratorKind::kGyroid, {.size = 24, .noise = 0.5});
   const auto& samples = std::get<std::vector<float>>(volume.samples);
   const std::vector<float> distinct = built(volume.samples, samples.size(), 5000).distinct_values();
@@ -223,7 +223,7 @@ TEST(SampleStatisticsBuilder, AcceptsNoSamples) {
   }
 }
 
-TEST(SuggestedIsovalues, PartTheClassesOfAHistogram) {
+TEST(SuggestedIsovalues, SeparateTheClassesOfAHistogram) {
   Histogram histogram{-0.5, 99.5, std::vector<std::uint64_t>(100)};
   for (const std::size_t centre : {10u, 40u, 80u}) {
     for (std::size_t i = centre - 3; i <= centre + 3; ++i) histogram.counts[i] = 50;
@@ -256,12 +256,12 @@ TEST(SuggestedIsovalues, PreferDifferentSurfaces) {
   EXPECT_LT(isovalues[1], 181);
 }
 
-TEST(SuggestedIsovalues, TwoValuesArePartedInTheMiddle) {
+TEST(SuggestedIsovalues, SeparateTwoValuesInTheMiddle) {
   const Volume box = generate(GeneratorKind::kBox, {.size = 17});
   EXPECT_EQ(statistics(box).suggested_isovalues, std::vector<double>{127.5});
 }
 
-TEST(SuggestedIsovalues, LieInsideTheRangeAndNeverOnAnInteger) {
+TEST(SuggestedIsovalues, LieInsideTheRangeAndBetweenIntegers) {
   const Volume head = generate(GeneratorKind::kHead, {.size = 40, .noise = 20});
   const SampleStatistics facts = statistics(head);
   EXPECT_GE(facts.suggested_isovalues.size(), 2u);
@@ -284,7 +284,7 @@ DatasetInfo info_of_values(double min, double max, const std::string& unit,
   return info;
 }
 
-TEST(PreferKnownIsovalues, OpensACtAtSkinAndBone) {
+TEST(PreferKnownIsovalues, PrefersSkinAndBoneForCt) {
   DatasetInfo by_unit = info_of_values(-1000, 2000, "HU", {-784, -256, 700});
   prefer_known_isovalues(std::nullopt, by_unit);
   EXPECT_EQ(by_unit.suggested_isovalues, (std::vector<double>{-300.5, 300.5, -784, 700}))
@@ -297,7 +297,7 @@ TEST(PreferKnownIsovalues, OpensACtAtSkinAndBone) {
   EXPECT_EQ(soft_tissue.suggested_isovalues, (std::vector<double>{-300.5, -500}));
 }
 
-TEST(PreferKnownIsovalues, LeavesOtherDataAlone) {
+TEST(PreferKnownIsovalues, KeepsTheSuggestionsOfOtherData) {
   for (const auto& [min, max, unit] : {std::tuple<double, double, std::string>{0, 255, ""},
                                        {-1024, 3071, "K"},
                                        {-1000, 300, ""}}) {
@@ -307,7 +307,7 @@ TEST(PreferKnownIsovalues, LeavesOtherDataAlone) {
   }
 }
 
-TEST(PreferKnownIsovalues, TakesTheSourcesRecommendationFirst) {
+TEST(PreferKnownIsovalues, PrefersTheSourcesRecommendation) {
   DatasetInfo info = info_of_values(0, 100, "", {10, 20, 30, 40, 50});
   prefer_known_isovalues(41, info);
   EXPECT_EQ(info.suggested_isovalues, (std::vector<double>{41, 10, 20, 30, 50}));
@@ -334,7 +334,7 @@ TEST(DatasetStatisticsText, PrintsTheFactsOfAVolume) {
   EXPECT_EQ(describe(volume, "box", std::nullopt, 0).grid_exponent, 4);
 }
 
-TEST(DatasetStatisticsText, RefusesWhatIsOutsideItsRangeAndSaysSo) {
+TEST(DatasetStatisticsText, RejectsOptionsOutsideTheirRange) {
   const Volume volume = row_of(std::vector<std::uint8_t>{1, 2});
   const auto refused = [&](const std::string& name, std::optional<double> outside,
                            std::int32_t margin) -> std::string {

@@ -81,7 +81,7 @@ std::vector<PreparedSetting> some_fields() {
 INSTANTIATE_TEST_SUITE_P(Fields, BudgetedSurfaces, ::testing::ValuesIn(some_fields()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-TEST_P(BudgetedSurfaces, HaveNearlyAllTrianglesThatTheyMayHave) {
+TEST_P(BudgetedSurfaces, UseNearlyAllAllowedTriangles) {
   for (const double error : {0.0, 0.2}) {
     const IsosurfaceRequest request{.isovalue = kIsovalue, .error = error, .simplify = true};
     const auto all = static_cast<double>(whole(request).triangles.size());
@@ -103,7 +103,7 @@ TEST_P(BudgetedSurfaces, HaveNearlyAllTrianglesThatTheyMayHave) {
   }
 }
 
-TEST_P(BudgetedSurfaces, HaveNearlyAllBytesThatTheyMayHave) {
+TEST_P(BudgetedSurfaces, UseNearlyAllAllowedBytes) {
   const IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.1, .simplify = true};
   const double all = bytes_of(extractor_.extract({.request = request}));
   IsosurfaceRequest coarse = request;
@@ -117,7 +117,7 @@ TEST_P(BudgetedSurfaces, HaveNearlyAllBytesThatTheyMayHave) {
   expect_good(made, budgeted);
 }
 
-TEST_P(BudgetedSurfaces, ALargeBudgetGivesTheRequestedSurface) {
+TEST_P(BudgetedSurfaces, EqualTheRequestWithALargeBudget) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.5, .simplify = true};
   const TiledSurface own = extractor_.extract({.request = request});
   request.max_triangles = mesh_of(own).triangles.size();
@@ -140,7 +140,7 @@ TEST_P(BudgetedSurfaces, FallBackToTheCoarsest) {
 }
 
 // With `embedded`, no surface intersects itself, however many collapses were undone.
-TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
+TEST_P(BudgetedSurfaces, RespectThresholdMapsAndStayEmbedded) {
   std::mt19937_64 random(17);
   for (int i = 0; i < 2; ++i) {
     SCOPED_TRACE(i);
@@ -161,7 +161,7 @@ TEST_P(BudgetedSurfaces, KeepToMapsAndStayEmbedded) {
 }
 
 // Only places whose threshold is below the reported floor lose detail, down to that floor.
-TEST_P(BudgetedSurfaces, TakeDetailFromTheFinestRegionsFirst) {
+TEST_P(BudgetedSurfaces, CoarsenTheFinestRegionsFirst) {
   constexpr double kCoarse = 3;
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = kCoarse, .simplify = true};
   const auto coarse = static_cast<double>(whole(request).triangles.size());
@@ -178,7 +178,7 @@ TEST_P(BudgetedSurfaces, TakeDetailFromTheFinestRegionsFirst) {
   expect_good(made, request);
 }
 
-TEST_P(BudgetedSurfaces, DoNotDependOnThreadCount) {
+TEST_P(BudgetedSurfaces, AreIndependentOfThreadCount) {
   IsosurfaceRequest request{.isovalue = kIsovalue, .error = 0.1, .simplify = true};
   request.max_triangles = whole(request).triangles.size() / 2;
   const BudgetedSurface of_all = within(request);
@@ -197,7 +197,7 @@ TEST_P(BudgetedSurfaces, DoNotDependOnThreadCount) {
 }
 
 // The other fields are so small that simplification begins with the requested error.
-TEST(LargeBudgetedSurfaces, BeginNearTheirBudgetAndUseIt) {
+TEST(LargeBudgetedSurfaces, UseNearlyAllOfTheirBudget) {
   const DatasetPtr dataset = prepared({"large_noise", fields::noise({56, 56, 56}, 47)});
   const SurfaceExtractor extractor(dataset);
   IsosurfaceRequest request{.isovalue = 0.1, .error = 0, .simplify = true};

@@ -26,7 +26,7 @@ std::vector<PreparedSetting> crowded_fields() {
 INSTANTIATE_TEST_SUITE_P(Fields, EmbeddedSurfaces, ::testing::ValuesIn(crowded_fields()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-TEST_P(EmbeddedSurfaces, CutThemselvesNowhere) {
+TEST_P(EmbeddedSurfaces, HaveNoSelfIntersections) {
   const DatasetPtr dataset = prepared(GetParam());
   const DatasetInfo& info = dataset->info;
   const SurfaceExtractor extractor(dataset);

@@ -33,7 +33,7 @@ std::vector<PreparedSetting> fields_with_maps() {
 INSTANTIATE_TEST_SUITE_P(Fields, LocallySimplified, ::testing::ValuesIn(fields_with_maps()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-TEST_P(LocallySimplified, NoPlaceIsFartherFromTheFullSurfaceThanIsAllowedThere) {
+TEST_P(LocallySimplified, StaysWithinTheLocalThresholds) {
   const DatasetPtr dataset = prepared(GetParam());
   const DatasetInfo& info = dataset->info;
   const SurfaceExtractor extractor(dataset);
@@ -74,7 +74,7 @@ TEST_P(LocallySimplified, NoPlaceIsFartherFromTheFullSurfaceThanIsAllowedThere) 
   }
 }
 
-TEST_P(LocallySimplified, DoesNotDependOnThreadCount) {
+TEST_P(LocallySimplified, IsIndependentOfThreadCount) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   std::mt19937_64 random(18);
@@ -163,7 +163,7 @@ std::vector<MappedField> mapped_fields() {
 INSTANTIATE_TEST_SUITE_P(Fields, ThresholdMapCost, ::testing::ValuesIn(mapped_fields()),
                          [](const auto& parameter) { return std::string(parameter.param.name); });
 
-TEST_P(ThresholdMapCost, ASmallBoxCostsWhatItNeedsItself) {
+TEST_P(ThresholdMapCost, IsLocalForASmallBox) {
   const LatticeMesh coarse = surface(GetParam().coarse);
   const LatticeMesh fine = surface(0.25);
   const Vec3 p = grid_coordinates(fine.vertices[fine.vertices.size() / 2], fine.resolution);
@@ -174,7 +174,7 @@ TEST_P(ThresholdMapCost, ASmallBoxCostsWhatItNeedsItself) {
   EXPECT_GE(count_in(mixed, box), 0.5 * count_in(fine, box)) << "It is fine in the box.";
 }
 
-TEST_P(ThresholdMapCost, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
+TEST_P(ThresholdMapCost, IsLittleMoreThanTheHalvesForTwoHalves) {
   const double end = GetParam().volume->dims[2];
   const double middle = std::floor(end / 2);
   const BoxShape half = between_planes(-1, middle);
@@ -185,7 +185,7 @@ TEST_P(ThresholdMapCost, HalfAndHalfCostsLittleMoreThanTheHalvesAlone) {
   EXPECT_LE(triangles(mixed), 1.1 * (count_in(fine, half) + count_in(coarse, other)));
 }
 
-TEST_P(ThresholdMapCost, AViewCostsLessThanItsLeastThresholdEverywhere) {
+TEST_P(ThresholdMapCost, IsLowerForAViewThanItsLeastThresholdEverywhere) {
   const ThresholdView view{
       .eye = {48, 48, -20}, .field_of_view = 45, .height_pixels = 800, .tolerance_pixels = 10};
   const LatticeMesh seen = surface(1, {.coordinates = CoordinateSystem::kIndex, .view = view});

@@ -92,7 +92,7 @@ TEST_P(MappedSurfaces, HaveNoCrackAndTheTopologyOfTheFullSurface) {
   });
 }
 
-TEST_P(MappedSurfaces, PreparedVolumesMatchTheReference) {
+TEST_P(MappedSurfaces, MatchTheReferenceForPreparedVolumes) {
   const DatasetPtr dataset =
       prepared({setting_.name, setting_.volume, setting_.outside, setting_.margin});
   const SurfaceExtractor extractor(dataset);
@@ -136,7 +136,7 @@ LocalThresholds scaled(LocalThresholds thresholds, double factor) {
   return thresholds;
 }
 
-TEST_P(MappedSurfaces, ATighterMapKeepsWhatALooserOneKeeps) {
+TEST_P(MappedSurfaces, KeepAllPointsOfALooserMap) {
   ReferenceIsosurfaces isosurface(setting_.volume, setting_.outside, setting_.margin);
   const Grid& grid = isosurface.field().grid();
   for_random_maps(isosurface.info(), [&](const Case& c) {
@@ -162,7 +162,7 @@ TEST_P(MappedSurfaces, ATighterMapKeepsWhatALooserOneKeeps) {
 }
 
 // Checks the certified bound at every place; distances are in voxels.
-TEST(MappedSurface, WithinTheAllowedDistanceEverywhere) {
+TEST(MappedSurface, StaysWithinTheAllowedDistance) {
   const Volume volume = fields::gyroid(17, 0.4, 48);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const DatasetInfo info = isosurface.info();
@@ -209,7 +209,7 @@ TEST(MappedSurface, WithinTheAllowedDistanceEverywhere) {
   }
 }
 
-TEST(MappedSurface, FineInARegionAndCoarseElsewhere) {
+TEST(MappedSurface, IsFineInARegionAndCoarseElsewhere) {
   const Volume volume = fields::gyroid(65, 0.4, 47);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const auto fine_ball = [](double threshold) {

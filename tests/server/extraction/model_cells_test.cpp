@@ -74,7 +74,7 @@ bool is_crossed(const ModelCells& model, const std::array<std::int64_t, 4>& cell
 
 // All cells have the same orientation and their volumes add up to that of the data: there is no
 // gap, so no overlap either.
-TEST_P(ModelCellsTest, FillTheVolume) {
+TEST_P(ModelCellsTest, FillsTheVolume) {
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {
     std::int64_t sum = 0;
     for (const auto& cell : model.cells) {
@@ -88,7 +88,7 @@ TEST_P(ModelCellsTest, FillTheVolume) {
 }
 
 // With a topology tolerance the surface may extend into the void, beyond the model.
-TEST_P(ModelCellsTest, ContainOnlyCellsTheSurfaceCrosses) {
+TEST_P(ModelCellsTest, ContainsOnlyCellsTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for (const double tolerance : {0, 4}) {
     for_errors(ModelScope::kAll, tolerance,
@@ -101,7 +101,7 @@ TEST_P(ModelCellsTest, ContainOnlyCellsTheSurfaceCrosses) {
   }
 }
 
-TEST_P(ModelCellsTest, SurfaceCellsAreThoseTheSurfaceCrosses) {
+TEST_P(ModelCellsTest, ReturnsTheCellsTheSurfaceCrosses) {
   const double isovalue = GetParam().isovalue;
   for_errors(ModelScope::kSurface, 0,
              [&](const ModelCells& model, const Surface& surface, const Field&) {
@@ -114,7 +114,7 @@ TEST_P(ModelCellsTest, SurfaceCellsAreThoseTheSurfaceCrosses) {
 
 // A point occurs twice if its sample is on the other side of the isovalue than its cell; all others
 // occur once, with their own sample.
-TEST_P(ModelCellsTest, HaveTheSamplesAtTheirPoints) {
+TEST_P(ModelCellsTest, HasTheSamplesAtItsPoints) {
   const double isovalue = GetParam().isovalue;
   for_errors(ModelScope::kAll, 0, [&](const ModelCells& model, const Surface&, const Field& field) {
     std::set<std::pair<GridPoint, bool>> seen;
@@ -134,7 +134,7 @@ TEST_P(ModelCellsTest, HaveTheSamplesAtTheirPoints) {
 INSTANTIATE_TEST_SUITE_P(Fields, ModelCellsTest, ::testing::ValuesIn(settings()),
                          [](const auto& parameter) { return parameter.param.name; });
 
-TEST(ModelCells, LeaveOutWhereSamplesAreMasked) {
+TEST(ModelCells, OmitMaskedSamples) {
   const Volume volume = fields::masked_gyroid(24, 67);
   ReferenceIsosurfaces isosurfaces(volume, std::nullopt, 0);
   const ModelCells model = model_cells(isosurfaces.model({.isovalue = 0.05}), isosurfaces.field(),
@@ -143,7 +143,7 @@ TEST(ModelCells, LeaveOutWhereSamplesAreMasked) {
   EXPECT_TRUE(std::none_of(model.values.begin(), model.values.end(), is_void));
 }
 
-TEST(ModelFile, TurnsCellsOverWhereTheMapMirrors) {
+TEST(ModelFile, FlipsCellsInMirroredWorlds) {
   const ModelCells model = {.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                             .values = {1, 2, 3, 4},
                             .cells = {{0, 1, 2, 3}},

@@ -84,7 +84,7 @@ TEST_P(PreparedSurface, MatchesTheReferenceForTheSameModel) {
   }
 }
 
-TEST_P(PreparedSurface, DoesNotDependOnTheCubesItIsExtractedIn) {
+TEST_P(PreparedSurface, IsIndependentOfTheExtractionCubes) {
   const DatasetPtr dataset = prepared(GetParam());
   const OctreeCube root = root_cube(grid_of(dataset->info));
   for (const double isovalue : isovalues_of(*dataset)) {
@@ -113,7 +113,7 @@ TEST_P(PreparedSurface, DoesNotDependOnTheCubesItIsExtractedIn) {
   }
 }
 
-TEST_P(PreparedSurface, HasTheTopologyOfTheFullSurfaceAndNoCrackAtEveryThreshold) {
+TEST_P(PreparedSurface, HasNoCrackAndTheTopologyOfTheFullSurfaceAtEveryThreshold) {
   const DatasetPtr dataset = prepared(GetParam());
   const DatasetInfo& info = dataset->info;
   const bool has_mask = info.void_samples > 0;
@@ -142,7 +142,7 @@ TEST_P(PreparedSurface, HasTheTopologyOfTheFullSurfaceAndNoCrackAtEveryThreshold
   }
 }
 
-TEST_P(PreparedSurface, HasAtMostAFewMoreTetrahedraThanTheExactModel) {
+TEST_P(PreparedSurface, HasOnlySlightlyMoreTetrahedraThanTheExactModel) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   const ReferenceExtractor reference(*dataset);
@@ -196,7 +196,7 @@ struct Counted {
   std::shared_ptr<CountedBricks> bricks;
 };
 
-TEST(PreparedSurfaces, PreviewsThatEndAtTheSpectrumsSpacingTouchNoSample) {
+TEST(PreparedSurfaces, ReadNoSamplesForPreviewsAtTheSpectrumsSpacing) {
   const Counted counted({"gyroid", fields::gyroid(65, 0.2, 1)});
   const SurfaceExtractor extractor(counted.dataset);
   const TiledSurface preview = extractor.extract(
@@ -232,7 +232,7 @@ TEST(PreparedSurfaces, ReadEveryBrickOnceInACube) {
   }
 }
 
-TEST(PreparedSurfaces, TinyGridsMatchTheReference) {
+TEST(PreparedSurfaces, MatchTheReferenceOnTinyGrids) {
   for (const std::array<std::int32_t, 3> dims :
        {std::array{2, 2, 2}, std::array{3, 5, 4}, std::array{9, 9, 9}}) {
     const DatasetPtr dataset = prepared({"tiny", fields::noise(dims, 5)});

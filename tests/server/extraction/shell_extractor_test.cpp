@@ -68,7 +68,7 @@ class ExtractShells : public ::testing::TestWithParam<PreparedSetting> {};
 INSTANTIATE_TEST_SUITE_P(Fields, ExtractShells, ::testing::ValuesIn(prepared_settings()),
                          [](const auto& p) { return p.param.name; });
 
-TEST_P(ExtractShells, DecodeToTheMarchedLevel) {
+TEST_P(ExtractShells, DecodesToTheMarchedLevel) {
   const DatasetPtr dataset = prepared(GetParam());
   const ReferenceExtractor reference(*dataset);
   const std::vector<double> between = isovalues_of(*dataset);
@@ -92,7 +92,7 @@ TEST_P(ExtractShells, DecodeToTheMarchedLevel) {
   }
 }
 
-TEST_P(ExtractShells, QuantizedMoveVerticesAsFarAsTheySay) {
+TEST_P(ExtractShells, MovesVerticesAtMostByTheReportedBound) {
   const DatasetPtr dataset = prepared(GetParam());
   const Vec3& voxel = dataset->info.spacing;
   const double snapping = std::hypot(voxel[0], voxel[1], voxel[2]) / 256;
@@ -125,7 +125,7 @@ TEST_P(ExtractShells, QuantizedMoveVerticesAsFarAsTheySay) {
   }
 }
 
-TEST_P(ExtractShells, HaveTheTopologyOfEverySurfaceThatKeepsIt) {
+TEST_P(ExtractShells, KeepsTheTopologyOfTheFullSurface) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   const DataBorder border = data_border(dataset->info, kDefaultLatticeResolution, 0);
@@ -142,7 +142,7 @@ TEST_P(ExtractShells, HaveTheTopologyOfEverySurfaceThatKeepsIt) {
   }
 }
 
-TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
+TEST_P(ExtractShells, JoinsToTheWeldedMeshAndItsTopology) {
   const DatasetPtr dataset = prepared(GetParam());
   const ForEachTile for_each = [](std::size_t count, const std::function<void(std::size_t)>& body) {
     in_parallel(count, body);
@@ -189,7 +189,7 @@ TEST_P(ExtractShells, JoinToTheWeldedMeshWithItsTopology) {
   }
 }
 
-TEST(ContainsNestedCubes, FindsCubesInOthers) {
+TEST(ContainsNestedCubes, DetectsCubesInsideOthers) {
   const OctreeCube cube = {.exponent = 4, .x = 1, .y = 2, .z = 3};
   EXPECT_TRUE(are_disjoint(std::vector{cube, OctreeCube{4, 1, 2, 2}, OctreeCube{3, 0, 0, 0}}));
   EXPECT_FALSE(are_disjoint(std::vector{cube, cube}));
@@ -213,7 +213,7 @@ TEST(ExtractShellTiles, SplitsTilesWithTooManyTriangles) {
   EXPECT_EQ(sorted_triangles(weld(decoded(cut), 5)), sorted_triangles(weld(decoded(whole), 5)));
 }
 
-TEST(ExtractShellTiles, DoesNotDependOnThreadCount) {
+TEST(ExtractShellTiles, IsIndependentOfThreadCount) {
   const DatasetPtr dataset = prepared_noise();
   const ShellLevel level = {.isovalue = 77.5, .shell = quantized_shells(2)};
   const auto many = extract_shells(*dataset, level, {}, 16);
@@ -226,7 +226,7 @@ TEST(ExtractShellTiles, DoesNotDependOnThreadCount) {
   }
 }
 
-TEST(ExtractShellTiles, EndSoonAfterTheyAreStopped) {
+TEST(ExtractShellTiles, EndsSoonAfterAStop) {
   const DatasetPtr dataset = prepared_noise();
   std::stop_source stop;
   stop.request_stop();
@@ -247,7 +247,7 @@ class CountedBricks : public BrickSource {
   std::shared_ptr<const BrickSource> bricks_;
 };
 
-TEST(ExtractShellTiles, ReadOnlyBricksAroundTheSurface) {
+TEST(ExtractShellTiles, ReadsOnlyBricksAroundTheSurface) {
   const DatasetPtr dataset =
       prepared({.name = "ball", .volume = fields::ball({100, 100, 100}, 11)});
   PreparedVolume counted = *dataset;
@@ -267,7 +267,7 @@ TEST(ExtractShellTiles, ReadOnlyBricksAroundTheSurface) {
   EXPECT_LT(reads_of(1), 7 * 7 * 7);
 }
 
-TEST(HasShells, KnowsWhatTheFormatHolds) {
+TEST(HasShells, MatchesTheLimitsOfTheFormat) {
   DatasetInfo info;
   info.type = SampleType::kU8;
   info.grid_exponent = 9;

@@ -52,7 +52,7 @@ class SurfaceCells : public ::testing::TestWithParam<PreparedSetting> {};
 INSTANTIATE_TEST_SUITE_P(Fields, SurfaceCells, ::testing::ValuesIn(prepared_settings()),
                          [](const auto& p) { return p.param.name; });
 
-TEST_P(SurfaceCells, HaveTogetherExactlyTheTrianglesOfTheWholeModel) {
+TEST_P(SurfaceCells, ContainExactlyTheTrianglesOfTheModel) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   const ReferenceExtractor reference(*dataset);
@@ -86,7 +86,7 @@ TEST_P(SurfaceCells, HaveTogetherExactlyTheTrianglesOfTheWholeModel) {
   }
 }
 
-TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyAlsoWhenTheyAreSimplified) {
+TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyEvenIfSimplified) {
   const DatasetPtr dataset = prepared(GetParam());
   const DatasetInfo& info = dataset->info;
   const SurfaceExtractor extractor(dataset);
@@ -115,7 +115,7 @@ TEST_P(SurfaceCells, WeldToASurfaceOfTheSameTopologyAlsoWhenTheyAreSimplified) {
   }
 }
 
-TEST_P(SurfaceCells, OctantsWithoutSurfaceStayEmptyAtEveryError) {
+TEST_P(SurfaceCells, OmitOctantsWithoutSurfaceAtEveryError) {
   const DatasetPtr dataset = prepared(GetParam());
   const SurfaceExtractor extractor(dataset);
   for (const double isovalue : some_isovalues(*dataset)) {
@@ -136,7 +136,7 @@ TEST_P(SurfaceCells, OctantsWithoutSurfaceStayEmptyAtEveryError) {
   }
 }
 
-TEST(SurfaceCell, NothingIsLeftOutWhereValuesOnBothSidesAre) {
+TEST(SurfaceCell, OmitsNothingWhereValuesLieOnBothSides) {
   const DatasetPtr dataset =
       prepared({"small_ball", fields::sampled<float>({65, 65, 65}, [](int x, int y, int z) {
                   return 6 - std::hypot(x - 20, y - 20, z - 30);

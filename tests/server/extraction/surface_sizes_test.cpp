@@ -37,7 +37,7 @@ double triangles_of(const DatasetPtr& dataset, const StepRequest& step) {
 }
 
 // The longest chain counts no join of pieces twice, and every join takes time.
-TEST(SimplificationWork, AtLeastItsLongestChain) {
+TEST(SimplificationWork, IsAtLeastItsLongestChain) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(90, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   TiledSurface surface = extractor.extract({.request = {.isovalue = 0, .error = 0.1}});
@@ -50,7 +50,7 @@ TEST(SimplificationWork, AtLeastItsLongestChain) {
   EXPECT_EQ(SurfaceSimplifier({}, how.lattice_step, root).simplify(how, {}).seconds, 0);
 }
 
-TEST(SurfaceSizes, NearTheRealSizes) {
+TEST(SurfaceSizes, AreNearTheRealSizes) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
     const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kAccurate);
@@ -72,7 +72,7 @@ TEST(SurfaceSizes, NearTheRealSizes) {
 
 // The size is extrapolated from a few simplified blocks: more accurate than the rough estimate,
 // less than that of unsimplified surfaces.
-TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
+TEST(SurfaceSizes, AreNearTheRealSizesIfSimplified) {
   for (const DatasetPtr& dataset : datasets()) {
     const SurfaceExtractor extractor(dataset);
     const SizeEstimates sizes = surface_sizes(extractor, {}, SizeAccuracy::kAccurate);
@@ -97,21 +97,21 @@ TEST(SurfaceSizes, SimplifiedSizesAreNearTheRealOnes) {
   }
 }
 
-TEST(SurfaceSizes, AnEmptySurfaceHasZero) {
+TEST(SurfaceSizes, AreZeroForAnEmptySurface) {
   const DatasetPtr dataset = datasets().front();
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of({.request = {.isovalue = 1e6}}).triangles,
             0);
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).rough({.isovalue = 1e6}).bytes, 0);
 }
 
-TEST(SurfaceSizes, KnownForGridsWithoutASpectrum) {
+TEST(SurfaceSizes, ExistForGridsWithoutASpectrum) {
   const DatasetPtr dataset = prepared({"tiny", fields::ball({8, 7, 9}, 3)});
   const StepRequest step{.request = {.isovalue = 0}};
   EXPECT_EQ(surface_sizes(SurfaceExtractor(dataset)).of(step).triangles,
             triangles_of(dataset, step));
 }
 
-TEST(SurfaceSizes, Deterministic) {
+TEST(SurfaceSizes, AreDeterministic) {
   const DatasetPtr dataset = datasets().front();
   const StepRequest step{.request = {.isovalue = 0.1, .error = 0.5}};
   const double first = surface_sizes(SurfaceExtractor(dataset)).of(step).triangles;
@@ -120,7 +120,7 @@ TEST(SurfaceSizes, Deterministic) {
 }
 
 // Small surfaces are simplified as a whole, not extrapolated.
-TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
+TEST(SurfaceSizes, AreExactForSmallSimplifiedSurfaces) {
   const DatasetPtr dataset = prepared({"ball", fields::ball({40, 40, 40}, 12)});
   const SurfaceExtractor extractor(dataset);
   const StepRequest step{.request = {.isovalue = 0, .error = 0.5, .simplify = true}};
@@ -130,7 +130,7 @@ TEST(SurfaceSizes, SmallSimplifiedSurfacesAreExact) {
 }
 
 // The regions of the map determine the size, not the error outside them.
-TEST(SurfaceSizes, RoughlyKnownForAnyMap) {
+TEST(SurfaceSizes, AreRoughlyRightForAnyMap) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
   const SizeEstimates sizes = surface_sizes(extractor);
@@ -176,7 +176,7 @@ class SizesUnderMaps : public ::testing::Test {
   SurfaceExtractor extractor_{dataset_};
 };
 
-TEST_F(SizesUnderMaps, ASmallFineBoxIsNearTheRealSize) {
+TEST_F(SizesUnderMaps, EstimateASmallFineBox) {
   for (const double place : {4.0, 58.0, 100.0}) {
     SCOPED_TRACE(place);
     expect_near_the_real_ones(
@@ -184,12 +184,12 @@ TEST_F(SizesUnderMaps, ASmallFineBoxIsNearTheRealSize) {
   }
 }
 
-TEST_F(SizesUnderMaps, AFineHalfIsNearTheRealSize) {
+TEST_F(SizesUnderMaps, EstimateAFineHalf) {
   expect_near_the_real_ones(allowing(4, {.low = {-1, -1, -1}, .high = {120, 120, 60}}));
   expect_near_the_real_ones(allowing(4, {.low = {60, -1, -1}, .high = {120, 120, 120}}));
 }
 
-TEST_F(SizesUnderMaps, AViewIsNearTheRealSize) {
+TEST_F(SizesUnderMaps, EstimateAView) {
   StepRequest step{.request = {.isovalue = 0.1, .error = 0.25, .simplify = true}};
   step.request.thresholds = {
       .coordinates = CoordinateSystem::kIndex,
@@ -198,7 +198,7 @@ TEST_F(SizesUnderMaps, AViewIsNearTheRealSize) {
   expect_near_the_real_ones(step);
 }
 
-TEST(SurfaceSizes, AbandonedWhenStopped) {
+TEST(SurfaceSizes, StopOnRequest) {
   const DatasetPtr dataset = datasets().front();
   const SurfaceExtractor extractor(dataset);
   std::stop_source stop;

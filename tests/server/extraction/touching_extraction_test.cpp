@@ -98,7 +98,7 @@ TEST(ExtractTouching, KeepsTheTopologyAndTheBoundOfEachSurface) {
   }
 }
 
-TEST(ExtractTouching, SharesTheTrianglesOfBorders) {
+TEST(ExtractTouching, SharesTrianglesOnCommonBorders) {
   const std::vector<DatasetPtr> datasets = datasets_of(sector_of_a_ball);
   for (const double error : {0.0, 0.25, 1.0, 3.0}) {
     const TouchingSurfaces made = extract_touching(datasets, request_for(error));
@@ -151,7 +151,7 @@ std::size_t intersections(const TouchingSurfaces& made) {
 }
 
 // The full-resolution surfaces intersect in a few tetrahedra with three labels.
-TEST(ExtractTouching, EmbeddedSurfacesDoNotIntersectThemselvesNorEachOtherAnew) {
+TEST(ExtractTouching, AddsNoIntersectionsToEmbeddedSurfaces) {
   const std::vector<DatasetPtr> datasets = datasets_of(half_of_a_ball);
   const std::size_t before = intersections(extract_touching(datasets, request_for(0)));
   for (const double error : {1.0, 4.0}) {
@@ -164,7 +164,7 @@ TEST(ExtractTouching, EmbeddedSurfacesDoNotIntersectThemselvesNorEachOtherAnew) 
   EXPECT_GT(intersections(extract_touching(datasets, request_for(4))), before);
 }
 
-TEST(ExtractTouching, GivesTheSameSurfaceForOneDatasetAsForSeveralThatDoNotTouch) {
+TEST(ExtractTouching, EqualsSeparateExtractionIfNothingTouches) {
   const LabelOf apart = [](int x, int y, int z) {
     if (std::hypot(x - 8.2, y - 8.1, z - 9.3) < 5) return 1;
     return std::hypot(x - 22.4, y - 22.3, z - 20.2) < 6 ? 2 : 0;

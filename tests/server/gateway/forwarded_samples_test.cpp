@@ -37,7 +37,7 @@ OpenStream colored_slope() {
           .scalars = ScalarRequest{.dataset = "heat"}};
 }
 
-TEST(ForwardedSamples, QueriesAreAnsweredByAServerThatHasTheDataset) {
+TEST(ForwardedSamples, ForwardsQueriesToAServerWithTheDataset) {
   Upstream upstream(both());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
@@ -52,7 +52,7 @@ TEST(ForwardedSamples, QueriesAreAnsweredByAServerThatHasTheDataset) {
   EXPECT_EQ(client.receive_a<ProbeReply>().places.at(0).value, 304);
 }
 
-TEST(ForwardedSamples, AColoredSurfaceComesFromAServerThatHasBothDatasets) {
+TEST(ForwardedSamples, RequestsColoredSurfacesFromAServerWithBothDatasets) {
   Upstream one(testing::catalogue_with({slope("slope", 1)}));
   Upstream other(both());
   RunningGateway gateway({.upstream = {.upstreams = {one.endpoint(), other.endpoint()}}});

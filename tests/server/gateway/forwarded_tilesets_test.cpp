@@ -55,7 +55,7 @@ class ForwardedTilesets : public ::testing::Test {
   HttpClient direct_{server_.http()};
 };
 
-TEST_F(ForwardedTilesets, HaveTheFilesAndTagsOfAServer) {
+TEST_F(ForwardedTilesets, EqualTheFilesAndTagsOfAServer) {
   Upstream upstream(catalogue_);
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   HttpClient through(gateway.http());
@@ -81,7 +81,7 @@ TEST_F(ForwardedTilesets, HaveTheFilesAndTagsOfAServer) {
   }
 }
 
-TEST_F(ForwardedTilesets, RejectedWithTheServersErrors) {
+TEST_F(ForwardedTilesets, ReturnTheServersErrors) {
   Upstream upstream(catalogue_);
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   HttpClient through(gateway.http());
@@ -97,7 +97,7 @@ TEST_F(ForwardedTilesets, RejectedWithTheServersErrors) {
   }
 }
 
-TEST_F(ForwardedTilesets, GoOnWhereAServerIsLost) {
+TEST_F(ForwardedTilesets, ContinueAfterAServerIsLost) {
   auto first = std::make_unique<Upstream>(catalogue_);
   auto second = std::make_unique<Upstream>(catalogue_);
   RunningGateway gateway({.upstream = {.upstreams = {first->endpoint(), second->endpoint()}}});
@@ -113,7 +113,7 @@ TEST_F(ForwardedTilesets, GoOnWhereAServerIsLost) {
   }
 }
 
-TEST_F(ForwardedTilesets, NeverHaveTheSurfacesOfAnotherDatasetOfTheSameName) {
+TEST_F(ForwardedTilesets, NeverMixDatasetsOfTheSameName) {
   Upstream old(catalogue_);
   Upstream other(gyroids(2, 8));
   RunningGateway gateway({.upstream = {.upstreams = {old.endpoint(), other.endpoint()}}});

@@ -81,7 +81,7 @@ TEST(ForwardedStream, ContinuesOnTheNextServer) {
   EXPECT_EQ(stream.open().steps, StepPolicy::kFinalOnly);
 }
 
-TEST(ForwardedStream, NamesShellsThatEndAStreamAsItsLastPreview) {
+TEST(ForwardedStream, NamesFinalShellsAsTheLastPreview) {
   ForwardedStream stream{OpenStream{.request_id = 1, .use = MeshUse::kDisplay}};
   const ShellStep shell = quantized_shells(2);
   (void)stream.next(StepBegin{.request_id = 1, .finest_spacing = 8, .shell = shell});
@@ -109,7 +109,7 @@ std::vector<std::string> timeless(std::vector<ServerMessage> messages) {
   return bytes;
 }
 
-TEST(GatewayTest, BehavesAsAServer) {
+TEST(GatewayTest, AnswersLikeAServer) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
@@ -151,7 +151,7 @@ TEST(GatewayTest, RelaysShellsToClientsThatDecodeThem) {
   EXPECT_EQ(std::count(without.begin(), without.end(), true), 0);
 }
 
-TEST(GatewayTest, KeepsShellsLikeOtherTiles) {
+TEST(GatewayTest, CachesShellsLikeOtherTiles) {
   Upstream upstream(balls());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
@@ -183,7 +183,7 @@ TEST(GatewayTest, ReportsThatNoServerIsReachable) {
   EXPECT_EQ(http.get("/livez").result_int(), 200U);
 }
 
-TEST(GatewayTest, StopsAStreamThatIsCancelledOrSuperseded) {
+TEST(GatewayTest, StopsCancelledAndSupersededStreams) {
   testing::Count running;
   Upstream upstream(std::make_shared<FakeSteps>("octahedron", testing::endless(running)));
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
@@ -198,7 +198,7 @@ TEST(GatewayTest, StopsAStreamThatIsCancelledOrSuperseded) {
   EXPECT_TRUE(running.reaches(0));
 }
 
-TEST(GatewayTest, AnswersHttpAsAServerDoes) {
+TEST(GatewayTest, AnswersHttpLikeAServer) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   HttpClient client(gateway.http());
@@ -219,7 +219,7 @@ TiledStep damaged_step(const StepRequest& step) {
   return made;
 }
 
-TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
+TEST(GatewayTest, DropsDamagedTilesAndQuarantinesTheirServer) {
   Upstream damaged(std::make_shared<FakeSteps>(
       "octahedron", [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
   testing::GatewayOptionsOfTest options{.upstream = {.upstreams = {damaged.endpoint()}}};
@@ -243,7 +243,7 @@ TEST(GatewayTest, KeepsNoDamagedTileAndLeavesOutTheServerThatSentIt) {
   EXPECT_EQ(testing::code_of(testing::end_of_stream(client)), ErrorCode::kUnavailable);
 }
 
-TEST(GatewayTest, LeavesOutAServerThatSendsDamagedShells) {
+TEST(GatewayTest, QuarantinesAServerThatSendsDamagedShells) {
   Upstream damaged(
       std::make_shared<FakeSteps>("octahedron", [](const StepRequest& step, std::stop_token) {
         TiledStep made = ball_step(step);
@@ -262,7 +262,7 @@ TEST(GatewayTest, LeavesOutAServerThatSendsDamagedShells) {
   EXPECT_EQ(http.get("/readyz").result_int(), 503U);
 }
 
-TEST(GatewayTest, AsksAnotherServerInPlaceOfOneThatSendsDamagedTiles) {
+TEST(GatewayTest, ReplacesAServerThatSendsDamagedTiles) {
   Upstream damaged(std::make_shared<FakeSteps>(
       "octahedron", [](const StepRequest& step, std::stop_token) { return damaged_step(step); }));
   Upstream sound(octahedron());
@@ -298,7 +298,7 @@ std::vector<ServerMessage> stream_with_loss_after(std::size_t seen, std::size_t 
   return received;
 }
 
-TEST(GatewayTest, BringsTheSameStreamWhereverItsServerIsLost) {
+TEST(GatewayTest, DeliversTheSameStreamWhereverItsServerIsLost) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   WebSocketClient client(gateway.http());
@@ -312,7 +312,7 @@ TEST(GatewayTest, BringsTheSameStreamWhereverItsServerIsLost) {
 }
 
 // Large, slow steps, so that the server is lost while it sends one.
-TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
+TEST(GatewayTest, ContinuesInTheMiddleOfAStep) {
   const auto heavy = [] {
     return std::make_shared<FakeSteps>("octahedron", testing::heavy(40, 1'000'000));
   };
@@ -336,7 +336,7 @@ TEST(GatewayTest, GoesOnInTheMiddleOfAStep) {
   EXPECT_EQ(client.receive_a<StreamEnd>().outcome, StreamOutcome::kComplete);
 }
 
-TEST(GatewayTest, AsksOneServerForThePreviewsOfSeveralDatasets) {
+TEST(GatewayTest, RequestsPreviewsOfSeveralDatasetsFromOneServer) {
   const auto with = [](const std::vector<std::string>& others) {
     auto catalogue = catalogue_of(octahedron());
     for (const std::string& name : others) catalogue->add(std::make_shared<FakeSteps>(name));
@@ -375,7 +375,7 @@ TEST(GatewayTest, WaitsForItsOnlyServerToComeBack) {
   EXPECT_EQ(std::get<StreamEnd>(all_of_stream(client).back()).outcome, StreamOutcome::kComplete);
 }
 
-TEST(GatewayTest, FailsAStreamWhoseServersStayAway) {
+TEST(GatewayTest, FailsAStreamWithoutReachableServers) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
       {.upstream = {.upstreams = {upstream.endpoint()}, .failover_timeout = 100ms}});
@@ -390,7 +390,7 @@ TEST(GatewayTest, FailsAStreamWhoseServersStayAway) {
 
 // The other server's dataset has the same metadata but another surface. The large tiles ensure that
 // most of the answer is still unsent when the first server stops.
-TEST(GatewayTest, NeverMixesTheAnswersOfServersThatDiffer) {
+TEST(GatewayTest, NeverMixesDifferingServers) {
   const auto heavy = [](std::size_t tiles) {
     return std::make_shared<FakeSteps>("octahedron", testing::heavy(tiles, 1'000'000));
   };

@@ -40,7 +40,7 @@ using testing::WebSocketClient;
 
 // ---- tokens
 
-TEST(GuardedGateway, ShowsServersTheTokensOfItsClients) {
+TEST(GuardedGateway, ForwardsClientTokensToServers) {
   const TemporaryFolder folder;
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
   Upstream upstream(octahedron(), {.admission = {.tokens = tokens.path()}});
@@ -115,20 +115,20 @@ class ShellsOfAGateway : public ::testing::Test {
                      {{"alice", "samples", "*"}, {"bob", "surfaces", "* only=surfaces"}}};
 };
 
-TEST_F(ShellsOfAGateway, HiddenFromSurfacesOnlyTokensOfTheServer) {
+TEST_F(ShellsOfAGateway, AreHiddenFromSurfacesOnlyTokensOfTheServer) {
   Upstream upstream(testing::balls(), {.admission = {.tokens = tokens_.path()}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
   expect_for_alice_alone(gateway);
 }
 
-TEST_F(ShellsOfAGateway, HiddenFromSurfacesOnlyTokensOfTheGateway) {
+TEST_F(ShellsOfAGateway, AreHiddenFromSurfacesOnlyTokensOfTheGateway) {
   Upstream upstream(testing::balls());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .server = {.admission = {.tokens = tokens_.path()}}});
   expect_for_alice_alone(gateway);
 }
 
-TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
+TEST(GuardedGateway, ChecksClientTokensAndSendsItsOwnToServers) {
   const TemporaryFolder folder;
   const TokensFile of_server(folder.path(), {{"gateway", "inner", "*"}});
   Upstream upstream(octahedron(), {.admission = {.tokens = of_server.path()}});
@@ -150,7 +150,7 @@ TEST(GuardedGateway, KnowsItsOwnTokensAndShowsServersItsOwn) {
       << "The gateway's own token is none of its clients'.";
 }
 
-TEST(GuardedGateway, AReloadedListAppliesToOpenConnections) {
+TEST(GuardedGateway, AppliesAReloadedAccessListToOpenConnections) {
   const TemporaryFolder folder;
   Upstream upstream(octahedron());
   const auto file = folder.file("tokens", access_line("alice", "right", {"*"}));
@@ -177,7 +177,7 @@ struct CountedRefusals : ServiceObserver {
 };
 
 // Without a token of its own, a gateway keeps checking the health of such a server.
-TEST(GuardedGateway, IsRefusedOnceByAServerWithTokens) {
+TEST(GuardedGateway, MonitorsServersWithTokensAfterOneRejection) {
   const TemporaryFolder folder;
   const TokensFile tokens(folder.path(), {{"alice", "right", "*"}});
   const auto counted = std::make_shared<CountedRefusals>();
@@ -209,7 +209,7 @@ struct StreamPeers : ServiceObserver {
   }
 };
 
-TEST(GuardedGateway, ServersThatTrustItLogTheAddressesOfItsClients) {
+TEST(GuardedGateway, ForwardsClientAddressesToTrustingServers) {
   for (const bool is_trusted : {true, false}) {
     const auto at_server = std::make_shared<StreamPeers>();
     const auto at_gateway = std::make_shared<StreamPeers>();
@@ -242,7 +242,7 @@ struct RequestNumbers : ServiceObserver {
   }
 };
 
-TEST(GuardedGateway, ServersLogTheRequestIdsOfAnswersOverHttp) {
+TEST(GuardedGateway, ForwardsHttpRequestIdsToServerLogs) {
   const auto numbers = std::make_shared<RequestNumbers>();
   Upstream upstream(octahedron(), {.admission = {.observer = numbers}});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}}});
@@ -258,7 +258,7 @@ TEST(GuardedGateway, ServersLogTheRequestIdsOfAnswersOverHttp) {
 
 // ---- TLS
 
-TEST(GuardedGateway, SpeaksTlsToServersThatItTrusts) {
+TEST(GuardedGateway, ConnectsToTrustedServersOverTls) {
   const ListenerCertificate certificate;
   Upstream upstream(octahedron(), {.admission = {.tls = certificate.files()}});
   Endpoint secure = upstream.endpoint();
@@ -279,7 +279,7 @@ TEST(GuardedGateway, SpeaksTlsToServersThatItTrusts) {
   EXPECT_EQ(code_of(greeted(refused)), ErrorCode::kUnavailable);
 }
 
-TEST(GuardedGateway, HasTlsAtItsOwnListener) {
+TEST(GuardedGateway, ServesTlsItself) {
   const ListenerCertificate certificate;
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
@@ -313,7 +313,7 @@ TEST(GuardedGateway, LimitsConnectionsAndRequestsOfAnAddress) {
   EXPECT_EQ(std::get<ErrorReply>(refused).request_id, 1U);
 }
 
-TEST(GuardedGateway, CountsWhatItPassesOn) {
+TEST(GuardedGateway, CountsForwardedRequests) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}},
                           .server = {.metrics = std::make_shared<PrometheusMetrics>()}});
@@ -336,7 +336,7 @@ TEST(GuardedGateway, CountsWhatItPassesOn) {
   }
 }
 
-TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
+TEST(GuardedGateway, CompletesRunningStreamsBeforeStopping) {
   testing::Gate may_end;
   testing::Gate has_begun;
   Upstream upstream(std::make_shared<FakeSteps>(
@@ -362,7 +362,7 @@ TEST(GuardedGateway, LetsRunningStreamsEndBeforeItStops) {
   gateway.wait();
 }
 
-TEST(GuardedGateway, SendsIdleClientsAway) {
+TEST(GuardedGateway, ClosesIdleClients) {
   Upstream upstream(octahedron());
   RunningGateway gateway(
       {.upstream = {.upstreams = {upstream.endpoint()}}, .server = {.idle_time = 50ms}});

@@ -31,7 +31,7 @@ using testing::RunningGateway;
 using testing::Upstream;
 using testing::WebSocketClient;
 
-TEST(GatewayFailover, ReadyOnlyWithAReachableServer) {
+TEST(GatewayFailover, IsReadyOnlyWithAReachableServer) {
   Upstream upstream(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()}, .max_backoff = 50ms}});
   HttpClient probe(gateway.http());
@@ -43,7 +43,7 @@ TEST(GatewayFailover, ReadyOnlyWithAReachableServer) {
   EXPECT_TRUE(eventually(is_ready));
 }
 
-TEST(GatewayFailover, TakesAServerThatHangsForALostOne) {
+TEST(GatewayFailover, TreatsAHangingServerAsLost) {
   HangingServer hanging;
   Upstream good(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {hanging.endpoint(), good.endpoint()},
@@ -61,7 +61,7 @@ TEST(GatewayFailover, TakesAServerThatHangsForALostOne) {
   }
 }
 
-TEST(GatewayFailover, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
+TEST(GatewayFailover, UsesAServerThatWasUnreachableAtTheStart) {
   Upstream first(octahedron());
   Upstream second(octahedron());
   RunningGateway gateway({.upstream = {.upstreams = {first.endpoint(), second.endpoint()},
@@ -83,7 +83,7 @@ TEST(GatewayFailover, GoesOnWithAServerThatWasAwayWhenItsClientCame) {
 
 // The failover timeout counts only time without a server, not time in which a server works. The
 // server that is used first works until it is stopped.
-TEST(GatewayFailover, AStreamThatWasSilentForLongGoesToAnotherServerToo) {
+TEST(GatewayFailover, MovesASilentStreamToAnotherServer) {
   Count working_first;
   Count working_second;
   std::atomic<bool> is_first_call = true;
@@ -115,7 +115,7 @@ class SlowSteps : public FakeSteps {
 };
 
 // The previews already sent determine the rest of the stream, not the next server's plan.
-TEST(GatewayFailover, AStreamGoesOnWithThePreviewsItBeganWith) {
+TEST(GatewayFailover, KeepsThePreviewsOfAStream) {
   Count working;
   Upstream fast(std::make_shared<FakeSteps>(
       "octahedron", [&](const StepRequest& step, const std::stop_token& stop) {
@@ -182,7 +182,7 @@ class IdleCount : public ServiceObserver {
 };
 
 // With one server and a backoff beyond the failover timeout, a lost server would fail the stream.
-TEST(GatewayFailover, ALinkThatTheServerClosedMeanwhileIsNoLoss) {
+TEST(GatewayFailover, ReconnectsALinkClosedWhileIdle) {
   const auto idle = std::make_shared<IdleCount>();
   Upstream upstream(octahedron(), {.admission = {.observer = idle}, .idle_time = 200ms});
   RunningGateway gateway({.upstream = {.upstreams = {upstream.endpoint()},

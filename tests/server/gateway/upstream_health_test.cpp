@@ -11,7 +11,7 @@ using Change = UpstreamHealth::Change;
 
 constexpr UpstreamHealth::Clock::time_point kStart{1h};
 
-TEST(UpstreamHealth, AnUntriedServerIsUnknown) {
+TEST(UpstreamHealth, IsUnknownForAnUntriedServer) {
   const UpstreamHealth health(100ms, 1s);
   EXPECT_FALSE(health.is_reachable(kStart));
   EXPECT_FALSE(health.has_failed());
@@ -28,7 +28,7 @@ TEST(UpstreamHealth, ReportsEachChangeOnce) {
   EXPECT_TRUE(health.is_reachable(kStart));
 }
 
-TEST(UpstreamHealth, AServerThatGivesWhatIsWrongIsLeftOutThoughItAnswers) {
+TEST(UpstreamHealth, QuarantinesAReachableServerThatSendsDamage) {
   UpstreamHealth health(100ms, 1s);
   health.record_success();
   EXPECT_EQ(health.quarantine(kStart, 60s), Change::kLost);
@@ -46,7 +46,7 @@ TEST(UpstreamHealth, ReportsAServerThatFailsAtOnce) {
   EXPECT_FALSE(health.is_reachable(kStart));
 }
 
-TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
+TEST(UpstreamHealth, DoublesTheWaitAfterEachFailureUpToTheMaximum) {
   UpstreamHealth health(100ms, 350ms);
   auto now = kStart;
   for (const auto wait : {100ms, 200ms, 350ms, 350ms}) {
@@ -58,7 +58,7 @@ TEST(UpstreamHealth, WaitsTwiceAsLongAfterEachFailureUpToTheMost) {
   }
 }
 
-TEST(UpstreamHealth, ARecoveredServerStartsAfresh) {
+TEST(UpstreamHealth, ResetsAfterRecovery) {
   UpstreamHealth health(100ms, 10s);
   for (int i = 0; i < 5; ++i) health.record_failure(kStart);
   health.record_success();

@@ -28,7 +28,7 @@ unsigned status_of(HttpClient& client, std::string_view fields = {}) {
   return client.get("/livez", fields).result_int();
 }
 
-TEST(GuardedHttp, ExcessConnectionsGet503) {
+TEST(GuardedHttp, RejectsExcessConnectionsWith503) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 1}}});
   HttpClient first(server.http());
@@ -41,7 +41,7 @@ TEST(GuardedHttp, ExcessConnectionsGet503) {
   EXPECT_EQ(status_of(first), 200U);
 }
 
-TEST(GuardedHttp, LimitsApplyToClientsOfATrustedProxy) {
+TEST(GuardedHttp, LimitsClientsOfATrustedProxy) {
   RunningHttpServer server(
       fake_catalogue("octahedron"), {},
       {.admission = {.connections = {.total = 10, .per_name = 1},
@@ -55,7 +55,7 @@ TEST(GuardedHttp, LimitsApplyToClientsOfATrustedProxy) {
   EXPECT_EQ(status_of(first, "X-Forwarded-For: 192.0.2.1\r\n"), 200U) << "asks again";
 }
 
-TEST(GuardedHttp, ForwardedForFromUntrustedPeersIsIgnored) {
+TEST(GuardedHttp, IgnoresForwardedForFromUntrustedPeers) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 10, .per_name = 1}}});
   HttpClient first(server.http());
@@ -64,7 +64,7 @@ TEST(GuardedHttp, ForwardedForFromUntrustedPeersIsIgnored) {
   EXPECT_EQ(status_of(second, "X-Forwarded-For: 192.0.2.2\r\n"), 503U);
 }
 
-TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
+TEST(GuardedHttp, ServesTlsWithItsCertificate) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.tls = certificate.files()}});
@@ -73,7 +73,7 @@ TEST(GuardedHttp, SpeaksTlsWithItsCertificate) {
   EXPECT_TRUE(context.read_to_end().starts_with("HTTP/1.1 200 "));
 }
 
-TEST(GuardedHttp, RefusesPlainHttpWithAnExplanation) {
+TEST(GuardedHttp, RejectsPlainHttpWithAnExplanation) {
   const ListenerCertificate certificate;
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.tls = certificate.files()}});
@@ -95,7 +95,7 @@ TEST(GuardedHttp, ClosesAfterCloseNotify) {
   EXPECT_TRUE(context.parts_well());
 }
 
-TEST(GuardedHttp, NotReadyWhileDraining) {
+TEST(GuardedHttp, IsNotReadyWhileDraining) {
   testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));

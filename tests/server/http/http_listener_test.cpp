@@ -30,7 +30,7 @@ TEST(HttpListener, AnswersManyRequestsOnOneConnection) {
   for (int i = 0; i < 100; ++i) ASSERT_EQ(client.get("/livez").result_int(), 200U);
 }
 
-TEST(HttpListener, AnswersRequestsThatWereSentAheadInTheirOrder) {
+TEST(HttpListener, AnswersPipelinedRequestsInOrder) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   client.send(
@@ -55,7 +55,7 @@ TEST(HttpListener, ClosesOnRequest) {
   EXPECT_EQ(old.rest(), "");
 }
 
-TEST(HttpListener, ErrorsAreJsonWithTheRequestId) {
+TEST(HttpListener, ReturnsErrorsAsJsonWithTheRequestId) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto response = client.get("/v1/datasets/none");
@@ -68,7 +68,7 @@ TEST(HttpListener, ErrorsAreJsonWithTheRequestId) {
   EXPECT_NE(response["X-Request-Id"], client.get("/livez")["X-Request-Id"]);
 }
 
-TEST(HttpListener, KnowsThreeMethods) {
+TEST(HttpListener, AcceptsThreeMethods) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   for (const auto* method : {"POST", "PUT", "DELETE", "PATCH", "TRACE", "BREW"}) {
@@ -79,7 +79,7 @@ TEST(HttpListener, KnowsThreeMethods) {
   EXPECT_EQ(client.ask("OPTIONS", "/v1/datasets").result_int(), 204U);
 }
 
-TEST(HttpListener, EndsConnectionsThatCannotBeFollowed) {
+TEST(HttpListener, ClosesConnectionsAfterUnparsableRequests) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   for (const auto& [bytes, status] : std::initializer_list<std::pair<std::string, unsigned>>{
            {"no request\r\n\r\n", 400},
@@ -97,7 +97,7 @@ TEST(HttpListener, EndsConnectionsThatCannotBeFollowed) {
   }
 }
 
-TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
+TEST(HttpListener, LimitsTheTimeForAHeader) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.connection = {.handshake_timeout = 80ms}});
   HttpClient client(server.http());
@@ -106,14 +106,14 @@ TEST(HttpListener, WaitsForAHeaderOnlySoLong) {
 }
 
 // The timeout after a request is longer than the one before the first request.
-TEST(HttpListener, WaitsForTheFirstRequestNoLongerThanForItsHeader) {
+TEST(HttpListener, LimitsTheTimeForTheFirstRequest) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.connection = {.handshake_timeout = 80ms}, .keep_alive_timeout = 1h});
   HttpClient silent(server.http());
   EXPECT_EQ(silent.rest(), "");
 }
 
-TEST(HttpListener, KnowsTheFormsOfATarget) {
+TEST(HttpListener, AcceptsEveryFormOfTarget) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   EXPECT_EQ(client.get("http://localhost/v1/datasets/octahedron").result_int(), 200U);
@@ -123,14 +123,14 @@ TEST(HttpListener, KnowsTheFormsOfATarget) {
   EXPECT_EQ(client.get("*").result_int(), 400U);
 }
 
-TEST(HttpListener, WaitsForTheNextRequestOnlySoLong) {
+TEST(HttpListener, LimitsTheTimeBetweenRequests) {
   RunningHttpServer server(fake_catalogue("octahedron"), {.keep_alive_timeout = 80ms});
   HttpClient client(server.http());
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
   EXPECT_EQ(client.rest(), "");
 }
 
-TEST(HttpListener, HasRoomForSoManyConnections) {
+TEST(HttpListener, LimitsConnections) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.connections = {.total = 1}}});
   HttpClient first(server.http());
@@ -160,7 +160,7 @@ TEST(HttpListener, ReportsReadiness) {
 }
 
 // A list takes two messages of a conversation and a mesh three; each counts as one request.
-TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
+TEST(HttpListener, LimitsTheRequestsOfAnAddress) {
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
   HttpClient client(server.http());
@@ -177,7 +177,7 @@ TEST(HttpListener, AnswersSoManyRequestsOfAnAddress) {
   EXPECT_EQ(client.get("/livez").result_int(), 200U);
 }
 
-TEST(HttpListener, TokensOfOneAddressHaveSeparateRateLimits) {
+TEST(HttpListener, LimitsEachTokenOfOneAddressSeparately) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"alice", "one", "*"}, {"bob", "two", "*"}});
   RunningHttpServer server(
@@ -197,7 +197,7 @@ TEST(HttpListener, TokensOfOneAddressHaveSeparateRateLimits) {
   EXPECT_EQ(status_of("two"), 200U);
 }
 
-TEST(HttpListener, UnknownTokensDoNotCountForTheTokenBeforeThemOnAConnection) {
+TEST(HttpListener, ChargesUnknownTokensToNoEarlierToken) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"alice", "one", "*"}});
   RunningHttpServer server(
@@ -213,7 +213,7 @@ TEST(HttpListener, UnknownTokensDoNotCountForTheTokenBeforeThemOnAConnection) {
   EXPECT_EQ(status_of("one"), 429U);
 }
 
-TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
+TEST(HttpListener, AllowsListedOriginsToReadAnswers) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.allowed_origins = {"https://a.example"}});
   HttpClient client(server.http());
@@ -233,7 +233,7 @@ TEST(HttpListener, LetsPagesOfAllowedOriginsReadItsAnswers) {
   EXPECT_EQ(preflight["Access-Control-Allow-Methods"], "GET, HEAD, OPTIONS");
 }
 
-TEST(HttpListener, RefusesOtherHostNames) {
+TEST(HttpListener, RejectsOtherHostNames) {
   RunningHttpServer server(fake_catalogue("octahedron"), {.allowed_hosts = {"volumes.example"}});
   const auto status_as = [&](const std::string& host) {
     HttpClient client(server.http());
@@ -275,7 +275,7 @@ TEST(Hosts, AllowAddressesLocalhostAndConfiguredNames) {
   }
 }
 
-TEST(HttpListener, DescribesDatasetsAsInfoDoes) {
+TEST(HttpListener, DescribesDatasetsLikeTheInfoCommand) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   const auto list = client.get("/v1/datasets");
@@ -292,7 +292,7 @@ TEST(HttpListener, DescribesDatasetsAsInfoDoes) {
   EXPECT_EQ(client.get("/v1/datasets/%6Fctahedron").result_int(), 200U);
 }
 
-TEST(HttpListener, ServesTilesThatAreAtHandToBeKeptForEver) {
+TEST(HttpListener, ServesCachedTilesAsImmutable) {
   const auto tile = testing::fine_tiles().front();
   RunningHttpServer server(fake_catalogue("octahedron"), {},
                            {.service = {.cache = cache_of(tile, "octahedron")}});
@@ -387,7 +387,7 @@ class ViewerTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ViewerTest, ConnectsToItsOwnHostOnly) {
+TEST_F(ViewerTest, AllowsConnectionsOnlyToItsHost) {
   write("index.html", "<p>viewer");
   RunningHttpServer server(fake_catalogue("octahedron"), {}, {},
                            {.viewer = std::make_shared<ViewerFiles>(folder_.path() / "viewer")});
@@ -407,7 +407,7 @@ TEST_F(ViewerTest, ConnectsToItsOwnHostOnly) {
   EXPECT_EQ(policy["frame-ancestors"], "'self'");
 }
 
-TEST_F(ViewerTest, AllowsFramesOfNamedOriginsOnly) {
+TEST_F(ViewerTest, AllowsFramesOnlyFromListedOrigins) {
   write("index.html", "<p>viewer");
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.allowed_origins = {"https://journal.example", "*", "http://a:8888"}},
@@ -418,7 +418,7 @@ TEST_F(ViewerTest, AllowsFramesOfNamedOriginsOnly) {
       << policy;
 }
 
-TEST_F(ViewerTest, ServesOneFolderOnly) {
+TEST_F(ViewerTest, ServesOnlyOneFolder) {
   write("index.html", "<p>viewer");
   write("assets/index-1a2b.js", "let x = 1;");
   write("assets/index-1a2b.js.gz", "zipped");
@@ -449,7 +449,7 @@ TEST_F(ViewerTest, ServesOneFolderOnly) {
   }
 }
 
-TEST_F(ViewerTest, ShowsAPageWhenNotInstalled) {
+TEST_F(ViewerTest, ShowsAPageIfNotInstalled) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   HttpClient client(server.http());
   EXPECT_NE(client.get("/").body().find("not installed"), std::string::npos);

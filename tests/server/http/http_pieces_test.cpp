@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kTwoRequests =
     "GET /a HTTP/1.1\r\nHost: x\r\n\r\nHEAD /b?c=d HTTP/1.1\r\nHost: y\r\nRange: bytes=0-1\r\n\r\n";
 
-TEST(RequestReader, FindsRequestsHoweverTheirBytesCome) {
+TEST(RequestReader, ReadsRequestsFromAnySplitOfTheirBytes) {
   for (std::size_t portion : {1U, 2U, 7U, 1000U}) {
     RequestReader reader(1024);
     std::vector<HttpRequest> requests;
@@ -42,7 +42,7 @@ int status_of(std::string_view bytes) {
   return request ? (*request ? 200 : 0) : request.error().status;
 }
 
-TEST(RequestReader, RefusesInvalidRequests) {
+TEST(RequestReader, RejectsInvalidRequests) {
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: x\r\n\r\n"), 200);
   EXPECT_EQ(status_of("GET / HTTP/1.1\r\nHost: x\r\n"), 0);
   EXPECT_EQ(status_of("\x16\x03\x01 no HTTP at all\r\n\r\n"), 400);
@@ -56,7 +56,7 @@ TEST(RequestReader, RefusesInvalidRequests) {
 }
 
 // A proxy in front might read a body where the server reads the next request (request smuggling).
-TEST(RequestReader, RefusesEveryTransferEncoding) {
+TEST(RequestReader, RejectsEveryTransferEncoding) {
   for (const char* coding : {"xchunked", "identity", "gzip", "chunked, identity", ""}) {
     const int status = status_of(
         "GET / HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: " + std::string(coding) + "\r\n\r\n");
@@ -71,7 +71,7 @@ TEST(RequestReader, RequiresExactlyOneHost) {
   EXPECT_EQ(status_of("GET / HTTP/1.0\r\nHost: a\r\nHost: a\r\n\r\n"), 400);
 }
 
-TEST(RequestReader, NeverHoldsMuchMoreThanItsLimit) {
+TEST(RequestReader, BuffersLittleMoreThanItsLimit) {
   RequestReader reader(256);
   for (int i = 0; i < 1000; ++i) {
     reader.feed("a");
@@ -93,7 +93,7 @@ TEST(Target, SplitsBeforeDecoding) {
   EXPECT_TRUE(parse_target("https://example.org").value().path.empty());
 }
 
-TEST(Target, SameWithAndWithoutTheBasePath) {
+TEST(Target, IsTheSameWithAndWithoutTheBasePath) {
   EXPECT_EQ(without_base_path("/volumes/v1/datasets?x=1", "/volumes"), "/v1/datasets?x=1");
   EXPECT_EQ(without_base_path("/volumes/", "/volumes"), "/");
   EXPECT_EQ(without_base_path("/v1/datasets", "/volumes"), "/v1/datasets");
@@ -105,7 +105,7 @@ TEST(Target, SameWithAndWithoutTheBasePath) {
   EXPECT_FALSE(is_base_path("", ""));
 }
 
-TEST(Target, ABasePathBeginsWithASlashAndEndsWithoutOne) {
+TEST(Target, NormalizesAndValidatesBasePaths) {
   for (const char* text : {"/volumes", "volumes/", "/volumes/"}) {
     EXPECT_EQ(parse_base_path(text).value(), "/volumes") << text;
   }
@@ -127,7 +127,7 @@ TEST(Target, RejectsInvalidEncoding) {
 
 Result<Route> routed(std::string_view target) { return route_of(parse_target(target).value()); }
 
-TEST(Route, LeadsToWhatThePathNames) {
+TEST(Route, MatchesThePath) {
   EXPECT_TRUE(std::holds_alternative<Liveness>(routed("/livez").value()));
   EXPECT_TRUE(std::holds_alternative<WebSocketStream>(routed("/v1/stream?x=1").value()));
   EXPECT_TRUE(std::holds_alternative<DatasetListing>(routed("/v1/datasets").value()));
@@ -138,7 +138,7 @@ TEST(Route, LeadsToWhatThePathNames) {
   EXPECT_FALSE(routed("/v1/tiles/" + std::string(32, 'G')));
 }
 
-TEST(Route, TakesPathsOfFilesAsTheyAreSoThatNoneLeadsElsewhere) {
+TEST(Route, KeepsFilePathsUnchanged) {
   for (const auto* path : {"/", "/../etc/passwd", "/%2e%2e/etc/passwd", "/assets//x", "/v1"}) {
     EXPECT_EQ(std::get<ViewerFile>(routed(path).value()).path, path);
   }
@@ -206,7 +206,7 @@ TEST(MeshQuery, NamesTheInvalidParameter) {
   }
 }
 
-TEST(MeshQuery, ValidatedLikeAWireRequest) {
+TEST(MeshQuery, ValidatesLikeAWireRequest) {
   DatasetInfo info;
   info.name = "a";
   EXPECT_FALSE(requests_for(query_of("").surface, info));
@@ -221,7 +221,7 @@ TEST(MeshQuery, ValidatedLikeAWireRequest) {
 
 // ---- conditions and ranges
 
-TEST(Conditions, NameATagInAListOrAll) {
+TEST(Conditions, MatchATagInAListOrAnyTag) {
   EXPECT_TRUE(matches_tag("\"a\"", "\"a\""));
   EXPECT_TRUE(matches_tag("\"b\" , W/\"a\"", "\"a\""));
   EXPECT_TRUE(matches_tag("*", "\"a\""));
@@ -230,7 +230,7 @@ TEST(Conditions, NameATagInAListOrAll) {
   EXPECT_FALSE(matches_tag("", ""));
 }
 
-TEST(Ranges, ServesASingleValidRange) {
+TEST(Ranges, ServeASingleValidRange) {
   const auto range = [](std::string_view field) { return range_of(field, "", "\"t\"", 100); };
   EXPECT_EQ(range("bytes=0-0"), (RangeOutcome{ByteRange{0, 1}}));
   EXPECT_EQ(range("bytes=10-19"), (RangeOutcome{ByteRange{10, 10}}));
@@ -247,7 +247,7 @@ TEST(Ranges, ServesASingleValidRange) {
   EXPECT_EQ(range_of("bytes=0-", "", "\"t\"", 0), RangeOutcome{RangeNotSatisfiable{}});
 }
 
-TEST(Ranges, IgnoredWhenTheContentChanged) {
+TEST(Ranges, AreIgnoredWhenTheContentChanged) {
   EXPECT_EQ(range_of("bytes=0-0", "\"t\"", "\"t\"", 9), (RangeOutcome{ByteRange{0, 1}}));
   EXPECT_EQ(range_of("bytes=0-0", "\"s\"", "\"t\"", 9), RangeOutcome{FullContent{}});
   EXPECT_EQ(range_of("bytes=0-0", "W/\"t\"", "\"t\"", 9), RangeOutcome{FullContent{}});
@@ -278,7 +278,7 @@ TEST(Origin, AllowsOwnAndListedOrigins) {
   EXPECT_TRUE(is_allowed_origin("null", "h", {"*"}));
 }
 
-TEST(Origin, FormattedAsBrowsersDo) {
+TEST(Origin, IsFormattedAsInBrowsers) {
   for (const char* good : {"*", "https://a.example", "http://localhost:8080", "http://[::1]:80",
                            "moz-extension://1b2c-3d"}) {
     EXPECT_TRUE(is_origin(good)) << good;
@@ -289,7 +289,7 @@ TEST(Origin, FormattedAsBrowsersDo) {
   }
 }
 
-TEST(Origin, MayReadAnswersWhereItIsAllowedOnly) {
+TEST(Origin, MayReadAnswersOnlyIfAllowed) {
   EXPECT_EQ(cross_origin_fields("https://a", "h", {}, false), "");
   EXPECT_EQ(cross_origin_fields("https://b", "h", {"https://a"}, false), "Vary: Origin\r\n");
   const std::string allowed = cross_origin_fields("https://a", "h", {"https://a"}, true);

@@ -36,7 +36,7 @@ std::vector<ServerMessage> stream(WebSocketClient& client, std::uint64_t id) {
   return messages;
 }
 
-TEST(WebSocketListener, HoldsTheSameConversationAsTcp) {
+TEST(WebSocketListener, ExchangesTheSameMessagesAsTcp) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   EXPECT_EQ(client.response()[http::field::sec_websocket_protocol], "multitetra.v1");
@@ -87,7 +87,7 @@ TEST(WebSocketListener, RejectsPagesOfOtherOrigins) {
   EXPECT_EQ(from("https://example.org"), 101U);
 }
 
-TEST(WebSocketListener, TakesNoTextMessages) {
+TEST(WebSocketListener, RejectsTextMessages) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send_as_text(Hello{});
@@ -95,7 +95,7 @@ TEST(WebSocketListener, TakesNoTextMessages) {
   EXPECT_EQ(client.closed().code, websocket::close_code::normal);
 }
 
-TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
+TEST(WebSocketListener, LimitsMessagesBeforeHello) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send(Hello{.agent = std::string(17 * 1024, 'a')});
@@ -110,7 +110,7 @@ TEST(WebSocketListener, TakesShortMessagesOnlyBeforeHello) {
   EXPECT_TRUE(std::holds_alternative<StepBegin>(welcomed.receive()));
 }
 
-TEST(WebSocketListener, WaitsForHelloOnlySoLong) {
+TEST(WebSocketListener, LimitsTheTimeForHello) {
   RunningHttpServer server(fake_catalogue("octahedron"),
                            {.connection = {.handshake_timeout = 50ms}});
   WebSocketClient client(server.http());
@@ -127,7 +127,7 @@ class EndCount : public ServiceObserver {
   testing::Count ended;
 };
 
-TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
+TEST(WebSocketListener, ClosesClientsThatDoNotRead) {
   const auto count = std::make_shared<EndCount>();
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", heavy(64, 1'000'000))),
@@ -141,7 +141,7 @@ TEST(WebSocketListener, GivesUpAClientThatDoesNotRead) {
   EXPECT_NE(client.closed().code, websocket::close_code::normal);
 }
 
-TEST(WebSocketListener, InformsClientsOfAShutdown) {
+TEST(WebSocketListener, NotifiesClientsOfAShutdown) {
   RunningHttpServer server(fake_catalogue("octahedron"));
   WebSocketClient client(server.http());
   client.send(Hello{});
@@ -152,7 +152,7 @@ TEST(WebSocketListener, InformsClientsOfAShutdown) {
   stopping.join();
 }
 
-TEST(WebSocketListener, StopsAStreamWhoseClientIsGone) {
+TEST(WebSocketListener, StopsStreamsOfDisconnectedClients) {
   testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));

@@ -13,7 +13,7 @@ AccessList parsed(const std::string& text) {
   return *std::move(list);
 }
 
-TEST(AccessList, ATokenHasTheRightsOfItsLine) {
+TEST(AccessList, GrantsTheRightsOfTheTokensLine) {
   const AccessList list = parsed(access_line("alice", "secret-a", {"head-*", "embryo"}) + "\n" +
                                  access_line("bob", "secret-b", {"*"}) + "\n");
   const auto alice = list.rights_of("secret-a");
@@ -27,7 +27,7 @@ TEST(AccessList, ATokenHasTheRightsOfItsLine) {
   EXPECT_TRUE(list.rights_of("secret-b")->may_see("foot"));
 }
 
-TEST(AccessList, RefusesUnknownTokens) {
+TEST(AccessList, RejectsUnknownTokens) {
   const AccessList list = parsed(access_line("alice", "secret", {"*"}));
   for (const std::string& token :
        std::vector<std::string>{"", "secre", "secret ", "Secret", "alice"}) {
@@ -39,7 +39,7 @@ TEST(AccessList, RefusesUnknownTokens) {
   EXPECT_FALSE(parsed("").rights_of("secret"));
 }
 
-TEST(AccessList, ALineWithoutATokenAppliesToAnonymousClients) {
+TEST(AccessList, AppliesLinesWithoutTokenToAnonymousClients) {
   const AccessList list = parsed("guests none public-*\n" + access_line("a", "secret", {"*"}));
   const auto guest = list.rights_of("");
   ASSERT_TRUE(guest);
@@ -49,7 +49,7 @@ TEST(AccessList, ALineWithoutATokenAppliesToAnonymousClients) {
   EXPECT_FALSE(list.rights_of("wrong")) << "A wrong token is no token of a guest.";
 }
 
-TEST(AccessList, ALineMayBeForSurfacesOnly) {
+TEST(AccessList, ReadsSurfacesOnlyLines) {
   const AccessList list =
       parsed(access_line("alice", "a", {"*"}, {}, /*surfaces_only=*/true) + "\n" +
              access_line("bob", "b", {"*"}) + "\nguests none public-* only=surfaces\n");
@@ -60,12 +60,12 @@ TEST(AccessList, ALineMayBeForSurfacesOnly) {
   EXPECT_FALSE(parse_access_list(access_line("alice", "a", {}, {}, true)));
 }
 
-TEST(AccessList, TheDigestIsSha256) {
+TEST(AccessList, HashesTokensWithSha256) {
   EXPECT_EQ(access_line("a", "abc", {"*"}),
             "a ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad *");
 }
 
-TEST(AccessList, CommentsEmptyLinesAndCapitalsDoNotMatter) {
+TEST(AccessList, IgnoresCommentsEmptyLinesAndCase) {
   std::string line = access_line("a", "abc", {"head"});
   std::transform(line.begin() + 2, line.begin() + 66, line.begin() + 2,
                  [](char c) { return static_cast<char>(std::toupper(c)); });
@@ -75,7 +75,7 @@ TEST(AccessList, CommentsEmptyLinesAndCapitalsDoNotMatter) {
   EXPECT_FALSE(list.rights_of("abc")->may_see("of"));
 }
 
-TEST(AccessList, ABadLineIsNamedByItsNumber) {
+TEST(AccessList, ReportsTheLineNumberOfAnInvalidLine) {
   const std::string good = access_line("a", "abc", {"*"});
   const std::string one_short = "a " + good.substr(3) + "\n";
   for (const std::string& bad :
@@ -88,14 +88,14 @@ TEST(AccessList, ABadLineIsNamedByItsNumber) {
   }
 }
 
-TEST(AccessList, NewTokensAreLongAndNeverTheSame) {
+TEST(AccessList, GeneratesLongUniqueTokens) {
   const std::string token = new_token();
   EXPECT_GE(token.size(), 64U);
   EXPECT_NE(token, new_token());
   EXPECT_TRUE(parsed(access_line("a", token, {"*"})).rights_of(token));
 }
 
-TEST(AccessList, AFileThatCannotBeReadOrParsedIsNamed) {
+TEST(AccessList, NamesTheUnreadableOrInvalidFile) {
   const TemporaryFolder folder;
   EXPECT_EQ(load_access_list(folder.file("good", access_line("a", "abc", {"*"})))->size(), 1U);
   EXPECT_EQ(load_access_list(folder.file("empty", ""))->size(), 0U);
@@ -115,7 +115,7 @@ TEST(AccessRights, AllowEverythingByDefault) {
   EXPECT_FALSE(AccessRights("a", {}).may_see("anything"));
 }
 
-TEST(Patterns, AStarIsAnyTextAndAQuestionMarkOneCharacter) {
+TEST(Patterns, MatchAnyTextWithAStarAndOneCharacterWithAQuestionMark) {
   for (const auto& [pattern, text] :
        std::vector<std::pair<const char*, const char*>>{{"*", ""},
                                                         {"*", "abc"},
@@ -143,13 +143,13 @@ TEST(Patterns, AStarIsAnyTextAndAQuestionMarkOneCharacter) {
 }
 
 // Backtracking over all stars would take exponential time here.
-TEST(Patterns, ManyStarsTakeNoLongTime) {
+TEST(Patterns, MatchManyStarsWithoutBacktracking) {
   std::string pattern;
   for (int i = 0; i < 100; ++i) pattern += "a*";
   EXPECT_FALSE(matches(pattern + "b", std::string(10'000, 'a')));
 }
 
-TEST(AccessList, ATokenExpiresAtItsTime) {
+TEST(AccessList, ExpiresTokensAtTheirTime) {
   const auto end = time_from("2027-01-31T12:00:00Z").value();
   const AccessList list = parsed(access_line("alice", "secret", {"head-*"}, end) +
                                  "\nguests none public expires=2027-01-31T12:00:00Z\n");
@@ -164,14 +164,14 @@ TEST(AccessList, ATokenExpiresAtItsTime) {
   EXPECT_FALSE(list.rights_of("secret", end - std::chrono::hours(1))->may_see("expires=2027"));
 }
 
-TEST(AccessList, ATokenMayLastForCenturies) {
+TEST(AccessList, AcceptsExpiryCenturiesAhead) {
   const auto end = time_from("2400-01-01T00:00:00Z");
   ASSERT_TRUE(end);
   const auto list = parse_access_list(access_line("a", "secret", {"*"}, end)).value();
   EXPECT_TRUE(list.rights_of("secret"));
 }
 
-TEST(AccessList, ATimeIsAMomentThatThereIs) {
+TEST(AccessList, AcceptsOnlyValidUtcTimes) {
   for (const std::string good :
        {"2027-01-31T12:00:00Z", "1970-01-01T00:00:00Z", "2400-02-29T23:59:59Z"}) {
     EXPECT_EQ(time_text(time_from(good).value()), good);
@@ -187,7 +187,7 @@ TEST(AccessList, ATimeIsAMomentThatThereIs) {
       << "no datasets";
 }
 
-TEST(AccessList, RemovingANameKeepsOtherEntriesAndComments) {
+TEST(AccessList, KeepsOtherEntriesAndCommentsWhenANameIsRemoved) {
   const std::string alice = access_line("alice", "a", {"*"}) + "\n";
   const std::string bob = access_line("bob", "b", {"*"});
   const auto without = without_name("# alice\n" + alice + "\n" + alice + bob, "alice");

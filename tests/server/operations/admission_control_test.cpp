@@ -14,7 +14,7 @@ ConnectionContextPtr client_of(AdmissionControl& admission, const char* token = 
 }
 
 // One address may be that of a whole institute.
-TEST(AdmissionControl, TokensOfOneAddressHaveSeparateRateLimits) {
+TEST(AdmissionControl, LimitsEachTokenOfOneAddressSeparately) {
   AdmissionControl admission({.requests = {.per_second = 0.001, .burst = 2}});
   const ConnectionContextPtr greedy = client_of(admission, "eve");
   EXPECT_TRUE(greedy->check_rate_limit());
@@ -27,7 +27,7 @@ TEST(AdmissionControl, TokensOfOneAddressHaveSeparateRateLimits) {
   EXPECT_TRUE(client_of(admission)->check_rate_limit()) << "nor to those without one";
 }
 
-TEST(AdmissionControl, ANewcomerTakesThePlaceOfTheOneThatRestsLongestOfTheLargestShare) {
+TEST(AdmissionControl, ClosesTheLongestIdleConnectionOfTheLargestShareForANewOne) {
   AdmissionControl admission({.connections = {.total = 5}});
   std::string ended;
   std::vector<ConnectionContextPtr> clients;
@@ -58,7 +58,7 @@ TEST(AdmissionControl, ANewcomerTakesThePlaceOfTheOneThatRestsLongestOfTheLarges
   EXPECT_EQ(admission.connections(), 5U);
 }
 
-TEST(AdmissionControl, TheNetworksOfOneIpv6NetworkAreOneShareWhereConnectionsAreFew) {
+TEST(AdmissionControl, CountsSubnetsOfAnIpv6NetworkAsOneShareWithFewConnections) {
   AdmissionControl admission(
       {.connections = {.per_name = 2}, .requests = {.per_second = 0.001, .burst = 2}});
   std::vector<ConnectionContextPtr> clients;

@@ -10,7 +10,7 @@ namespace {
 
 // ---- requests per second
 
-TEST(RequestRate, AllowsABurstThenSoManyASecond) {
+TEST(RequestRate, AllowsABurstThenTheRate) {
   RatePerName rate({.per_second = 10, .burst = 3});
   for (int i = 0; i < 3; ++i) EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_GT(rate.take("a", 0), 0);
@@ -28,7 +28,7 @@ TEST(RequestRate, ReturnsTheDelay) {
   EXPECT_EQ(rate.take("a", 0.51), 0);
 }
 
-TEST(RequestRate, LargeRequestsCountAlsoWhenRefused) {
+TEST(RequestRate, ChargesRejectedLargeRequests) {
   RatePerName rate({.per_second = 10, .burst = 20});
   EXPECT_EQ(rate.take("a", 0, 21), 0);
   EXPECT_NEAR(rate.take("a", 0), 0.2, 1e-9);
@@ -36,20 +36,20 @@ TEST(RequestRate, LargeRequestsCountAlsoWhenRefused) {
   for (int i = 0; i < 1000; ++i) EXPECT_LE(rate.take("a", 0, 21), 31) << "but no debt is for ever";
 }
 
-TEST(RequestRate, OneNameTakesNothingFromAnother) {
+TEST(RequestRate, LimitsNamesSeparately) {
   RatePerName rate({.per_second = 1, .burst = 1});
   EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_GT(rate.take("a", 0), 0);
   EXPECT_EQ(rate.take("b", 0), 0);
 }
 
-TEST(RequestRate, ZeroIsNoLimit) {
+TEST(RequestRate, TreatsZeroAsNoLimit) {
   RatePerName rate({.per_second = 0, .burst = 1});
   for (int i = 0; i < 1000; ++i) EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_EQ(rate.size(), 0U);
 }
 
-TEST(RequestRate, AClockThatStandsStillOrGoesBackGivesNothing) {
+TEST(RequestRate, GrantsNothingIfTheClockStopsOrGoesBack) {
   RatePerName rate({.per_second = 1, .burst = 1});
   EXPECT_EQ(rate.take("a", 10), 0);
   EXPECT_GT(rate.take("a", 5), 0);
@@ -66,7 +66,7 @@ TEST(RequestRate, RemovesIdleNamesAndBoundsTheirNumber) {
   EXPECT_LE(rate.size(), 1000U);
 }
 
-TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
+TEST(RequestRate, SharesOneAllowanceAmongTooManyNames) {
   RatePerName rate({.per_second = 1, .burst = 1}, /*max_names=*/2);
   EXPECT_EQ(rate.take("a", 0), 0);
   EXPECT_EQ(rate.take("b", 0), 0);
@@ -77,7 +77,7 @@ TEST(RequestRate, WhenThereAreTooManyNamesNewcomersShareOneAllowance) {
 
 // ---- connections
 
-TEST(ConnectionLimiter, CountsConnectionsInAllAndByName) {
+TEST(ConnectionLimiter, LimitsConnectionsInTotalAndPerName) {
   ConnectionLimiter connections({.total = 3, .per_name = 2});
   auto a1 = connections.acquire("a");
   auto a2 = connections.acquire("a");
@@ -97,21 +97,21 @@ TEST(ConnectionLimiter, CountsConnectionsInAllAndByName) {
   EXPECT_EQ(connections.count(), 2U) << "A discarded ticket is given back.";
 }
 
-TEST(ConnectionLimiter, TrustedPeersCountInTheTotalOnly) {
+TEST(ConnectionLimiter, CountsTrustedPeersInTheTotalOnly) {
   ConnectionLimiter connections({.total = 3, .per_name = 1});
   std::vector<ConnectionLimiter::Ticket> tickets;
   for (int i = 0; i < 3; ++i) tickets.push_back(*connections.acquire());
   EXPECT_FALSE(connections.acquire());
 }
 
-TEST(ConnectionLimiter, ZeroIsNoLimit) {
+TEST(ConnectionLimiter, TreatsZeroAsNoLimit) {
   ConnectionLimiter connections({});
   std::vector<ConnectionLimiter::Ticket> tickets;
   for (int i = 0; i < 1000; ++i) tickets.push_back(*connections.acquire("a"));
   EXPECT_EQ(connections.count(), 1000U);
 }
 
-TEST(ByteReservations, GivesBackWhatSharesHeld) {
+TEST(ByteReservations, ReleasesBytesOfShares) {
   ByteReservations budget(100);
   auto first = budget.take("a", 60);
   ASSERT_TRUE(first);
@@ -125,7 +125,7 @@ TEST(ByteReservations, GivesBackWhatSharesHeld) {
   EXPECT_EQ(budget.used(), 40U);
 }
 
-TEST(ByteReservations, AShareLeavesRoomForOthers) {
+TEST(ByteReservations, LeavesRoomForOtherShares) {
   ByteReservations budget(1000, /*max_share_fraction=*/0.25);
   EXPECT_EQ(budget.max_per_share(), 250U);
   EXPECT_FALSE(budget.take("a", 251));
@@ -147,7 +147,7 @@ std::vector<ByteReservations::Reservation> all_of(ByteReservations& budget,
   return held;
 }
 
-TEST(ByteReservations, SixSharesThatTakeAllTheyCanLeaveASixthToOthers) {
+TEST(ByteReservations, LeavesASixthAfterSixGreedyShares) {
   ByteReservations budget(1'000'000, 0.25);
   std::vector<std::vector<ByteReservations::Reservation>> held;
   for (int i = 0; i < 6; ++i)
@@ -156,7 +156,7 @@ TEST(ByteReservations, SixSharesThatTakeAllTheyCanLeaveASixthToOthers) {
   EXPECT_TRUE(budget.take("address 198.51.100.1", 40'000));
 }
 
-TEST(ByteReservations, ManyNetworksOfOneIpv6NetworkCountForAFewShares) {
+TEST(ByteReservations, CountsManySubnetsOfAnIpv6NetworkAsFewShares) {
   ByteReservations budget(1'000'000, 0.25);
   std::vector<std::vector<ByteReservations::Reservation>> held;
   const auto take_all_of = [&](int first, int last) {
@@ -176,7 +176,7 @@ TEST(ByteReservations, ManyNetworksOfOneIpv6NetworkCountForAFewShares) {
 
 // ---- addresses
 
-TEST(ClientAddress, LimitsHoldForAnIpv4AddressOrAnIpv6Network) {
+TEST(ClientAddress, GroupsLimitsByIpv4AddressOrIpv6Network) {
   EXPECT_EQ(limit_key("192.0.2.7"), "192.0.2.7");
   EXPECT_EQ(limit_key("::ffff:192.0.2.7"), "192.0.2.7");
   EXPECT_EQ(limit_key("2001:db8:1:2:3:4:5:6"), "2001:db8:1:2::/64");
@@ -185,7 +185,7 @@ TEST(ClientAddress, LimitsHoldForAnIpv4AddressOrAnIpv6Network) {
   EXPECT_EQ(limit_key("unknown client"), "unknown client");
 }
 
-TEST(ShareLevels, AnIpv6NetworkBelongsToLargerOnes) {
+TEST(ShareLevels, NestIpv6Networks) {
   using Levels = std::vector<ShareLevel>;
   EXPECT_EQ(share_levels("address 192.0.2.7"), (Levels{{"address 192.0.2.7", 1}}));
   EXPECT_EQ(share_levels("token alice"), (Levels{{"token alice", 1}}));
@@ -208,7 +208,7 @@ std::string client_of(std::string_view peer, std::string_view forwarded_for,
   return client.address + (client.is_trusted ? " trusted" : "");
 }
 
-TEST(ClientAddress, OnlyTrustedProxiesForwardAddresses) {
+TEST(ClientAddress, AcceptsForwardedAddressesOnlyFromTrustedProxies) {
   EXPECT_EQ(client_of("198.51.100.1", "203.0.113.5", {}), "198.51.100.1");
   EXPECT_EQ(client_of("10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
   EXPECT_EQ(client_of("::ffff:10.0.0.1", "203.0.113.5", {"10.0.0.1"}), "203.0.113.5");
@@ -222,7 +222,7 @@ TEST(ClientAddress, IgnoresForwardedForFromClients) {
   EXPECT_EQ(client_of("10.0.0.1", "10.0.0.2", trusted), "10.0.0.2 trusted");
 }
 
-TEST(ClientAddress, AnInvalidAddressCountsAsTheProxy) {
+TEST(ClientAddress, FallsBackToTheProxyForInvalidAddresses) {
   for (const std::string& hop :
        {std::string("garbage"), std::string("1.1.1.1, nonsense"), std::string(100'000, ','),
         std::string("203.0.113.5:"), std::string("203.0.113.5:99999"), std::string("[2001:db8::1"),
@@ -231,14 +231,14 @@ TEST(ClientAddress, AnInvalidAddressCountsAsTheProxy) {
   }
 }
 
-TEST(ClientAddress, AHopMayHaveAPortAndBrackets) {
+TEST(ClientAddress, ParsesPortsAndBracketsOfHops) {
   EXPECT_EQ(client_of("10.0.0.1", "203.0.113.5:4711", {"10.0.0.1"}), "203.0.113.5");
   EXPECT_EQ(client_of("10.0.0.1", "[2001:db8::7]:4711", {"10.0.0.1"}), "2001:db8::7");
   EXPECT_EQ(client_of("10.0.0.1", "[2001:db8::7]", {"10.0.0.1"}), "2001:db8::7");
   EXPECT_EQ(client_of("10.0.0.1", "2001:db8::7", {"10.0.0.1"}), "2001:db8::7");
 }
 
-TEST(ClientAddress, NetworksAreTrustedAsAWhole) {
+TEST(ClientAddress, TrustsAllAddressesOfANetwork) {
   const AddressRanges trusted = ranges({"10.1.0.0/16", "2001:db8::/33", "192.0.2.7"});
   for (const char* in : {"10.1.255.3", "::ffff:10.1.0.1", "2001:db8:7fff::1", "192.0.2.7"}) {
     EXPECT_TRUE(trusted.contains(in)) << in;
@@ -250,7 +250,7 @@ TEST(ClientAddress, NetworksAreTrustedAsAWhole) {
   EXPECT_FALSE(ranges({"0.0.0.0/0"}).contains("2001:db8::1"));
 }
 
-TEST(ClientAddress, RefusesInvalidNetworks) {
+TEST(ClientAddress, RejectsInvalidNetworks) {
   for (const char* text :
        {"localhost", "", "10.0.0.0/33", "10.0.0.0/-1", "10.0.0.0/", "10.0.0.0/8x", "::/129"}) {
     const auto refused = AddressRanges::parse({"10.0.0.1", text});

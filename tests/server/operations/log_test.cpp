@@ -31,7 +31,7 @@ std::string logged(const LogOptions& options, const Work& work) {
 
 constexpr std::string_view kHostile = "a\nb\x1f\"\\\x01\xff\x7f{}";
 
-TEST(Log, ATextLineHasItsFieldsBehindIt) {
+TEST(Log, WritesTextLinesWithFields) {
   const std::string text = logged({}, [] {
     log_line(LogLevel::kInfo, "stream ended",
              {{"connection", std::uint64_t{7}},
@@ -45,7 +45,7 @@ TEST(Log, ATextLineHasItsFieldsBehindIt) {
       << text;
 }
 
-TEST(Log, AJsonLineIsAnObjectWithItsFields) {
+TEST(Log, WritesJsonObjectsWithFields) {
   const std::string text = logged({.format = LogFormat::kJson}, [] {
     log_line(LogLevel::kWarning, "stream ended",
              {{"connection", std::uint64_t{7}},
@@ -65,7 +65,7 @@ TEST(Log, AJsonLineIsAnObjectWithItsFields) {
   EXPECT_EQ(line.at("time").get<std::string>().size(), 27U);
 }
 
-TEST(Log, BytesFromOutsideStayInsideTheirLine) {
+TEST(Log, EscapesForeignBytes) {
   for (const LogFormat format : {LogFormat::kText, LogFormat::kJson}) {
     const std::string text = logged({.format = format}, [] {
       log_line(LogLevel::kInfo, kHostile, {{"agent", kHostile}});
@@ -81,7 +81,7 @@ TEST(Log, BytesFromOutsideStayInsideTheirLine) {
   }
 }
 
-TEST(Log, WhatIsBelowTheLevelIsNotWritten) {
+TEST(Log, OmitsLinesBelowTheLevel) {
   const std::string text = logged({.level = LogLevel::kWarning}, [] {
     EXPECT_FALSE(is_logged(LogLevel::kInfo));
     EXPECT_TRUE(is_logged(LogLevel::kWarning));
@@ -92,7 +92,7 @@ TEST(Log, WhatIsBelowTheLevelIsNotWritten) {
   EXPECT_NE(text.find("error loud\n"), std::string::npos);
 }
 
-TEST(Log, NamesOfFormatsAndLevelsAreKnown) {
+TEST(Log, ParsesNamesOfFormatsAndLevels) {
   EXPECT_EQ(log_format_from("json"), LogFormat::kJson);
   EXPECT_EQ(log_format_from("xml"), std::nullopt);
   EXPECT_EQ(log_level_from("debug"), LogLevel::kDebug);
@@ -122,7 +122,7 @@ TEST(LogSampler, LimitsLinesPerNameAndInTotal) {
 
 // Sanitizers use their own heap.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST(TrimHeap, KeepsPiecesOfSomeMebibytesForTheNextUse) {
+TEST(TrimHeap, KeepsSomeMebibytesForReuse) {
   configure_allocator();
   const auto page_faults = [] {
     rusage usage{};

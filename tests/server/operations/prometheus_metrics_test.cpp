@@ -13,7 +13,7 @@ bool has(const std::string& text, const std::string& line) {
 const ClientFacts kWebSocketClient = {
     .protocol = "websocket", .connection = 1, .peer = "192.0.2.7:1234"};
 
-TEST(PrometheusMetrics, CountRequestsByTheirOutcomeWithTheirTilesBytesAndTimes) {
+TEST(PrometheusMetrics, CountRequestsTilesBytesAndTimesByOutcome) {
   PrometheusMetrics metrics;
   metrics.connected(kWebSocketClient);
   metrics.request_began(kWebSocketClient, "stream");

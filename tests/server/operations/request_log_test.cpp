@@ -30,7 +30,7 @@ std::vector<nlohmann::json> logged(LogLevel level, const Work& work) {
   return lines;
 }
 
-TEST(RequestLog, AStreamIsALineWithItsConnectionItsRequestAndWhatItTook) {
+TEST(RequestLog, LogsAStreamWithItsConnectionRequestAndCosts) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.request_ended(kAlice, {.kind = "stream",
                                .request = 5,
@@ -60,7 +60,7 @@ TEST(RequestLog, AStreamIsALineWithItsConnectionItsRequestAndWhatItTook) {
   EXPECT_EQ(line.at("outcome"), "complete");
 }
 
-TEST(RequestLog, ARequestOverHttpIsNamedAsItsAnswerNamesIt) {
+TEST(RequestLog, LogsTheRequestIdOfTheHttpResponse) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.request_ended(kAlice, {.kind = "isosurface", .id = "00ab", .outcome = "complete"});
     log.http_answered(kAlice, {.id = "00ac",
@@ -76,7 +76,7 @@ TEST(RequestLog, ARequestOverHttpIsNamedAsItsAnswerNamesIt) {
   EXPECT_EQ(lines[1].at("target"), "/v1/datasets?a b\n");
 }
 
-TEST(RequestLog, EveryRequestAboutADatasetIsALine) {
+TEST(RequestLog, LogsEveryRequestAboutADataset) {
   const std::vector<const char*> kinds = {"stream", "list", "estimate", "slice", "probe"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
     for (const char* kind : kinds) log.request_ended(kAlice, {.kind = kind, .dataset = "head"});
@@ -88,7 +88,7 @@ TEST(RequestLog, EveryRequestAboutADatasetIsALine) {
   EXPECT_EQ(lines.back().at("request"), "00ab");
 }
 
-TEST(RequestLog, AConnectionIsALineOnceItsClientIsKnown) {
+TEST(RequestLog, LogsAConnectionOnceItsClientIsKnown) {
   const auto probed = [](RequestLog& log) {
     log.connected({.connection = 8});
     log.disconnected({.connection = 8}, 0.1);
@@ -108,7 +108,7 @@ TEST(RequestLog, AConnectionIsALineOnceItsClientIsKnown) {
   EXPECT_EQ(lines[1].at("text"), "disconnected");
 }
 
-TEST(RequestLog, FilesAndHealthChecksThatSucceedAreForDebugging) {
+TEST(RequestLog, LogsSuccessfulFilesAndHealthChecksAtDebugLevel) {
   const auto work = [](RequestLog& log) {
     log.http_answered(kAlice, {.id = "1", .kind = "tile", .status = 200});
     log.http_answered(kAlice, {.id = "2", .kind = "livez", .status = 200});
@@ -119,7 +119,7 @@ TEST(RequestLog, FilesAndHealthChecksThatSucceedAreForDebugging) {
 }
 
 // The same for every transport: 503 and UNAVAILABLE, 404 and UNKNOWN_DATASET.
-TEST(RequestLog, WarnsWhereTheServerLacksCapacityOrFails) {
+TEST(RequestLog, WarnsAboutMissingCapacityAndFailures) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.error_answered(kAlice, {ErrorCode::kUnavailable, "No memory now.", 5}, 3);
     log.error_answered(kAlice, {ErrorCode::kInternal, "It failed."}, 4);
@@ -137,7 +137,7 @@ TEST(RequestLog, WarnsWhereTheServerLacksCapacityOrFails) {
   }
 }
 
-TEST(RequestLog, RefusalsAndErrorsHaveAReason) {
+TEST(RequestLog, LogsTheReasonOfRejectionsAndErrors) {
   const auto lines = logged(LogLevel::kInfo, [](RequestLog& log) {
     log.refused(kAlice, "connections");
     log.error_answered(kAlice, {ErrorCode::kUnknownDataset, "There is none."}, 3);
@@ -150,7 +150,7 @@ TEST(RequestLog, RefusalsAndErrorsHaveAReason) {
   EXPECT_EQ(lines[1].at("request"), 3);
 }
 
-TEST(RequestLog, TokensInATargetStayOutOfIt) {
+TEST(RequestLog, OmitsTokensInTargets) {
   const auto target = [](const char* asked) {
     const auto lines = logged(LogLevel::kInfo, [asked](RequestLog& log) {
       log.http_answered(kAlice, {.target = asked, .status = 400});
@@ -164,7 +164,7 @@ TEST(RequestLog, TokensInATargetStayOutOfIt) {
   EXPECT_EQ(target("/?"), "/?");
 }
 
-TEST(RequestLog, ARejectionOverHttpIsOneLineWithItsReason) {
+TEST(RequestLog, LogsAnHttpRejectionOnceWithItsReason) {
   const ClientFacts alice{.protocol = "http", .connection = 7, .name = "alice"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
     log.refused(alice, "requests_per_second");
@@ -179,7 +179,7 @@ TEST(RequestLog, ARejectionOverHttpIsOneLineWithItsReason) {
 }
 
 // A flood from one client neither fills the disk nor displaces lines about others.
-TEST(RequestLog, SamplesFloodsAndCountsLeftOutLines) {
+TEST(RequestLog, SamplesFloodsAndCountsOmittedLines) {
   const ClientFacts flooding{.peer = "192.0.2.66:1"};
   const auto lines = logged(LogLevel::kInfo, [&](RequestLog& log) {
     for (int i = 0; i < 10'000; ++i) {

@@ -75,7 +75,7 @@ Handshake perform_handshake(const TlsContextPtr& tls,
   return result;
 }
 
-TEST_F(TlsFilesTest, AClientThatTrustsTheCertificateSpeaksTls13) {
+TEST_F(TlsFilesTest, NegotiatesTls13) {
   const Handshake shaken = perform_handshake(
       load_tls(files(good_.certificate, good_.key)), [&](asio::ssl::context& client) {
         client.add_certificate_authority(asio::buffer(good_.certificate));
@@ -88,7 +88,7 @@ TEST_F(TlsFilesTest, AClientThatTrustsTheCertificateSpeaksTls13) {
   EXPECT_EQ(shaken.protocol, "");
 }
 
-TEST_F(TlsFilesTest, Tls12IsSpokenAndNothingOlder) {
+TEST_F(TlsFilesTest, AcceptsTls12AndNothingOlder) {
   const TlsContextPtr tls = load_tls(files(good_.certificate, good_.key));
   const auto at_most = [&](int version) {
     return perform_handshake(tls, [&](asio::ssl::context& client) {
@@ -101,7 +101,7 @@ TEST_F(TlsFilesTest, Tls12IsSpokenAndNothingOlder) {
   EXPECT_TRUE(at_most(TLS1_1_VERSION).client);
 }
 
-TEST_F(TlsFilesTest, Http11IsChosenWhereItIsOfferedAndNothingElse) {
+TEST_F(TlsFilesTest, NegotiatesOnlyHttp11) {
   const TlsContextPtr tls = load_tls(files(good_.certificate, good_.key));
   const auto offered = [&](const std::string& protocols) {
     return perform_handshake(tls, [&](asio::ssl::context& client) {
@@ -116,7 +116,7 @@ TEST_F(TlsFilesTest, Http11IsChosenWhereItIsOfferedAndNothingElse) {
   EXPECT_EQ(other.protocol, "");
 }
 
-TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
+TEST_F(TlsFilesTest, NamesTheInvalidFileAndTheReason) {
   const CertificateAndKey other = self_signed();
   const CertificateAndKey old = self_signed("DNS:localhost", -60);
   const auto has = [](const std::string& text, const std::string& part) {
@@ -138,7 +138,7 @@ TEST_F(TlsFilesTest, ABadFileIsNamedWithWhatIsWrong) {
 }
 
 // Reading one would block forever or never reach an end.
-TEST_F(TlsFilesTest, WhatIsNoRegularFileIsRefusedAtOnce) {
+TEST_F(TlsFilesTest, RejectsIrregularFiles) {
   const std::filesystem::path pipe = folder_.path() / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   for (const std::filesystem::path& file : {pipe, std::filesystem::path("/dev/zero")}) {

@@ -25,7 +25,7 @@ TEST(CoalescingTask, RunsOncePerRequest) {
   EXPECT_EQ(runs, 3);
 }
 
-TEST(CoalescingTask, RequestsDuringARunCauseOneMoreRun) {
+TEST(CoalescingTask, RunsOnceMoreForRequestsDuringARun) {
   std::latch is_running(1);
   std::latch may_end(1);
   std::counting_semaphore<> done(0);
@@ -46,7 +46,7 @@ TEST(CoalescingTask, RequestsDuringARunCauseOneMoreRun) {
   EXPECT_EQ(runs, 2) << "five queries while it ran are one";
 }
 
-TEST(CoalescingTask, StopWaitsForTheCurrentRun) {
+TEST(CoalescingTask, WaitsForTheCurrentRunInStop) {
   std::atomic<bool> has_ended = false;
   {
     std::latch is_running(1);

@@ -36,7 +36,7 @@ double triangles_of(const SurfaceExtractor& extractor, double isovalue, double e
   return triangles;
 }
 
-TEST(SizeCurves, NearTheRealSizes) {
+TEST(SizeCurves, AreNearTheRealSizes) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   const std::vector<double> errors = {0.25, 1, 4};
@@ -50,7 +50,7 @@ TEST(SizeCurves, NearTheRealSizes) {
   }
 }
 
-TEST(SizeCurves, SimplifiedSizesAreNearTheRealOnes) {
+TEST(SizeCurves, AreNearTheRealSizesIfSimplified) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   const SurfaceExtractor extractor(dataset);
   const std::vector<double> errors = {0.25, 1};
@@ -64,7 +64,7 @@ TEST(SizeCurves, SimplifiedSizesAreNearTheRealOnes) {
   }
 }
 
-TEST(SizeCurves, FallWithTheError) {
+TEST(SizeCurves, DecreaseWithTheError) {
   const DatasetPtr dataset = prepared({"noisy_gyroid", fields::gyroid(60, 0.2, 8)});
   for (const bool simplify : {false, true}) {
     const SizeCurves curves =
@@ -85,7 +85,7 @@ TEST(SizeCurves, ExistForGridsWithoutASpectrum) {
   EXPECT_GT(*std::max_element(curves.triangles[0].begin(), curves.triangles[0].end()), 10);
 }
 
-TEST(SpreadIsovalues, LieBetweenIntegersOnceEach) {
+TEST(SpreadIsovalues, AreUniqueAndBetweenIntegers) {
   DatasetInfo info;
   info.max = 4;
   EXPECT_EQ(even_isovalues(info, 64), (std::vector<double>{0.5, 1.5, 2.5, 3.5}));
@@ -95,7 +95,7 @@ TEST(SpreadIsovalues, LieBetweenIntegersOnceEach) {
   EXPECT_TRUE(even_isovalues(info, 4).empty());
 }
 
-TEST(DatasetPlot, HasACurveForEveryErrorAndAMarkForEverySuggestion) {
+TEST(DatasetPlot, DrawsACurvePerErrorAndAMarkPerSuggestion) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(40, 0.2, 8)});
   const SizeCurves curves =
       size_curves(SurfaceExtractor(dataset), even_isovalues(dataset->info, 8), {0.25, 1, 4});
@@ -110,7 +110,7 @@ TEST(DatasetPlot, HasACurveForEveryErrorAndAMarkForEverySuggestion) {
   EXPECT_EQ(occurrences(svg, "nan") + occurrences(svg, "inf"), 0U);
 }
 
-TEST(DatasetPlot, AConstantDatasetHasNoCurves) {
+TEST(DatasetPlot, DrawsNoCurvesForAConstantDataset) {
   DatasetInfo info;
   info.name = "constant";
   info.dims = {2, 2, 2};
@@ -121,7 +121,7 @@ TEST(DatasetPlot, AConstantDatasetHasNoCurves) {
   EXPECT_NE(svg.find("</svg>"), std::string::npos);
 }
 
-TEST(Svg, EscapesWordsFromOutside) {
+TEST(Svg, EscapesForeignText) {
   Svg svg(10, 10);
   svg.text(1, 1, "<script>&\"\x01", {});
   const std::string file = svg.file("a < b");

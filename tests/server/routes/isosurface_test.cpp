@@ -62,7 +62,7 @@ TEST_F(IsosurfaceTest, NamesUnitAndAxesOfItsWorld) {
   EXPECT_EQ(indices.body().find("length_unit"), std::string::npos);
 }
 
-TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
+TEST_F(IsosurfaceTest, ReturnsAFileInEveryFormat) {
   for (const auto& [format, type, start] : {std::tuple{"ply", "application/ply", "ply\n"},
                                             {"glb", "model/gltf-binary", "glTF"},
                                             {"stl", "model/stl", ""},
@@ -79,7 +79,7 @@ TEST_F(IsosurfaceTest, ComesAsAFileInEveryFormat) {
   }
 }
 
-TEST_F(IsosurfaceTest, FilesNameTheLattice) {
+TEST_F(IsosurfaceTest, NamesTheLatticeInFiles) {
   EXPECT_NE(client_.get(std::string(kPath)).body().find("isosurface, lattice 5\n"),
             std::string::npos);
 }
@@ -95,7 +95,7 @@ TEST_F(IsosurfaceTest, WarnsAboutUnlikelyRequests) {
   EXPECT_TRUE(std::string(elsewhere["Multitetra-Notice"]).starts_with("Region 1 is outside"));
 }
 
-TEST_F(IsosurfaceTest, ComesInTheFormatThatIsAccepted) {
+TEST_F(IsosurfaceTest, NegotiatesTheFormat) {
   const auto path = "/v1/datasets/octahedron/isosurface";
   const auto stl = client_.get(path, "Accept: model/stl\r\n");
   EXPECT_EQ(stl[http::field::content_type], "model/stl");
@@ -126,7 +126,7 @@ TEST_F(IsosurfaceTest, DoesNotExtractForHeadRequestsOrMatchingTags) {
   EXPECT_EQ(known_head[http::field::content_length], std::to_string(whole.body().size()));
 }
 
-TEST_F(IsosurfaceTest, ComesInPartsToo) {
+TEST_F(IsosurfaceTest, SupportsRangeRequests) {
   const std::string whole = client_.get(kPath).body();
   const auto part = client_.get(kPath, "Range: bytes=10-\r\n");
   EXPECT_EQ(part.result_int(), 206U);
@@ -137,7 +137,7 @@ TEST_F(IsosurfaceTest, ComesInPartsToo) {
   EXPECT_EQ(client_.get(kPath, "Range: bytes=99999-\r\n").result_int(), 416U);
 }
 
-TEST_F(IsosurfaceTest, HasAnotherTagForAnotherRequest) {
+TEST_F(IsosurfaceTest, ReturnsDifferentTagsForDifferentRequests) {
   const std::string path = kPath;
   const auto tag = [&](const std::string& more) {
     return std::string(client_.ask("HEAD", path + more)[http::field::etag]);
@@ -148,7 +148,7 @@ TEST_F(IsosurfaceTest, HasAnotherTagForAnotherRequest) {
   EXPECT_NE(tag(""), tag("&coordinates=index"));
 }
 
-TEST_F(IsosurfaceTest, RejectsWithTheReason) {
+TEST_F(IsosurfaceTest, ReportsTheReasonForARejection) {
   const auto at = [&](const std::string& query) {
     return client_.get("/v1/datasets/octahedron/isosurface?" + query);
   };
@@ -169,7 +169,7 @@ TEST(Isosurface, RejectsSurfacesTooLargeForOneResponse) {
   EXPECT_EQ(error_code_of(response), "limit_exceeded");
 }
 
-TEST(Isosurface, StopsBeingMadeWhenTheClientHangsUp) {
+TEST(Isosurface, StopsWhenTheClientHangsUp) {
   testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
@@ -181,7 +181,7 @@ TEST(Isosurface, StopsBeingMadeWhenTheClientHangsUp) {
   EXPECT_TRUE(running.reaches(0));
 }
 
-TEST(Isosurface, Gets503WhenTheServerStops) {
+TEST(Isosurface, Returns503WhenTheServerStops) {
   testing::Count running;
   RunningHttpServer server(
       catalogue_of(std::make_shared<FakeSteps>("octahedron", testing::endless(running))));
@@ -217,7 +217,7 @@ TEST(MeshFileCache, EvictsCachedFilesForNewOnes) {
   EXPECT_FALSE(files.find("b"));
 }
 
-TEST(MeshFileCache, WhatIsBeingSentCounts) {
+TEST(MeshFileCache, CountsFilesBeingSent) {
   MeshFileCache files(1000);
   std::vector<StoredMesh> sent;
   for (const auto& [share, bytes] : {std::pair("one", 250U), {"another", 187U}}) {
@@ -232,7 +232,7 @@ TEST(MeshFileCache, WhatIsBeingSentCounts) {
   EXPECT_TRUE(files.reserve("a third", 187));
 }
 
-TEST(MeshFileCache, AShareHasAQuarterOfWhatTheOthersLeave) {
+TEST(MeshFileCache, LimitsAShareToAQuarterOfTheRemainder) {
   MeshFileCache files(1000);
   const auto first = files.reserve("one", 150);
   EXPECT_FALSE(files.reserve("one", 150));
@@ -243,13 +243,13 @@ TEST(MeshFileCache, AShareHasAQuarterOfWhatTheOthersLeave) {
   EXPECT_EQ(never.error().code, ErrorCode::kLimitExceeded) << "It is no use to come again.";
 }
 
-TEST(MeshFileCache, ZeroCapacityCachesNothingAndRejectsNothing) {
+TEST(MeshFileCache, CachesAndRejectsNothingWithZeroCapacity) {
   MeshFileCache files(0);
   files.keep("a", stored(files.reserve("one", 400).value()));
   EXPECT_FALSE(files.find("a"));
 }
 
-TEST(MinTransferRate, HasTimeForEachPieceAndForAllTogether) {
+TEST(MinTransferRate, LimitsTheTimeForEachPieceAndForAll) {
   using Clock = MinTransferRate::Clock;
   const Clock::time_point began{1000s};
   const MinTransferRate slowest(began, 60s, 1000);

@@ -43,7 +43,7 @@ class SceneTest : public ::testing::Test {
   HttpClient client_{server_.http()};
 };
 
-TEST_F(SceneTest, SeveralIsovaluesAreNamedPartsOfOneFile) {
+TEST_F(SceneTest, NamesThePartsOfSeveralIsovalues) {
   const auto response = get("isovalue=-2,0,2.5&error=0.5");
   ASSERT_EQ(response.result_int(), 200U) << response.body();
   EXPECT_EQ(response["Multitetra-Components"], "3");
@@ -57,7 +57,7 @@ TEST_F(SceneTest, SeveralIsovaluesAreNamedPartsOfOneFile) {
   EXPECT_EQ(gltf.at("scenes")[0].at("nodes"), (Json{0, 1, 2}));
 }
 
-TEST_F(SceneTest, SmallComponentsAreRemovedOnRequest) {
+TEST_F(SceneTest, RemovesSmallComponentsOnRequest) {
   const auto whole = get("isovalue=-2,2.5&error=0");  // Balls of two sizes.
   EXPECT_EQ(whole["Multitetra-Components-Written"], "2");
   const auto large = get("isovalue=-2,2.5&error=0&min_component=40");
@@ -70,7 +70,7 @@ TEST_F(SceneTest, SmallComponentsAreRemovedOnRequest) {
   expect_refused("min_component=x", "min_component");
 }
 
-TEST_F(SceneTest, SeveralSurfacesShareABudget) {
+TEST_F(SceneTest, SharesABudgetAmongSurfaces) {
   const auto plain = get("isovalue=-2,2&error=0.05");
   const auto response = get("isovalue=-2,2&error=0.05&max_triangles=300");
   ASSERT_EQ(response.result_int(), 200U) << response.body();
@@ -79,7 +79,7 @@ TEST_F(SceneTest, SeveralSurfacesShareABudget) {
   expect_refused("isovalue=-2,2&max_triangles=1", "cannot be shared");
 }
 
-TEST_F(SceneTest, ASurfaceHasTheColorsOfAField) {
+TEST_F(SceneTest, ColorsASurfaceByAField) {
   const auto ply = get("isovalue=0&error=0.5&color_by=height&colors=gray&format=ply");
   ASSERT_EQ(ply.result_int(), 200U) << ply.body();
   EXPECT_NE(ply.body().find("property float scalar\nproperty uchar red"), std::string::npos);
@@ -107,7 +107,7 @@ TEST_F(SceneTest, ASurfaceHasTheColorsOfAField) {
             std::string::npos);
 }
 
-TEST_F(SceneTest, NamesTheFaultOfAQuery) {
+TEST_F(SceneTest, NamesInvalidParameters) {
   expect_refused("isovalue=1,2&format=ply", "require format=glb");
   expect_refused("isovalue=1,,2", "A,B,C");
   expect_refused("isovalue=1&color_by=nothing", "No dataset", 404);

@@ -47,7 +47,7 @@ class SliceTest : public ::testing::Test {
   HttpClient client_{server_.http()};
 };
 
-TEST_F(SliceTest, ALayerHasItsSamplesRowByRow) {
+TEST_F(SliceTest, ReturnsTheSamplesOfALayerRowByRow) {
   const std::vector<float> layer = values("axis=z&at=3");
   ASSERT_EQ(layer.size(), 120U);
   for (std::size_t i = 0; i < layer.size(); ++i) {
@@ -56,7 +56,7 @@ TEST_F(SliceTest, ALayerHasItsSamplesRowByRow) {
   EXPECT_EQ(values("").front(), 1600) << "the middle layer";
 }
 
-TEST_F(SliceTest, PixelsAreSquareInTheWorldAndZGoesUp) {
+TEST_F(SliceTest, HasSquareWorldPixelsAndZUp) {
   const auto response = get("slice?axis=x&at=5&format=raw");
   EXPECT_EQ(response["Multitetra-Width"], "10");
   EXPECT_EQ(response["Multitetra-Height"], "17") << "eight steps of two units each";
@@ -68,7 +68,7 @@ TEST_F(SliceTest, PixelsAreSquareInTheWorldAndZGoesUp) {
   EXPECT_EQ(pixels[10], 5 + 7.5F * 400);
 }
 
-TEST_F(SliceTest, APlaneMayBeNamedByItsVectorsOrItsNormal) {
+TEST_F(SliceTest, AcceptsAPlaneByVectorsOrNormal) {
   const std::vector<float> vectors =
       values("origin=2,3,4&right=1,0,0&down=0,0,1&width=3&height=2&coordinates=index");
   EXPECT_EQ(vectors, (std::vector<float>{1662, 1663, 1664, 2062, 2063, 2064}));
@@ -95,12 +95,12 @@ TEST_F(SliceTest, MapsTheWindowToBlackAndWhite) {
   EXPECT_EQ(pixel(0, 9), 255) << "beyond the window";
 }
 
-TEST_F(SliceTest, HasAPlaceOutsideOfTheDataNoValue) {
+TEST_F(SliceTest, ReturnsNoValueOutsideTheData) {
   EXPECT_TRUE(std::isnan(
       values("origin=-1,0,0&right=1,0,0&down=0,1,0&width=2&height=2&coordinates=index").front()));
 }
 
-TEST_F(SliceTest, NamesTheFaultOfAQuery) {
+TEST_F(SliceTest, NamesInvalidParameters) {
   expect_refused("slice?axis=q", "axis=q: must be x, y or z");
   expect_refused("slice?axis=z&at=9", "at=0 to 8");
   expect_refused("slice?axis=z&normal=0,0,1", "not by several of these");
@@ -125,7 +125,7 @@ TEST_F(SliceTest, NamesTheFaultOfAQuery) {
   expect_refused("value", "at=X,Y,Z");
 }
 
-TEST_F(SliceTest, APlaceHasItsValueAndGradientOrNone) {
+TEST_F(SliceTest, ReturnsValueAndGradientAtAPoint) {
   const auto response = get("value?at=2.5,3,8&at=99,0,0");
   ASSERT_EQ(response.result_int(), 200U) << response.body();
   const Json places = Json::parse(response.body()).at("places");

@@ -59,7 +59,7 @@ class TilesetFiles : public ::testing::Test {
   HttpClient client_{server_.http()};
 };
 
-TEST_F(TilesetFiles, LeavesAreTogetherTheSurfaceWithItsTopologyAndWithoutACrack) {
+TEST_F(TilesetFiles, JoinLeavesToTheSurfaceWithoutACrack) {
   const std::string first = kFolder + "tileset.json";
   const auto json = tileset(first);
   std::vector<LatticeMesh> leaves;
@@ -99,7 +99,7 @@ TEST_F(TilesetFiles, LeavesAreTogetherTheSurfaceWithItsTopologyAndWithoutACrack)
   EXPECT_LT(found.triangles, expected.triangles);
 }
 
-TEST_F(TilesetFiles, ContentsAreImmutable) {
+TEST_F(TilesetFiles, HaveImmutableContents) {
   const std::string first = kFolder + "tileset.json";
   const auto response = client_.get(first);
   EXPECT_EQ(response[http::field::cache_control], "public, no-cache");
@@ -114,7 +114,7 @@ TEST_F(TilesetFiles, ContentsAreImmutable) {
   EXPECT_EQ(HttpClient(other.http()).get(path).body(), surface.body());
 }
 
-TEST_F(TilesetFiles, RejectsUnknownFilesWithAReason) {
+TEST_F(TilesetFiles, RejectUnknownFilesWithAReason) {
   const std::string id = tileset(kFolder + "tileset.json")["asset"]["tilesetVersion"];
   const std::map<std::string, std::pair<unsigned, std::string>> answers = {
       {"/v1/3dtiles", {400, "invalid_argument"}},
@@ -152,7 +152,7 @@ class NeuroglancerFiles : public TilesetFiles {
   }
 };
 
-TEST_F(NeuroglancerFiles, ManifestNamesExistingFragments) {
+TEST_F(NeuroglancerFiles, NameExistingFragmentsInManifests) {
   const std::string segment = std::to_string(segment_of(kIsovalue));
   const auto index = answer(at("surfaces,error=1/" + segment + ".index"));
   ASSERT_EQ(index.result_int(), 200U) << index.body();
@@ -176,7 +176,7 @@ TEST_F(NeuroglancerFiles, ManifestNamesExistingFragments) {
   EXPECT_EQ(sizes + 4 * (4 * 8 + 4), index.body().size());
 }
 
-TEST_F(NeuroglancerFiles, HaveTheSamplesThemselvesAsAnImage) {
+TEST_F(NeuroglancerFiles, ContainTheSamplesAsAnImage) {
   const auto info = tileset(at("image/info"));
   EXPECT_EQ(info["data_type"], "float32");
   const auto chunk = client_.get(at("image/1_1_1/64-90_0-64_16-32"));
@@ -213,7 +213,7 @@ class CountedCells : public SurfaceProvider {
   ExtractedSurfaces steps_{std::make_shared<const SurfaceExtractor>(gyroid())};
 };
 
-TEST_F(NeuroglancerFiles, MatchingTagsGet304) {
+TEST_F(NeuroglancerFiles, Return304ForMatchingTags) {
   const auto steps = std::make_shared<CountedCells>();
   RunningHttpServer other(testing::catalogue_of(steps));
   const std::string segment = std::to_string(segment_of(kIsovalue));
@@ -237,7 +237,7 @@ TEST_F(NeuroglancerFiles, MatchingTagsGet304) {
   EXPECT_GT(steps->made, 0);
 }
 
-TEST_F(NeuroglancerFiles, RejectsUnknownFilesWithAReason) {
+TEST_F(NeuroglancerFiles, RejectUnknownFilesWithAReason) {
   const std::map<std::string, std::pair<unsigned, std::string>> answers = {
       {"/v1/neuroglancer/gyroid/info", {400, "invalid_argument"}},
       {at("surfaces,error=x/info"), {400, "invalid_argument"}},
@@ -253,7 +253,7 @@ TEST_F(NeuroglancerFiles, RejectsUnknownFilesWithAReason) {
   }
 }
 
-TEST(GuardedTilesetFiles, AcceptsATokenInTheHeaderOrThePath) {
+TEST(GuardedTilesetFiles, AcceptATokenInTheHeaderOrThePath) {
   const TemporaryFolder folder;
   const testing::TokensFile tokens(folder.path(), {{"reader", "secret", "gyroid"}});
   RunningHttpServer server(gyroid_catalogue(), {}, {.admission = {.tokens = tokens.path()}});
@@ -268,7 +268,7 @@ TEST(GuardedTilesetFiles, AcceptsATokenInTheHeaderOrThePath) {
   EXPECT_EQ(by_path[http::field::cache_control], "private, no-cache");
 }
 
-TEST(CrawledTilesetFiles, MeetTheLimitsOfAnyClient) {
+TEST(CrawledTilesetFiles, AreRateLimitedLikeOtherRequests) {
   RunningHttpServer server(gyroid_catalogue(), {},
                            {.admission = {.requests = {.per_second = 0.001, .burst = 4}}});
   HttpClient client(server.http());
@@ -287,7 +287,7 @@ TEST(CrawledTilesetFiles, MeetTheLimitsOfAnyClient) {
   }
 }
 
-TEST(TokenRemoval, NothingOfATokenIsLeft) {
+TEST(TokenRemoval, RemovesTokensFromTargets) {
   EXPECT_EQ(without_token("/v1/token/secret/3dtiles/a"), "/v1/token/.../3dtiles/a");
   EXPECT_EQ(without_token("/base/v1/token/secret"), "/base/v1/token/...");
   EXPECT_EQ(without_token("/v1/token/secret?x=1"), "/v1/token/...?x=1");

@@ -110,7 +110,7 @@ class UnreadAnswerMemory : public ::testing::TestWithParam<std::string> {
   RunningHttpServer server_{catalogue(), http(), server(), routes()};
 };
 
-TEST_P(UnreadAnswerMemory, StayWithinTheDocumentedMemory) {
+TEST_P(UnreadAnswerMemory, StaysWithinTheDocumentedLimit) {
   const std::string asked = path();
   const std::size_t before = resident_bytes();
   std::deque<UnreadingClient> clients;

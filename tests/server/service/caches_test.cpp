@@ -36,7 +36,7 @@ TEST(LruMap, EvictsTheLeastRecentlyUsed) {
   EXPECT_NE(map.find(4), nullptr);
 }
 
-TEST(LruMap, NeverWeighsMoreThanItsCapacity) {
+TEST(LruMap, NeverExceedsItsCapacity) {
   std::mt19937 random(3);
   LruMap<std::uint64_t, int> map(100);
   for (int i = 0; i < 10000; ++i) {
@@ -59,7 +59,7 @@ TEST(LruMap, RemovesTheKeysOfARange) {
   EXPECT_NE(map.find(7), nullptr);
 }
 
-TEST(LruMap, AnEntryThatIsReplacedCountsOnce) {
+TEST(LruMap, CountsAReplacedEntryOnce) {
   LruMap<int, int> map(10);
   for (int i = 0; i < 5; ++i) map.add(7, i, 6);
   EXPECT_EQ(map.weight(), 6U);
@@ -106,7 +106,7 @@ TEST_F(SingleFlightTest, ComputesOnceForConcurrentCallers) {
   EXPECT_EQ(started_, 2) << "it keeps nothing";
 }
 
-TEST_F(SingleFlightTest, TheComputingCallerMayLeave) {
+TEST_F(SingleFlightTest, ContinuesWithoutTheComputingCaller) {
   std::stop_source first_stop;
   auto first = ask(first_stop.get_token());
   ASSERT_TRUE(started_.reaches(1));
@@ -120,7 +120,7 @@ TEST_F(SingleFlightTest, TheComputingCallerMayLeave) {
   EXPECT_EQ(started_, 1);
 }
 
-TEST_F(SingleFlightTest, AStoppedCallerLeavesAtOnce) {
+TEST_F(SingleFlightTest, ReturnsAtOnceToAStoppedCaller) {
   auto first = ask();
   ASSERT_TRUE(started_.reaches(1));
   std::stop_source stop;
@@ -146,7 +146,7 @@ TEST_F(SingleFlightTest, StopsWithoutCallersAndRestartsForTheNext) {
   EXPECT_EQ(ask().get(), 42);
 }
 
-TEST_F(SingleFlightTest, AFailureReachesAllCallersAndIsNotCached) {
+TEST_F(SingleFlightTest, ReportsAFailureToAllCallersWithoutCachingIt) {
   const auto fail = [&](const std::stop_token&) -> int {
     may_end_.pass();
     throw std::runtime_error("no");
@@ -169,7 +169,7 @@ struct Uncopyable {
   Uncopyable& operator=(Uncopyable&&) noexcept = default;
 };
 
-TEST(SingleFlight, ACopyThatThrowsBlocksNoOtherCaller) {
+TEST(SingleFlight, SurvivesAThrowingCopy) {
   SingleFlight<std::string, Uncopyable> flights;
   Gate may_end;
   const auto ask = [&] {
@@ -193,7 +193,7 @@ TiledStep step_of(std::vector<EncodedTile> tiles) {
   return {.tetrahedra = 100, .active_tetrahedra = 10, .tiles = std::move(tiles)};
 }
 
-TEST(SurfaceCache, GivesTheSameStepWithoutMakingItAgain) {
+TEST(SurfaceCache, ReturnsACachedStep) {
   SurfaceCache cache(1 << 20);
   int made = 0;
   const auto make = [&made](const std::stop_token&) {
@@ -214,7 +214,7 @@ TEST(SurfaceCache, GivesTheSameStepWithoutMakingItAgain) {
   EXPECT_EQ(made, 2);
 }
 
-TEST(SurfaceCache, ATileOfTwoStepsLiesInMemoryOnce) {
+TEST(SurfaceCache, StoresASharedTileOnce) {
   SurfaceCache cache(1 << 20);
   (void)cache.get("coarse", {}, [](const std::stop_token&) { return step_of(coarse_tiles()); });
   const std::size_t before = cache.tiles().counts().tiles;
@@ -223,7 +223,7 @@ TEST(SurfaceCache, ATileOfTwoStepsLiesInMemoryOnce) {
 }
 
 // Simplifications of two models may give the same triangles with different distances to the models.
-TEST(SurfaceCache, ATileOfTwoStepsKeepsWhatEachPromises) {
+TEST(SurfaceCache, KeepsTheSummaryOfEachStepForASharedTile) {
   SurfaceCache cache(1 << 20);
   const auto simplified_to = [](double bound) {
     return [bound](const std::stop_token&) {
@@ -243,7 +243,7 @@ TEST(SurfaceCache, ATileOfTwoStepsKeepsWhatEachPromises) {
   }
 }
 
-TEST(SurfaceCache, ZeroBytesCachesNothing) {
+TEST(SurfaceCache, CachesNothingWithZeroBytes) {
   SurfaceCache cache(0);
   int made = 0;
   for (int i = 0; i < 3; ++i) {
@@ -256,7 +256,7 @@ TEST(SurfaceCache, ZeroBytesCachesNothing) {
   EXPECT_EQ(cache.tiles().counts().bytes, 0U);
 }
 
-TEST(SurfaceCache, StaysWithinItsBytesAndStaysRight) {
+TEST(SurfaceCache, StaysWithinItsBytesAndCorrect) {
   SurfaceCache cache(5000);
   std::mt19937 random(5);
   for (int i = 0; i < 300; ++i) {

@@ -98,7 +98,7 @@ Streams started(SimulatedWorkers& workers, int count, const char* share, double 
   return streams;
 }
 
-TEST(FairQueueSimulation, ASmallSurfaceIsCompleteWithinASecondBesideTwoHundredLongOnes) {
+TEST(FairQueueSimulation, CompletesASmallSurfaceWithinASecondBesideTwoHundredLongOnes) {
   for (const double final_step : {2.0, 0.4}) {
     for (const double later : {5.0, 60.0}) {
       SimulatedWorkers workers(3);
@@ -112,7 +112,7 @@ TEST(FairQueueSimulation, ASmallSurfaceIsCompleteWithinASecondBesideTwoHundredLo
   }
 }
 
-TEST(FairQueueSimulation, LongStepsAreDoneHoweverManySmallOnesCome) {
+TEST(FairQueueSimulation, CompletesLongStepsDespiteManyShortOnes) {
   SimulatedWorkers workers(3);
   const Streams small_ones = started(workers, 50, "address 192.0.2.%d", 0.02);
   Stream large(workers, {"address 198.51.100.1", 1000}, 0.02, 2.0);
@@ -122,7 +122,7 @@ TEST(FairQueueSimulation, LongStepsAreDoneHoweverManySmallOnesCome) {
   EXPECT_GE(large.seconds().size(), 1U);
 }
 
-TEST(FairQueueSimulation, TheNetworksOfOneIpv6NetworkHaveNoMoreThanAFewAddresses) {
+TEST(FairQueueSimulation, GivesSubnetsOfAnIpv6NetworkNoMoreThanAFewAddresses) {
   SimulatedWorkers workers(3);
   const Streams of_one_site = started(workers, 64, "address 2001:db8:1:%x::/64", 0.1);
   const Streams of_addresses = started(workers, 4, "address 192.0.2.%d", 0.1);

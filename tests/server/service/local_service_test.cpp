@@ -73,7 +73,7 @@ TiledStep octahedra(const StepRequest& step, const std::stop_token&) {
   return testing::octahedron_step(step);
 }
 
-TEST(LocalService, MakesAFinalSurfaceAsOneMesh) {
+TEST(LocalService, MakesFinalSurfacesAsOneMesh) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
   const auto surface = running.finish(running.ask());
@@ -89,13 +89,13 @@ TEST(LocalService, MakesAFinalSurfaceAsOneMesh) {
   EXPECT_EQ(running.admission.queue().used(), bytes_of(surface->mesh)) << "as long as it lives";
 }
 
-TEST(LocalService, GivesNothingBeforeATokenWasChecked) {
+TEST(LocalService, ReturnsNothingBeforeATokenIsChecked) {
   Running running(octahedra);
   running.caller = running.service.open(running.client);
   EXPECT_EQ(running.finish(running.ask()).error().code, ErrorCode::kUnknownDataset);
 }
 
-TEST(LocalService, RefusesASurfaceOfTooManyTriangles) {
+TEST(LocalService, RejectsASurfaceOfTooManyTriangles) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
   const auto refused = running.finish(
@@ -105,13 +105,13 @@ TEST(LocalService, RefusesASurfaceOfTooManyTriangles) {
   EXPECT_EQ(running.admission.queue().used(), 0U);
 }
 
-TEST(LocalService, ReservesMemoryForWhatWaitsAndForTheMesh) {
+TEST(LocalService, ReservesMemoryForWaitingRequestsAndTheMesh) {
   Running small(octahedra, {.workers = 1}, {.queue_bytes = 1000});
   ASSERT_TRUE(small.log_in());
   EXPECT_EQ(small.finish(small.ask()).error().code, ErrorCode::kUnavailable);
 }
 
-TEST(LocalService, ACallerThatIsClosedTakesNoWorkerAnyMore) {
+TEST(LocalService, UsesNoWorkerForAClosedCaller) {
   Count working;
   Running running(testing::endless(working));
   ASSERT_TRUE(running.log_in());
@@ -123,7 +123,7 @@ TEST(LocalService, ACallerThatIsClosedTakesNoWorkerAnyMore) {
   EXPECT_TRUE(working.reaches(0));
 }
 
-TEST(LocalService, SpendsOnlySoMuchTimeOnARequest) {
+TEST(LocalService, LimitsTheTimeForARequest) {
   Count working;
   Running running(testing::endless(working), {.workers = 1, .limits = {.request_time = 20ms}});
   ASSERT_TRUE(running.log_in());
@@ -136,7 +136,7 @@ TEST(LocalService, SpendsOnlySoMuchTimeOnARequest) {
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
 }
 
-TEST(LocalService, WhileTheServerDrainsDatasetsAreDescribedAndNothingIsBegun) {
+TEST(LocalService, DescribesDatasetsButStartsNothingWhileDraining) {
   Running running(octahedra);
   running.admission.drain([] {});
   ASSERT_TRUE(running.log_in());
@@ -154,7 +154,7 @@ TEST(LocalService, ChecksRequestsAsForConversations) {
   EXPECT_FALSE(running.finish(running.ask(request)));
 }
 
-TEST(LocalService, OffersWhatThereIsWhenATokenIsChecked) {
+TEST(LocalService, UsesTheCatalogueOfTheTokenCheck) {
   Running running(octahedra);
   ASSERT_TRUE(running.log_in());
   running.service.offer(testing::fake_catalogue("another"));

@@ -18,7 +18,7 @@ AccessListPtr list_of(const std::string& token, const std::string& datasets) {
   return list;
 }
 
-TEST(Permit, AllDatasetsAreVisibleWithoutAnAccessList) {
+TEST(Permit, ShowsAllDatasetsWithoutAnAccessList) {
   const auto permit = Permit::of("whatever", nullptr, fake_catalogue("head"));
   ASSERT_TRUE(permit);
   EXPECT_FALSE(permit->has_token());
@@ -26,7 +26,7 @@ TEST(Permit, AllDatasetsAreVisibleWithoutAnAccessList) {
   EXPECT_EQ(permit->describe().size(), 1U);
 }
 
-TEST(Permit, RefusesUnknownTokens) {
+TEST(Permit, RejectsUnknownTokens) {
   const AccessListPtr list = list_of("good", "*");
   const auto refused = Permit::of("bad", list, fake_catalogue("head"));
   ASSERT_FALSE(refused);
@@ -34,7 +34,7 @@ TEST(Permit, RefusesUnknownTokens) {
   EXPECT_TRUE(Permit::of("good", list, fake_catalogue("head")));
 }
 
-TEST(Permit, HiddenDatasetsDoNotExist) {
+TEST(Permit, ReportsHiddenDatasetsAsUnknown) {
   const auto permit = Permit::of("good", list_of("good", "frog-*"), fake_catalogue("head"));
   ASSERT_TRUE(permit);
   EXPECT_TRUE(permit->describe().empty());
@@ -46,7 +46,7 @@ TEST(Permit, HiddenDatasetsDoNotExist) {
             ErrorCode::kUnknownDataset);
 }
 
-TEST(Permit, SuggestsOnlyDatasetsThatAreVisible) {
+TEST(Permit, SuggestsOnlyVisibleDatasets) {
   const auto catalogue = fake_catalogue("head");
   catalogue->add(std::make_shared<FakeSteps>("frog-1"));
   const auto text = [&](const std::string& datasets, const std::string& wanted) {
@@ -57,7 +57,7 @@ TEST(Permit, SuggestsOnlyDatasetsThatAreVisible) {
   EXPECT_NE(text("frog-*", "frog1").find("Did you mean \"frog-1\"?"), std::string::npos);
 }
 
-TEST(Permit, ColorsAreRightsOfTheirOwn) {
+TEST(Permit, ChecksTheRightsOfColorDatasets) {
   const auto catalogue = fake_catalogue("head");
   catalogue->add(std::make_shared<FakeSteps>("dose"));
   OpenStream open = testing::open_fake(1, "head");
@@ -68,7 +68,7 @@ TEST(Permit, ColorsAreRightsOfTheirOwn) {
   EXPECT_EQ(refused.error().code, ErrorCode::kUnknownDataset);
 }
 
-TEST(Permit, FurtherDatasetsAreRightsOfTheirOwnAndOnOneGrid) {
+TEST(Permit, ChecksRightsAndGridsOfFurtherDatasets) {
   const auto catalogue = fake_catalogue("head");
   catalogue->add(std::make_shared<FakeSteps>("dose"));
   class OnAnotherGrid : public FakeSteps {
@@ -94,7 +94,7 @@ TEST(Permit, FurtherDatasetsAreRightsOfTheirOwnAndOnOneGrid) {
   EXPECT_EQ(accept(*alone, {"dose"}).error().code, ErrorCode::kUnknownDataset);
 }
 
-TEST(Permit, ShellsAreForClientsThatDecodeThemAndMaySeeSamples) {
+TEST(Permit, AllowsShellsForClientsThatDecodeThemAndMaySeeSamples) {
   constexpr std::array kBoth = {PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell};
   const std::vector<PayloadCodec> both(kBoth.begin(), kBoth.end());
   AccessRights meshes_alone("bob", {"*"});
@@ -130,7 +130,7 @@ class StepsWithoutShells : public FakeSteps {
   [[nodiscard]] bool sends_shells() const override { return false; }
 };
 
-TEST(Permit, KeptShellsAreForClientsThatMaySeeSamples) {
+TEST(Permit, ReturnsCachedShellsOnlyToClientsThatMaySeeSamples) {
   AccessRights meshes_alone("bob", {"*"});
   meshes_alone.allow_surfaces_only();
   auto list = std::make_shared<AccessList>();
@@ -152,7 +152,7 @@ TEST(Permit, KeptShellsAreForClientsThatMaySeeSamples) {
   EXPECT_FALSE(Permit::of("", nullptr, catalogue, {.surfaces_only = true})->may_see_shells("head"));
 }
 
-TEST(Permit, SurfacesOnlyRefusesWhatShowsSamples) {
+TEST(Permit, RejectsSamplesForSurfacesOnlyTokens) {
   AccessRights meshes_alone("bob", {"*"});
   meshes_alone.allow_surfaces_only();
   auto list = std::make_shared<AccessList>();
@@ -171,7 +171,7 @@ TEST(Permit, SurfacesOnlyRefusesWhatShowsSamples) {
   }
 }
 
-TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
+TEST(Permit, RejectsShellPreviewsThatTheDatasetCannotHave) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head")).value();
   permit.decodes({PayloadCodec::kDracoLattice, PayloadCodec::kSampleShell});
   OpenStream open = testing::open_fake(1, "head");
@@ -184,7 +184,7 @@ TEST(Permit, ShellsThatTheDatasetCannotHaveAreNoPreviews) {
   EXPECT_FALSE(permit.accept(open));
 }
 
-TEST(Permit, AnotherListHoldsAtOnce) {
+TEST(Permit, AppliesAReloadedListAtOnce) {
   auto permit = Permit::of("good", list_of("good", "*"), fake_catalogue("head"));
   ASSERT_TRUE(permit);
   EXPECT_FALSE(permit->renew(list_of("other", "*")));
@@ -192,7 +192,7 @@ TEST(Permit, AnotherListHoldsAtOnce) {
   EXPECT_FALSE(permit->may_see("head"));
 }
 
-TEST(Permit, WhileWorkIsRefusedDatasetsAreStillDescribed) {
+TEST(Permit, DescribesDatasetsWhileRejectingWork) {
   auto permit = Permit::of("", nullptr, fake_catalogue("head"));
   permit->reject_requests({ErrorCode::kUnavailable, "stopping"});
   EXPECT_TRUE(permit->describe("head"));

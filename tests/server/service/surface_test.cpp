@@ -50,7 +50,7 @@ class SurfaceTest : public ::testing::Test {
   ExtractedSurfaces surfaces_{extractor_, std::make_shared<SurfaceCache>(std::size_t{64} << 20)};
 };
 
-TEST_F(SurfaceTest, SameWithAndWithoutEncoding) {
+TEST_F(SurfaceTest, IsTheSameWithAndWithoutEncoding) {
   for (const bool is_simplified : {false, true}) {
     const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25, .simplify = is_simplified};
     const TiledStep made = meshes(request);
@@ -69,7 +69,7 @@ TEST_F(SurfaceTest, HasTheNormalsThatAClientDecodes) {
   }
 }
 
-TEST_F(SurfaceTest, DoesNotDependOnTheOrderOfItsTiles) {
+TEST_F(SurfaceTest, IsIndependentOfTileOrder) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   TiledStep step = encoded(request);
   const auto surface = assembled(tiles_of(step, request), {});
@@ -79,7 +79,7 @@ TEST_F(SurfaceTest, DoesNotDependOnTheOrderOfItsTiles) {
                   .is_sound());
 }
 
-TEST_F(SurfaceTest, TakesTilesFromTheCacheWhereItHasThem) {
+TEST_F(SurfaceTest, UsesCachedTiles) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   EXPECT_FALSE(surfaces_.make_meshes(final_step(request), {}).meshes.empty());
   const TiledStep kept = encoded(request);
@@ -88,7 +88,7 @@ TEST_F(SurfaceTest, TakesTilesFromTheCacheWhereItHasThem) {
   EXPECT_EQ(again.tiles.front().payload, kept.tiles.front().payload);
 }
 
-TEST_F(SurfaceTest, AMissingOrWrongTileIsAnError) {
+TEST_F(SurfaceTest, RejectsMissingAndWrongTiles) {
   const IsosurfaceRequest request = {.isovalue = 0.1, .error = 0.25};
   SurfaceTiles missing = tiles_of(encoded(request), request);
   missing.payloads.back() = nullptr;

@@ -40,14 +40,14 @@ std::uint64_t serve_next(FairQueue& queue, double seconds) {
   return taken->client.number;
 }
 
-TEST(FairQueue, ServesClientsInTurn) {
+TEST(FairQueue, AlternatesClients) {
   FairQueue queue(1);
   for (int i = 0; i < 3; ++i) queue.add(alone(0), short_job());
   for (int i = 0; i < 3; ++i) queue.add(alone(1), short_job());
   EXPECT_EQ(order_of_service(queue, {{0, 1.0}, {1, 1.0}}), "ababab");
 }
 
-TEST(FairQueue, GivesTheSameTimeNotTheSameNumberOfJobs) {
+TEST(FairQueue, DividesTimeRatherThanJobs) {
   FairQueue queue(1);
   for (int i = 0; i < 3; ++i) queue.add(alone(0), short_job());
   for (int i = 0; i < 12; ++i) queue.add(alone(1), short_job());
@@ -55,7 +55,7 @@ TEST(FairQueue, GivesTheSameTimeNotTheSameNumberOfJobs) {
   EXPECT_EQ(std::count(order.begin(), order.begin() + 6, 'a'), 2) << order;
 }
 
-TEST(FairQueue, ANewClientIsServedNextHoweverMuchOthersWant) {
+TEST(FairQueue, ServesANewClientNext) {
   FairQueue queue(1);
   for (int i = 0; i < 100; ++i) queue.add(alone(0), short_job());
   for (int i = 0; i < 10; ++i) serve_next(queue, 1.0);
@@ -67,7 +67,7 @@ FairQueue::Job background_job(bool is_long = false) {
   return {.run = [] {}, .is_long = is_long, .is_background = true};
 }
 
-TEST(FairQueue, BackgroundJobsComeLast) {
+TEST(FairQueue, RunsBackgroundJobsLast) {
   FairQueue queue(2);
   for (int i = 0; i < 2; ++i) queue.add(alone(0), background_job());
   for (int i = 0; i < 3; ++i) queue.add(alone(1), short_job());
@@ -75,7 +75,7 @@ TEST(FairQueue, BackgroundJobsComeLast) {
   EXPECT_EQ(order_of_service(queue, {{0, 0.01}, {1, 1.0}, {2, 5.0}}), "bcbbcaa");
 }
 
-TEST(FairQueue, BackgroundJobsUseIdleWorkers) {
+TEST(FairQueue, RunsBackgroundJobsOnIdleWorkers) {
   FairQueue queue(1);
   queue.add(alone(0), long_job());
   queue.add(alone(1), long_job());
@@ -86,7 +86,7 @@ TEST(FairQueue, BackgroundJobsUseIdleWorkers) {
   EXPECT_FALSE(queue.take());
 }
 
-TEST(FairQueue, BeingIdleSavesNothingUp) {
+TEST(FairQueue, GrantsNoCreditForIdleTime) {
   FairQueue queue(1);
   queue.add(alone(1), short_job());
   serve_next(queue, 0.001);
@@ -100,7 +100,7 @@ TEST(FairQueue, BeingIdleSavesNothingUp) {
   EXPECT_LE(std::count(order.begin(), order.end(), 'b'), 6) << order;
 }
 
-TEST(FairQueue, LongJobsLeaveWorkersToShortOnes) {
+TEST(FairQueue, LeavesWorkersToShortJobs) {
   FairQueue queue(1);
   queue.add(alone(0), long_job());
   queue.add(alone(1), long_job());
@@ -127,7 +127,7 @@ TEST(FairQueue, KeepsTheOrderOfOneClient) {
 
 // ---- shares
 
-TEST(FairQueue, AShareOfManyGetsNoMoreThanAShareOfOne) {
+TEST(FairQueue, GivesSharesOfManyClientsNoMoreTime) {
   FairQueue queue(1);
   for (std::uint64_t client = 1; client <= 20; ++client) {
     for (int i = 0; i < 5; ++i) queue.add(together(client), short_job());
@@ -138,14 +138,14 @@ TEST(FairQueue, AShareOfManyGetsNoMoreThanAShareOfOne) {
   EXPECT_EQ(of_one, 5);
 }
 
-TEST(FairQueue, ClientsOfAShareAreServedInTurn) {
+TEST(FairQueue, AlternatesClientsOfAShare) {
   FairQueue queue(1);
   for (int i = 0; i < 3; ++i) queue.add(together(0), short_job());
   for (int i = 0; i < 3; ++i) queue.add(together(1), short_job());
   EXPECT_EQ(order_of_service(queue, {{0, 1.0}, {1, 1.0}}), "ababab");
 }
 
-TEST(FairQueue, AShareLeavesWorkersToOthers) {
+TEST(FairQueue, LeavesWorkersToOtherShares) {
   FairQueue queue(3);
   for (std::uint64_t client = 1; client <= 20; ++client) {
     queue.add(together(client), long_job());
@@ -159,7 +159,7 @@ TEST(FairQueue, AShareLeavesWorkersToOthers) {
   EXPECT_EQ(queue.take()->client.number, 0U) << "and another one's long job beside them";
 }
 
-TEST(FairQueue, ExpectedTimeCountsFromTheBeginningOfAJob) {
+TEST(FairQueue, ChargesTheExpectedTimeWhenAJobStarts) {
   FairQueue queue(1);
   const auto costing = [](double seconds) {
     return FairQueue::Job{.run = [] {}, .expected_seconds = seconds};
@@ -186,7 +186,7 @@ TEST(FairQueue, ForgetsIdleClients) {
   EXPECT_EQ(queue.waiting(), 0U);
 }
 
-TEST(Workers, RunEverythingBeforeTheyEnd) {
+TEST(Workers, RunAllJobsBeforeTheyAreDestroyed) {
   for (const std::size_t threads : {0U, 1U, 3U}) {
     std::atomic<int> ran = 0;
     Workers workers(threads);
@@ -198,7 +198,7 @@ TEST(Workers, RunEverythingBeforeTheyEnd) {
   }
 }
 
-TEST(Workers, AShortJobRunsBesideALongOne) {
+TEST(Workers, RunShortJobsBesideLongOnes) {
   Workers workers(2);
   std::promise<void> release;
   const auto released = release.get_future().share();

@@ -74,7 +74,7 @@ const Words kEndsWithUnexpected = {"error unexpected_message 0", "close"};
 
 // ---- the handshake
 
-TEST(Session, WelcomesAClientWithTheVersionAndItsLimit) {
+TEST(Session, SendsTheVersionAndItsLimitInWelcome) {
   Session session = fresh_session();
   const Actions actions = session.receive(Hello{});
   ASSERT_EQ(actions.size(), 1U);
@@ -102,7 +102,7 @@ TEST(Session, AnswersPingsBeforeHello) {
   EXPECT_EQ(words(session.receive(Hello{})), Words{"welcome"});
 }
 
-TEST(Session, AcceptsAnyRangeOfVersionsThatHoldsItsOwn) {
+TEST(Session, AcceptsVersionRangesThatContainItsOwn) {
   Session session = fresh_session();
   EXPECT_EQ(words(session.receive(Hello{.min_version = 0, .max_version = 9})), Words{"welcome"});
 }
@@ -119,7 +119,7 @@ TEST(Session, EndsWithoutACommonCodec) {
             (Words{"error invalid_argument 0", "close"}));
 }
 
-TEST(Session, WelcomesWithTheCodecsThatPayloadsMayHave) {
+TEST(Session, SendsThePayloadCodecsInWelcome) {
   const auto codecs_for = [](std::vector<PayloadCodec> codecs) {
     const Actions actions = fresh_session().receive(Hello{.codecs = std::move(codecs)});
     return std::get<Welcome>(std::get<Send>(actions.front()).message).codecs;
@@ -129,7 +129,7 @@ TEST(Session, WelcomesWithTheCodecsThatPayloadsMayHave) {
   EXPECT_EQ(codecs_for({PayloadCodec::kDracoLattice}), std::vector{PayloadCodec::kDracoLattice});
 }
 
-TEST(Session, RefusesASecondHelloAndGoesOn) {
+TEST(Session, RejectsASecondHelloAndContinues) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(Hello{})), Words{"error unexpected_message 0"});
   EXPECT_EQ(words(session.receive(Ping{7})), Words{"pong 7"});
@@ -137,7 +137,7 @@ TEST(Session, RefusesASecondHelloAndGoesOn) {
 
 // ---- requests
 
-TEST(Session, EstimatesBesideARunningStreamUpToALimit) {
+TEST(Session, LimitsEstimatesDuringAStream) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(open(1))), Words{"start 1"});
   for (std::uint64_t id = 1; id <= SessionOptions{}.max_queries; ++id) {
@@ -150,7 +150,7 @@ TEST(Session, EstimatesBesideARunningStreamUpToALimit) {
   EXPECT_EQ(words(session.receive(one_more)), Words{"estimate 99"});
 }
 
-TEST(Session, SlicesAndProbesAreQueriesLikeEstimates) {
+TEST(Session, LimitsSlicesAndProbesLikeEstimates) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(Slice{.request_id = 1, .dataset = "head"})), Words{"slice 1"});
   const Probe probe{.request_id = 2, .dataset = "tooth", .probe = {.places = {{0, 0, 0}}}};
@@ -168,7 +168,7 @@ TEST(Session, SlicesAndProbesAreQueriesLikeEstimates) {
   EXPECT_EQ(words(session.receive(Slice{.request_id = 5, .dataset = "head"})), Words{"slice 5"});
 }
 
-TEST(Session, RefusesEstimatesThatNoStreamCouldBeOpenedFor) {
+TEST(Session, RejectsEstimatesOfInvalidStreams) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(Estimate{.request_id = 3, .dataset = "nothing"})),
             Words{"error unknown_dataset 3"});
@@ -191,27 +191,27 @@ TEST(Session, StartsAStreamOfAKnownDataset) {
   EXPECT_EQ(std::get<StartStream>(actions.front()).source->info().name, "tooth");
 }
 
-TEST(Session, ANewStreamSupersedesTheRunningOne) {
+TEST(Session, SupersedesTheRunningStream) {
   Session session = welcomed_session();
   (void)session.receive(open(1));
   EXPECT_EQ(words(session.receive(open(2))), (Words{"stop 1 superseded", "start 2"}));
 }
 
-TEST(Session, ANewStreamSupersedesNothingAfterTheEndOfTheOneBefore) {
+TEST(Session, SupersedesNothingAfterAStreamsEnd) {
   Session session = welcomed_session();
   (void)session.receive(open(1));
   session.stream_ended(1);
   EXPECT_EQ(words(session.receive(open(2))), Words{"start 2"});
 }
 
-TEST(Session, CancelStopsTheRunningStreamOnce) {
+TEST(Session, StopsTheRunningStreamOnceOnCancel) {
   Session session = welcomed_session();
   (void)session.receive(open(4));
   EXPECT_EQ(words(session.receive(Cancel{4})), Words{"stop 4 cancelled"});
   EXPECT_EQ(words(session.receive(Cancel{4})), Words{});
 }
 
-TEST(Session, CancelOfAnotherStreamChangesNothing) {
+TEST(Session, IgnoresCancelOfAnotherStream) {
   Session session = welcomed_session();
   (void)session.receive(open(4));
   EXPECT_EQ(words(session.receive(Cancel{3})), Words{});
@@ -219,7 +219,7 @@ TEST(Session, CancelOfAnotherStreamChangesNothing) {
   EXPECT_EQ(words(session.receive(open(5))), (Words{"stop 4 superseded", "start 5"}));
 }
 
-TEST(Session, ABadRequestIsAnsweredAndLeavesTheRunningStreamAlone) {
+TEST(Session, RejectsAnInvalidRequestAndKeepsTheRunningStream) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   OpenStream nan_isovalue = open(2);
   nan_isovalue.request.isovalue = nan;
@@ -246,13 +246,13 @@ TEST(Session, ABadRequestIsAnsweredAndLeavesTheRunningStreamAlone) {
   }
 }
 
-TEST(Session, ARefusedRequestDoesNotUseUpItsId) {
+TEST(Session, AllowsTheIdOfARejectedRequestAgain) {
   Session session = welcomed_session();
   EXPECT_EQ(words(session.receive(open(1, "nothing"))), Words{"error unknown_dataset 1"});
   EXPECT_EQ(words(session.receive(open(1))), Words{"start 1"});
 }
 
-TEST(Session, RefusesALatticeTooFineForALargeDataset) {
+TEST(Session, RejectsALatticeTooFineForALargeDataset) {
   class Large : public FakeSteps {
    public:
     Large() : FakeSteps("large") {
@@ -273,7 +273,7 @@ TEST(Session, RefusesALatticeTooFineForALargeDataset) {
   EXPECT_EQ(words(session.receive(request)), Words{"start 2"});
 }
 
-TEST(Session, ACellMustLieInTheDatasetsGrid) {
+TEST(Session, RejectsCellsOutsideTheGrid) {
   class Of64Steps : public FakeSteps {
    public:
     Of64Steps() : FakeSteps("grid") {
@@ -299,14 +299,14 @@ TEST(Session, ACellMustLieInTheDatasetsGrid) {
   EXPECT_EQ(answer_to({3, 0, 0, 0}), "error invalid_argument 5");
 }
 
-TEST(Session, AFieldOutsideItsRangeIsAnsweredWithTheRequestsId) {
+TEST(Session, RejectsFieldsOutsideTheirRangeWithTheRequestId) {
   Session session = welcomed_session();
   const ParseError error{{ErrorCode::kInvalidArgument, "..."}, 9};
   EXPECT_EQ(words(session.receive(error)), Words{"error invalid_argument 9"});
   EXPECT_FALSE(session.is_closed());
 }
 
-TEST(Session, BytesThatAreNoMessageEndTheConnectionWithAReason) {
+TEST(Session, EndsWithAReasonAfterInvalidBytes) {
   Session session = welcomed_session();
   (void)session.receive(open(1));
   const ParseError error{{ErrorCode::kMalformedMessage, "..."}, 0};
@@ -387,7 +387,7 @@ class Watcher {
   bool is_closed_ = false;
 };
 
-TEST(Session, KeepsItsGuaranteesWhateverGoesWrongAtWhateverMessage) {
+TEST(Session, KeepsItsGuaranteesAfterAnyErrorAtAnyMessage) {
   const auto conversation = a_conversation();
   for (const Happening& failure : all_failures()) {
     for (std::size_t at = 0; at <= conversation.size(); ++at) {
@@ -404,7 +404,7 @@ TEST(Session, KeepsItsGuaranteesWhateverGoesWrongAtWhateverMessage) {
   }
 }
 
-TEST(Session, KeepsItsGuaranteesWhateverMessageIsLost) {
+TEST(Session, KeepsItsGuaranteesAfterAnyLostMessage) {
   const auto conversation = a_conversation();
   for (std::size_t lost = 0; lost < conversation.size(); ++lost) {
     SCOPED_TRACE("without " + conversation[lost].name);
@@ -419,7 +419,7 @@ TEST(Session, KeepsItsGuaranteesWhateverMessageIsLost) {
   }
 }
 
-TEST(Session, RefusesPreviewsThatTheDatasetCannotHave) {
+TEST(Session, RejectsPreviewsThatTheDatasetCannotHave) {
   Session session = welcomed_session();
   OpenStream stream = open(1);
   stream.resumed_previews = {{.finest_spacing = 128}};  // The grid has 64 steps per side.
@@ -432,7 +432,7 @@ TEST(Session, RefusesPreviewsThatTheDatasetCannotHave) {
   EXPECT_EQ(words(session.receive(stream)), Words{"start 1"});
 }
 
-TEST(Session, AClientHasTheDatasetsAsItListedThemLast) {
+TEST(Session, UsesTheDatasetsOfTheLastList) {
   CataloguePtr now = testing::catalogue_of(std::make_shared<FakeSteps>("head"));
   Session session(now, {}, nullptr, [&now] { return now; });
   (void)session.receive(Hello{});

@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-TEST(ContentRange, SaysWhichBytesCame) {
+TEST(ContentRange, ParsesTheRangeAndSize) {
   const auto range = ContentRange::from("bytes 10-29/1234");
   ASSERT_TRUE(range);
   EXPECT_TRUE(range->matches({.first = 10, .length = 20}));
@@ -24,7 +24,7 @@ TEST(ContentRange, SaysWhichBytesCame) {
       ContentRange::from("bytes 10-29/*")->matches({.first = ByteRange::kFromEnd, .length = 20}));
 }
 
-TEST(ContentRange, RefusesWhatIsNoRange) {
+TEST(ContentRange, RejectsInvalidRanges) {
   for (const char* const text :
        {"", "bytes", "bytes 10-9/20", "bytes 10-29/29", "bytes 10-29", "bytes -5/20",
         "bytes 10-29/30 ", "items 10-29/30", "bytes 99999999999999999999-1/2",
@@ -51,14 +51,14 @@ TEST(Redirects, NeverLeadFromHttpsToHttp) {
   }
 }
 
-TEST(Redirects, NamedWithoutPasswords) {
+TEST(Redirects, AreNamedWithoutPasswords) {
   const auto refused =
       refused_redirect("https://a.example/x", "https://me:secret@b.example/x", false);
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->problem.find("secret"), std::string::npos) << refused->problem;
 }
 
-TEST(BucketListing, HasKeysAndTheNextPage) {
+TEST(BucketListing, ReadsKeysAndTheContinuationToken) {
   const BucketListing listing = bucket_listing(
       "<ListBucketResult><IsTruncated>true</IsTruncated><NextContinuationToken>a&amp;b"
       "</NextContinuationToken><Contents><Key>x/&lt;1&gt;.mtd</Key></Contents>"
@@ -67,7 +67,7 @@ TEST(BucketListing, HasKeysAndTheNextPage) {
   EXPECT_EQ(listing.next, "a&b");
 }
 
-TEST(BucketListing, HasNothingThatIsCutOff) {
+TEST(BucketListing, IgnoresTruncatedKeys) {
   EXPECT_TRUE(bucket_listing("<Key>whole.mtd</Key><Key>cut.mt").keys ==
               std::vector<std::string>{"whole.mtd"});
   EXPECT_EQ(bucket_listing("<IsTruncated>false</IsTruncated><NextContinuationToken>a"

@@ -62,7 +62,7 @@ class BucketTest : public ::testing::Test {
   const FolderServer server_;
 };
 
-TEST_F(BucketTest, ListsTheObjectsDirectlyBelowAPlace) {
+TEST_F(BucketTest, ListsOnlyObjectsDirectlyBelowTheFolder) {
   for (const char* const name :
        {"b.mtd", "a & b.mtd", "c.txt", "in/d.mtd", "in/e.mtd", "in/f/g.mtd"}) {
     fs::create_directories((folder_.path() / name).parent_path());
@@ -78,12 +78,12 @@ TEST_F(BucketTest, ListsTheObjectsDirectlyBelowAPlace) {
   EXPECT_EQ(list_bucket("s3://volumes/none/", ".mtd", kQuick), Names{});
 }
 
-TEST_F(BucketTest, ListsMoreThanOneAnswerHolds) {
+TEST_F(BucketTest, FollowsContinuationTokens) {
   for (int i = 0; i < 25; ++i) folder_.file("x" + std::to_string(100 + i) + ".mtd", "x");
   EXPECT_EQ(list_bucket("s3://volumes/", ".mtd", kQuick).size(), 25U);
 }
 
-TEST_F(BucketTest, RefusesListingsThatNeverEnd) {
+TEST_F(BucketTest, RejectsListingsThatNeverEnd) {
   const struct {
     const char* place;
     ListingLimits limits;
@@ -98,7 +98,7 @@ TEST_F(BucketTest, RefusesListingsThatNeverEnd) {
   }
 }
 
-TEST_F(BucketTest, ListsAsManyPagesAsItMay) {
+TEST_F(BucketTest, LimitsTheListedPages) {
   for (int i = 0; i < 25; ++i) folder_.file("x" + std::to_string(100 + i) + ".mtd", "x");
   EXPECT_EQ(list_bucket("s3://volumes/", ".mtd", kQuick, {.pages = 3}).size(), 25U);
   EXPECT_NE(failure([] {
@@ -107,13 +107,13 @@ TEST_F(BucketTest, ListsAsManyPagesAsItMay) {
             std::string::npos);
 }
 
-TEST_F(BucketTest, SaysWhyItCannotBeListed) {
+TEST_F(BucketTest, ReportsWhyListingFails) {
   setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
   EXPECT_NE(failure([] { (void)list_bucket("s3://volumes/", ".mtd", kQuick); }).find("status 403"),
             std::string::npos);
 }
 
-TEST_F(BucketTest, WhatMayNotBeReadIsNotMissing) {
+TEST_F(BucketTest, DistinguishesForbiddenFromMissingObjects) {
   folder_.file("old.mtd", "old content");
   setenv("AWS_SECRET_ACCESS_KEY", "another secret", 1);
   EXPECT_NE(
@@ -121,7 +121,7 @@ TEST_F(BucketTest, WhatMayNotBeReadIsNotMissing) {
       std::string::npos);
 }
 
-TEST_F(BucketTest, TakesAFileInPartsAsOneObject) {
+TEST_F(BucketTest, UploadsAFileInPartsAsOneObject) {
   const fs::path file = large_file();
   std::vector<double> fractions;
   upload_file(file, "s3://volumes/new.mtd", {}, kQuick,
@@ -132,7 +132,7 @@ TEST_F(BucketTest, TakesAFileInPartsAsOneObject) {
   EXPECT_EQ(files_in_bucket(), 2U) << "No part is left.";
 }
 
-TEST_F(BucketTest, ReplacesOnlyWhatWasThere) {
+TEST_F(BucketTest, ReplacesOnlyTheExpectedVersion) {
   folder_.file("source", "new");
   folder_.file("old.mtd", "old content");
   const fs::path file = folder_.path() / "source";

@@ -57,7 +57,7 @@ class HttpStoreTest : public ::testing::Test {
   const FolderServer server_;
 };
 
-TEST_F(HttpStoreTest, GivesWholesAndPartsAndKnowsWhatIsMissing) {
+TEST_F(HttpStoreTest, ReadsWholeObjectsAndRangesAndReportsMissingOnes) {
   const auto good = store("/");
   EXPECT_EQ(whole(*good), text_);
   EXPECT_EQ(part(*good), text_.substr(100, 50));
@@ -70,7 +70,7 @@ TEST_F(HttpStoreTest, GivesWholesAndPartsAndKnowsWhatIsMissing) {
             std::string::npos);
 }
 
-TEST_F(HttpStoreTest, TriesAgainWhatMayPass) {
+TEST_F(HttpStoreTest, RetriesTransientErrors) {
   for (const char* const lie : {"503", "truncated", "lost"}) {
     const auto twice = store(std::string("/lies/") + lie + "/2");
     EXPECT_EQ(whole(*twice), text_) << lie;
@@ -92,7 +92,7 @@ TEST_F(HttpStoreTest, ReportsFailedRequests) {
             std::string::npos);
 }
 
-TEST_F(HttpStoreTest, WaitsForAStoreThatStallsNoLongerThanItsDeadline) {
+TEST_F(HttpStoreTest, LimitsTheWaitForAStalledStore) {
   HttpStoreOptions options = quick();
   options.deadline = milliseconds(400);
   const auto stalled = store("/lies/stalled/1000", options);
@@ -101,7 +101,7 @@ TEST_F(HttpStoreTest, WaitsForAStoreThatStallsNoLongerThanItsDeadline) {
   EXPECT_LT(steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
-TEST_F(HttpStoreTest, LeavesAStoreThatStallsTwice) {
+TEST_F(HttpStoreTest, GivesUpOnAStoreThatStallsTwice) {
   HttpStoreOptions options = quick();
   options.max_attempts = 100;
   options.stall_timeout = std::chrono::seconds(1);
@@ -112,7 +112,7 @@ TEST_F(HttpStoreTest, LeavesAStoreThatStallsTwice) {
   EXPECT_EQ(tried_again, 1);
 }
 
-TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
+TEST_F(HttpStoreTest, RejectsRequestsDuringTheCooldown) {
   HttpStoreOptions options = quick();
   options.cooldown_after_failure = std::chrono::hours(1);
   const auto failing = store("/lies/503/3", options);
@@ -121,7 +121,7 @@ TEST_F(HttpStoreTest, LetsAStoreThatFailedRest) {
   EXPECT_NE(failure([&] { return whole(*failing); }).find("failed recently"), std::string::npos);
 }
 
-TEST_F(HttpStoreTest, HasAsManyConnectionsAsAllowedAndServesMoreThreads) {
+TEST_F(HttpStoreTest, SharesItsConnectionsAmongMoreThreads) {
   HttpStoreOptions options = quick();
   options.connections = 2;
   const auto narrow = store("/", options);
@@ -137,7 +137,7 @@ TEST_F(HttpStoreTest, HasAsManyConnectionsAsAllowedAndServesMoreThreads) {
   EXPECT_EQ(right, 60);
 }
 
-TEST_F(HttpStoreTest, TakesARefusalForNoAnswer) {
+TEST_F(HttpStoreTest, DistinguishesRejectionFromAMissingObject) {
   for (const char* const status : {"401", "403"}) {
     const auto refusing = store(std::string("/lies/") + status + "/1000");
     EXPECT_THROW((void)refusing->get("a/object", 10), StoreAccessDenied) << status;
@@ -145,7 +145,7 @@ TEST_F(HttpStoreTest, TakesARefusalForNoAnswer) {
   }
 }
 
-TEST_F(HttpStoreTest, FollowsRedirectsToOtherHostsOnlyWhereThatIsAllowed) {
+TEST_F(HttpStoreTest, FollowsRedirectsToOtherHostsOnlyIfAllowed) {
   EXPECT_EQ(whole(*store("/moved/")), text_);
   const std::string port = server_.address().substr(server_.address().rfind(':'));
   const std::string elsewhere = "/redirect/localhost" + port + "/";
@@ -155,7 +155,7 @@ TEST_F(HttpStoreTest, FollowsRedirectsToOtherHostsOnlyWhereThatIsAllowed) {
   EXPECT_EQ(whole(*store(elsewhere, options)), text_);
 }
 
-TEST_F(HttpStoreTest, KeepsKeysBelowTheAddress) {
+TEST_F(HttpStoreTest, RejectsKeysOutsideTheAddress) {
   EXPECT_NE(failure([&] { return store("/b/")->get("../a/object", 10'000); }).find("--follow"),
             std::string::npos);
   EXPECT_FALSE(store("/b/")->get("%2e%2e/a/object", 10'000));
@@ -165,7 +165,7 @@ TEST_F(HttpStoreTest, KeepsKeysBelowTheAddress) {
   EXPECT_EQ(as_text(store("/b/", options)->get("../a/object", 10'000)), text_);
 }
 
-TEST_F(HttpStoreTest, GivesCredentialsToTheirHostAlone) {
+TEST_F(HttpStoreTest, SendsCredentialsOnlyToTheirHost) {
   const std::string host = server_.address().substr(7);
   const std::string port = host.substr(host.rfind(':'));
   HttpStoreOptions options = quick();
@@ -195,7 +195,7 @@ TEST_F(HttpStoreTest, GivesCredentialsToTheirHostAlone) {
   EXPECT_EQ(seen.find("Authorization"), std::string::npos);
 }
 
-TEST_F(HttpStoreTest, NamesNoPasswords) {
+TEST_F(HttpStoreTest, OmitsPasswordsFromErrors) {
   const std::string host = server_.address().substr(7);
   const auto refusing = http_store("http://reader:wrong@" + host + "/private/", quick());
   const std::string text = failure([&] { return whole(*refusing); });

@@ -13,7 +13,7 @@ CachedBytes bytes_of_size(std::size_t size, int value) {
   return std::make_shared<const std::vector<std::byte>>(size, static_cast<std::byte>(value));
 }
 
-TEST(MemoryCache, ReturnsBytesOfTheSameKeyOnly) {
+TEST(MemoryCache, ReturnsOnlyBytesOfTheSameKey) {
   MemoryCache cache(1 << 20);
   cache.put({1, 7}, bytes_of_size(10, 1));
   cache.put({2, 7}, bytes_of_size(10, 2));
@@ -28,7 +28,7 @@ TEST(MemoryCache, ReturnsBytesOfTheSameKeyOnly) {
   EXPECT_EQ(cache.counts().bytes, 10U);
 }
 
-TEST(MemoryCache, StaysWithinItsLimitAndKeepsWhatWasUsedLast) {
+TEST(MemoryCache, EvictsTheLeastRecentlyUsedEntries) {
   MemoryCache cache(16 * 1000);
   const CachedBytes kept = bytes_of_size(100, 9);
   cache.put({1, 0}, kept);
@@ -41,7 +41,7 @@ TEST(MemoryCache, StaysWithinItsLimitAndKeepsWhatWasUsedLast) {
   EXPECT_EQ(cache.find({1, 1}), nullptr);
 }
 
-TEST(MemoryCache, RemovesTheEntriesOfAnOwnerWithIt) {
+TEST(MemoryCache, RemovesTheEntriesOfADestroyedOwner) {
   MemoryCache cache(1 << 20);
   const MemoryCache::Owner kept(cache);
   std::optional<MemoryCache::Owner> gone(std::in_place, cache);
@@ -59,7 +59,7 @@ TEST(MemoryCache, RemovesTheEntriesOfAnOwnerWithIt) {
   EXPECT_EQ(cache.find(kept.key(7))->front(), std::byte{1});
 }
 
-TEST(MemoryCache, FoundBytesSurviveEviction) {
+TEST(MemoryCache, KeepsFoundBytesAfterEviction) {
   MemoryCache cache(0);
   const CachedBytes bytes = bytes_of_size(100, 5);
   cache.put({1, 1}, bytes);
@@ -67,7 +67,7 @@ TEST(MemoryCache, FoundBytesSurviveEviction) {
   EXPECT_EQ(bytes->back(), std::byte{5});
 }
 
-TEST(MemoryCache, ServesManyThreads) {
+TEST(MemoryCache, IsThreadSafe) {
   MemoryCache cache(64 << 10);
   std::vector<std::jthread> threads;
   for (int t = 0; t < 4; ++t) {

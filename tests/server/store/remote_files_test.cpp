@@ -71,7 +71,7 @@ class RemoteFilesTest : public ::testing::Test {
   const FolderServer server_;
 };
 
-TEST_F(RemoteFilesTest, GiveAnyPartAndKeepIt) {
+TEST_F(RemoteFilesTest, CachesRangesThatItReads) {
   const auto all = files();
   const auto file = all->open(address());
   const std::string text = content(1);
@@ -90,7 +90,7 @@ TEST_F(RemoteFilesTest, GiveAnyPartAndKeepIt) {
   EXPECT_EQ(all->counts().fetched, 41U);
 }
 
-TEST_F(RemoteFilesTest, OpeningAndNeighboursAreOneRequestEach) {
+TEST_F(RemoteFilesTest, OpensAndReadsNeighboursWithOneRequestEach) {
   const auto all = files();
   const auto file = all->open(address());
   EXPECT_EQ(all->counts().requests, 1U);
@@ -100,7 +100,7 @@ TEST_F(RemoteFilesTest, OpeningAndNeighboursAreOneRequestEach) {
   EXPECT_EQ(all->counts().requests, 2U);
 }
 
-TEST_F(RemoteFilesTest, StayWithinTheirMemory) {
+TEST_F(RemoteFilesTest, StaysWithinItsMemory) {
   const auto all = files(quick(16 * 3 * kBlock));
   const auto file = all->open(address());
   EXPECT_TRUE(part(*file, 0, kSize) == content(1));
@@ -110,7 +110,7 @@ TEST_F(RemoteFilesTest, StayWithinTheirMemory) {
   EXPECT_EQ(none->counts().memory_bytes, 0U);
 }
 
-TEST_F(RemoteFilesTest, PrefetchInFewRequestsWithoutWaiting) {
+TEST_F(RemoteFilesTest, PrefetchesInFewRequestsWithoutWaiting) {
   const auto all = files();
   const auto file = all->open(address());
   const std::vector<FileRange> ranges = {
@@ -122,7 +122,7 @@ TEST_F(RemoteFilesTest, PrefetchInFewRequestsWithoutWaiting) {
   EXPECT_EQ(file->missing_bytes(ranges), 0U);
 }
 
-TEST_F(RemoteFilesTest, FetchOnceForManyThreads) {
+TEST_F(RemoteFilesTest, FetchesOnceForManyThreads) {
   const auto all = files();
   const auto file = all->open(address());
   {
@@ -138,7 +138,7 @@ TEST_F(RemoteFilesTest, FetchOnceForManyThreads) {
   EXPECT_EQ(all->counts().fetched, 41U);
 }
 
-TEST_F(RemoteFilesTest, EndDuringAPrefetch) {
+TEST_F(RemoteFilesTest, StopsDuringAPrefetch) {
   for (int i = 0; i < 10; ++i) {
     const auto all = files();
     const FileRange whole{0, kSize};
@@ -146,7 +146,7 @@ TEST_F(RemoteFilesTest, EndDuringAPrefetch) {
   }
 }
 
-TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
+TEST_F(RemoteFilesTest, NeverMixesAFileWithItsReplacement) {
   for (const char* const server : {"", "/no-conditions", "/no-etag", "/weak-etag"}) {
     SCOPED_TRACE(server);
     folder_.file("file", content(1));
@@ -167,7 +167,7 @@ TEST_F(RemoteFilesTest, NeverMixAFileWithTheOneThatReplacedIt) {
   }
 }
 
-TEST_F(RemoteFilesTest, RefuseServersThatCannotServeThem) {
+TEST_F(RemoteFilesTest, RejectsServersThatCannotServeRanges) {
   const auto all = files();
   EXPECT_NE(failure([&] { return all->open(address("/whole")); }).find("does not serve ranges"),
             std::string::npos);
@@ -184,7 +184,7 @@ TEST_F(RemoteFilesTest, RefuseServersThatCannotServeThem) {
             std::string::npos);
 }
 
-TEST_F(RemoteFilesTest, RetryTransientFailures) {
+TEST_F(RemoteFilesTest, RetriesTransientFailures) {
   for (const char* const lie : {"503", "truncated", "lost", "wrong-range", "long"}) {
     const auto all = files();
     const auto file = all->open(address(std::string("/lies/") + lie + "/2"));
@@ -192,7 +192,7 @@ TEST_F(RemoteFilesTest, RetryTransientFailures) {
   }
 }
 
-TEST_F(RemoteFilesTest, ReportPermanentFailures) {
+TEST_F(RemoteFilesTest, ReportsPermanentFailures) {
   for (const char* const lie : {"503", "truncated", "lost", "wrong-range"}) {
     const auto all = files();
     const std::string text =
@@ -201,7 +201,7 @@ TEST_F(RemoteFilesTest, ReportPermanentFailures) {
   }
 }
 
-TEST_F(RemoteFilesTest, WaitForAServerThatStallsNoLongerThanTheDeadline) {
+TEST_F(RemoteFilesTest, LimitsTheWaitForAStalledServer) {
   RemoteFilesOptions options = quick();
   options.http.deadline = milliseconds(400);
   const auto all = files(options);
@@ -210,7 +210,7 @@ TEST_F(RemoteFilesTest, WaitForAServerThatStallsNoLongerThanTheDeadline) {
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
 }
 
-TEST_F(RemoteFilesTest, DiscardDamagedBlocks) {
+TEST_F(RemoteFilesTest, DiscardsDamagedBlocks) {
   const auto all = files();
   const auto file = all->open(address());
   (void)part(*file, 0, kSize);
@@ -252,7 +252,7 @@ TEST_F(RemoteFilesTest, RefetchesWhenTheDiskCacheIsDamaged) {
   EXPECT_EQ(all->counts().disk_hits, 0U);
 }
 
-TEST_F(RemoteFilesTest, NeverFillTheDiskBeyondItsLimit) {
+TEST_F(RemoteFilesTest, LimitsTheDiskCache) {
   RemoteFilesOptions options = quick(0);
   options.folder = folder_.path() / "cache";
   options.folder_bytes = 8 * kBlock;

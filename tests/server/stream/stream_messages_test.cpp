@@ -43,7 +43,7 @@ std::size_t count_tiles(const std::vector<ServerMessage>& messages) {
       [](const ServerMessage& message) { return std::holds_alternative<Tile>(message); }));
 }
 
-TEST(StreamMessages, RequestsOneStepAtATime) {
+TEST(StreamMessages, RequestOneStepAtATime) {
   StreamMessages stream(progressive(), octahedra_info());
   EXPECT_FALSE(stream.has_message());
   EXPECT_TRUE(stream.take_request());
@@ -56,7 +56,7 @@ TEST(StreamMessages, RequestsOneStepAtATime) {
   EXPECT_TRUE(stream.take_request());
 }
 
-TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
+TEST(StreamMessages, SendEverySuppliedStepThenTheEnd) {
   StreamMessages stream(progressive(), octahedra_info());
   constexpr std::uint32_t kSteps = 3;
   for (std::uint32_t i = 0; i < kSteps; ++i) {
@@ -85,7 +85,7 @@ TEST(StreamMessages, SendsEveryStepThatIsMadeThenTheEnd) {
   EXPECT_FALSE(stream.take_request());
 }
 
-TEST(StreamMessages, SendsThePreviewsOfSeveralDatasetsInGroups) {
+TEST(StreamMessages, SendPreviewsOfSeveralDatasetsInGroups) {
   OpenStream open = progressive();
   open.further_datasets = {"second", "third"};
   StreamMessages stream(open, octahedra_info());
@@ -110,7 +110,7 @@ TEST(StreamMessages, SendsThePreviewsOfSeveralDatasetsInGroups) {
   EXPECT_FALSE(stream.take_request());
 }
 
-TEST(StreamMessages, DropsThePreviewsOfAGroupWhenItIsCancelled) {
+TEST(StreamMessages, DropPreviewsOfACancelledGroup) {
   OpenStream open = progressive();
   open.further_datasets = {"second"};
   StreamMessages stream(open, octahedra_info());
@@ -124,7 +124,7 @@ TEST(StreamMessages, DropsThePreviewsOfAGroupWhenItIsCancelled) {
   EXPECT_EQ(std::get<StreamEnd>(left[0]).steps, 0U);
 }
 
-TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
+TEST(StreamMessages, ReportDeliveredStepsWithTheirBytes) {
   StreamMessages stream(progressive(), octahedra_info());
   (void)stream.take_request();
   stream.supply(made_step(fine_tiles()), 0);
@@ -136,7 +136,7 @@ TEST(StreamMessages, ReportsShownStepsWithTheirBytes) {
   EXPECT_EQ(state->delivered[0].size.bytes, size_of(TiledStep{.tiles = fine_tiles()}).bytes);
 }
 
-TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
+TEST(StreamMessages, CountSentTilesAndSumDigestsInStepEnd) {
   OpenStream open = progressive();
   const auto tiles = fine_tiles();
   open.cached_tile_digests = {tiles[0].summary.digest};
@@ -155,7 +155,7 @@ TEST(StreamMessages, AStepsEndCountsWhatWasSentAndSumsTheDigestsOfAllTiles) {
   EXPECT_EQ(end.seconds, 0.5);
 }
 
-TEST(StreamMessages, ATileOfAnEarlierStepIsNotSentAgain) {
+TEST(StreamMessages, OmitTilesOfEarlierSteps) {
   StreamMessages stream(progressive(), octahedra_info());
   (void)stream.take_request();
   stream.supply(made_step(coarse_tiles()), 0);
@@ -165,7 +165,7 @@ TEST(StreamMessages, ATileOfAnEarlierStepIsNotSentAgain) {
   EXPECT_EQ(count_tiles(take_all(stream)), 1U);
 }
 
-TEST(StreamMessages, AnEmptySurfaceIsAStepWithoutTiles) {
+TEST(StreamMessages, SendEmptySurfacesAsStepsWithoutTiles) {
   OpenStream open = progressive();
   open.steps = StepPolicy::kFinalOnly;
   StreamMessages stream(open, octahedra_info());
@@ -178,7 +178,7 @@ TEST(StreamMessages, AnEmptySurfaceIsAStepWithoutTiles) {
   EXPECT_EQ(std::get<StreamEnd>(messages[2]).steps, 1U);
 }
 
-TEST(StreamMessages, BoundsAreInWorldUnits) {
+TEST(StreamMessages, ReportBoundsInWorldUnits) {
   DatasetInfo info = octahedra_info();
   info.spacing = {3, 0.5, 1};
   OpenStream open = progressive();
@@ -194,7 +194,7 @@ TEST(StreamMessages, BoundsAreInWorldUnits) {
   }
 }
 
-TEST(StreamMessages, TheBoundIsFiniteHoweverLargeTheError) {
+TEST(StreamMessages, ReportFiniteBoundsForHugeErrors) {
   DatasetInfo info = octahedra_info();
   info.spacing = {100, 100, 100};
   OpenStream open = progressive();
@@ -208,7 +208,7 @@ TEST(StreamMessages, TheBoundIsFiniteHoweverLargeTheError) {
 }
 
 // Wherever a stream is stopped, exactly one message remains, and late results change nothing.
-TEST(StreamMessages, StoppingAnywhereLeavesOnlyTheEnd) {
+TEST(StreamMessages, SendOnlyTheEndAfterAStop) {
   for (int taken = 0; taken < 6; ++taken) {
     for (const bool fails : {false, true}) {
       SCOPED_TRACE(taken);

@@ -47,7 +47,7 @@ class Misjudged : public FakeSteps {
   double part_;
 };
 
-TEST(StreamPlan, PreviewsOnlyEndsBeforeTheFinalStep) {
+TEST(StreamPlan, EndsBeforeTheFinalStepIfOnlyPreviewsAreRequested) {
   const FakeSteps source("large");
   StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kPreviewsOnly};
   std::size_t previews = 0;
@@ -64,7 +64,7 @@ TEST(StreamPlan, PreviewsOnlyEndsBeforeTheFinalStep) {
   EXPECT_GT(previews, 0U);
 }
 
-TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
+TEST(StreamPlan, MeetsABudgetWithTheSecondSurface) {
   for (const double part : {1.0, 0.9, 0.7, 0.3, 0.05}) {
     SCOPED_TRACE(part);
     int made = 0;
@@ -81,7 +81,7 @@ TEST(StreamPlan, ABudgetIsMetByTheSecondSurfaceHoweverWrongTheEstimate) {
   }
 }
 
-TEST(StreamPlan, AnEstimateThatIsTooLargeCostsASurfaceAndNoDetail) {
+TEST(StreamPlan, RebuildsFinerAfterATooLargeEstimate) {
   for (const double part : {1.5, 2.0, 5.0, 100.0}) {
     int made = 0;
     const Misjudged source(1e6, part, made);
@@ -97,7 +97,7 @@ TEST(StreamPlan, AnEstimateThatIsTooLargeCostsASurfaceAndNoDetail) {
 }
 
 // The estimates do not depend on the error.
-TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
+TEST(StreamPlan, MeetsABudgetWithConstantEstimates) {
   class Constant : public Misjudged {
    public:
     using Misjudged::Misjudged;
@@ -119,7 +119,7 @@ TEST(StreamPlan, ABudgetIsMetByEstimatesThatAreAllTheSame) {
 }
 
 // As for large smooth surfaces, where size samples fail: their simplified blocks are mostly border.
-TEST(StreamPlan, ABudgetIsUsedWhereEstimatesStopFallingFarTooEarly) {
+TEST(StreamPlan, UsesABudgetIfEstimatesStopDecreasing) {
   class Plateau : public Misjudged {
    public:
     using Misjudged::Misjudged;
@@ -143,7 +143,7 @@ TEST(StreamPlan, ABudgetIsUsedWhereEstimatesStopFallingFarTooEarly) {
   EXPECT_LE(made, 6);
 }
 
-TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
+TEST(StreamPlan, RejectsOnlyStepsSurelyAboveTheTriangleLimit) {
   int made = 0;
   const auto make = [&made](double estimated_part, const IsosurfaceRequest& request) {
     made = 0;
@@ -161,7 +161,7 @@ TEST(StreamPlan, AServersLimitRefusesOnlyWhatIsSurelyMore) {
   EXPECT_TRUE(make(4, {.error = 1, .max_bytes = 1000})->is_final) << "a budget makes it small";
 }
 
-TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
+TEST(StreamPlan, SendsACellInOneStepAtItsSpacing) {
   int made = 0;
   const Misjudged source(1e6, 1, made);
   StreamState state = {.request = {.error = 1}, .steps = StepPolicy::kProgressive};
@@ -178,7 +178,7 @@ TEST(StreamPlan, ACellComesInOneStepThatEndsWhereItSays) {
 }
 
 // Simplification itself stops at the budget.
-TEST(StreamPlan, ASimplifiedSurfaceIsMadeOnceAndNamesTheThresholdOfItsBudget) {
+TEST(StreamPlan, BuildsASimplifiedSurfaceOnceAndReportsItsThreshold) {
   int made = 0;
   const FakeSteps source("simplified", [&made](const StepRequest& step, const std::stop_token&) {
     ++made;
@@ -201,7 +201,7 @@ TEST(StreamPlan, ASimplifiedSurfaceIsMadeOnceAndNamesTheThresholdOfItsBudget) {
   EXPECT_NE(refused.error().text.find("at least 95 triangles"), std::string::npos);
 }
 
-TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
+TEST(StreamPlan, RejectsABudgetThatNoSurfaceMeets) {
   int made = 0;
   const Misjudged source(1e6, 1e-4, made);
   const auto refused = make_next_step(
@@ -217,7 +217,7 @@ TEST(StreamPlan, ABudgetThatNothingMeetsIsRefused) {
 }
 
 // A stream that continues after another server stopped.
-TEST(StreamPlan, BeginsWithWhatItBeganWithElsewhere) {
+TEST(StreamPlan, StartsWithTheResumedPreviews) {
   const FakeSteps source("head");
   for (const bool previews : {false, true}) {
     StreamState state;
@@ -254,7 +254,7 @@ class LargeSteps : public FakeSteps {
 };
 
 // Steps named by the client have the same limits as planned ones.
-TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
+TEST(StreamPlan, LimitsTrianglesOfResumedModels) {
   int made = 0;
   const Misjudged source(1'000'000, 1, made);
   const StreamState state = {.request = {.error = 0.25, .simplify = true},
@@ -267,7 +267,7 @@ TEST(StreamPlan, ANamedModelOfTheRequestItselfKeepsToTheLimitOfTriangles) {
   EXPECT_EQ(refused.error().code, ErrorCode::kLimitExceeded);
 }
 
-TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
+TEST(StreamPlan, SendsTheCertifiedPreviewOnlyWithoutWaitingWork) {
   const LargeSteps source;
   const auto has_own_model = [&](StepPolicy steps, const StepLimits& limits) {
     StreamState state = {.request = {.error = 0.5, .simplify = true}, .steps = steps};
@@ -289,7 +289,7 @@ TEST(StreamPlan, TheFinalModelComesSoonerOnlyWithoutWaitingClients) {
       has_own_model(StepPolicy::kProgressive, {.max_triangles = 500'000, .bytes_per_second = 1e9}));
 }
 
-TEST(StreamPlan, ASlowLinkHasACoarserFirstStep) {
+TEST(StreamPlan, StartsCoarserOnASlowLink) {
   const LargeSteps source;
   StreamState state;
   state.request.simplify = true;

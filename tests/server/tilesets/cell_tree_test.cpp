@@ -29,7 +29,7 @@ TEST(TreeSettings, RoundTrip) {
   EXPECT_EQ(tree_settings_from("7")->error, 0.25);
 }
 
-TEST(TreeSettings, RefusesInvalidTextWithAnExample) {
+TEST(TreeSettings, RejectsInvalidTextWithAnExample) {
   for (const char* text : {"", "x", "1 ", "nan", "inf", "1e999", "1,", "1,error", "1,error=",
                            "1,error=-1", "1,error=nan", "1,error=1,error=2", "1,tau=2"}) {
     const auto settings = tree_settings_from(text);
@@ -49,7 +49,7 @@ TEST(CellName, RoundTripsAndRejectsOtherTexts) {
   }
 }
 
-TEST(CellTree, ErrorsFallFromLevelToLevelAndEveryRequestIsValid) {
+TEST(CellTree, LowersTheErrorPerLevelAndMakesValidRequests) {
   for (std::int32_t exponent = 1; exponent <= 14; ++exponent) {
     for (const double error : {0.0, 0.25, 3.0, 1e6}) {
       SCOPED_TRACE(::testing::Message() << "exponent " << exponent << ", error " << error);
@@ -73,7 +73,7 @@ TEST(CellTree, ErrorsFallFromLevelToLevelAndEveryRequestIsValid) {
   }
 }
 
-TEST(CellTree, HasTheCellsOfItsLevelsInTheGrid) {
+TEST(CellTree, ContainsTheCellsOfEachLevelInsideTheGrid) {
   const CellTree tree(info_of(8), {});
   EXPECT_TRUE(tree.contains(tree.root()));
   EXPECT_TRUE(tree.contains({6, 3, 0, 3}));
@@ -83,7 +83,7 @@ TEST(CellTree, HasTheCellsOfItsLevelsInTheGrid) {
   EXPECT_FALSE(tree.contains({9, 0, 0, 0}));
 }
 
-TEST(CellTree, ItsIdChangesWithTheContent) {
+TEST(CellTree, ChangesItsIdWithTheContent) {
   DatasetInfo info = info_of(7);
   std::set<std::string> ids = {CellTree(info, {}).id()};
   info.content_id = 5;

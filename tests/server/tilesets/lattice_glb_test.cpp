@@ -12,7 +12,7 @@
 namespace multitetra::testing {
 namespace {
 
-TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
+TEST(LatticeGlb, KeepsEveryVertexExactly) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(65, 0.3, 8)});
   const SurfaceExtractor extractor(dataset);
   for (int i = 0; i < 8; ++i) {
@@ -32,7 +32,7 @@ TEST(LatticeGlb, HasEveryVertexExactlyWhereItLies) {
   }
 }
 
-TEST(LatticeGlb, ExactForTheLargestGrid) {
+TEST(LatticeGlb, IsExactForTheLargestGrid) {
   const OctreeCube cube{12, 3, 0, 3};  // In a grid of 2^14 steps with a lattice of 2^20.
   const std::int32_t low = 3 * (1 << 18);
   const LatticeMesh mesh{
@@ -43,7 +43,7 @@ TEST(LatticeGlb, ExactForTheLargestGrid) {
             digest(mesh).hex());
 }
 
-TEST(LatticeGlb, NoTrianglesGiveAnEmptyScene) {
+TEST(LatticeGlb, WritesAnEmptySceneForNoTriangles) {
   const ReadGlb glb = read_glb(lattice_glb({}, {5, 0, 0, 0}, {1, 1, 1}));
   EXPECT_TRUE(glb.binary.empty());
   EXPECT_FALSE(glb.json["scenes"][0].contains("nodes"));

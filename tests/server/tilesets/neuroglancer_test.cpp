@@ -42,7 +42,7 @@ TEST(NeuroglancerProperties, NameTheSuggestedIsovalues) {
   EXPECT_EQ(json["properties"][0]["values"], (std::vector<std::string>{"300.5 HU", "0 HU"}));
 }
 
-TEST(NeuroglancerImage, OffersScalesAndTheirChunksAndNothingElse) {
+TEST(NeuroglancerImage, ServesOnlyScalesAndTheirChunks) {
   const auto json = nlohmann::json::parse(image_info_json(scan()));
   EXPECT_EQ(json["data_type"], "int16");
   ASSERT_EQ(json["scales"].size(), 3U);  // 300, 150 and 75 voxels along the longest side.
@@ -76,7 +76,7 @@ std::uint64_t morton(const OctreeCube& cell) {
   return code;
 }
 
-TEST(NeuroglancerManifest, HasFragmentsInZOrderLevelByLevelWithTheirSizes) {
+TEST(NeuroglancerManifest, ListsFragmentsByLevelInZOrder) {
   const CellTree tree(scan(), {.isovalue = 1});
   MeshFragments fragments;
   for (const int exponent : {6, 7, 8, 9}) {
@@ -133,7 +133,7 @@ TEST(NeuroglancerManifest, HasFragmentsInZOrderLevelByLevelWithTheirSizes) {
   EXPECT_EQ(seen, fragments.size());
 }
 
-TEST(NeuroglancerFragment, HasWholeNumbersAcrossItsCell) {
+TEST(NeuroglancerFragment, HasIntegerCoordinatesAcrossItsCell) {
   const OctreeCube cell{6, 1, 0, 2};
   constexpr std::int32_t kSide = 1 << 11;
   const LatticeMesh mesh{

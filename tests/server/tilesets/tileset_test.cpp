@@ -27,7 +27,7 @@ nlohmann::json tileset(const CellTree& tree, const OctreeCube& cell, const CellF
   return nlohmann::json::parse(tileset_json(tree, cell, facts, folder));
 }
 
-TEST(Tileset, LeadsFromTheWholeToTheOctantsThatAreCrossed) {
+TEST(Tileset, LinksToCrossedOctants) {
   const CellTree tree(head(), {.isovalue = 3});
   const auto json = tileset(tree, tree.root(), {.crossed_octants = 0x03}, "id/");
   EXPECT_EQ(json["asset"]["version"], "1.1");
@@ -47,7 +47,7 @@ TEST(Tileset, LeadsFromTheWholeToTheOctantsThatAreCrossed) {
   EXPECT_FALSE(tileset(tree, {6, 1, 0, 0}, {.crossed_octants = 0xFF})["root"].contains("children"));
 }
 
-TEST(Tileset, TurnsAndMovesMetresAlongTheGridAndScalesNothing) {
+TEST(Tileset, TransformsMetresWithoutScaling) {
   const CellTree tree(head(), {.isovalue = 3});
   const auto root = tileset(tree, tree.root(), {})["root"];
   const std::vector<double> transform = root["transform"];
@@ -58,7 +58,7 @@ TEST(Tileset, TurnsAndMovesMetresAlongTheGridAndScalesNothing) {
   EXPECT_EQ(root["extras"]["isCertified"], false);
 }
 
-TEST(Tileset, BoxesHoldTheCellsPartOfTheDataAndThoseOfChildrenLieInThem) {
+TEST(Tileset, NestsBoxesOfChildrenInThoseOfParents) {
   const CellTree tree(head(), {.isovalue = 3});
   const auto box = [](const nlohmann::json& tile) {
     return tile["boundingVolume"]["box"].get<std::vector<double>>();
@@ -79,7 +79,7 @@ TEST(Tileset, BoxesHoldTheCellsPartOfTheDataAndThoseOfChildrenLieInThem) {
   }
 }
 
-TEST(Tileset, AnEmptySurfaceHasNoContent) {
+TEST(Tileset, HasNoContentForAnEmptySurface) {
   const CellTree tree(head(), {.isovalue = 3});
   const auto json = tileset(tree, tree.root(), {.is_empty = true});
   EXPECT_FALSE(json["root"].contains("content"));

@@ -34,20 +34,20 @@ TEST(BandwidthEstimator, StartsAtTenMegabitsASecond) {
   EXPECT_EQ(rate.bytes_per_second(), 1.25e6) << "some buffer took it";
 }
 
-TEST(BandwidthEstimator, FindsTheRateOfALinkThatIsTheNarrowPlace) {
+TEST(BandwidthEstimator, MeasuresTheRateOfABottleneckLink) {
   for (const double link : {3e4, 1.25e5, 1.25e6, 1e7, 1e8}) {
     EXPECT_NEAR(measured(link, 100, 100'000), link, 0.05 * link);
   }
 }
 
-TEST(BandwidthEstimator, ALinkThatTakesMuchAtOnceIsFast) {
+TEST(BandwidthEstimator, RatesLinksThatAcceptLargeBurstsAsFast) {
   BandwidthEstimator rate;
   rate.write_begins(kStart, 0);
   rate.write_ends(kStart + 1ms, 1'000'000, 0);
   EXPECT_NEAR(rate.bytes_per_second(), 1e9, 1e6);
 }
 
-TEST(BandwidthEstimator, MessagesThatPassOneByOneCountTogether) {
+TEST(BandwidthEstimator, SumsMessagesSentOneByOne) {
   BandwidthEstimator rate;
   for (int i = 0; i < 10; ++i) {
     rate.write_begins(kStart + i * 1s, 0);
@@ -56,7 +56,7 @@ TEST(BandwidthEstimator, MessagesThatPassOneByOneCountTogether) {
   EXPECT_NEAR(rate.bytes_per_second(), 3e7, 1e3);
 }
 
-TEST(BandwidthEstimator, WhatWaitsForAWhileShowsASlowLink) {
+TEST(BandwidthEstimator, LowersTheRateWhenBytesWait) {
   BandwidthEstimator rate;
   rate.write_begins(kStart, 0);
   rate.write_ends(kStart, 50'000, 50'000);
@@ -65,7 +65,7 @@ TEST(BandwidthEstimator, WhatWaitsForAWhileShowsASlowLink) {
   EXPECT_NEAR(rate.bytes_per_second(), 2.5e5, 1);
 }
 
-TEST(BandwidthEstimator, ALinkOnWhichNothingMovesIsNeverTakenToStandStill) {
+TEST(BandwidthEstimator, KeepsAMinimumRateOnAStalledLink) {
   BandwidthEstimator rate;
   rate.write_begins(kStart, 0);
   rate.write_ends(kStart, 50'000, 50'000);
@@ -73,7 +73,7 @@ TEST(BandwidthEstimator, ALinkOnWhichNothingMovesIsNeverTakenToStandStill) {
   EXPECT_EQ(rate.bytes_per_second(), 1000);
 }
 
-TEST(BandwidthEstimator, TimeWithoutAnythingToSendIsNotHeldAgainstTheLink) {
+TEST(BandwidthEstimator, IgnoresIdleTime) {
   BandwidthEstimator rate;
   rate.write_begins(kStart, 0);
   rate.write_ends(kStart + 10ms, 1'000'000, 0);

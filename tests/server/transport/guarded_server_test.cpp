@@ -105,7 +105,7 @@ class TokensTest : public ::testing::Test {
   std::filesystem::path file_;
 };
 
-TEST_F(TokensTest, UnknownTokensEndTheConversation) {
+TEST_F(TokensTest, ClosesConnectionsWithUnknownTokens) {
   write(access_line("alice", "right", {"*"}));
   const RunningServer server(two_datasets(), options());
   for (const std::string& token : std::vector<std::string>{"", "wrong"}) {
@@ -117,7 +117,7 @@ TEST_F(TokensTest, UnknownTokensEndTheConversation) {
   (void)receive<Welcome>(socket);
 }
 
-TEST_F(TokensTest, ADatasetWithoutRightsDoesNotExist) {
+TEST_F(TokensTest, ReportsDatasetsWithoutRightsAsUnknown) {
   write(access_line("alice", "right", {"hea?"}));
   const RunningServer server(two_datasets(), options());
   MessageSocket socket = greet_with(server, "right");
@@ -139,7 +139,7 @@ TEST_F(TokensTest, ADatasetWithoutRightsDoesNotExist) {
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
-TEST_F(TokensTest, AReloadHoldsForNewConnectionsAndForThoseThatAreThere) {
+TEST_F(TokensTest, AppliesAReloadToNewAndOpenConnections) {
   write(access_line("alice", "right", {"*"}) + "\n" + access_line("bob", "other", {"*"}));
   RunningServer server(two_datasets(), options());
   MessageSocket alice = greet_with(server, "right");
@@ -157,7 +157,7 @@ TEST_F(TokensTest, AReloadHoldsForNewConnectionsAndForThoseThatAreThere) {
   EXPECT_TRUE(is_closed_by_server(alice));
 }
 
-TEST_F(TokensTest, ABrokenFileChangesNothing) {
+TEST_F(TokensTest, KeepsTheOldListAfterABrokenFile) {
   write(access_line("alice", "right", {"*"}));
   RunningServer server(two_datasets(), options());
   write("nonsense\n");
@@ -217,7 +217,7 @@ class TlsTest : public ::testing::Test {
   testing::CertificateAndKey second_ = self_signed();
 };
 
-TEST_F(TlsTest, TheConversationIsTheSame) {
+TEST_F(TlsTest, ExchangesTheSameMessages) {
   write(first_);
   const RunningServer server(fake_catalogue(), {.admission = {.tls = files_}});
   TlsClient client(server.endpoint(), first_.certificate);
@@ -225,7 +225,7 @@ TEST_F(TlsTest, TheConversationIsTheSame) {
   EXPECT_TRUE(std::holds_alternative<DatasetList>(client.exchange(ListDatasets{1})));
 }
 
-TEST_F(TlsTest, ARenewedCertificateHoldsForNewConnectionsAndABrokenOneForNone) {
+TEST_F(TlsTest, AppliesOnlyValidRenewedCertificatesToNewConnections) {
   write(first_);
   RunningServer server(fake_catalogue(), {.admission = {.tls = files_}});
   TlsClient before(server.endpoint(), first_.certificate);
@@ -254,7 +254,7 @@ TEST_F(TlsTest, ClosesConnectionsWithoutAHandshake) {
 
 // ---- limits
 
-TEST(ServerLimits, ConnectionsFromOneAddress) {
+TEST(ServerLimits, LimitConnectionsFromOneAddress) {
   const RunningServer server(
       fake_catalogue(),
       {.admission = {.connections = {.total = 10, .per_name = 1}}, .connection = {.linger = 10ms}});
@@ -274,7 +274,7 @@ MessageSocket greet_from(const RunningServer& server, const std::string& address
   return *std::move(socket);
 }
 
-TEST(ServerLimits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) {
+TEST(ServerLimits, CloseTheLongestIdleConnectionOfTheLargestShare) {
   testing::Count running;
   const RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
@@ -296,7 +296,7 @@ TEST(ServerLimits, AFullServerEndsTheLongestRestingConnectionOfTheLargestShare) 
   }
 }
 
-TEST(ServerLimits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
+TEST(ServerLimits, LimitRequestsPerSecondAndKeepTheConnection) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(
       fake_catalogue(),
@@ -315,7 +315,7 @@ TEST(ServerLimits, RequestsASecondAreAnsweredOneByOneAndTheConnectionGoesOn) {
   EXPECT_TRUE(notes->has("requests_per_second"));
 }
 
-TEST(ServerLimits, RegionsOfAThresholdMap) {
+TEST(ServerLimits, LimitRegionsOfAThresholdMap) {
   const RunningServer server(fake_catalogue(), {.service = {.requests = {.max_regions = 1}}});
   MessageSocket socket = server.greet();
   OpenStream request = open_fake(1);
@@ -329,7 +329,7 @@ TEST(ServerLimits, RegionsOfAThresholdMap) {
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
-TEST(ServerLimits, WorkersTimeForOneRequest) {
+TEST(ServerLimits, LimitTheWorkerTimeOfARequest) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.service = {.workers = 1, .limits = {.request_time = 50ms}}});
@@ -347,7 +347,7 @@ TEST(ServerLimits, WorkersTimeForOneRequest) {
 // Bytes that a request reserves besides its step. A share may take half of the total.
 constexpr std::size_t kOfARequest = 4096;
 
-TEST(ServerLimits, BytesThatWaitForClients) {
+TEST(ServerLimits, LimitBytesThatWaitForClients) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
                              {.admission = {.queue_bytes = 2 * (400'000 + kOfARequest) - 2}});
   MessageSocket socket = server.greet();
@@ -357,7 +357,7 @@ TEST(ServerLimits, BytesThatWaitForClients) {
   EXPECT_NE(full.text.find("enough memory"), std::string::npos);
 }
 
-TEST(ServerLimits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
+TEST(ServerLimits, ReleaseBytesOfEndedStreams) {
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", heavy(4, 100'000))),
                              {.admission = {.queue_bytes = 4 * (400'000 + kOfARequest)}});
   for (int i = 0; i < 3; ++i) {
@@ -369,7 +369,7 @@ TEST(ServerLimits, BytesOfStreamsThatHaveGoneAreFreeAgain) {
   }
 }
 
-TEST(ServerLimits, ClosesIdleClientsOnly) {
+TEST(ServerLimits, CloseOnlyIdleClients) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                              {.idle_time = 100ms, .connection = {.linger = 10ms}});
@@ -398,7 +398,7 @@ class EndlessSizes : public FakeSteps {
   testing::Count& running_;
 };
 
-TEST(ServerLimits, EstimatesUnderWayOnOneConnection) {
+TEST(ServerLimits, LimitConcurrentEstimatesOfAConnection) {
   testing::Count running;
   const RunningServer server(catalogue_of(std::make_shared<EndlessSizes>("fake", running)),
                              {.session = {.max_queries = 2}, .connection = {.linger = 10ms}});
@@ -415,7 +415,7 @@ TEST(ServerLimits, EstimatesUnderWayOnOneConnection) {
   (void)receive<Pong>(other);
 }
 
-TEST(ServerLimits, ClosesClientsThatReadTooSlowly) {
+TEST(ServerLimits, CloseClientsThatReadTooSlowly) {
   const auto notes = std::make_shared<Notes>();
   const RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", heavy(40, 1'000'000))),
@@ -447,7 +447,7 @@ class SizedSteps : public FakeSteps {
 
 // 1000 triangles at error 1; suggestions aim at nine tenths of the limit. 2.83 is the first level
 // of the error schedule at which 400 fit.
-TEST(ServerLimits, RejectsLargeFinalStepsWithAnErrorThatFits) {
+TEST(ServerLimits, RejectLargeFinalStepsWithAnErrorThatFits) {
   for (const double estimated : {1000.0, 420.0}) {  // Rejected before and after the step is made.
     const RunningServer server(
         catalogue_of(std::make_shared<SizedSteps>("fake", /*triangles=*/1000, estimated)),
@@ -467,7 +467,7 @@ TEST(ServerLimits, RejectsLargeFinalStepsWithAnErrorThatFits) {
   }
 }
 
-TEST(ServerLimits, AcceptsFinalStepsWithinTheTriangleLimit) {
+TEST(ServerLimits, AcceptFinalStepsWithinTheTriangleLimit) {
   const RunningServer server(catalogue_of(std::make_shared<SizedSteps>("fake", 400, 470)),
                              {.service = {.limits = {.max_triangles = 400}}});
   MessageSocket socket = server.greet();
@@ -475,7 +475,7 @@ TEST(ServerLimits, AcceptsFinalStepsWithinTheTriangleLimit) {
   EXPECT_TRUE(std::holds_alternative<StreamEnd>(after_steps(socket)));
 }
 
-TEST(ServerLimits, TheFirstMessageMayBeSmallerThanTheOthers) {
+TEST(ServerLimits, LimitTheFirstMessageFurther) {
   const RunningServer server(fake_catalogue(), {.connection = {.max_hello_bytes = 100}});
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send(Hello{.token = std::string(200, 'x')}));
@@ -485,7 +485,7 @@ TEST(ServerLimits, TheFirstMessageMayBeSmallerThanTheOthers) {
 
 // ---- draining
 
-TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
+TEST(Draining, CompletesRunningStreamsAndRejectsNewOnes) {
   testing::Gate may_end;
   testing::Gate has_begun;
   RunningServer server(catalogue_of(
@@ -516,7 +516,7 @@ TEST(Draining, RunningStreamsEndAndNewOnesAreRefused) {
   server.wait();
 }
 
-TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
+TEST(Draining, StopsIdleServersAtOnceAndSlowOnesAtTheTimeout) {
   RunningServer idle(fake_catalogue(), {.connection = {.linger = 10ms}});
   MessageSocket client = idle.greet();
   idle.drain();
@@ -533,7 +533,7 @@ TEST(Draining, AnIdleServerStopsAtOnceAndASlowOneWhenItsTimeIsOver) {
 }
 
 // The signal goes to the test's own process, so the server must handle signals before it is sent.
-TEST(Draining, ASecondSignalDoesNotWaitForRunningStreams) {
+TEST(Draining, StopsAtOnceAfterASecondSignal) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", endless(running))),
                        {.heed_signals = true, .drain_time = 1h, .connection = {.linger = 10ms}});
@@ -608,7 +608,7 @@ class SharesTest : public TokensTest {
   testing::Count running_;
 };
 
-TEST_F(SharesTest, ManyConnectionsOfOneClientLeaveWorkersToOthers) {
+TEST_F(SharesTest, LeavesWorkersToOtherClients) {
   auto catalogue = fake_catalogue("quick");
   catalogue->add(std::make_shared<FakeSteps>("slow", endless(running_)));
   ServerOptions with = options();
@@ -627,7 +627,7 @@ TEST_F(SharesTest, ManyConnectionsOfOneClientLeaveWorkersToOthers) {
 }
 
 // Only a trusted gateway may name the clients behind it.
-TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
+TEST_F(SharesTest, GivesEachClientOfAGatewayItsOwnShare) {
   for (const bool is_trusted : {true, false}) {
     testing::Count running;
     auto catalogue = fake_catalogue("quick");
@@ -655,7 +655,7 @@ TEST_F(SharesTest, AGatewaysClientsHaveSharesOfTheirOwn) {
   }
 }
 
-TEST_F(SharesTest, RejectionsHaveARetryDelay) {
+TEST_F(SharesTest, SendsARetryDelayWithRejections) {
   ServerOptions with = options();
   with.service.workers = 1;
   with.service.limits.waiting_time = 1'200ms;
@@ -688,7 +688,7 @@ OpenStream with_a_large_map(std::uint64_t id) {
   return open;
 }
 
-TEST_F(SharesTest, WaitingRequestsReserveQueueBytes) {
+TEST_F(SharesTest, ReservesQueueBytesForWaitingRequests) {
   constexpr std::size_t kOfOne = 2 * kMaxThresholdRegions * sizeof(ThresholdRegion) + kOfARequest;
   ServerOptions with = options();
   with.service.workers = 1;
@@ -721,7 +721,7 @@ TEST_F(SharesTest, WaitingRequestsReserveQueueBytes) {
   })) << "What a client has left is free.";
 }
 
-TEST_F(SharesTest, WaitingListsReserveQueueBytes) {
+TEST_F(SharesTest, ReservesQueueBytesForWaitingLists) {
   ServerOptions with = options();
   with.admission.queue_bytes = 1000;
   const RunningServer server(two_datasets(), with);

@@ -106,7 +106,7 @@ class MessageConnectionTest : public ::testing::Test {
   }
 };
 
-TEST_F(MessageConnectionTest, EndsWithAReasonWithoutHello) {
+TEST_F(MessageConnectionTest, ReportsAReasonWithoutHello) {
   start();
   enforce_limits(9s);
   EXPECT_TRUE(client_.heard.empty());
@@ -115,7 +115,7 @@ TEST_F(MessageConnectionTest, EndsWithAReasonWithoutHello) {
   EXPECT_EQ(std::get<ErrorReply>(client_.heard.back()).error.code, ErrorCode::kUnavailable);
 }
 
-TEST_F(MessageConnectionTest, OnceWelcomedAnIdleClientStaysHoweverLateItIs) {
+TEST_F(MessageConnectionTest, KeepsWelcomedIdleClients) {
   start();
   say(Hello{});
   ASSERT_TRUE(heard_last<Welcome>());
@@ -126,7 +126,7 @@ TEST_F(MessageConnectionTest, OnceWelcomedAnIdleClientStaysHoweverLateItIs) {
   ASSERT_TRUE(heard_last<Pong>());
 }
 
-TEST_F(MessageConnectionTest, IdleLimitDisconnectsIdleClientsOnly) {
+TEST_F(MessageConnectionTest, DisconnectsOnlyIdleClientsAtTheIdleLimit) {
   start(60s);
   say(Hello{});
   enforce_limits(59s);
@@ -138,7 +138,7 @@ TEST_F(MessageConnectionTest, IdleLimitDisconnectsIdleClientsOnly) {
   EXPECT_EQ(std::get<ErrorReply>(client_.heard.back()).error.code, ErrorCode::kUnavailable);
 }
 
-TEST(IdleWatch, CountsFromTheLastNoteOrWork) {
+TEST(IdleWatch, CountsFromTheLastActivity) {
   const IdleWatch::Clock::time_point start{};
   IdleWatch watch(10s, start);
   EXPECT_FALSE(watch.is_exceeded(start + 9s, false));

@@ -24,7 +24,7 @@ Client client_of(const RunningServer& server) {
   return *std::move(client);
 }
 
-TEST(ServedSamples, ASliceIsTheLayerOfSamplesAndComesBesideAStream) {
+TEST(ServedSamples, ReturnSlicesDuringAStream) {
   const RunningServer server(one_dataset());
   Client client = client_of(server);
   const auto infos = client.list_datasets();
@@ -42,7 +42,7 @@ TEST(ServedSamples, ASliceIsTheLayerOfSamplesAndComesBesideAStream) {
                          samples.begin() + static_cast<std::ptrdiff_t>(volume.index(0, 0, 7))));
 }
 
-TEST(ServedSamples, APickedPlaceHasItsSample) {
+TEST(ServedSamples, ReturnTheSampleAtAPickedPoint) {
   const RunningServer server(one_dataset());
   Client client = client_of(server);
   const auto reply = client.probe(
@@ -55,7 +55,7 @@ TEST(ServedSamples, APickedPlaceHasItsSample) {
   EXPECT_FALSE(reply->places[1].value);
 }
 
-TEST(ServedSamples, RejectsUnknownDatasetsAndSourcesWithoutSamples) {
+TEST(ServedSamples, RejectUnknownDatasetsAndSourcesWithoutSamples) {
   const RunningServer server(testing::fake_catalogue());
   Client client = client_of(server);
   const auto nothing = client.slice("nothing", {});
@@ -92,7 +92,7 @@ OpenStream colored_gyroid(int bits = 16) {
           .scalars = ScalarRequest{.dataset = "heat", .bits = bits}};
 }
 
-TEST(ServedSamples, ScalarsAreTheFieldAtTheVerticesOfEveryStep) {
+TEST(ServedSamples, EqualTheFieldAtTheVerticesOfEveryStep) {
   const RunningServer server(colored(heat()));
   Client client = client_of(server);
   const auto infos = client.list_datasets();
@@ -120,7 +120,7 @@ TEST(ServedSamples, ScalarsAreTheFieldAtTheVerticesOfEveryStep) {
   }
 }
 
-TEST(ServedSamples, TilesThatAreHeldAreColoredAllTheSame) {
+TEST(ServedSamples, SendScalarsOfHeldTiles) {
   const RunningServer server(colored(heat()));
   Client client = client_of(server);
   const auto infos = client.list_datasets();
@@ -136,7 +136,7 @@ TEST(ServedSamples, TilesThatAreHeldAreColoredAllTheSame) {
   EXPECT_EQ(again->step->mesh.scalars.size(), again->step->mesh.vertices.size());
 }
 
-TEST(ServedSamples, RefusesScalarsOfUnknownOrOtherWorlds) {
+TEST(ServedSamples, RejectScalarsOfUnknownOrOtherWorlds) {
   const RunningServer server(colored(heat(WorldSpace::kRas)));
   Client client = client_of(server);
   const auto infos = client.list_datasets();
@@ -153,7 +153,7 @@ TEST(ServedSamples, RefusesScalarsOfUnknownOrOtherWorlds) {
 
 // ---- several surfaces
 
-TEST(ServedSamples, PreviewsAloneLeaveTheFinalStepForLater) {
+TEST(ServedSamples, SendOnlyPreviewsOnRequest) {
   const RunningServer server(one_dataset());
   Client client = client_of(server);
   const auto infos = client.list_datasets();

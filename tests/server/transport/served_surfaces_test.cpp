@@ -80,7 +80,7 @@ TEST(ServedSurfaces, MatchExtractionForAnyThreadCount) {
   }
 }
 
-TEST(ServedSurfaces, SimplifiedHaveTheSameTopologyInFewerBytesWithAnyNumberOfThreads) {
+TEST(ServedSurfaces, KeepTheTopologyInFewerBytesIfSimplified) {
   const DatasetPtr dataset = noisy_gyroid();
   const IsosurfaceRequest plain{.isovalue = 0.1, .error = 0.5};
   IsosurfaceRequest request = plain;
@@ -134,7 +134,7 @@ std::vector<SurfaceTriangle> in_world(const FetchedStep& step, const DatasetInfo
 
 // Simplification takes each tile's least threshold into account: a ball is as exact as requested,
 // and the rest is simplified strongly.
-TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
+TEST(ServedSurfaces, StayWithinLocalThresholdsIfSimplified) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
@@ -171,7 +171,7 @@ TEST(ServedSurfaces, SimplifiedKeepToTheirThresholdsWherever) {
   }
 }
 
-TEST(ServedSurfaces, ErrorZeroIsTheSameSimplifiedOrNot) {
+TEST(ServedSurfaces, AreTheSameSimplifiedOrNotAtErrorZero) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = closed_ball()->info;
@@ -207,7 +207,7 @@ TEST(ServedSurfaces, PassAllChecksOverFieldsIsovaluesAndErrors) {
 }
 
 // Estimates and real sizes agree roughly.
-TEST(ServedSurfaces, SizesAreNearTheEstimates) {
+TEST(ServedSurfaces, HaveSizesNearTheEstimates) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
@@ -231,7 +231,7 @@ TEST(ServedSurfaces, SizesAreNearTheEstimates) {
 }
 
 // The client checks the counts in the manifest against its budget.
-TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
+TEST(ServedSurfaces, StayWithinTheirBudgetAndReportTheThreshold) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
@@ -263,7 +263,7 @@ TEST(ServedSurfaces, KeepToTheirBudgetAndSayAtWhichThreshold) {
 }
 
 // The error is reported for the request, not for a received surface.
-TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
+TEST(ServedSurfaces, RejectATooSmallBudgetWithTheLeastPossible) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
@@ -282,7 +282,7 @@ TEST(ServedSurfaces, ABudgetThatNothingFitsIntoIsRefusedWithTheLeastThatWould) {
   EXPECT_FALSE(fetch(client, info, {.isovalue = 0.1, .error = 4}).empty()) << "it goes on";
 }
 
-TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
+TEST(ServedSurfaces, HaveNormalsThatAgreeWithTheirTriangles) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = closed_ball()->info;
@@ -312,7 +312,7 @@ TEST(ServedSurfaces, CarryNormalsThatAgreeWithTheirTriangles) {
 }
 
 // Users look at the regions with the smallest thresholds.
-TEST(ServedSurfaces, ComeWithTheTilesOfTheFinestRegionFirst) {
+TEST(ServedSurfaces, SendTilesOfTheFinestRegionFirst) {
   const ExtractedSurfaces source(std::make_shared<const SurfaceExtractor>(noisy_gyroid()));
   IsosurfaceRequest request{.isovalue = 0.1, .error = 4};
   request.thresholds.coordinates = CoordinateSystem::kIndex;
@@ -333,7 +333,7 @@ TEST(ServedSurfaces, ComeWithTheTilesOfTheFinestRegionFirst) {
   EXPECT_LT(thresholds.least(), thresholds.largest());
 }
 
-TEST(ServedSurfaces, AnIsovalueOutsideTheDataGivesAnEmptyMesh) {
+TEST(ServedSurfaces, AreEmptyOutsideTheValueRange) {
   RunningServer server(all_datasets());
   Client client = client_of(server);
   const DatasetInfo info = noisy_gyroid()->info;
@@ -342,7 +342,7 @@ TEST(ServedSurfaces, AnIsovalueOutsideTheDataGivesAnEmptyMesh) {
   EXPECT_EQ(steps.back().step->topology.triangles, 0);
 }
 
-TEST(ServedSurfaces, ARepeatedRequestWithAllTilesHeldSendsNone) {
+TEST(ServedSurfaces, SendNoTilesIfAllAreHeld) {
   RunningServer server(all_datasets());
   const DatasetInfo info = noisy_gyroid()->info;
   const OpenStream open{.dataset = "gyroid",
@@ -371,7 +371,7 @@ TEST(ServedSurfaces, ARepeatedRequestWithAllTilesHeldSendsNone) {
   EXPECT_EQ(second.shown()->end.digest, first.shown()->end.digest);
 }
 
-TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
+TEST(ServedSurfaces, AreTheSameBytesForManyClients) {
   RunningServer server(all_datasets());
   const DatasetInfo info = noisy_gyroid()->info;
   const IsosurfaceRequest request{.isovalue = 0.2, .error = 1};
@@ -388,7 +388,7 @@ TEST(ServedSurfaces, ManyClientsGetTheSameBytes) {
 }
 
 // A file damaged after preparation: opening does not detect it, reading does.
-TEST(ServedSurfaces, PreviewsOfSeveralDatasetsComeInOneStream) {
+TEST(ServedSurfaces, SendPreviewsOfSeveralDatasetsInOneStream) {
   auto catalogue = std::make_shared<DatasetCatalogue>();
   std::vector<std::string> names;
   for (int i = 0; i < 20; ++i) {  // More than a worker makes at a time.
@@ -427,7 +427,7 @@ TEST(ServedSurfaces, PreviewsOfSeveralDatasetsComeInOneStream) {
   }
 }
 
-TEST(ServedSurfaces, ADamagedBrickFailsOnlyItsRequests) {
+TEST(ServedSurfaces, FailOnlyRequestsOfADamagedBrick) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "gyroid.mtd";
   prepare(*source_of(fields::gyroid(40, 0.2, 7)), {.name = "gyroid"}, path, {});

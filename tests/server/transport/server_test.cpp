@@ -56,7 +56,7 @@ TEST(Server, StreamsAllStepsOfARequest) {
   EXPECT_GE(steps, 2U);
 }
 
-TEST(Server, AnswersABadRequestAndGoesOn) {
+TEST(Server, ContinuesAfterAnInvalidRequest) {
   RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
   OpenStream unknown = open_fake(1);
@@ -70,7 +70,7 @@ TEST(Server, AnswersABadRequestAndGoesOn) {
   EXPECT_EQ(read_stream(socket, steps).outcome, StreamOutcome::kComplete);
 }
 
-TEST(Server, ServesManyClientsAtOnce) {
+TEST(Server, ServesManyClientsConcurrently) {
   RunningServer server(fake_catalogue());
   std::vector<std::thread> clients;
   for (int i = 0; i < 8; ++i) {
@@ -86,7 +86,7 @@ TEST(Server, ServesManyClientsAtOnce) {
   for (std::thread& client : clients) client.join();
 }
 
-TEST(Server, AFailureInsideAStepIsAnErrorOfItsStreamOnly) {
+TEST(Server, FailsOnlyTheStreamOfAFailedStep) {
   std::atomic<int> calls = 0;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
       "fake", [&calls](const StepRequest& step, const std::stop_token&) {
@@ -106,7 +106,7 @@ TEST(Server, AFailureInsideAStepIsAnErrorOfItsStreamOnly) {
 
 // ---- stopping during work
 
-TEST(Server, CancelStopsWorkAtOnce) {
+TEST(Server, StopsWorkOnCancel) {
   testing::Count running;
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))));
@@ -120,7 +120,7 @@ TEST(Server, CancelStopsWorkAtOnce) {
   EXPECT_TRUE(running.reaches(0));
 }
 
-TEST(Server, ANewStreamSupersedesTheOneAtWork) {
+TEST(Server, SupersedesTheRunningStream) {
   testing::Count running;
   const auto endless = testing::endless(running);
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
@@ -140,7 +140,7 @@ TEST(Server, ANewStreamSupersedesTheOneAtWork) {
 }
 
 // The only worker is freed by the request that waits for it.
-TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
+TEST(Server, ServesTwoClientsWithOneWorkerWhileOneSupersedes) {
   testing::Count running;
   const auto endless = testing::endless(running);
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
@@ -172,7 +172,7 @@ TEST(Server, OneWorkerServesTwoClientsOfWhichOneSupersedesItself) {
 }
 
 // The stream is superseded between two tiles while the client reads slowly.
-TEST(Server, SupersedingInsideAStepEndsItWithinAFewTiles) {
+TEST(Server, EndsASupersededStepWithinAFewTiles) {
   constexpr std::size_t kTiles = 2000;
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(kTiles, 64 * 1024))),
@@ -198,7 +198,7 @@ TEST(Server, SupersedingInsideAStepEndsItWithinAFewTiles) {
   EXPECT_EQ(receive<StepBegin>(socket).request_id, 2U);
 }
 
-TEST(Server, WorkEndsWhenTheClientIsGone) {
+TEST(Server, StopsWorkWhenTheClientDisconnects) {
   testing::Count running;
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))));
@@ -210,7 +210,7 @@ TEST(Server, WorkEndsWhenTheClientIsGone) {
   EXPECT_TRUE(running.reaches(0));
 }
 
-TEST(Server, StopsCleanlyWithConnectionsInEveryState) {
+TEST(Server, StopsWithConnectionsInEveryState) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>("fake", testing::endless(running))),
                        {.connection = {.linger = 200ms}});
@@ -231,7 +231,7 @@ TEST(Server, StopsCleanlyWithConnectionsInEveryState) {
   EXPECT_EQ(receive<ErrorReply>(working).error.code, ErrorCode::kUnavailable);
 }
 
-TEST(Server, StopsThoughAClientDoesNotRead) {
+TEST(Server, StopsWhileAClientDoesNotRead) {
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(1000, 256 * 1024))),
       {.connection = {.linger = 100ms}});
@@ -256,7 +256,7 @@ TEST(Server, StopsDuringAReload) {
 
 // ---- misbehaving clients
 
-TEST(Server, BytesThatAreNoMessageEndTheConnectionWithAReason) {
+TEST(Server, ClosesWithAReasonAfterInvalidBytes) {
   RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send_bytes(frame_header(12) + "no protobuf!"));
@@ -264,7 +264,7 @@ TEST(Server, BytesThatAreNoMessageEndTheConnectionWithAReason) {
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 
-TEST(Server, AnOversizedFrameEndsTheConnectionBeforeItsBytesCome) {
+TEST(Server, ClosesOnTheHeaderOfAnOversizedFrame) {
   RunningServer server(fake_catalogue());
   MessageSocket socket = server.greet();
   ASSERT_TRUE(socket.send_bytes(frame_header(kMaxClientFrameBytes + 1)));
@@ -272,7 +272,7 @@ TEST(Server, AnOversizedFrameEndsTheConnectionBeforeItsBytesCome) {
   EXPECT_TRUE(is_closed_by_server(socket));
 }
 
-TEST(Server, AFrameBeforeHelloMayBeNoLongerThanAHello) {
+TEST(Server, LimitsFramesBeforeHello) {
   RunningServer server(fake_catalogue());
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send_bytes(frame_header(kMaxHelloFrameBytes + 1)));
@@ -281,7 +281,7 @@ TEST(Server, AFrameBeforeHelloMayBeNoLongerThanAHello) {
 }
 
 // An HTTP request read as a frame has a length of more than a gigabyte.
-TEST(Server, AnotherProtocolIsRefusedWithAReason) {
+TEST(Server, RejectsOtherProtocolsWithAReason) {
   RunningServer server(fake_catalogue());
   MessageSocket socket = server.connect();
   ASSERT_TRUE(socket.send_bytes("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"));
@@ -302,7 +302,7 @@ TEST(Server, SurvivesADisconnectInsideAFrame) {
   EXPECT_EQ(receive<Pong>(socket).value, 1U);
 }
 
-TEST(Server, AClientWithoutHelloIsSentAwayInTime) {
+TEST(Server, ClosesClientsWithoutHello) {
   RunningServer server(fake_catalogue(), {.connection = {.handshake_timeout = 50ms}});
   MessageSocket socket = server.connect();
   EXPECT_EQ(receive<ErrorReply>(socket).error.code, ErrorCode::kUnavailable);
@@ -329,7 +329,7 @@ TEST(Server, LimitsConnections) {
 
 // A step is made only after the client has taken the one before, and no worker waits meanwhile:
 // with one worker and a client that does not read, another client is served.
-TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
+TEST(Server, BuffersOneStepForAClientThatDoesNotRead) {
   std::atomic<int> made = 0;
   const auto heavy = testing::heavy(64, 1024 * 1024);
   RunningServer server(catalogue_of(std::make_shared<FakeSteps>(
@@ -358,7 +358,7 @@ TEST(Server, AClientThatDoesNotReadHoldsOneStepAndNoWorker) {
   EXPECT_EQ(made, 1) << "a step was made ahead of a client that does not read";
 }
 
-TEST(Server, StepsWithoutAWaitingClientAreMadeLast) {
+TEST(Server, BuildsStepsWithoutAWaitingClientLast) {
   testing::Gate has_begun;
   testing::Gate may_end;
   std::mutex mutex;
@@ -398,7 +398,7 @@ TEST(Server, StepsWithoutAWaitingClientAreMadeLast) {
   EXPECT_EQ(made, (std::vector<double>{0, 2, 1}));
 }
 
-TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
+TEST(Server, ClosesClientsThatDoNotReadAfterTheWriteTimeout) {
   std::atomic<int> left = 0;
   RunningServer server(
       catalogue_of(std::make_shared<FakeSteps>("fake", testing::heavy(64, 1024 * 1024))),
@@ -416,7 +416,7 @@ TEST(Server, AClientThatDoesNotReadIsGivenUpAfterTheWriteTimeout) {
 
 // The server stops reading from a client that does not read its replies: the client's writes stall
 // before the server has received much.
-TEST(Server, UnreadRepliesAreBounded) {
+TEST(Server, LimitsUnreadReplies) {
   RunningServer server(fake_catalogue(), {.connection = {.send_buffer_bytes = 16 * 1024}});
   asio::io_context io;
   tcp::socket socket(io);
@@ -466,7 +466,7 @@ class OversizedInfo : public FakeSteps {
   DatasetInfo info_;
 };
 
-TEST(Server, AListTooLongToSendFailsAloneAndNotTheRunningStream) {
+TEST(Server, RejectsTooLongListsAndKeepsTheRunningStream) {
   testing::Count running;
   RunningServer server(catalogue_of(std::make_shared<OversizedInfo>(testing::endless(running))));
   MessageSocket socket = server.greet();
@@ -492,7 +492,7 @@ class FailingOnce : public ServiceObserver {
   bool has_failed_ = false;
 };
 
-TEST(Server, GoesOnAcceptingAfterAClientThatItCouldNotServe) {
+TEST(Server, AcceptsClientsAfterAFailedOne) {
   RunningServer server(fake_catalogue(),
                        {.admission = {.observer = std::make_shared<FailingOnce>()}});
   MessageSocket unlucky = server.connect();

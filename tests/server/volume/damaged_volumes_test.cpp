@@ -101,7 +101,7 @@ class VolumeFileRobustness : public ::testing::Test {
 
 // ---- numbers
 
-TEST_F(VolumeFileRobustness, NanInfinityAndExtremesMeanTheSameInEveryFormat) {
+TEST_F(VolumeFileRobustness, ReadsNanInfinityAndExtremesEquallyInEveryFormat) {
   std::vector<double> numbers = values();
   numbers[3] = kNaN;
   numbers[5] = kInfinity;
@@ -146,7 +146,7 @@ TEST_F(VolumeFileRobustness, ReportsTheLargestRoundingError) {
   expect_contains(notices[0], "i64 become f32, with errors of at most 1");
 }
 
-TEST_F(VolumeFileRobustness, ComponentsAreChosenByNumberMagnitudeOrLuminance) {
+TEST_F(VolumeFileRobustness, SelectsComponentsByNumberMagnitudeOrLuminance) {
   std::string samples;
   for (int i = 0; i < 24; ++i) samples += {static_cast<char>(2 * i), static_cast<char>(3 * i), 6};
   const fs::path file = folder_.file(
@@ -166,7 +166,7 @@ TEST_F(VolumeFileRobustness, ComponentsAreChosenByNumberMagnitudeOrLuminance) {
   EXPECT_FALSE(ComponentChoice::from("first"));
 }
 
-TEST_F(VolumeFileRobustness, TimesOfNiftiAreChosen) {
+TEST_F(VolumeFileRobustness, SelectsTimesOfNifti) {
   std::vector<double> later = values();
   for (double& number : later) number += 1000;
   const std::string both = packed<std::int16_t>(values()) + packed<std::int16_t>(later);
@@ -178,7 +178,7 @@ TEST_F(VolumeFileRobustness, TimesOfNiftiAreChosen) {
   EXPECT_EQ(std::get<std::vector<std::int16_t>>(volume.samples)[0], 1007);
 }
 
-TEST_F(VolumeFileRobustness, CubeFilesHaveTheirThirdAxisFastest) {
+TEST_F(VolumeFileRobustness, ReadsCubeFilesWithTheThirdAxisFastest) {
   std::string text = "density\nof nothing\n";
   const std::string grid =
       "    1.0    2.0    3.0\n    2    0.5    0    0\n    3    0    0.25    0\n"
@@ -243,7 +243,7 @@ TEST_F(VolumeFileRobustness, SurvivesHeadersThatCrashLibraries) {
   }
 }
 
-TEST_F(VolumeFileRobustness, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
+TEST_F(VolumeFileRobustness, RejectsIrregularDataFilesAndThoseOutsideTheFolder) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string lines =
       "NRRD0004\ntype: int16\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\n";
@@ -273,7 +273,7 @@ TEST_F(VolumeFileRobustness, DataFilesThatAreNoneOrLieElsewhereAreRefused) {
   }
 }
 
-TEST_F(VolumeFileRobustness, ExtremeShapesAreReadOrRefusedInASentence) {
+TEST_F(VolumeFileRobustness, ReadsOrRejectsExtremeShapes) {
   const auto raw = [](std::array<std::int32_t, 3> dims) { return RawLayout{.dims = dims}; };
   const Volume thin =
       read_volume(folder_.file("thin.raw", std::string(4000, 'x')), {.raw = raw({4000, 1, 1})});
@@ -303,7 +303,7 @@ int mutations() {
   return more == nullptr ? 8 : std::atoi(more);
 }
 
-TEST_F(VolumeFileRobustness, RandomlyChangedFilesAreReadOrRefusedInASentence) {
+TEST_F(VolumeFileRobustness, ReadsOrRejectsRandomlyChangedFiles) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string lines = "type: int16\ndimension: 3\nsizes: 4 3 2\n";
   const std::string small = deflated(shorts, false);

@@ -45,7 +45,7 @@ void expect_formula(GeneratorKind kind, const Formula& formula) {
   }
 }
 
-TEST(Generators, SamplesAreTheirFormulas) {
+TEST(Generators, EvaluateTheirFormulas) {
   using std::cos;
   using std::sin;
   constexpr double kPi = std::numbers::pi;
@@ -66,7 +66,7 @@ TEST(Generators, SamplesAreTheirFormulas) {
   });
 }
 
-TEST(Generators, BoxIsVoxelized) {
+TEST(Generators, VoxelizeTheBox) {
   const Volume volume = generate(GeneratorKind::kBox, {.size = 17});
   EXPECT_EQ(volume.type(), SampleType::kU8);
   const auto& samples = std::get<std::vector<std::uint8_t>>(volume.samples);
@@ -76,7 +76,7 @@ TEST(Generators, BoxIsVoxelized) {
   EXPECT_EQ(sample(volume, 3, 5, 6), 0);
 }
 
-TEST(Generators, HeadHasItsTissuesWhereTheTableSays) {
+TEST(Generators, PlaceTheTissuesOfTheHeadByTheTable) {
   const Volume volume = generate(GeneratorKind::kHead, {.size = 101});  // Steps of 0.02.
   EXPECT_EQ(volume.type(), SampleType::kI16);
   const auto at = [&](double x, double y, double z) {
@@ -98,7 +98,7 @@ TEST(Generators, HeadHasItsTissuesWhereTheTableSays) {
   EXPECT_EQ(at(-0.12, 0.3, -0.24) == 0, false);
 }
 
-TEST(Generators, HeadSurfaceHalfWayIsWhereTheEllipsoidIs) {
+TEST(Generators, PlaceTheHeadsSurfaceOnTheEllipsoid) {
   const Volume volume = generate(GeneratorKind::kHead, {.size = 101});
   // Along x through the centre: air to skull crosses 0, half way, at x = -0.69.
   std::int32_t i = 0;
@@ -123,7 +123,7 @@ std::uint64_t fingerprint(const Volume& volume) {
   return sum;
 }
 
-TEST(Generators, HaveTheSameBitsEverywhere) {
+TEST(Generators, MatchTheGoldenDigests) {
   const auto of = [](GeneratorKind kind) {
     return fingerprint(generate(kind, {.size = 17, .noise = 0.1, .seed = 5}));
   };
@@ -135,7 +135,7 @@ TEST(Generators, HaveTheSameBitsEverywhere) {
   EXPECT_EQ(of(GeneratorKind::kHead), 3051420485272265083u);
 }
 
-TEST(Generators, DoNotDependOnTheNumberOfThreads) {
+TEST(Generators, AreIndependentOfThreadCount) {
   for (const GeneratorKind kind : kGeneratorKinds) {
     const GeneratorOptions options = {.size = 20, .noise = 3, .seed = 7};
     const Volume many = generate(kind, options);
@@ -144,7 +144,7 @@ TEST(Generators, DoNotDependOnTheNumberOfThreads) {
   }
 }
 
-TEST(Generators, NoiseHasTheGivenDeviationAndItsSeedChoosesIt) {
+TEST(Generators, AddNoiseOfTheGivenDeviationAndSeed) {
   const auto of = [](double noise, std::uint64_t seed) {
     return std::get<std::vector<float>>(
         generate(GeneratorKind::kSphere, {.size = 33, .noise = noise, .seed = seed}).samples);
@@ -165,14 +165,14 @@ TEST(Generators, NoiseHasTheGivenDeviationAndItsSeedChoosesIt) {
   EXPECT_NEAR(std::sqrt(squares / count), 2.5, 0.05);
 }
 
-TEST(Generators, NoiseNeverLeavesTheRangeOfIntegers) {
+TEST(Generators, ClampNoiseToTheIntegerRange) {
   const Volume volume = generate(GeneratorKind::kBox, {.size = 17, .noise = 400});
   const auto& samples = std::get<std::vector<std::uint8_t>>(volume.samples);
   EXPECT_EQ(*std::min_element(samples.begin(), samples.end()), 0);
   EXPECT_EQ(*std::max_element(samples.begin(), samples.end()), 255);
 }
 
-TEST(Generators, SineIsTheSineAndExactAtQuarterTurns) {
+TEST(Generators, ComputeSinesExactlyAtQuarterTurns) {
   for (int i = -3000; i <= 3000; ++i) {
     const double turns = i / 997.0;
     EXPECT_NEAR(sine_of_turns(turns), std::sin(2 * std::numbers::pi * turns), 2e-14) << turns;
@@ -182,14 +182,14 @@ TEST(Generators, SineIsTheSineAndExactAtQuarterTurns) {
   EXPECT_DOUBLE_EQ(cosine_of_turns(0.5), -1);
 }
 
-TEST(Generators, NamesLeadBackToTheirKinds) {
+TEST(Generators, RoundTripNames) {
   for (const GeneratorKind kind : kGeneratorKinds) {
     EXPECT_EQ(generator_kind_from(name(kind)), kind);
   }
   EXPECT_EQ(generator_kind_from("cube"), std::nullopt);
 }
 
-TEST(Generators, TheSuggestedIsovalueLiesInsideTheRange) {
+TEST(Generators, SuggestIsovaluesInsideTheRange) {
   for (const GeneratorKind kind : kGeneratorKinds) {
     const Volume volume = generate(kind, {.size = 32});
     const auto [low, high] = std::visit(
@@ -203,7 +203,7 @@ TEST(Generators, TheSuggestedIsovalueLiesInsideTheRange) {
   }
 }
 
-TEST(Generators, OptionsOutsideTheirRangeAreRefused) {
+TEST(Generators, RejectOptionsOutsideTheirRange) {
   const auto kind = GeneratorKind::kSphere;
   EXPECT_THROW((void)generate(kind, {.size = 1}), std::invalid_argument);
   EXPECT_THROW((void)generate(kind, {.size = 4098}), std::invalid_argument);

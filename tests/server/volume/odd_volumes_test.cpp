@@ -142,7 +142,7 @@ void expect_variants_read(const std::string& script) {
 
 TEST(RandomVolumeFiles, ReadAsWritten) { expect_variants_read("write_random_volumes.py"); }
 
-TEST(RandomVolumeFiles, FurtherFormatsReadAsWritten) {
+TEST(RandomVolumeFiles, ReadAsWrittenInFurtherFormats) {
   expect_variants_read("write_random_files.py");
 }
 

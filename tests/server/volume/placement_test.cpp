@@ -18,7 +18,7 @@ ImageHeader turned_header() {
   return header;
 }
 
-TEST(Placement, ReplacesWhatIsGivenAndNothingElse) {
+TEST(Placement, ReplacesOnlyGivenValues) {
   const ImageHeader before = turned_header();
   ImageHeader header = before;
   place(header, {});
@@ -29,7 +29,7 @@ TEST(Placement, ReplacesWhatIsGivenAndNothingElse) {
   EXPECT_EQ(header.meaning.length_unit, "µm");
 }
 
-TEST(Placement, SpacingKeepsDirectionsAndOrigin) {
+TEST(Placement, KeepsDirectionsAndOriginWithASpacing) {
   ImageHeader header = turned_header();
   place(header, {.spacing = Vec3{0.5, 0.25, 4}});
   EXPECT_EQ(header.spacing, (Vec3{0.5, 0.25, 4}));
@@ -38,7 +38,7 @@ TEST(Placement, SpacingKeepsDirectionsAndOrigin) {
   EXPECT_EQ(header.index_to_world.translation, (Vec3{10, 20, 30}));
 }
 
-TEST(Placement, SpacingSuppliesWhatAHeaderLacks) {
+TEST(Placement, SuppliesAMissingSpacing) {
   ImageHeader header;
   header.spacing = {0, 0, 0};
   header.index_to_world.columns = {};
@@ -48,7 +48,7 @@ TEST(Placement, SpacingSuppliesWhatAHeaderLacks) {
   EXPECT_EQ(header.index_to_world.columns[2], (Vec3{0, 0, 3}));
 }
 
-TEST(Placement, OrientTurnsAllWorldCoordinates) {
+TEST(Placement, RotatesAllWorldCoordinatesWithOrient) {
   ImageHeader header = turned_header();
   // Directions along y become -z, and directions along z become y.
   place(header, {.orient = axis_directions_from("x,-z,y")});
@@ -71,7 +71,7 @@ TEST(AxisDirections, ContainEachAxisOnce) {
   }
 }
 
-TEST(AxisDirections, MirrorWhereAnOddNumberIsOppositeOrExchanged) {
+TEST(AxisDirections, MirrorAfterAnOddNumberOfFlipsAndSwaps) {
   for (const char* turn : {"x,y,z", "x,-z,y", "-x,-y,z", "y,z,x", "-y,-x,-z"}) {
     EXPECT_FALSE(is_mirror(axis_directions_from(turn).value())) << turn;
   }
@@ -84,7 +84,7 @@ TEST(AxisDirections, MirrorWhereAnOddNumberIsOppositeOrExchanged) {
   }
 }
 
-TEST(Placement, RasIsTurnedToLpsWithTheGivenOrigin) {
+TEST(Placement, ConvertsRasToLpsIncludingTheOrigin) {
   ImageHeader header;
   place(header, {.origin = Vec3{1, 2, 3}, .space = WorldSpace::kRas});
   EXPECT_EQ(header.meaning.space, WorldSpace::kLps);
@@ -92,7 +92,7 @@ TEST(Placement, RasIsTurnedToLpsWithTheGivenOrigin) {
   EXPECT_EQ(header.index_to_world.translation, (Vec3{-1, -2, 3}));
 }
 
-TEST(Placement, HoldsForFilesOfAnyFormat) {
+TEST(Placement, AppliesToFilesOfAnyFormat) {
   const TemporaryFolder folder;
   const auto file = folder.file(
       "v.nrrd", nrrd("dimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: little\ntype: uint8\n",

@@ -27,7 +27,7 @@ void PrintTo(const PublicVolume& volume, std::ostream* out) { *out << volume.fil
 
 class PublicVolumes : public ::testing::TestWithParam<PublicVolume> {};
 
-TEST_P(PublicVolumes, MatchTheirList) {
+TEST_P(PublicVolumes, MatchTheListedStatistics) {
   const PublicVolume& expected = GetParam();
   const std::filesystem::path file = std::filesystem::path(MULTITETRA_PUBLIC_DATA) / expected.file;
   if (!std::filesystem::exists(file)) {

@@ -27,7 +27,7 @@ long most_of_children() {
   return usage.ru_maxrss / 1024;
 }
 
-TEST(ReaderMemory, HeadersAreLimited) {
+TEST(ReaderMemory, LimitsHeaders) {
   // A DICOM file with an element of 3 GiB before its pixels. The file is sparse.
   const TemporaryFolder folder;
   std::string head(128, '\0');
@@ -50,7 +50,7 @@ TEST(ReaderMemory, HeadersAreLimited) {
   EXPECT_LT(most_of_children(), 1500);
 }
 
-TEST(ReaderMemory, ShardLayersDoNotHoldAllIndices) {
+TEST(ReaderMemory, BoundsTheIndicesOfShardLayers) {
   // 256 shards, each of 2^18 chunks of one sample: indices of 4 MiB, a gigabyte together. Those of
   // the first slice mark their chunks as missing; the others are a hole in the file.
   const TemporaryFolder folder;

@@ -74,7 +74,7 @@ std::string unit_named_in(const std::string& name) {
   return name.starts_with("dicom") ? "mm" : "";
 }
 
-TEST(VolumeFormats, EveryFormatGivesTheSameSamplesAndPlacement) {
+TEST(VolumeFormats, ReadTheSameSamplesAndPlacement) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -105,7 +105,7 @@ TEST(VolumeFormats, EveryFormatGivesTheSameSamplesAndPlacement) {
   EXPECT_GE(formats.size(), 20u);
 }
 
-TEST(VolumeFormats, ReadsLayersBackwards) {
+TEST(VolumeFormats, ReadLayersBackwards) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -123,7 +123,7 @@ TEST(VolumeFormats, ReadsLayersBackwards) {
   }
 }
 
-TEST(VolumeFormats, ReadsChannelsOfImageJHyperstacks) {
+TEST(VolumeFormats, ReadChannelsOfImageJHyperstacks) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   const fs::path file = folder.path() / "imagej.tif";
@@ -144,7 +144,7 @@ TEST(VolumeFormats, ReadsChannelsOfImageJHyperstacks) {
   }
 }
 
-TEST(VolumeFormats, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheared) {
+TEST(VolumeFormats, AcceptObliqueAndRejectShearedSlices) {
   const TemporaryFolder folder;
   (void)written_formats(folder.path());
   if (!fs::exists(folder.path() / "oblique")) {
@@ -168,7 +168,7 @@ TEST(VolumeFormats, LiesObliquelyWhereItsSlicesSayAndIsRefusedWhereTheyAreSheare
 
 // ---- over the network
 
-TEST(VolumeFormats, ReadsHttpAndSignedBuckets) {
+TEST(VolumeFormats, ReadHttpAndSignedBuckets) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -198,7 +198,7 @@ TEST(VolumeFormats, ReadsHttpAndSignedBuckets) {
 }
 
 // Chunks that a store forbids do not count as missing.
-TEST(VolumeFormats, RejectsPartlyForbiddenStores) {
+TEST(VolumeFormats, RejectPartlyForbiddenStores) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";
@@ -225,7 +225,7 @@ TEST(VolumeFormats, RejectsPartlyForbiddenStores) {
   EXPECT_NE(notices.find("1 of 27 chunks are missing"), std::string::npos) << notices;
 }
 
-TEST(VolumeFormats, ErrorsNameNoPasswordOfAnAddress) {
+TEST(VolumeFormats, OmitPasswordsFromErrors) {
   const TemporaryFolder folder;
   const FolderServer server(folder.path());
   ASSERT_FALSE(server.address().empty());
@@ -239,7 +239,7 @@ TEST(VolumeFormats, ErrorsNameNoPasswordOfAnAddress) {
 }
 
 // A whole file in place of a requested range must not be read as the range.
-TEST(VolumeFormats, RejectsServersWithoutRanges) {
+TEST(VolumeFormats, RejectServersWithoutRanges) {
   const TemporaryFolder folder;
   const std::vector<WrittenFormat> formats = written_formats(folder.path());
   if (formats.empty()) GTEST_SKIP() << "NOT TESTED: there is no Python with numpy";

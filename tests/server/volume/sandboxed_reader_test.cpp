@@ -48,7 +48,7 @@ std::string sentence_of(const std::function<void()>& action) {
   return {};
 }
 
-TEST(SandboxedVolume, DeathWhileOpeningIsAnError) {
+TEST(SandboxedVolume, ReportsACrashWhileOpening) {
   const OpenSource aborts =
       [](const Notice&, const HeaderIsKnown&) -> std::unique_ptr<VolumeSource> { std::abort(); };
   const std::string sentence =
@@ -58,7 +58,7 @@ TEST(SandboxedVolume, DeathWhileOpeningIsAnError) {
   expect_contains(sentence, "damaged");
 }
 
-TEST(SandboxedVolume, DeathWhileReadingIsAnError) {
+TEST(SandboxedVolume, ReportsACrashWhileReading) {
   int slabs = 0;
   const OpenSource aborts_later = [&](const Notice&, const HeaderIsKnown& header_is_known) {
     header_is_known(0);
@@ -83,7 +83,7 @@ std::string sentence_about(const std::string& file) {
 }
 
 // Newer versions of the library may refuse the file themselves.
-TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
+TEST(SandboxedVolume, ReportsCrashesOfGdcm) {
   const std::string sentence = sentence_about("crashes_gdcm.dcm");
   if (sentence.find("crashed") == std::string::npos) {
     GTEST_SKIP() << "NOT TESTED: this version of the library refuses the file: " << sentence;
@@ -93,7 +93,7 @@ TEST(SandboxedVolume, CrashesOfGdcmAreErrors) {
 }
 
 // HDF5 crashes on chunks of the wrong size, so the reader refuses them first.
-TEST(SandboxedVolume, AChunkThatCrashesHdf5IsRefused) {
+TEST(SandboxedVolume, RejectsAChunkThatCrashesHdf5) {
   expect_contains(sentence_about("crashes_hdf5.h5"), "its chunk at 0, 0, 0 does not have the");
 }
 

@@ -81,7 +81,7 @@ class SeriesFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(SeriesFiles, NrrdHasTimesLastOrFirst) {
+TEST_F(SeriesFiles, ReadTimesLastOrFirstFromNrrd) {
   const std::string all = all_times();
   const SourceTimes frames{.count = 3};
   const SourceTimes quarters{.count = 3, .at = {5, 5.25, 5.5}, .unit = "ms"};
@@ -115,14 +115,14 @@ TEST_F(SeriesFiles, NrrdHasTimesLastOrFirst) {
       {.count = 3, .at = {0, 0.5, 2}, .unit = "s"});
 }
 
-TEST_F(SeriesFiles, NrrdKeepsItsPlacement) {
+TEST_F(SeriesFiles, KeepThePlacementOfNrrd) {
   const Volume volume = read_volume(
       file("raw.nrrd", nrrd(kInSpace + "encoding: raw\n", all_times())), {.choice = {.time = 1}});
   EXPECT_EQ(volume.meaning.space, WorldSpace::kLps);
   EXPECT_EQ(volume.index_to_world.translation, (Vec3{10, 20, 30}));
 }
 
-TEST_F(SeriesFiles, NrrdComponentsAreNoSeries) {
+TEST_F(SeriesFiles, ReadNoSeriesFromNrrdComponents) {
   const std::string components = nrrd(
       kFour + "sizes: 3 4 3 2\nkinds: list domain domain domain\nencoding: raw\n", interleaved());
   const fs::path path = file("components.nrrd", components);
@@ -130,7 +130,7 @@ TEST_F(SeriesFiles, NrrdComponentsAreNoSeries) {
   EXPECT_EQ(std::get<std::vector<std::int16_t>>(volume.samples)[0], 2007);
 }
 
-TEST_F(SeriesFiles, RejectsUnsupportedNrrd) {
+TEST_F(SeriesFiles, RejectUnsupportedNrrd) {
   expect_contains(
       refusal(file("text.nrrd", nrrd(kInSpace + "encoding: ascii\n", "1 2 3")), {.time = 1}),
       "after 3 numbers it ends");
@@ -150,7 +150,7 @@ TEST_F(SeriesFiles, RejectsUnsupportedNrrd) {
                   "2 data files for 3 parts");
 }
 
-TEST_F(SeriesFiles, MetaImageHasTimesLast) {
+TEST_F(SeriesFiles, ReadTimesLastFromMetaImage) {
   const auto header = [](const std::string& more) {
     return "ObjectType = Image\nNDims = 4\nBinaryData = True\nBinaryDataByteOrderMSB = False\n" +
            more +
@@ -166,7 +166,7 @@ TEST_F(SeriesFiles, MetaImageHasTimesLast) {
                halves);
 }
 
-TEST_F(SeriesFiles, NiftiHasTimesAndUnit) {
+TEST_F(SeriesFiles, ReadTimesAndUnitFromNifti) {
   std::string bytes = nifti({4, 16}, all_times(), Endian::kLittle, {1, 0}, {3, 1});
   const auto put = [&](std::size_t at, float value) {
     bytes.replace(at, 4, packed<float>({static_cast<double>(value)}));
@@ -181,7 +181,7 @@ TEST_F(SeriesFiles, NiftiHasTimesAndUnit) {
   expect_times(file("none.nii", bytes), {.count = 3});
 }
 
-TEST_F(SeriesFiles, VtiHasItsFields) {
+TEST_F(SeriesFiles, ReadFieldsFromVti) {
   const auto array = [](const std::string& name, const std::string& components) {
     return "<DataArray type=\"UInt8\" Name=\"" + name + "\" NumberOfComponents=\"" + components +
            "\" format=\"ascii\">1 2 3 4 5 6 7 8 9 1 2 3 4 5 6 7 8 9 1 2 3 4 5 6</DataArray>";
@@ -198,7 +198,7 @@ TEST_F(SeriesFiles, VtiHasItsFields) {
                                       {.name = "velocity", .array = "velocity", .components = 3}}));
 }
 
-TEST_F(SeriesFiles, ChangedHeadersAreReadOrRejected) {
+TEST_F(SeriesFiles, ReadOrRejectChangedHeaders) {
   std::mt19937 random(2);
   const std::vector<std::pair<std::string, std::string>> whole = {
       {"a.nrrd", nrrd(kInSpace + "encoding: raw\n", all_times())},

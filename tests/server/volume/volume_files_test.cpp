@@ -53,7 +53,7 @@ class VolumeFiles : public ::testing::Test {
 
 // ---- each format
 
-TEST_F(VolumeFiles, NrrdKeepsEveryTypeThatSamplesMayHave) {
+TEST_F(VolumeFiles, KeepEverySampleTypeOfNrrd) {
   const auto read = [&](const std::string& type, const std::string& samples) {
     return read_volume(folder_.file("v.nrrd", nrrd(kNrrdLines + "type: " + type + "\n", samples)));
   };
@@ -66,7 +66,7 @@ TEST_F(VolumeFiles, NrrdKeepsEveryTypeThatSamplesMayHave) {
   EXPECT_EQ(samples_of(bytes), std::vector<double>(24, -128));
 }
 
-TEST_F(VolumeFiles, BigEndianNrrdIsTurned) {
+TEST_F(VolumeFiles, ReadBigEndianNrrd) {
   const std::string lines =
       "type: uint16\ndimension: 3\nsizes: 4 3 2\nencoding: raw\nendian: big\n";
   expect_is_the_volume(read_volume(folder_.file(
@@ -74,7 +74,7 @@ TEST_F(VolumeFiles, BigEndianNrrdIsTurned) {
                        SampleType::kU16);
 }
 
-TEST_F(VolumeFiles, TypesThatSamplesMayNotHaveBecomeFloatWithANotice) {
+TEST_F(VolumeFiles, ConvertUnsupportedTypesToFloatWithANotice) {
   const auto check = [&](const std::string& type, const std::string& samples) {
     std::vector<std::string> notices;
     const Volume volume =
@@ -91,7 +91,7 @@ TEST_F(VolumeFiles, TypesThatSamplesMayNotHaveBecomeFloatWithANotice) {
   check("double", packed<double>(values()));
 }
 
-TEST_F(VolumeFiles, NanStaysAndInfinityBecomesVoid) {
+TEST_F(VolumeFiles, KeepNanAndConvertInfinityToVoid) {
   std::vector<double> numbers = values();
   numbers[3] = std::numeric_limits<double>::quiet_NaN();
   numbers[5] = std::numeric_limits<double>::infinity();
@@ -107,7 +107,7 @@ TEST_F(VolumeFiles, NanStaysAndInfinityBecomesVoid) {
   expect_contains(notices[1], "2 samples");
 }
 
-TEST_F(VolumeFiles, DetachedNrrdHeaderFindsSlicesByPatternAndByList) {
+TEST_F(VolumeFiles, FindSlicesOfDetachedNrrdByPatternAndList) {
   const std::string all = packed<std::uint8_t>(values());
   folder_.file("slice.1", all.substr(0, 12));
   folder_.file("slice.2", all.substr(12));
@@ -120,7 +120,7 @@ TEST_F(VolumeFiles, DetachedNrrdHeaderFindsSlicesByPatternAndByList) {
       SampleType::kU8);
 }
 
-TEST_F(VolumeFiles, NrrdHeadersInAnotherOrderThanUsualAreRead) {
+TEST_F(VolumeFiles, ReadNrrdFieldsInAnyOrder) {
   const std::string samples = packed<std::uint8_t>(values());
   const Volume spacings = read_volume(folder_.file(
       "spacings.nrrd",
@@ -137,7 +137,7 @@ TEST_F(VolumeFiles, NrrdHeadersInAnotherOrderThanUsualAreRead) {
   EXPECT_EQ(late.index_to_world.translation, (Vec3{10, 20, 30}));
 }
 
-TEST_F(VolumeFiles, MetaImageIsReadWithDataInsideBesideAndCompressed) {
+TEST_F(VolumeFiles, ReadMetaImageWithLocalDetachedAndCompressedData) {
   const std::string samples = packed<std::int16_t>(values());
   const Volume inside =
       read_volume(folder_.file("a.mha", meta_image_header("MET_SHORT", "LOCAL") + samples));
@@ -161,7 +161,7 @@ TEST_F(VolumeFiles, MetaImageIsReadWithDataInsideBesideAndCompressed) {
       SampleType::kI16);
 }
 
-TEST_F(VolumeFiles, NiftiIsReadInBothByteOrdersPackedOrNotAndTurnedToLps) {
+TEST_F(VolumeFiles, ReadNiftiInBothByteOrdersAndConvertToLps) {
   for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
     const std::string bytes = nifti({4, 16}, packed<std::int16_t>(values(), endian), endian);
     const Volume volume = read_volume(folder_.file("v.nii", bytes));
@@ -177,7 +177,7 @@ TEST_F(VolumeFiles, NiftiIsReadInBothByteOrdersPackedOrNotAndTurnedToLps) {
   }
 }
 
-TEST_F(VolumeFiles, NiftiSlopeAndInterceptAreApplied) {
+TEST_F(VolumeFiles, ApplyNiftiSlopeAndIntercept) {
   const Volume volume = read_volume(folder_.file(
       "v.nii", nifti({4, 16}, packed<std::int16_t>(values()), Endian::kLittle, {0.5F, 3})));
   EXPECT_EQ(volume.type(), SampleType::kF32);
@@ -185,7 +185,7 @@ TEST_F(VolumeFiles, NiftiSlopeAndInterceptAreApplied) {
   EXPECT_EQ(samples_of(volume)[23], 0.5 * 237 + 3);
 }
 
-TEST_F(VolumeFiles, LegacyVtkIsReadAsTextAndBinary) {
+TEST_F(VolumeFiles, ReadTextAndBinaryLegacyVtk) {
   std::string text;
   for (const double value : values()) text += std::to_string(value) + "\n";
   const Volume ascii = read_volume(folder_.file("a.vtk", legacy_vtk("ASCII", "float", text)));
@@ -198,14 +198,14 @@ TEST_F(VolumeFiles, LegacyVtkIsReadAsTextAndBinary) {
       SampleType::kU16);
 }
 
-TEST_F(VolumeFiles, TiffPagesAreSlices) {
+TEST_F(VolumeFiles, ReadTiffPagesAsSlices) {
   const std::string all = packed<std::uint16_t>(values());
   expect_is_the_volume(
       read_volume(folder_.file("v.tif", tiff({all.substr(0, 24), all.substr(24)}, 2))),
       SampleType::kU16);
 }
 
-TEST_F(VolumeFiles, TiffStackIsReadFromAFolderAndByPatternInNaturalOrder) {
+TEST_F(VolumeFiles, ReadTiffStacksInNaturalOrder) {
   const std::string all = packed<std::uint8_t>(values());
   folder_.file("stack/slice10.tif", tiff({all.substr(12)}, 1));
   folder_.file("stack/slice9.tif", tiff({all.substr(0, 12)}, 1));
@@ -216,13 +216,13 @@ TEST_F(VolumeFiles, TiffStackIsReadFromAFolderAndByPatternInNaturalOrder) {
   }
 }
 
-TEST_F(VolumeFiles, OneImageIsAVolumeOfOneSlice) {
+TEST_F(VolumeFiles, ReadOneImageAsOneSlice) {
   const Volume volume = read_volume(folder_.file("v.tif", tiff({std::string(12, '\x05')}, 1)));
   EXPECT_EQ(volume.dims, (std::array<std::int32_t, 3>{4, 3, 1}));
   EXPECT_EQ(samples_of(volume), std::vector<double>(12, 5));
 }
 
-TEST_F(VolumeFiles, RawBytesAreReadInBothByteOrdersAfterAHeader) {
+TEST_F(VolumeFiles, ReadRawBytesInBothByteOrdersAfterAHeader) {
   for (const Endian endian : {Endian::kLittle, Endian::kBig}) {
     const fs::path file = folder_.file("v.raw", "header" + packed<std::uint16_t>(values(), endian));
     const Volume volume = read_volume(file, {.raw = RawLayout{.dims = kDims,
@@ -235,7 +235,7 @@ TEST_F(VolumeFiles, RawBytesAreReadInBothByteOrdersAfterAHeader) {
   }
 }
 
-TEST_F(VolumeFiles, WrittenNrrdComesBackBitForBit) {
+TEST_F(VolumeFiles, RoundTripNrrdExactly) {
   Volume volume = {.dims = kDims, .spacing = {0.1, 0.7, 3}, .index_to_world = {}, .samples = {}};
   volume.index_to_world = {.columns = {Vec3{0, 0.1, 0}, Vec3{-0.7, 0, 0}, Vec3{0, 0, 3}},
                            .translation = {1.1, -2.2, 3.3}};
@@ -267,7 +267,7 @@ TEST_F(VolumeFiles, WrittenNrrdComesBackBitForBit) {
 
 // ---- unreadable files
 
-TEST_F(VolumeFiles, MissingFilesAndUnknownSuffixesHaveARemedy) {
+TEST_F(VolumeFiles, NameARemedyForMissingFilesAndUnknownSuffixes) {
   expect_contains(error_of_reading(folder_.path() / "none.nrrd"), "the file does not exist");
   const std::string unknown = error_of_reading(folder_.file("v.dat", "bytes"));
   for (const char* suffix : {".nrrd", ".nhdr", ".mha", ".mhd", ".nii.gz", ".vtk", ".tif"}) {
@@ -277,7 +277,7 @@ TEST_F(VolumeFiles, MissingFilesAndUnknownSuffixesHaveARemedy) {
   expect_contains(error_of_reading(folder_.path()), "TIFF");
 }
 
-TEST_F(VolumeFiles, RawBytesOfAnotherNumberNameBothNumbers) {
+TEST_F(VolumeFiles, NameExpectedAndActualCountsOfRawBytes) {
   const fs::path file = folder_.file("v.raw", std::string(30, 'x'));
   const std::string error =
       error_of_reading(file, {.raw = RawLayout{.dims = kDims, .header_bytes = 5}});
@@ -290,7 +290,7 @@ TEST_F(VolumeFiles, RawBytesOfAnotherNumberNameBothNumbers) {
   error_of_reading(file, {.raw = RawLayout{.dims = {5, 3, 2}, .header_bytes = 31}});
 }
 
-TEST_F(VolumeFiles, RefusesTruncatedFiles) {
+TEST_F(VolumeFiles, RejectTruncatedFiles) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string nii = nifti({4, 16}, shorts, Endian::kLittle);
   std::string text;
@@ -327,7 +327,7 @@ TEST_F(VolumeFiles, RefusesTruncatedFiles) {
   }
 }
 
-TEST_F(VolumeFiles, PackedSamplesAreCheckedToTheEndOfTheirStream) {
+TEST_F(VolumeFiles, CheckPackedSamplesToTheEndOfTheirStream) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string lines = "dimension: 3\nsizes: 4 3 2\nendian: little\ntype: int16\nencoding: ";
   std::string bzip2(1000, '\0');
@@ -355,7 +355,7 @@ TEST_F(VolumeFiles, PackedSamplesAreCheckedToTheEndOfTheirStream) {
   }
 }
 
-TEST_F(VolumeFiles, VectorsAndSeveralTimeStepsAreRefused) {
+TEST_F(VolumeFiles, RejectVectorsAndSeveralTimes) {
   const std::string rgb =
       "dimension: 4\nsizes: 3 4 3 2\nkinds: RGB-color domain domain domain\n"
       "encoding: raw\ntype: uint8\n";
@@ -367,7 +367,7 @@ TEST_F(VolumeFiles, VectorsAndSeveralTimeStepsAreRefused) {
                   "--time");
 }
 
-TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) {
+TEST_F(VolumeFiles, RejectExcessiveSizesBeforeAllocating) {
   const auto header = [&](const std::string& sizes) {
     return nrrd("type: double\ndimension: 3\nencoding: text\nsizes: " + sizes + "\n", "1 2");
   };
@@ -375,7 +375,7 @@ TEST_F(VolumeFiles, SizesBeyondTheGridOrTheMemoryAreRefusedBeforeMemoryIsTaken) 
   expect_contains(error_of_reading(folder_.file("deep.nrrd", header("4097 4097 4097"))), "memory");
 }
 
-TEST_F(VolumeFiles, RefusesUnusedOptions) {
+TEST_F(VolumeFiles, RejectUnusedOptions) {
   const fs::path file =
       folder_.file("v.nrrd", nrrd(kNrrdLines + "type: uint8\n", packed<std::uint8_t>(values())));
   const auto refusal = [&](const VolumeChoice& choice) {
@@ -394,7 +394,7 @@ TEST_F(VolumeFiles, RefusesUnusedOptions) {
   expect_contains(error_of_reading(points, {.choice = {.time = 1}}), "the file has no times");
 }
 
-TEST_F(VolumeFiles, ImagesOfAStackThatDifferAreRefusedByName) {
+TEST_F(VolumeFiles, RejectDifferingImagesOfAStackByName) {
   folder_.file("stack/a.tif", tiff({std::string(12, 'x')}, 1));
   folder_.file("stack/b.tif", tiff({std::string(15, 'x')}, 1, 5));
   try {

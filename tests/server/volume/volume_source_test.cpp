@@ -147,7 +147,7 @@ std::vector<WrittenVolume> VolumeSources::all_formats() {
   return result;
 }
 
-TEST_F(VolumeSources, SlabsOfAnySizePutTogetherAreTheVolume) {
+TEST_F(VolumeSources, JoinSlabsOfAnySizeToTheVolume) {
   for (const WrittenVolume& written : all_formats()) {
     SCOPED_TRACE(written.path.string());
     const Volume whole = read_volume(written.path, written.options);
@@ -172,7 +172,7 @@ TEST_F(VolumeSources, SlabsOfAnySizePutTogetherAreTheVolume) {
   }
 }
 
-TEST_F(VolumeSources, EveryFormatHoldsTheSameSamples) {
+TEST_F(VolumeSources, ReadTheSameSamplesFromEveryFormat) {
   for (const WrittenVolume& written : all_formats()) {
     SCOPED_TRACE(written.path.string());
     const auto samples = words_of(read_volume(written.path, written.options).samples);
@@ -191,7 +191,7 @@ TEST_F(VolumeSources, EveryFormatHoldsTheSameSamples) {
   }
 }
 
-TEST_F(VolumeSources, SlabsComeInAnyOrderAndMoreThanOnce) {
+TEST_F(VolumeSources, ReadSlabsInAnyOrderAndRepeatedly) {
   const Volume volume = {.dims = {5, 4, 7},
                          .spacing = {1, 1, 1},
                          .index_to_world = {},
@@ -214,7 +214,7 @@ TEST_F(VolumeSources, SlabsComeInAnyOrderAndMoreThanOnce) {
   }
 }
 
-TEST_F(VolumeSources, NoticesComeOnceHoweverOftenSlabsAreRead) {
+TEST_F(VolumeSources, PrintNoticesOnce) {
   std::vector<double> numbers = values();
   numbers[5] = numbers[20] = std::numeric_limits<double>::infinity();
   std::vector<std::string> notices;
@@ -242,7 +242,7 @@ std::string error_of_opening(const fs::path& file) {
   return "opened";
 }
 
-TEST_F(VolumeSources, FilesThatEndTooEarlyAreRefusedWhenOpened) {
+TEST_F(VolumeSources, RejectTruncatedFilesWhenOpened) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string little = "encoding: raw\nendian: little\n";
   folder_.file("part.1", shorts.substr(0, 24));
@@ -259,7 +259,7 @@ TEST_F(VolumeSources, FilesThatEndTooEarlyAreRefusedWhenOpened) {
   EXPECT_NE(error_of_opening(folder_.path() / "list.nhdr").find("part.2"), std::string::npos);
 }
 
-TEST_F(VolumeSources, ReportsVanishedAndTruncatedDataFiles) {
+TEST_F(VolumeSources, ReportVanishedAndTruncatedDataFiles) {
   const std::string shorts = packed<std::int16_t>(values());
   const std::string header = "encoding: raw\nendian: little\ndata file: v.raw\n";
   const fs::path file = nhdr_file("v.nhdr", "short", header);
@@ -278,7 +278,7 @@ TEST_F(VolumeSources, ReportsVanishedAndTruncatedDataFiles) {
   EXPECT_THROW(vanishes->read(0, 1, slab), VolumeFileError);
 }
 
-TEST_F(VolumeSources, UnusualNrrdHeadersAreRefused) {
+TEST_F(VolumeSources, RejectInvalidNrrdDataFiles) {
   const std::string little = "encoding: raw\nendian: little\n";
   folder_.file("v.raw", packed<std::int16_t>(values()));
   for (const char* more :
@@ -289,7 +289,7 @@ TEST_F(VolumeSources, UnusualNrrdHeadersAreRefused) {
   }
 }
 
-TEST_F(VolumeSources, RefusesInvalidPatterns) {
+TEST_F(VolumeSources, RejectInvalidPatterns) {
   const std::string little = "encoding: raw\nendian: little\n";
   for (const char* pattern :
        {"v.%d.%s 1 2 1", "v.%d%n 1 2 1", "v%99d.raw 1 2 1", "v%99999999999d.raw 1 2 1",
@@ -318,7 +318,7 @@ std::int64_t resident_bytes() {
   return resident_pages * 4096;
 }
 
-TEST_F(VolumeSources, ALargeVolumeIsOpenedAndReadWithMemoryForASlab) {
+TEST_F(VolumeSources, ReadLargeVolumesWithMemoryForASlab) {
   const RawLayout layout{.dims = {2048, 1024, 2048}, .type = StoredType::kU8};
   const fs::path file = folder_.file("large.raw", "");
   std::error_code error;

@@ -51,7 +51,7 @@ TEST_P(DividingPoints, CoverAllGridPointsButCornersAndCenter) {
   EXPECT_EQ(divided, expected);
 }
 
-TEST_P(DividingPoints, InteriorPointsDivideFourEightOrSixTetrahedra) {
+TEST_P(DividingPoints, DivideFourEightOrSixTetrahedraInTheInterior) {
   for (const auto& [at, count] : framework_.chain_lengths()) {
     const DividingPoint point(at);
     bool is_inside = true;
@@ -77,7 +77,7 @@ TEST_P(DividingPoints, HaveTheLinkOfTheTetrahedraTheyDivide) {
   }
 }
 
-TEST_P(DividingPoints, LieInTheMiddleOfTheirSplitEdge) {
+TEST_P(DividingPoints, LieAtTheMidpointOfTheirSplitEdge) {
   for_every_point(grid_, [&](const DividingPoint& p) {
     if (is_centre(p, grid_)) return;
     const auto [a, b] = p.split_edge();
@@ -86,7 +86,7 @@ TEST_P(DividingPoints, LieInTheMiddleOfTheirSplitEdge) {
   });
 }
 
-TEST_P(DividingPoints, HaveTheChildrenThatTheTreeGivesThem) {
+TEST_P(DividingPoints, HaveTheChildrenOfTheBisectionTree) {
   for (const auto& [at, count] : framework_.chain_lengths()) {
     std::set<GridPoint> children;
     for (const GridPoint child : DividingPoint(at).children(grid_)) children.insert(child);
@@ -94,7 +94,7 @@ TEST_P(DividingPoints, HaveTheChildrenThatTheTreeGivesThem) {
   }
 }
 
-TEST_P(DividingPoints, ChildrenAndParentsAgree) {
+TEST_P(DividingPoints, HaveConsistentChildrenAndParents) {
   std::set<std::pair<GridPoint, GridPoint>> down;
   std::set<std::pair<GridPoint, GridPoint>> up;
   for_every_point(grid_, [&](const DividingPoint& p) {
@@ -113,7 +113,7 @@ TEST_P(DividingPoints, DivideTetrahedraOfOneDepth) {
   EXPECT_EQ(centre(root_cube(grid_)).depth(grid_), -1);
 }
 
-TEST_P(DividingPoints, HaveARegionThatContainsThatOfTheirChildrenAndTheirDiamond) {
+TEST_P(DividingPoints, HaveRegionsThatContainThoseOfTheirChildrenAndTheirDiamond) {
   const auto contains = [](const Box& box, const Vec3& p) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (p[axis] < box.low[axis] || p[axis] > box.high[axis]) return false;

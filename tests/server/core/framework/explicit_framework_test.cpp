@@ -39,7 +39,7 @@ INSTANTIATE_TEST_SUITE_P(Fields, ExplicitFrameworkModels, ::testing::ValuesIn(se
                            return name;
                          });
 
-TEST_P(ExplicitFrameworkModels, EqualThoseOfThePredicate) {
+TEST_P(ExplicitFrameworkModels, EqualTheModelsOfThePredicate) {
   const Setting& setting = GetParam();
   const Field field(setting.volume, setting.outside, setting.margin);
   ExplicitFramework framework(field);

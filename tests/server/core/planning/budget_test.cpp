@@ -48,7 +48,7 @@ TEST(Budget, UsesTheLowestSufficientFloor) {
   }
 }
 
-TEST(Budget, NeverGivesTopologyUp) {
+TEST(Budget, KeepsTheTopology) {
   for (const double tolerance : {0.0, 2.0}) {
     IsosurfaceRequest request = request_for(100);
     request.topology_tolerance = tolerance;
@@ -58,13 +58,13 @@ TEST(Budget, NeverGivesTopologyUp) {
   }
 }
 
-TEST(Budget, CountsBytesToo) {
+TEST(Budget, LimitsBytes) {
   const IsosurfaceRequest found = within_budget(request_for(0, 500'000), dataset(), noisy_surface);
   EXPECT_LE(noisy_surface({found}).bytes, 500'000);
   EXPECT_GT(noisy_surface({found}).bytes, 250'000);
 }
 
-TEST(Budget, MeansTheSameInWorldUnits) {
+TEST(Budget, GivesTheSameResultInWorldUnits) {
   IsosurfaceRequest world = request_for(300'000);
   world.unit = LengthUnit::kWorld;
   world.error = 0.25 * 0.5;
@@ -87,7 +87,7 @@ TEST(Budget, NeedsFewSizeEstimates) {
   EXPECT_LE(asked, 10);
 }
 
-TEST(ErrorSchedule, GrowsFromLevelToLevel) {
+TEST(ErrorSchedule, IncreasesWithEveryLevel) {
   IsosurfaceRequest request = request_for(1);
   request.error = 0.3;
   const ErrorSchedule schedule(request, dataset());
@@ -106,7 +106,7 @@ TEST(ErrorSchedule, GrowsFromLevelToLevel) {
 }
 
 // A finer region, or a view, may need a floor below the error elsewhere.
-TEST(ErrorSchedule, BeginsAtTheLeastThresholdOfAMap) {
+TEST(ErrorSchedule, StartsAtTheLeastThresholdOfAMap) {
   IsosurfaceRequest request = request_for(1);
   request.error = 8;
   request.thresholds.regions = {{.shape = HalfSpaceShape{}, .threshold = 0.5}};
@@ -117,7 +117,7 @@ TEST(ErrorSchedule, BeginsAtTheLeastThresholdOfAMap) {
 }
 
 // Four levels are one octave.
-TEST(ErrorSchedule, GoesOnBetweenWhatWasTooLargeAndWhatFits) {
+TEST(ErrorSchedule, InterpolatesBetweenTooLargeAndFittingLevels) {
   EXPECT_EQ(next_level(TriedLevel{0, 0.85 * 16}, TriedLevel{20, 0.85 / 16}, 3, 40), 10);
   EXPECT_EQ(next_level(TriedLevel{0, 1.1}, TriedLevel{20, 0.01}, 3, 40), 1)
       << "nearest to the goal";
@@ -137,7 +137,7 @@ TEST(ErrorSchedule, ExtrapolatesSizesAsPowersOfTheThreshold) {
   EXPECT_EQ(next_level(TriedLevel{29, 50}, std::nullopt, 30, 30), 30);
 }
 
-TEST(ErrorSchedule, GoesOnAsFarAsSizesFellBefore) {
+TEST(ErrorSchedule, ExtrapolatesFromTriedSizes) {
   EXPECT_EQ(coarser_level(std::nullopt, {8, 2}, 40), 13);
   EXPECT_EQ(coarser_level(TriedLevel{4, 4}, {8, 2}, 40), 12) << "an octave of size in four levels";
   EXPECT_EQ(coarser_level(TriedLevel{4, 2.001}, {8, 2}, 40), 24) << "at most four octaves";
@@ -145,7 +145,7 @@ TEST(ErrorSchedule, GoesOnAsFarAsSizesFellBefore) {
   EXPECT_EQ(coarser_level(TriedLevel{4, 4}, {8, 2}, 10), 10);
 }
 
-TEST(ErrorSchedule, BeginsAnewWhereLessWasGivenUp) {
+TEST(ErrorSchedule, ReturnsAFinerLevelForAnUnusedBudget) {
   EXPECT_EQ(finer_level({20, 0.25}), 8);
   EXPECT_EQ(finer_level({6, 0}), 0);
 }

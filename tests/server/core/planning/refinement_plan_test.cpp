@@ -74,7 +74,7 @@ TEST(RefinementPlan, EndsWithExactlyTheRequest) {
   }
 }
 
-TEST(RefinementPlan, HasPreviewsThatFallTowardsTheRequest) {
+TEST(RefinementPlan, HasPreviewsThatConvergeToTheRequest) {
   const auto steps = stream(kSimplified, dataset(257));
   ASSERT_GE(steps.size(), 3U);
   for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
@@ -88,12 +88,12 @@ TEST(RefinementPlan, HasPreviewsThatFallTowardsTheRequest) {
   }
 }
 
-TEST(RefinementPlan, HasNoPreviewUnlessAskedFor) {
+TEST(RefinementPlan, HasNoPreviewUnlessRequested) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {}, {}, {.previews = false}).size(), 1U);
 }
 
 // The time limits hold for surfaces and grids of any size, on any link.
-TEST(RefinementPlan, TheFirstStepIsSoonThereAndNoOtherDelaysTheFinalOneByMoreThanAFifth) {
+TEST(RefinementPlan, StartsSoonAndDelaysTheFinalStepByAtMostAFifth) {
   for (const std::int32_t side : {65, 129, 257, 513, 2049}) {
     for (const double triangles : {1e5, 1e6, 1e7}) {
       for (const double link : {1.25e5, 1.25e6, 1e9}) {
@@ -121,7 +121,7 @@ TEST(RefinementPlan, TheFirstStepIsSoonThereAndNoOtherDelaysTheFinalOneByMoreTha
   }
 }
 
-TEST(RefinementPlan, NoStepIsMuchLongerThanAllBefore) {
+TEST(RefinementPlan, LimitsEachStepByTheTimeOfAllBefore) {
   const auto steps = stream(kSimplified, dataset(513), {.triangles = 1e7});
   double before = steps[0].server + steps[0].link;
   for (std::size_t i = 1; i + 1 < steps.size() && steps[i].step.finest_spacing > 1; ++i) {
@@ -131,7 +131,7 @@ TEST(RefinementPlan, NoStepIsMuchLongerThanAllBefore) {
   }
 }
 
-TEST(RefinementPlan, PreviewsAreSimplifiedOnlyWhereTheLinkIsTheNarrowPlace) {
+TEST(RefinementPlan, SimplifiesPreviewsOnlyOnASlowLink) {
   const Surface large = {.triangles = 4e6};
   const auto fast = stream(kSimplified, dataset(513), large, kFast);
   for (const auto& one : fast) {
@@ -148,7 +148,7 @@ TEST(RefinementPlan, PreviewsAreSimplifiedOnlyWhereTheLinkIsTheNarrowPlace) {
   }
 }
 
-TEST(RefinementPlan, PreviewsKeepToTheBudget) {
+TEST(RefinementPlan, KeepsPreviewsWithinTheBudget) {
   IsosurfaceRequest request = kSimplified;
   const Surface large = {.triangles = 4e6};
   for (const std::uint64_t most : {1'000U, 20'000U, 100'000U}) {
@@ -167,20 +167,20 @@ TEST(RefinementPlan, PreviewsKeepToTheBudget) {
   }
 }
 
-TEST(RefinementPlan, AFasterLinkShowsMoreAtOnce) {
+TEST(RefinementPlan, StartsFinerOnAFasterLink) {
   const Surface large = {.triangles = 2e7};
   const auto fast = stream(kSimplified, dataset(2049), large, kFast);
   const auto slow = stream(kSimplified, dataset(2049), large, kSlow);
   EXPECT_LT(fast[0].step.finest_spacing, slow[0].step.finest_spacing);
 }
 
-TEST(RefinementPlan, TheFirstNeedsNothingThatIsFinerThanTheSpectrum) {
+TEST(RefinementPlan, ReadsOnlyTheSpectrumForTheFirstPreview) {
   for (const std::int32_t side : {65, 129, 257, 513}) {
     EXPECT_GE(stream(kSimplified, dataset(side)).front().step.finest_spacing, 8);
   }
 }
 
-TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
+TEST(RefinementPlan, FetchesLittleOfARemoteDatasetForTheFirstPreview) {
   SizeEstimates sizes = Surface{.triangles = 1000}.sizes();  // Small enough to be sent in one step.
   sizes.to_fetch = [](std::int32_t finest) {
     return (std::uint64_t{30} << 20) / static_cast<std::uint64_t>(finest * finest);
@@ -200,13 +200,13 @@ TEST(RefinementPlan, TheFirstOfADatasetThatIsFarAwayLooksAtLittleOfIt) {
   EXPECT_EQ(next_step(kSimplified, {}, {}, dataset(1025), sizes, kFast).step.finest_spacing, 32);
 }
 
-TEST(RefinementPlan, CoarserForALargerSurface) {
+TEST(RefinementPlan, StartsCoarserForALargerSurface) {
   const auto small = stream(kSimplified, dataset(513), {.triangles = 1e6});
   const auto large = stream(kSimplified, dataset(513), {.triangles = 1e8});
   EXPECT_LT(small.front().step.finest_spacing, large.front().step.finest_spacing);
 }
 
-TEST(RefinementPlan, ASmallSurfaceComesAtOnce) {
+TEST(RefinementPlan, SendsASmallSurfaceAtOnce) {
   EXPECT_EQ(stream(kSimplified, dataset(257), {.triangles = 1e4}).size(), 1U);
 }
 
@@ -221,7 +221,7 @@ bool has_certified(const std::vector<Shown>& steps, const IsosurfaceRequest& req
   return true;
 }
 
-TEST(RefinementPlan, TheRequestsOwnBoundComesBeforeSimplificationWhereTheLinkAllowsIt) {
+TEST(RefinementPlan, SendsTheCertifiedPreviewOnAFastLink) {
   EXPECT_TRUE(has_certified(stream(kSimplified, dataset(257), {}, kFast), kSimplified));
   const IsosurfaceRequest fine = {.error = 0.25, .lattice_resolution = 7, .simplify = true};
   EXPECT_TRUE(has_certified(stream(fine, dataset(257), {}, kFast), fine));
@@ -229,7 +229,7 @@ TEST(RefinementPlan, TheRequestsOwnBoundComesBeforeSimplificationWhereTheLinkAll
   EXPECT_FALSE(has_certified(stream(kSimplified, dataset(257), {}, kSlow), kSimplified));
 }
 
-TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
+TEST(RefinementPlan, OmitsTheCertifiedPreviewIfNotAllowed) {
   const DatasetInfo info = dataset(257);
   const auto is_there = [&](const IsosurfaceRequest& request, const PlanLimits& limits,
                             const Surface& surface = {}) {
@@ -246,7 +246,7 @@ TEST(RefinementPlan, TheRequestsOwnBoundDoesNotComeSoonerWhereItMayNot) {
 }
 
 // A phone and a workstation on the same link.
-TEST(RefinementPlan, ASlowClientGetsNoPreviewThatItWouldDecodeForLong) {
+TEST(RefinementPlan, StartsCoarserForASlowClient) {
   const DatasetInfo info = dataset(257);
   CostEstimates slow = kFast;
   slow.client_triangles_per_second = 2e5;
@@ -265,7 +265,7 @@ TEST(RefinementPlan, ASlowClientGetsNoPreviewThatItWouldDecodeForLong) {
   EXPECT_EQ(stream(kSimplified, info, {}, slow).back().step, final_step(kSimplified));
 }
 
-TEST(RefinementPlan, APreviewIsWhatItsNameSays) {
+TEST(RefinementPlan, RebuildsAPreviewFromItsName) {
   const DatasetInfo info = dataset(257);
   for (const CostEstimates& costs : {kSlow, kFast}) {
     const auto steps = stream(kSimplified, info, {}, costs);
@@ -278,25 +278,25 @@ TEST(RefinementPlan, APreviewIsWhatItsNameSays) {
   }
 }
 
-TEST(RefinementPlan, HasNoPreviewThatASmallGridCannotShow) {
+TEST(RefinementPlan, HasNoPreviewCoarserThanTheGrid) {
   EXPECT_EQ(stream({.error = 1}, dataset(9)).size(), 1U);
   EXPECT_EQ(stream({.error = 1}, dataset(33)).size(), 1U);
 }
 
-TEST(RefinementPlan, HasPreviewsAlsoWhereTheRequestItselfToleratesMuch) {
+TEST(RefinementPlan, HasPreviewsForTolerantRequests) {
   const auto steps =
       stream({.error = 1, .topology_tolerance = 1e3, .simplify = true}, dataset(257));
   ASSERT_GE(steps.size(), 2U);
   for (const auto& one : steps) EXPECT_EQ(one.step.request.topology_tolerance, 1e3);
 }
 
-TEST(RefinementPlan, HasFiniteErrorsHoweverLargeTheRequestIs) {
+TEST(RefinementPlan, HasFiniteErrorsForHugeRequests) {
   for (const auto& one : stream({.error = 1e308, .simplify = true}, dataset(513))) {
     EXPECT_TRUE(std::isfinite(one.step.request.thresholds.at_least));
   }
 }
 
-TEST(RefinementPlan, MeansTheSameInVoxelsAndInWorldUnits) {
+TEST(RefinementPlan, IsTheSameInVoxelsAndWorldUnits) {
   const DatasetInfo info = dataset(257, 0.25);
   const auto voxels = stream({.error = 0.5, .unit = LengthUnit::kVoxel}, info);
   const auto world = stream({.error = 0.5 * 0.25, .unit = LengthUnit::kWorld}, info);
@@ -313,7 +313,7 @@ constexpr PlanLimits kShellsToKeep = {.shells = true};
 constexpr PlanLimits kShellsToDisplay = {.shells = true, .is_display = true};
 const IsosurfaceRequest kHalf = {.isovalue = 3.5, .error = 0.5, .simplify = true};
 
-TEST(RefinementPlan, PreviewsHaveShellsWhereTheClientDecodesThem) {
+TEST(RefinementPlan, UsesShellsInPreviewsIfTheClientDecodesThem) {
   for (const auto& one : stream(kHalf, dataset(257))) EXPECT_FALSE(one.step.shell);
   const auto steps = stream(kHalf, dataset(257), {}, {}, kShellsToKeep);
   ASSERT_GE(steps.size(), 3U);
@@ -327,7 +327,7 @@ TEST(RefinementPlan, PreviewsHaveShellsWhereTheClientDecodesThem) {
       << "a client that keeps the mesh gets the requested step";
 }
 
-TEST(RefinementPlan, ShellsOfPreviewsHaveTheFewestLevels) {
+TEST(RefinementPlan, UsesTheFewestShellLevelsInPreviews) {
   const auto steps = stream(kHalf, dataset(513), {.triangles = 1e7}, kSlow, kShellsToDisplay);
   ASSERT_GE(steps.size(), 3U);
   for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
@@ -336,7 +336,7 @@ TEST(RefinementPlan, ShellsOfPreviewsHaveTheFewestLevels) {
 }
 
 // A preview must be early enough for the user to notice; its bytes are not free.
-TEST(RefinementPlan, OnePreviewIsEnoughWhereTheFinalStepIsSoon) {
+TEST(RefinementPlan, HasOnePreviewBeforeAShortFinalStep) {
   const Surface surface = {.triangles = 3e6};
   const double seconds = CostEstimates{}.shells * surface.triangles;
   EXPECT_GT(seconds, kFirstServerSeconds);
@@ -347,7 +347,7 @@ TEST(RefinementPlan, OnePreviewIsEnoughWhereTheFinalStepIsSoon) {
       << "a client that keeps the mesh waits for simplification";
 }
 
-TEST(RefinementPlan, NoPreviewOfShellsDelaysTheFinalOneByMoreThanAFifth) {
+TEST(RefinementPlan, DelaysTheFinalStepByAtMostAFifthWithShellPreviews) {
   for (const double triangles : {5e5, 2e6, 8e6}) {
     for (const double link : {1.25e5, 1.25e6, 1e9}) {
       SCOPED_TRACE(std::to_string(triangles) + ", " + std::to_string(link));
@@ -361,7 +361,7 @@ TEST(RefinementPlan, NoPreviewOfShellsDelaysTheFinalOneByMoreThanAFifth) {
   }
 }
 
-TEST(RefinementPlan, EndsWithShellsWhereNoMeshIsKeptAndTheyAreSooner) {
+TEST(RefinementPlan, EndsWithShellsIfTheyAreSoonerAndNoMeshIsKept) {
   const auto steps = stream(kHalf, dataset(257), {}, kFast, kShellsToDisplay);
   const StepRequest& last = steps.back().step;
   ASSERT_TRUE(last.shell);
@@ -374,7 +374,7 @@ TEST(RefinementPlan, EndsWithShellsWhereNoMeshIsKeptAndTheyAreSooner) {
   EXPECT_EQ(alone[0].step, last);
 }
 
-TEST(RefinementPlan, EndsWithTheRequestWhereShellsAreNoAnswerToIt) {
+TEST(RefinementPlan, EndsWithTheRequestIfShellsCannotAnswerIt) {
   const auto last_of = [](const IsosurfaceRequest& request, const CostEstimates& costs = kFast,
                           PlanLimits limits = kShellsToDisplay) {
     return stream(request, dataset(257), {}, costs, limits).back().step;
@@ -393,7 +393,7 @@ TEST(RefinementPlan, EndsWithTheRequestWhereShellsAreNoAnswerToIt) {
   EXPECT_EQ(last_of(kHalf, kFast, few), final_step(kHalf));
 }
 
-TEST(RefinementPlan, AShellStepIsWhatItsNameSays) {
+TEST(RefinementPlan, RebuildsAShellStepFromItsName) {
   const auto steps = stream(kHalf, dataset(513), {.triangles = 1e7}, {}, kShellsToKeep);
   for (std::size_t i = 0; i + 1 < steps.size(); ++i) {
     const StepRequest& step = steps[i].step;
@@ -403,7 +403,7 @@ TEST(RefinementPlan, AShellStepIsWhatItsNameSays) {
   }
 }
 
-TEST(CertifiedShells, CheapestWithinAllThresholds) {
+TEST(CertifiedShells, UsesTheCheapestLevelWithinAllThresholds) {
   DatasetInfo info = dataset(129);
   info.type = SampleType::kU16;
   const auto shell_for = [&](double error) {
@@ -442,7 +442,7 @@ TEST(CertifiedShells, CheapestWithinAllThresholds) {
   EXPECT_EQ(step->shell->values, shell::ShellValues::kLatticeExact);
 }
 
-TEST(EstimatedBytes, ShellBytesFollowTheirValues) {
+TEST(EstimatedBytes, GrowWithTheValuesOfShells) {
   const auto bits = [](const ShellStep& shell, SampleType type = SampleType::kU16) {
     const StepRequest step = {.request = {}, .shell = shell};
     EXPECT_NEAR(estimated_bytes(2e6, step, type), 1e6 / 8 * bits_per_vertex(shell, type, 5) + 250,
@@ -457,7 +457,7 @@ TEST(EstimatedBytes, ShellBytesFollowTheirValues) {
   EXPECT_NEAR(bits({.values = shell::ShellValues::kExact}, SampleType::kU8), 2.89, 0.2);
 }
 
-TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
+TEST(IsEnoughToDisplay, DependsOnlyOnRequestAndStep) {
   const DatasetInfo info = dataset(129);
   const auto step_of = [&](const IsosurfaceRequest& request, std::int32_t finest, int levels) {
     return preview_step(request, {.finest_spacing = finest, .shell = quantized_shells(levels)},
@@ -481,7 +481,7 @@ TEST(IsEnoughToDisplay, DependsOnRequestAndStepAlone) {
 
 // ---- costs
 
-TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
+TEST(MeasuredCosts, LearnTheCostOfTrianglesOnThisMachine) {
   MeasuredCosts learned;
   for (int i = 0; i < 30; ++i) {
     learned.record(StepForm::kPlain, 1e5, CostEstimates::kSecondsPerStep + 0.02);
@@ -493,7 +493,7 @@ TEST(MeasuredCosts, FindWhatTrianglesCostOnThisMachine) {
   EXPECT_NEAR(learned.costs().embedded, 1e-5, 2e-8);
 }
 
-TEST(MeasuredCosts, SurfacesWithoutSelfIntersectionsHaveTheirOwn) {
+TEST(MeasuredCosts, LearnEmbeddedSurfacesSeparately) {
   MeasuredCosts learned;
   const IsosurfaceRequest plain{.simplify = true};
   IsosurfaceRequest embedded = plain;

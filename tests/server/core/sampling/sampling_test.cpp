@@ -96,7 +96,7 @@ void expect_layers_are_the_samples() {
   }
 }
 
-TEST(Slice, AxisSlicesAreTheSamples) {
+TEST(Slice, EqualsTheSamplesAlongAnAxis) {
   expect_layers_are_the_samples<std::uint8_t>();
   expect_layers_are_the_samples<std::int8_t>();
   expect_layers_are_the_samples<std::uint16_t>();
@@ -111,7 +111,7 @@ Volume slope() {
   return volume;
 }
 
-TEST(Slice, LinearFieldsAreExactInAnyDirection) {
+TEST(Slice, IsExactForLinearFieldsInAnyDirection) {
   const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
   const SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
                            .origin = {-5.3, 2.2, 30.1},
@@ -136,7 +136,7 @@ TEST(Slice, LinearFieldsAreExactInAnyDirection) {
   EXPECT_GT(inside, 1000U);
 }
 
-TEST(Slice, SameInPieces) {
+TEST(Slice, IsTheSameInPieces) {
   const DatasetPtr dataset = make_dataset(random_volume<std::uint8_t>(), "noise", std::nullopt, 0);
   const SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
                            .origin = {0, 0, 5},
@@ -157,7 +157,7 @@ TEST(Slice, SameInPieces) {
   }
 }
 
-TEST(Slice, AVoidSampleCountsOnlyWhereItHasWeight) {
+TEST(Slice, IsVoidOnlyWhereAVoidSampleHasWeight) {
   Volume volume = fields::sampled<float>({9, 9, 9}, [](int x, int, int) { return x; });
   std::get<std::vector<float>>(volume.samples)[volume.index(4, 4, 4)] = std::nanf("");
   const DatasetPtr dataset = make_dataset(std::move(volume), "hole", std::nullopt, 0);
@@ -170,7 +170,7 @@ TEST(Slice, AVoidSampleCountsOnlyWhereItHasWeight) {
   EXPECT_EQ(value_at({3.5, 3, 4}), 3.5F);
 }
 
-TEST(Slice, CoarsePixelsUseEveryEighthSample) {
+TEST(Slice, UsesEveryEighthSampleForCoarsePixels) {
   const Volume volume = random_volume<std::uint16_t>();
   const DatasetPtr dataset = make_dataset(volume, "noise", std::nullopt, 3);
   SliceRequest slice{.coordinates = CoordinateSystem::kIndex,
@@ -197,7 +197,7 @@ TEST(Slice, CoarsePixelsUseEveryEighthSample) {
   EXPECT_EQ(slice_spacing(slice, dataset->info), 1);
 }
 
-TEST(Slice, HugeVolumesStayWithinTheLimit) {
+TEST(Slice, StaysWithinTheLimitForHugeVolumes) {
   DatasetInfo info;
   info.dims = {16385, 16385, 16385};
   info.grid_exponent = 14;
@@ -214,7 +214,7 @@ TEST(Slice, HugeVolumesStayWithinTheLimit) {
   EXPECT_EQ(slice_spacing(whole, info), 8);
 }
 
-TEST(Probe, ALinearFieldHasItsValueAndWorldGradient) {
+TEST(Probe, ReturnsValueAndWorldGradientOfALinearField) {
   const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
   const Affine map = dataset->info.index_to_world;
   for (const Vec3& index : {Vec3{3.25, 4.5, 5.125}, Vec3{0, 28, 41}, Vec3{36, 0, 0}}) {
@@ -243,7 +243,7 @@ LatticeMesh square() {
           .triangles = {{0, 1, 2}, {0, 2, 3}}};
 }
 
-TEST(VertexScalars, ALinearFieldHasNoDeviation) {
+TEST(VertexScalars, HaveNoDeviationForALinearField) {
   const DatasetPtr dataset = make_dataset(slope(), "slope", std::nullopt, 0);
   // The surface's grid coordinates are half the field's sample indices.
   const Affine halves = {.columns = {Vec3{0.5, 0, 0}, Vec3{0, 0.5, 0}, Vec3{0, 0, 0.5}},

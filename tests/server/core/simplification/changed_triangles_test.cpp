@@ -20,18 +20,18 @@ CollapsingMesh mesh_of(const std::vector<TriangleIndices>& triangles) {
   return {triangles, static_cast<std::uint32_t>(kApart.vertices.size())};
 }
 
-TEST(ChangedTriangles, MarkTheCornersOfAChangedTriangleAndOfWhatItIntersects) {
+TEST(ChangedTriangles, MarkTheCornersOfIntersectingTriangles) {
   ChangedTriangles changed(kApart, {});
   EXPECT_EQ(changed.intersecting_corners(mesh_of({{0, 1, 2}, {3, 4, 6}})),
             (Marks{1, 1, 1, 1, 1, 0, 1}));
 }
 
-TEST(ChangedTriangles, MarkNothingWhereChangedTrianglesAreApart) {
+TEST(ChangedTriangles, MarkNothingForDisjointTriangles) {
   ChangedTriangles changed(kApart, {});
   EXPECT_TRUE(changed.intersecting_corners(mesh_of({{0, 1, 2}, {5, 3, 4}})).empty());
 }
 
-TEST(ChangedTriangles, MarkTheCornersOfAChangedTriangleThatIntersectsAnObstacle) {
+TEST(ChangedTriangles, MarkTheCornersOfATriangleThatIntersectsAnObstacle) {
   const std::vector<LatticeTriangle> obstacles = {{{{0, 0, 2}, {8, 0, 2}, {0, 8, 2}}}};
   const LatticeMesh above = {
       .resolution = 0, .vertices = kApart.vertices, .triangles = {{3, 4, 5}}};
@@ -40,7 +40,7 @@ TEST(ChangedTriangles, MarkTheCornersOfAChangedTriangleThatIntersectsAnObstacle)
 }
 
 // The last call passes the same surface again, so nothing has changed.
-TEST(ChangedTriangles, CompareWhatHasChangedSinceTheLastCall) {
+TEST(ChangedTriangles, MarkChangesSinceTheLastCall) {
   ChangedTriangles changed(kApart, {});
   EXPECT_FALSE(changed.intersecting_corners(mesh_of({{0, 1, 2}, {3, 4, 6}})).empty());
   EXPECT_TRUE(changed.intersecting_corners(mesh_of({{0, 1, 2}, {3, 4, 5}})).empty());

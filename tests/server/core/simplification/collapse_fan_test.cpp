@@ -40,7 +40,7 @@ double distance_to_fan(const Vec3& point, const std::vector<Vec3>& ring) {
   return least;
 }
 
-TEST(CollapseFan, APointIsNearWhenItsDistanceIsWithinTheLimitAndCountsAsThatAtLeast) {
+TEST(CollapseFan, AcceptsPointsWithinTheLimitAndRecordsTheirDistance) {
   RandomFans random;
   CollapseFan fan;
   for (int i = 0; i < 3000; ++i) {
@@ -65,7 +65,7 @@ TEST(CollapseFan, APointIsNearWhenItsDistanceIsWithinTheLimitAndCountsAsThatAtLe
   }
 }
 
-TEST(CollapseFan, AnEdgeIsNearToASpokeWhenTheirDistanceIsWithinTheLimit) {
+TEST(CollapseFan, AcceptsEdgesWithinTheLimitOfASpoke) {
   RandomFans random;
   CollapseFan fan;
   for (int i = 0; i < 300; ++i) {

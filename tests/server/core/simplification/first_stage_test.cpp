@@ -29,7 +29,7 @@ INSTANTIATE_TEST_SUITE_P(Fields, FirstStageTest, ::testing::ValuesIn(settings())
 // Error limits in lattice steps; 16 are half a voxel.
 const double kInLatticeSteps[] = {16, 64, 1e6};
 
-TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
+TEST_P(FirstStageTest, KeepsTopologyBorderAndVertices) {
   const MeshTopology before = topology(surface_.mesh, kAnywhere);
   for (const double limit : kInLatticeSteps) {
     const FirstStage stage = simplified(limit);
@@ -44,7 +44,7 @@ TEST_P(FirstStageTest, KeepTopologyBorderAndVertices) {
 }
 
 // The local error bounds distances from the simplified surface, the largest error those to it.
-TEST_P(FirstStageTest, NoPointIsFartherFromTheOtherSurfaceThanTheErrorThere) {
+TEST_P(FirstStageTest, BoundsTheDistanceByTheLocalError) {
   const auto full = placed(surface_.mesh, proportions_);
   const NearestTriangle to_full(full);
   for (const double limit : kInLatticeSteps) {

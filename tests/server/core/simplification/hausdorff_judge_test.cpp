@@ -72,7 +72,7 @@ TEST_P(HausdorffJudge, FindsNoPointFartherThanTheBound) {
   }
 }
 
-TEST_P(HausdorffJudge, FindsThePairsOfTrianglesThatIntersectAndNoneWhereNoneMay) {
+TEST_P(HausdorffJudge, FindsExactlyTheIntersectingPairs) {
   if (std::string_view(setting_.name) == "masked_gyroid") {
     GTEST_SKIP() << "Where it touches itself the judge is given doubled vertices, which intersect.";
   }

@@ -41,7 +41,7 @@ TEST_P(SimplificationGuarantees, KeepsTopologyBorderAndVertices) {
   }
 }
 
-TEST_P(SimplificationGuarantees, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
+TEST_P(SimplificationGuarantees, BoundsTheTwoSidedDistance) {
   const auto full = placed(surface_.mesh, step_);
   for (const double max_distance : kDistances) {
     const Simplified small =
@@ -54,7 +54,7 @@ TEST_P(SimplificationGuarantees, NoPointOfEitherSurfaceIsFartherFromTheOtherThan
   }
 }
 
-TEST_P(SimplificationGuarantees, TilesThatAreSimplifiedApartStillWeld) {
+TEST_P(SimplificationGuarantees, KeepsSeparatelySimplifiedTilesWeldable) {
   const OctreeCube root = root_cube(isosurfaces_.field().grid());
   const ErrorBasedModel model =
       isosurfaces_.model({.isovalue = setting_.isovalue, .threshold = 0.2});
@@ -88,7 +88,7 @@ TEST_P(SimplificationGuarantees, TilesThatAreSimplifiedApartStillWeld) {
   }
 }
 
-TEST_P(SimplificationGuarantees, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMeshItself) {
+TEST_P(SimplificationGuarantees, IsDeterministicAndKeepsTheMeshWithoutABudget) {
   const SimplificationOptions options{.lattice_step = step_, .max_distance = 0.3};
   const Simplified once = simplified(surface_.mesh, options);
   const Simplified again = simplified(surface_.mesh, options);
@@ -102,7 +102,7 @@ TEST_P(SimplificationGuarantees, TheSameArgumentsGiveTheSameMeshAndNoBudgetTheMe
 }
 
 // The meshes have holes, pinched vertices, edges of three triangles and coincident triangles.
-TEST_P(SimplificationGuarantees, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
+TEST_P(SimplificationGuarantees, KeepsTheTopologyOfNonmanifoldMeshes) {
   std::mt19937_64 random(7);
   for (int round = 0; round < 8; ++round) {
     LatticeMesh broken{.resolution = kDefaultLatticeResolution,
@@ -132,7 +132,7 @@ TEST_P(SimplificationGuarantees, BrokenMeshesKeepTheirTopologyAsFarAsItIsOne) {
   }
 }
 
-TEST(Simplification, AClosedComponentKeepsAVolumeHoweverLargeTheBudget) {
+TEST(Simplification, KeepsAPositiveVolumeOfClosedComponents) {
   const Volume volume = fields::ball({20, 20, 20}, 7);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const LatticeMesh ball = isosurface({.isovalue = 0, .threshold = 0}).mesh;
@@ -142,7 +142,7 @@ TEST(Simplification, AClosedComponentKeepsAVolumeHoweverLargeTheBudget) {
   EXPECT_GT(volume_inside(small.mesh), 0);
 }
 
-TEST(Simplification, ATetrahedronStays) {
+TEST(Simplification, KeepsATetrahedron) {
   const LatticeMesh tetrahedron{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
                                 .triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
   const Simplified small =
@@ -162,7 +162,7 @@ LatticeMesh plane(std::int32_t side) {
   return index_triangles(triangles, kDefaultLatticeResolution);
 }
 
-TEST(Simplification, APlaneKeepsItsBorder) {
+TEST(Simplification, KeepsTheBorderOfAPlane) {
   const LatticeMesh mesh = plane(20);
   const Simplified small = simplified(mesh, {.lattice_step = {1, 1, 1}, .max_distance = 1e-6});
   // A triangulated disk has a triangle per border edge, minus two, plus two per interior vertex.
@@ -181,7 +181,7 @@ double regularity(const SurfaceTriangle& t) {
 }
 
 // Long thin triangles cause streaks in the shading.
-TEST(Simplification, GentleSurfacesHaveFewThinTriangles) {
+TEST(Simplification, MakesFewThinTrianglesOnSmoothSurfaces) {
   LatticeMesh waves = plane(60);
   for (LatticePoint& p : waves.vertices) {
     p = {32 * p.x, 32 * p.y,
@@ -196,14 +196,14 @@ TEST(Simplification, GentleSurfacesHaveFewThinTriangles) {
 }
 
 // The fourth face is in the other piece: collapsing the front would leave two coincident triangles.
-TEST(Simplification, ATetrahedronInTwoPiecesKeepsItsVolume) {
+TEST(Simplification, KeepsTheVolumeOfATetrahedronInTwoPieces) {
   const LatticeMesh front{.vertices = {{0, 0, 0}, {8, 0, 0}, {0, 8, 0}, {0, 0, 8}},
                           .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}}};
   const Simplified small = simplified(front, {.lattice_step = {1, 1, 1}, .max_distance = 1e9});
   EXPECT_EQ(digest(small.mesh), digest(front));
 }
 
-TEST_P(SimplificationGuarantees, AnyErrorThatMayBeAskedForHasAFiniteBound) {
+TEST_P(SimplificationGuarantees, HasAFiniteBoundForAnyValidError) {
   for (const double max_distance : {1e154, 1e300, std::numeric_limits<double>::max()}) {
     const Simplified small =
         simplified(surface_.mesh, {.lattice_step = step_, .max_distance = max_distance});
@@ -213,7 +213,7 @@ TEST_P(SimplificationGuarantees, AnyErrorThatMayBeAskedForHasAFiniteBound) {
 }
 
 // Squares of lengths from 1e-30 to 1e30 exceed the range of single precision.
-TEST_P(SimplificationGuarantees, DoesNotDependOnTheUnitOfLength) {
+TEST_P(SimplificationGuarantees, IsIndependentOfTheUnitOfLength) {
   const auto in_unit = [&](double unit) {
     return simplified(surface_.mesh,
                       {.lattice_step = {unit * step_[0], unit * step_[1], unit * step_[2]},
@@ -227,7 +227,7 @@ TEST_P(SimplificationGuarantees, DoesNotDependOnTheUnitOfLength) {
   }
 }
 
-TEST_P(SimplificationGuarantees, ALargerBudgetLaterGoesOn) {
+TEST_P(SimplificationGuarantees, ContinuesWithALargerBudget) {
   SimplifiedPiece piece(surface_.mesh, step_);
   piece.simplify(0.05);
   const std::size_t before = piece.triangles();
@@ -240,7 +240,7 @@ TEST_P(SimplificationGuarantees, ALargerBudgetLaterGoesOn) {
   EXPECT_LE(piece.triangles(), at_once + at_once / 4 + 8);
 }
 
-TEST_P(SimplificationGuarantees, ACheckpointThatThrowsLeavesNothing) {
+TEST_P(SimplificationGuarantees, ChangesNothingIfTheCheckpointThrows) {
   struct Stopped {};
   int calls = 0;
   const auto stop = [&calls] {
@@ -252,7 +252,7 @@ TEST_P(SimplificationGuarantees, ACheckpointThatThrowsLeavesNothing) {
   EXPECT_TRUE(piece.result().mesh.vertices.empty());
 }
 
-TEST(Simplification, AnEmptyMeshStaysEmpty) {
+TEST(Simplification, KeepsAnEmptyMesh) {
   const Simplified nothing = simplified({}, {.lattice_step = {1, 1, 1}, .max_distance = 1});
   EXPECT_TRUE(nothing.mesh.triangles.empty());
   EXPECT_EQ(nothing.bound, 0);

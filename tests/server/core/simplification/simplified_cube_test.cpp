@@ -80,7 +80,7 @@ TEST_P(SimplifiedCubes, WeldToTheSurfaceWithItsTopologyAndBorder) {
 }
 
 // The bound always refers to the surface before simplification: it does not add up over levels.
-TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound) {
+TEST_P(SimplifiedCubes, BoundTheTwoSidedDistance) {
   const auto full = placed(surface_.mesh, step_);
   const auto parts = leaves();
   for (const double max_distance : kDistances) {
@@ -96,7 +96,7 @@ TEST_P(SimplifiedCubes, NoPointOfEitherSurfaceIsFartherFromTheOtherThanTheBound)
   }
 }
 
-TEST_P(SimplifiedCubes, LeaveNoMoreThanTilesThatAreSimplifiedApart) {
+TEST_P(SimplifiedCubes, HaveNoMoreTrianglesThanSeparatelySimplifiedTiles) {
   const auto parts = leaves();
   for (const double max_distance : {0.25, 1e6}) {
     std::size_t apart = 0;
@@ -120,12 +120,12 @@ TEST_P(SimplifiedCubes, LieInTheirCubes) {
   }
 }
 
-TEST_P(SimplifiedCubes, NoBudgetKeepsTheSurface) {
+TEST_P(SimplifiedCubes, KeepTheSurfaceWithoutABudget) {
   const auto parts = leaves();
   EXPECT_EQ(digest(welded(simplified_tiles(parts, 0, {}))), digest(welded(parts)));
 }
 
-TEST_P(SimplifiedCubes, ASmallerBudgetAboveHoldsForWhatIsSimplifiedThere) {
+TEST_P(SimplifiedCubes, ApplySmallerBudgetsOfLargerCubes) {
   std::vector<SimplifiedPiece> pieces;
   for (const TileMesh& leaf : leaves()) {
     pieces.emplace_back(leaf.mesh, step_);
@@ -143,7 +143,7 @@ TEST_P(SimplifiedCubes, ASmallerBudgetAboveHoldsForWhatIsSimplifiedThere) {
 }
 
 // Joining without simplifying loses neither seams nor edges.
-TEST_P(SimplifiedCubes, PiecesMayBeJoinedInSeveralStepsBeforeTheyAreSimplified) {
+TEST_P(SimplifiedCubes, AllowJoiningPiecesInSeveralSteps) {
   std::vector<SimplifiedPiece> pieces;
   for (const TileMesh& leaf : leaves(100)) pieces.emplace_back(leaf.mesh, step_);
   for (const bool is_simplified : {false, true}) {
@@ -184,7 +184,7 @@ const SimplifiedBlocks kBlocksOf32{
     .count = 56, .before = 506'480, .left = 36'554, .border_edges = 19'158};
 constexpr double kInOnePiece = 18'926;
 
-TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
+TEST(SimplifiedSize, OmitsTheCostOfBlockBorders) {
   const double seen = estimate_triangles_per_border_edge(kBlocksOf16, kBlocksOf32);
   for (const SimplifiedBlocks& blocks : {kBlocksOf16, kBlocksOf32}) {
     const double without_seeing = estimate_triangles_per_border_edge(blocks, blocks);
@@ -199,7 +199,7 @@ TEST(SimplifiedSize, LeavesOutWhatOnlyTheBordersOfBlocksCost) {
   }
 }
 
-TEST(SimplifiedSize, BordersKeepAShareOfATrianglePerEdge) {
+TEST(SimplifiedSize, KeepsAShareOfATrianglePerBorderEdge) {
   const SimplifiedBlocks small{.count = 8, .before = 1e4, .left = 5000, .border_edges = 1000};
   SimplifiedBlocks large{.count = 1, .before = 1e4, .left = 4700, .border_edges = 500};
   EXPECT_DOUBLE_EQ(estimate_triangles_per_border_edge(small, large), 0.6);

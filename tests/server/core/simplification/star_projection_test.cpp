@@ -48,7 +48,7 @@ TEST(StarProjection, NeverClearsStarsThatIntersectThemselves) {
   EXPECT_GT(crossing, 1000);
 }
 
-TEST(StarProjection, ClearsFlatStarsWhateverWayTheyFace) {
+TEST(StarProjection, ClearsFlatStarsInAnyOrientation) {
   const LatticePoint centre = {5000, 5000, 5000};
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
@@ -73,7 +73,7 @@ TEST(StarProjection, ClearsFlatStarsWhateverWayTheyFace) {
   }
 }
 
-TEST(StarProjection, ClearsNothingThatGoesAroundTwiceOrBack) {
+TEST(StarProjection, RejectsStarsThatWindTwiceOrReverse) {
   const LatticePoint centre = {10, 10, 10};
   const auto at = [](std::int32_t x, std::int32_t y) { return LatticePoint{10 + x, 10 + y, 10}; };
   EXPECT_TRUE(is_disjoint_star(centre, std::vector{at(4, 0), at(0, 4), at(-4, 0), at(0, -4)}));

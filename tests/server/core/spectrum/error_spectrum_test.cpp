@@ -33,7 +33,7 @@ class ErrorSpectrumEveryField : public ::testing::TestWithParam<PreparedSetting>
 INSTANTIATE_TEST_SUITE_P(Fields, ErrorSpectrumEveryField, ::testing::ValuesIn(prepared_settings()),
                          [](const auto& p) { return p.param.name; });
 
-TEST_P(ErrorSpectrumEveryField, NeverBelowTheExactErrors) {
+TEST_P(ErrorSpectrumEveryField, NeverFallsBelowTheExactErrors) {
   const Field field(GetParam().volume, GetParam().outside, GetParam().margin);
   for (const int bins : {7, 64, 256}) {
     const DatasetPtr dataset = prepared(GetParam(), bins);
@@ -57,7 +57,7 @@ TEST_P(ErrorSpectrumEveryField, NeverBelowTheExactErrors) {
   }
 }
 
-TEST_P(ErrorSpectrumEveryField, GrowsFromChildrenToParents) {
+TEST_P(ErrorSpectrumEveryField, NeverDecreasesFromChildrenToParents) {
   const DatasetPtr dataset = prepared(GetParam());
   const Grid grid = grid_of(dataset->info);
   for (const double isovalue : isovalues_of(*dataset)) {
@@ -76,7 +76,7 @@ TEST_P(ErrorSpectrumEveryField, GrowsFromChildrenToParents) {
   }
 }
 
-TEST_P(ErrorSpectrumEveryField, DoesNotDependOnMemory) {
+TEST_P(ErrorSpectrumEveryField, IsIndependentOfMemory) {
   const DatasetPtr ample = prepared(GetParam());
   const DatasetPtr scarce =
       make_dataset(*source_of(GetParam().volume), {.name = GetParam().name,
@@ -91,7 +91,7 @@ TEST_P(ErrorSpectrumEveryField, DoesNotDependOnMemory) {
   }
 }
 
-TEST(ErrorSpectrum, EmptyOutsideTheValueRange) {
+TEST(ErrorSpectrum, IsEmptyOutsideTheValueRange) {
   const DatasetPtr dataset = prepared({"gyroid", fields::gyroid(33, 0.3, 1)});
   for (const double isovalue : {-100.0, dataset->info.min - 1e-9, dataset->info.max, 1e300}) {
     const SpectrumErrors spectrum(dataset->spectrum, isovalue, ErrorMeasure::kCertified,
@@ -102,7 +102,7 @@ TEST(ErrorSpectrum, EmptyOutsideTheValueRange) {
   }
 }
 
-TEST(ErrorSpectrum, AConstantFieldHasAnEmptySpectrum) {
+TEST(ErrorSpectrum, IsEmptyForAConstantField) {
   const DatasetPtr dataset = prepared(
       {"constant", fields::sampled<float>({20, 20, 20}, [](int, int, int) { return 3.0; })});
   EXPECT_EQ(dataset->spectrum.bins.count(), 0);
@@ -112,7 +112,7 @@ TEST(ErrorSpectrum, AConstantFieldHasAnEmptySpectrum) {
 
 // ---- bins
 
-TEST(IsovalueBins, IntegerBinsBeginAtIntegersAndHaveEqualWidth) {
+TEST(IsovalueBins, DivideIntegersIntoEqualWidths) {
   DatasetInfo info;
   info.type = SampleType::kI16;
   info.min = -1024;
@@ -127,7 +127,7 @@ TEST(IsovalueBins, IntegerBinsBeginAtIntegersAndHaveEqualWidth) {
   }
 }
 
-TEST(IsovalueBins, FewIntegersShareAValue) {
+TEST(IsovalueBins, HaveOneBinPerValueForFewIntegers) {
   DatasetInfo info;
   info.type = SampleType::kU8;
   info.max = 29;
@@ -136,7 +136,7 @@ TEST(IsovalueBins, FewIntegersShareAValue) {
   EXPECT_EQ(bins.low(1), 0.5F);
 }
 
-TEST(IsovalueBins, FloatBinsHoldEquallyManyDistinctValues) {
+TEST(IsovalueBins, DivideDistinctFloatsEqually) {
   DatasetInfo info;
   info.type = SampleType::kF32;
   info.max = 1000;
@@ -173,7 +173,7 @@ TEST(IsovalueBins, FindEveryValueBetweenItsEdges) {
 
 // ---- codes and bricks
 
-TEST(ErrorCodes, RoundUpAndByLittle) {
+TEST(ErrorCodes, RoundUpSlightly) {
   const ErrorCodes& codes = error_codes();
   EXPECT_EQ(codes.code(0), 0);
   EXPECT_EQ(codes.value(0), 0);
@@ -204,7 +204,7 @@ TEST(Rounding, NeverCrossesTheValue) {
   EXPECT_EQ(rounded_down(-1e300), -std::numeric_limits<float>::infinity());
 }
 
-TEST(SpectrumBrick, DamagedBytesAreErrorsOrOtherCodesButNeverMore) {
+TEST(SpectrumBrick, ReportsDamageOrReturnsOtherCodes) {
   const DatasetPtr dataset = prepared({"noise", fields::noise({33, 33, 33}, 2)});
   const auto whole = dataset->spectrum.bricks->brick(0);
   ASSERT_FALSE(whole.empty());

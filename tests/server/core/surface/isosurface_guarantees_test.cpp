@@ -85,7 +85,7 @@ INSTANTIATE_TEST_SUITE_P(SmallFields, CertifiedBound, ::testing::ValuesIn(small_
 
 constexpr double kThresholds[] = {0, 0.2, 0.5, 1, 2, 4, 1e9};
 
-TEST_P(IsosurfaceGuarantees, EveryModelIsFreeOfCracks) {
+TEST_P(IsosurfaceGuarantees, HasNoCracksAtAnyThreshold) {
   for_each_case([&](Case c) {
     for (const double threshold : {0.0, 0.3, 1.0, 3.0}) {
       for (const double tolerance : {0.0, 1.0, 2.0, 5.0}) {
@@ -114,7 +114,7 @@ TEST_P(IsosurfaceGuarantees, EveryModelIsFreeOfCracks) {
   });
 }
 
-TEST_P(IsosurfaceGuarantees, EveryThresholdHasTheTopologyOfTheFullSurface) {
+TEST_P(IsosurfaceGuarantees, KeepsTheTopologyOfTheFullSurfaceAtEveryThreshold) {
   const Field& field = isosurface_.field();
   const UniformModel full_resolution(field.grid(), 1000);
   for_each_case([&](Case c) {
@@ -141,7 +141,7 @@ std::vector<Triangle> world_triangles(const LatticeMesh& mesh, const Vec3& spaci
   return triangles;
 }
 
-TEST_P(CertifiedBound, NoPointIsFartherFromTheFullSurfaceThanTheCertifiedBound) {
+TEST_P(CertifiedBound, BoundsTheDistanceToTheFullSurface) {
   const Vec3& spacing = setting_.volume.spacing;
   const double snapping =
       2 * length(spacing) / (1 << kMaxLatticeResolution);  // Once for each surface.
@@ -172,7 +172,7 @@ TEST_P(CertifiedBound, NoPointIsFartherFromTheFullSurfaceThanTheCertifiedBound) 
   }
 }
 
-TEST_P(IsosurfaceGuarantees, ATighterThresholdOnlyRefines) {
+TEST_P(IsosurfaceGuarantees, OnlyRefinesWithATighterThreshold) {
   const Grid& grid = isosurface_.field().grid();
   for_each_case([&](Case c) {
     const auto errors =
@@ -198,7 +198,7 @@ TEST_P(IsosurfaceGuarantees, ATighterThresholdOnlyRefines) {
   });
 }
 
-TEST_P(IsosurfaceGuarantees, TilesOfAnySizeHoldTheWholeSurfaceOnceAndLieInTheirCubes) {
+TEST_P(IsosurfaceGuarantees, DividesTheSurfaceIntoTilesOfAnySize) {
   const Field& field = isosurface_.field();
   const OctreeCube root = root_cube(field.grid());
   for (const double isovalue : setting_.isovalues) {
@@ -234,7 +234,7 @@ TEST_P(IsosurfaceGuarantees, TilesOfAnySizeHoldTheWholeSurfaceOnceAndLieInTheirC
   }
 }
 
-TEST_P(IsosurfaceGuarantees, NoVertexIsAGridPointAtFullResolution) {
+TEST_P(IsosurfaceGuarantees, HasNoVertexOnAGridPointAtFullResolution) {
   const Field& field = isosurface_.field();
   const UniformModel full(field.grid(), 1000);
   for (const int resolution : {1, 3, 5, 8}) {
@@ -250,7 +250,7 @@ TEST_P(IsosurfaceGuarantees, NoVertexIsAGridPointAtFullResolution) {
   }
 }
 
-TEST(Isosurface, ThresholdZeroGivesTheFullResolutionBitForBit) {
+TEST(Isosurface, EqualsTheFullResolutionAtThresholdZero) {
   const Volume volume = fields::noise({17, 16, 14}, 31);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   const Field& field = isosurface.field();
@@ -260,7 +260,7 @@ TEST(Isosurface, ThresholdZeroGivesTheFullResolutionBitForBit) {
   EXPECT_LT(lossless.tetrahedra, full.tetrahedra);
 }
 
-TEST(Isosurface, IsovaluesOutsideTheRangeGiveAnEmptySurface) {
+TEST(Isosurface, IsEmptyOutsideTheValueRange) {
   const Volume volume = fields::noise({9, 9, 9}, 32);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   for (const double isovalue : {-1.0, 1.0, 1e300, -1e300}) {
@@ -270,7 +270,7 @@ TEST(Isosurface, IsovaluesOutsideTheRangeGiveAnEmptySurface) {
   }
 }
 
-TEST(Isosurface, ABallFacesOutwardsAndIsASphere) {
+TEST(Isosurface, IsAnOutwardFacingSphereForABall) {
   const Volume volume = fields::ball({20, 20, 20}, 7);
   ReferenceIsosurfaces isosurface(volume, std::nullopt, 0);
   for (const double threshold : {0.0, 0.3, 1.0}) {

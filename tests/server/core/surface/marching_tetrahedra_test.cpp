@@ -70,7 +70,7 @@ TEST(MarchingTetrahedron, HasTheSameTrianglesForEveryOrderOfItsCorners) {
   EXPECT_EQ(vertex_sets.size(), 1U);
 }
 
-TEST(MarchingTetrahedron, AVoidCornerGivesNoTriangles) {
+TEST(MarchingTetrahedron, HasNoTrianglesWithAVoidCorner) {
   const float none = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(marching_tetrahedron(kCorners, {1, -1, none, 1}, 0, kResolution).count, 0U);
   EXPECT_EQ(marching_tetrahedron(kCorners, {none, -1, 1, 1}, 0, kResolution).count, 0U);
@@ -81,7 +81,7 @@ TEST(MarchingTetrahedron, CountsAValueEqualToTheIsovalueAsNegative) {
   EXPECT_EQ(marching_tetrahedron(kCorners, {0, 0, 1, 0}, 0, kResolution).count, 1U);
 }
 
-TEST(LatticeVertex, LiesStrictlyBetweenTheEndsHoweverNearTheIsovalueIs) {
+TEST(LatticeVertex, LiesStrictlyBetweenTheEnds) {
   const GridPoint g{4, 8, 0};
   const GridPoint h{8, 4, 4};
   for (const double c : {1e-300, 1e-9, 0.5, 1 - 1e-9}) {
@@ -96,7 +96,7 @@ TEST(LatticeVertex, LiesStrictlyBetweenTheEndsHoweverNearTheIsovalueIs) {
   }
 }
 
-TEST(LatticeVertex, DoesNotDependOnTheDirectionOfTheEdge) {
+TEST(LatticeVertex, IsIndependentOfTheDirectionOfTheEdge) {
   const GridPoint g{0, 2, 0};
   const GridPoint h{2, 0, 0};
   for (int i = 1; i < 200; ++i) {
@@ -105,7 +105,7 @@ TEST(LatticeVertex, DoesNotDependOnTheDirectionOfTheEdge) {
   }
 }
 
-TEST(LatticeVertex, NearestLatticePointToTheCrossing) {
+TEST(LatticeVertex, IsTheLatticePointNearestToTheCrossing) {
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {4, 0, 0}, 1, 0.25, 3), (LatticePoint{8, 0, 0}));
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {1, 1, 0}, 8, 3.4, 3), (LatticePoint{3, 3, 0}));
   EXPECT_EQ(lattice_vertex({0, 0, 0}, 0, {1, 1, 0}, 8, 3.6, 3), (LatticePoint{4, 4, 0}));

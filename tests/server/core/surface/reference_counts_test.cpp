@@ -89,7 +89,7 @@ Case tolerant(double isovalue, double threshold, double tolerance) {
   return {.isovalue = isovalue, .threshold = threshold, .topology_tolerance = tolerance};
 }
 
-TEST(ReferenceCounts, CtHeadSkinWithZeroOutside) {
+TEST(ReferenceCounts, MatchCtHeadSkinWithZeroOutside) {
   expect_table(ct_head(), {.outside = 0,
                            .euler_characteristic = -502,
                            .components = 223,
@@ -103,7 +103,7 @@ TEST(ReferenceCounts, CtHeadSkinWithZeroOutside) {
                                     {rule_exact(500.5, 4), {226766, 120277, 159999, 79697, 399}}}});
 }
 
-TEST(ReferenceCounts, CtHeadBoneWithZeroOutside) {
+TEST(ReferenceCounts, MatchCtHeadBoneWithZeroOutside) {
   expect_table(ct_head(), {.outside = 0,
                            .euler_characteristic = -584,
                            .components = 227,
@@ -112,7 +112,7 @@ TEST(ReferenceCounts, CtHeadBoneWithZeroOutside) {
                                     {paper(1200.5, 4), {231396, 125198, 164056, 81444, 0}}}});
 }
 
-TEST(ReferenceCounts, CtHeadSkinWithVoidOutside) {
+TEST(ReferenceCounts, MatchCtHeadSkinWithVoidOutside) {
   expect_table(
       ct_head(),
       {.outside = std::nullopt,
@@ -129,7 +129,7 @@ TEST(ReferenceCounts, CtHeadSkinWithVoidOutside) {
                 {tolerant(500.5, 4, 2), {23816, 9505, 12272, 6233, 0}}}});
 }
 
-TEST(ReferenceCounts, CtHeadSkinClosedOnAllSides) {
+TEST(ReferenceCounts, MatchCtHeadSkinClosedOnAllSides) {
   expect_table(ct_head(), {.outside = 0,
                            .margin = 1,
                            .euler_characteristic = -472,
@@ -138,7 +138,7 @@ TEST(ReferenceCounts, CtHeadSkinClosedOnAllSides) {
                                     {paper(500.5, 4), {311812, 156713, 206314, 102685, 0}}}});
 }
 
-TEST(ReferenceCounts, Fuel) {
+TEST(ReferenceCounts, MatchFuel) {
   expect_table(fuel(), {.euler_characteristic = -5,
                         .components = 1,
                         .rows = {{paper(60.5, 0), {39322, 11032, 14438, 7232, 36}},
@@ -147,7 +147,7 @@ TEST(ReferenceCounts, Fuel) {
                                  {paper(60.5, 4), {7180, 1933, 2494, 1246, 8}}}});
 }
 
-TEST(ReferenceCounts, Neghip) {
+TEST(ReferenceCounts, MatchNeghip) {
   expect_table(neghip(), {.euler_characteristic = 22,
                           .components = 18,
                           .rows = {{paper(80.5, 0), {175454, 52589, 68806, 34525, 200}},
@@ -157,7 +157,7 @@ TEST(ReferenceCounts, Neghip) {
                                    {rule_exact(80.5, 4), {10826, 3903, 5023, 2600, 133}}}});
 }
 
-TEST(ReferenceCounts, Tooth) {
+TEST(ReferenceCounts, MatchTooth) {
   expect_table(tooth(), {.euler_characteristic = -2,
                          .components = 1,
                          .rows = {{paper(195.5, 0), {508908, 149507, 195698, 97847, 0}},
@@ -165,7 +165,7 @@ TEST(ReferenceCounts, Tooth) {
                                   {paper(195.5, 4), {51762, 18317, 23706, 11851, 0}}}});
 }
 
-TEST(ReferenceCounts, HeadsqWithWorldSpacing) {
+TEST(ReferenceCounts, MatchHeadsqWithWorldSpacing) {
   expect_table(headsq(), {.euler_characteristic = -194,
                           .components = 52,
                           .rows = {{paper(1150.5, 0), {478026, 179414, 236264, 118343, 810}},

@@ -72,7 +72,7 @@ Affine oblique() {
           .translation = {10, -20, 30}};
 }
 
-TEST(VertexNormals, APlaneIsExactUpToTheBorder) {
+TEST(VertexNormals, AreExactForAPlaneUpToTheBorder) {
   const DatasetPtr dataset = make_dataset(plane(), "plane", std::nullopt, 3);
   const auto falls = [](const Vec3&) { return Vec3{-3, -2, 1}; };
   const auto points = places(dataset->info, 0, 3000);
@@ -81,7 +81,7 @@ TEST(VertexNormals, APlaneIsExactUpToTheBorder) {
   EXPECT_LT(largest_angle(dataset, inner, NormalSource::kCoarseSamples, falls), 0.05);
 }
 
-TEST(VertexNormals, StandUprightInAnyCoordinates) {
+TEST(VertexNormals, ArePerpendicularInAnyCoordinates) {
   for (const bool mirrored : {false, true}) {
     Volume volume = plane();
     volume.index_to_world = oblique();
@@ -106,7 +106,7 @@ TEST(VertexNormals, StandUprightInAnyCoordinates) {
   }
 }
 
-TEST(VertexNormals, ABallPointsAwayFromItsMiddle) {
+TEST(VertexNormals, PointAwayFromTheMiddleOfABall) {
   const DatasetPtr dataset = make_dataset(fields::ball({41, 41, 41}, 12), "ball");
   std::vector<LatticePoint> points;
   for (const LatticePoint& p : places(dataset->info, 2, 3000)) {
@@ -118,7 +118,7 @@ TEST(VertexNormals, ABallPointsAwayFromItsMiddle) {
   EXPECT_LT(largest_angle(dataset, points, NormalSource::kSamples, outwards), 0.5);
 }
 
-TEST(VertexNormals, AGyroidFollowsItsGradient) {
+TEST(VertexNormals, FollowTheGradientOfAGyroid) {
   const DatasetPtr dataset = make_dataset(fields::gyroid(65, 0, 1), "gyroid");
   const double k = 4 * kPi / 64;
   const auto sin = [k](double v) { return std::sin(k * v); };
@@ -139,7 +139,7 @@ TEST(VertexNormals, AGyroidFollowsItsGradient) {
   EXPECT_LT(largest_angle(dataset, points, NormalSource::kSamples, falls), 1.0);
 }
 
-TEST(VertexNormals, DoNotDependOnTheVerticesAround) {
+TEST(VertexNormals, AreIndependentOfOtherVertices) {
   for (const auto& outside : {std::optional<double>(), std::optional<double>(0.25)}) {
     const DatasetPtr dataset = make_dataset(fields::masked_gyroid(37, 3), "masked", outside, 2);
     const auto points = places(dataset->info, 0, 1000);
@@ -154,7 +154,7 @@ TEST(VertexNormals, DoNotDependOnTheVerticesAround) {
   }
 }
 
-TEST(VertexNormals, TakeNoPartInVoidSamples) {
+TEST(VertexNormals, IgnoreVoidSamples) {
   Volume volume = plane();
   auto& samples = std::get<std::vector<float>>(volume.samples);
   for (int z = 0; z < volume.dims[2]; z += 3) {
@@ -174,7 +174,7 @@ TEST(VertexNormals, TakeNoPartInVoidSamples) {
   EXPECT_LT(largest_angle(dataset, points, NormalSource::kSamples, falls), 0.05);
 }
 
-TEST(VertexNormals, SeeTheValueOutside) {
+TEST(VertexNormals, UseTheOutsideValue) {
   const Volume block = fields::sampled<std::uint8_t>({3, 3, 3}, [](int, int, int) { return 9; });
   const DatasetPtr dataset = make_dataset(block, "block", 0.0, 2);
   const std::int32_t middle = 3 << kResolution;
@@ -184,7 +184,7 @@ TEST(VertexNormals, SeeTheValueOutside) {
             (std::vector<UnitVector>{{0, 0, -1}, {1, 0, 0}}));
 }
 
-TEST(VertexNormals, ZeroGradientsPointUp) {
+TEST(VertexNormals, PointUpForZeroGradients) {
   const Volume flat = fields::sampled<std::int16_t>({9, 9, 9}, [](int, int, int) { return -4; });
   const Volume empty = fields::sampled<float>({9, 9, 9}, [](int x, int y, int z) {
     return x + y + z == 0 ? 1.0 : std::numeric_limits<double>::quiet_NaN();
@@ -198,7 +198,7 @@ TEST(VertexNormals, ZeroGradientsPointUp) {
   }
 }
 
-TEST(VertexNormals, TheLargestFloatsGiveUnitVectors) {
+TEST(VertexNormals, AreUnitVectorsForTheLargestFloats) {
   const Volume steep =
       fields::sampled<float>({9, 9, 9}, [](int x, int, int) { return x < 4 ? -3e38 : 3e38; });
   const DatasetPtr dataset = make_dataset(steep, "steep");
@@ -213,7 +213,7 @@ struct Unreadable : BrickSource {
   }
 };
 
-TEST(VertexNormals, CoarseSamplesReadNoBrick) {
+TEST(VertexNormals, ReadNoBrickForCoarseSamples) {
   const DatasetPtr dataset = make_dataset(plane(), "plane");
   PreparedVolume coarse_only = *dataset;
   coarse_only.samples = std::make_shared<const Unreadable>();

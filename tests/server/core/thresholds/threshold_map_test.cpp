@@ -94,7 +94,7 @@ void for_random_maps(int count, const Visit& visit) {
   }
 }
 
-TEST(ThresholdMap, ThresholdAtMatchesItsDefinition) {
+TEST(ThresholdMap, MatchesItsDefinitionInThresholdAt) {
   for_random_maps(300, [](const auto& info, const auto& request, const auto& map, auto& random) {
     for (int i = 0; i < 30; ++i) {
       const Vec3 place = random_grid_place(info, random);
@@ -104,7 +104,7 @@ TEST(ThresholdMap, ThresholdAtMatchesItsDefinition) {
   });
 }
 
-TEST(ThresholdMap, LeastInIsALowerBound) {
+TEST(ThresholdMap, BoundsThresholdsFromBelowInLeastIn) {
   for_random_maps(300, [](const auto& info, const auto& request, const auto& map, auto& random) {
     for (int i = 0; i < 10; ++i) {
       const Vec3 middle = random_grid_place(info, random);
@@ -125,7 +125,7 @@ TEST(ThresholdMap, LeastInIsALowerBound) {
   });
 }
 
-TEST(ThresholdMap, LeastInGrowsInInnerBoxes) {
+TEST(ThresholdMap, NeverDecreasesLeastInForInnerBoxes) {
   for_random_maps(400, [](const auto& info, const auto&, const auto& map, auto& random) {
     for (int i = 0; i < 40; ++i) {
       Box outer = random_box(whole_grid(info), random);
@@ -141,7 +141,7 @@ TEST(ThresholdMap, LeastInGrowsInInnerBoxes) {
   });
 }
 
-TEST(ThresholdMap, ParentRegionsAreNeverAboveTheirChildren) {
+TEST(ThresholdMap, NeverExceedsChildrenInParentRegions) {
   for_random_maps(60, [](const auto& info, const auto&, const auto& map, auto& random) {
     const Grid grid(info.grid_exponent);
     for (int i = 0; i < 200; ++i) {
@@ -171,7 +171,7 @@ TEST(ThresholdMap, BoundsAllItsThresholds) {
   });
 }
 
-TEST(ThresholdMap, TighterEverywhereIsTighterInEveryBox) {
+TEST(ThresholdMap, IsTighterInEveryBoxIfTighterEverywhere) {
   for_random_maps(
       100, [](const auto& info, IsosurfaceRequest request, const auto& map, auto& random) {
         request.error *= 0.5;
@@ -215,7 +215,7 @@ ThresholdRegion slab(double x0, double x1, double threshold) {
   return {.shape = BoxShape{.low = {x0, -1, -1}, .high = {x1, 99, 99}}, .threshold = threshold};
 }
 
-TEST(ThresholdMap, UniformWithoutParts) {
+TEST(ThresholdMap, IsUniformWithoutParts) {
   EXPECT_EQ(map_of({}).least_in(box(1, 2)), 4);
   EXPECT_EQ(map_of({.at_least = 6}).least_in(box(1, 2)), 6);
   EXPECT_EQ(map_of({.at_least = 3}).least(), 4);
@@ -229,7 +229,7 @@ TEST(ThresholdMap, UniformWithoutParts) {
             std::numeric_limits<double>::max());
 }
 
-TEST(ThresholdMap, TheLastRegionThatContainsThePlaceWins) {
+TEST(ThresholdMap, UsesTheLastRegionThatContainsThePoint) {
   const ThresholdMap map =
       map_of({.regions = {slab(0, 30, 1), slab(10, 20, 3), slab(15, 16, 0.5)}});
   EXPECT_EQ(map.least_in(box(2, 5)), 1);
@@ -243,7 +243,7 @@ TEST(ThresholdMap, TheLastRegionThatContainsThePlaceWins) {
   EXPECT_EQ(map.largest(), 4);
 }
 
-TEST(ThresholdMap, MinimumTakesTheLeastOfAllParts) {
+TEST(ThresholdMap, UsesTheLeastOfAllPartsForMinimum) {
   const ThresholdMap map = map_of({.combination = Combination::kMinimum,
                                    .regions = {slab(0, 30, 1), slab(10, 20, 3), slab(40, 50, 7)}});
   EXPECT_EQ(map.least_in(box(12, 14)), 1);
@@ -251,19 +251,19 @@ TEST(ThresholdMap, MinimumTakesTheLeastOfAllParts) {
   EXPECT_EQ(map.least_in(box(32, 34)), 4);
 }
 
-TEST(ThresholdMap, HiddenPartsAreIgnored) {
+TEST(ThresholdMap, IgnoresHiddenParts) {
   const ThresholdMap map = map_of({.regions = {slab(3, 4, 0), slab(-1, 99, 2.5)}});
   EXPECT_EQ(map.least(), 2.5);
   EXPECT_EQ(map.largest(), 2.5);
 }
 
-TEST(ThresholdMap, AtLeastRaisesLowerThresholds) {
+TEST(ThresholdMap, RaisesThresholdsToAtLeast) {
   const ThresholdMap map = map_of({.regions = {slab(0, 30, 1)}, .at_least = 2});
   EXPECT_EQ(map.least_in(box(2, 5)), 2);
   EXPECT_EQ(map.least_in(box(40, 41)), 4);
 }
 
-TEST(ThresholdMap, IndexRegionsMoveWithTheMargin) {
+TEST(ThresholdMap, MovesIndexRegionsWithTheMargin) {
   DatasetInfo info = cube_of(40);
   info.margin = 5;
   info.grid_exponent = grid_exponent_for(info.dims, 5);
@@ -280,7 +280,7 @@ LocalThresholds grid_of(std::array<std::int32_t, 3> dims, std::vector<float> val
               ThresholdGrid{.dims = dims, .index_to_world = map, .thresholds = std::move(values)})};
 }
 
-TEST(ThresholdMap, GridUsesTheLeastTouchedVoxel) {
+TEST(ThresholdMap, UsesTheLeastTouchedVoxelOfAGrid) {
   // Voxels of 16 grid steps, from -8 on: 1, 2, none and 3 along x; the grid is wide along y and z.
   const LocalThresholds thresholds = grid_of(
       {4, 5, 5},
@@ -308,7 +308,7 @@ TEST(ThresholdMap, GridUsesTheLeastTouchedVoxel) {
   EXPECT_EQ(map_of(with_region).least_in(box(25, 39)), 3.5);
 }
 
-TEST(ThresholdMap, ViewUsesThePixelSizeAtItsDistance) {
+TEST(ThresholdMap, UsesThePixelSizeAtTheDistanceOfAView) {
   // At 90 degrees the height of the picture is twice its distance.
   const ThresholdView view{
       .eye = {0, 11, 11}, .field_of_view = 90, .height_pixels = 100, .tolerance_pixels = 5};
@@ -322,7 +322,7 @@ TEST(ThresholdMap, ViewUsesThePixelSizeAtItsDistance) {
                    std::tan(3.14159265358979323846 / 6));
 }
 
-TEST(ThresholdMap, FrustumUsesOutsideBeyondIt) {
+TEST(ThresholdMap, UsesOutsideBeyondAFrustum) {
   const ThresholdView view{.eye = {32, 11, 11},
                            .field_of_view = 90,
                            .height_pixels = 100,
@@ -335,7 +335,7 @@ TEST(ThresholdMap, FrustumUsesOutsideBeyondIt) {
   EXPECT_EQ(map.least_in(box(20, 40)), 0) << "on both sides of the eye";
 }
 
-TEST(ThresholdMap, ExtremeNumbersGiveAtLeast) {
+TEST(ThresholdMap, IsAtLeastTheMinimumForExtremeNumbers) {
   DatasetInfo info = cube_of(9);
   info.index_to_world.translation = {1e300, -1e300, 0};
   EXPECT_EQ(map_of({.regions = {slab(0, 1, 2)}}, 4, info).largest(), 0);
@@ -352,7 +352,7 @@ TEST(ThresholdMap, ExtremeNumbersGiveAtLeast) {
   EXPECT_TRUE(std::isfinite(map_of({.view = view}).least_in(box(0, 20))));
 }
 
-TEST(ThresholdMap, ViewWithZeroToleranceIsZero) {
+TEST(ThresholdMap, IsZeroForAViewWithZeroTolerance) {
   for (const double height : {5e-324, 1e-310, 1e-300, 1.0, 1e100}) {
     const ThresholdView view{
         .eye = {0, 11, 11}, .field_of_view = std::nextafter(180.0, 0.0), .height_pixels = height};
@@ -367,7 +367,7 @@ TEST(ThresholdMap, ViewWithZeroToleranceIsZero) {
 
 // ---- ten thousand regions
 
-TEST(ThresholdMap, TenThousandRegionsAreMonotone) {
+TEST(ThresholdMap, IsMonotoneWithTenThousandRegions) {
   std::mt19937_64 random(11);
   const DatasetInfo info = cube_of(257);
   for (const bool same_place : {false, true}) {
@@ -399,7 +399,7 @@ TEST(ThresholdMap, TenThousandRegionsAreMonotone) {
   }
 }
 
-TEST(ThresholdMap, CanBeCancelledWithManyRegions) {
+TEST(ThresholdMap, IsCancellableWithManyRegions) {
   std::mt19937_64 random(12);
   const DatasetInfo info = cube_of(257);
   IsosurfaceRequest request{.error = 4};

@@ -66,7 +66,7 @@ std::vector<PreparedSetting> settings() {
           {"small", fields::ball({9, 9, 9}, 3), 0.0, 1}};
 }
 
-TEST(PrepareParts, MakeTheDatasetOfOneProcessForAnyNumberOfParts) {
+TEST(PrepareParts, WriteTheSameDatasetForAnyNumberOfParts) {
   std::mt19937 random(7);
   for (const PreparedSetting& setting : settings()) {
     const auto expected = by_one_process(setting);
@@ -84,7 +84,7 @@ TEST(PrepareParts, MakeTheDatasetOfOneProcessForAnyNumberOfParts) {
   }
 }
 
-TEST(PrepareParts, MayBeLostAndRepeated) {
+TEST(PrepareParts, AcceptRepeatedParts) {
   const PreparedSetting setting = settings().front();
   const auto expected = by_one_process(setting);
   const TemporaryFolder folder;
@@ -109,7 +109,7 @@ TEST(PrepareParts, MayBeLostAndRepeated) {
   EXPECT_EQ(content_of(folder.path()), expected);
 }
 
-TEST(PrepareParts, MayBeCopiedTogether) {
+TEST(PrepareParts, AcceptPartsCopiedIntoOneFolder) {
   const PreparedSetting setting = settings().front();
   const auto expected = by_one_process(setting);
   const TemporaryFolder machines;
@@ -126,7 +126,7 @@ TEST(PrepareParts, MayBeCopiedTogether) {
   EXPECT_EQ(content_of(folder.path()), expected);
 }
 
-TEST(PrepareParts, RefusesToMergeDamagedParts) {
+TEST(PrepareParts, RejectDamagedParts) {
   const PreparedSetting setting = settings().front();
   const TemporaryFolder folder;
   plan(setting, folder.path() / "all.mtd", 2);
@@ -147,7 +147,7 @@ TEST(PrepareParts, RefusesToMergeDamagedParts) {
   merge_parts(folder.path() / "all.mtd");
 }
 
-TEST(PrepareParts, RejectsPartsOfAnotherVolumeOrPlan) {
+TEST(PrepareParts, RejectPartsOfAnotherVolumeOrPlan) {
   const PreparedSetting setting = settings().front();
   const TemporaryFolder folder;
   plan(setting, folder.path() / "all.mtd", 2);

@@ -39,7 +39,7 @@ TEST(ContourLevel, IgnoresOtherAndDamagedTexts) {
   EXPECT_FALSE(contour_level_in_json("{"));
 }
 
-TEST(ContourLevel, ReadsFilesBesideTheMapAndArchiveHeaders) {
+TEST(ContourLevel, ReadsSidecarFilesAndArchiveHeaders) {
   const TemporaryFolder folder;
   const std::filesystem::path map = folder.file("map/emd_1234.map.gz", "");
   EXPECT_FALSE(sidecar_contour_level(map));

@@ -11,7 +11,7 @@
 namespace multitetra {
 namespace {
 
-TEST(ImageStack, NaturalOrderCountsRunsOfDigits) {
+TEST(ImageStack, SortsDigitsNumerically) {
   const std::vector<std::string> sorted = {"a",    "a1",  "a02", "a2",     "a10",
                                            "a10b", "a11", "b0",  "b1.tif", "b10.tif"};
   for (std::size_t i = 0; i < sorted.size(); ++i) {
@@ -36,7 +36,7 @@ std::vector<std::string> names(const std::filesystem::path& path) {
   return result;
 }
 
-TEST(ImageStack, FindsTheImagesOfAFolderOrPatternInOrder) {
+TEST(ImageStack, ListsImagesOfAFolderOrPatternInOrder) {
   const TemporaryFolder folder;
   for (const char* name : {"s010.tif", "s9.tif", "s002.TIFF", "t1.tif", "s1.txt", ".s1.tif"}) {
     folder.file(name, "");

@@ -84,7 +84,7 @@ TEST_F(JpegFile, ReadsGreyAndColors) {
   }
 }
 
-TEST_F(JpegFile, ImagesOfAFolderAreSlices) {
+TEST_F(JpegFile, ReadsImagesOfAFolderAsSlices) {
   for (const int slice : {9, 10, 11}) {
     folder_.file("stack/s" + std::to_string(slice) + ".jpg",
                  jpeg({static_cast<std::uint8_t>(10 * slice)}));
@@ -102,7 +102,7 @@ TEST_F(JpegFile, ImagesOfAFolderAreSlices) {
   EXPECT_THROW((void)read_volume(folder_.path() / "stack"), VolumeFileError);
 }
 
-TEST_F(JpegFile, RefusesImagesThatEndEarly) {
+TEST_F(JpegFile, RejectsTruncatedImages) {
   // libjpeg replaces missing data by grey.
   const std::string whole = jpeg({117});
   EXPECT_EQ(refusal(whole), "accepted");

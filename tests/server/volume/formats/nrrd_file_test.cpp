@@ -34,7 +34,7 @@ class NrrdFile : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST(NrrdHeader, HasFieldsInLowerCaseAndKeysAsTheyAre) {
+TEST(NrrdHeader, LowersFieldsAndKeepsKeys) {
   const NrrdHeader header = parse_nrrd_header(
       "NRRD0005\r\n# a comment: none\r\nType: short\r\nDataFile: LIST 2\r\na.raw\r\nb: c.raw\r\n");
   EXPECT_EQ(header.field("type"), "short");
@@ -50,7 +50,7 @@ TEST(NrrdHeader, HasFieldsInLowerCaseAndKeysAsTheyAre) {
   EXPECT_EQ(keys.bytes, 48U);
 }
 
-TEST_F(NrrdFile, SpacesOfPatientsAreTurnedToLps) {
+TEST_F(NrrdFile, ConvertsPatientSpacesToLps) {
   const std::string place = "space directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (10,20,30)\n";
   const auto check = [&](const std::string& space, const Vec3& signs) {
     SCOPED_TRACE(space);
@@ -78,7 +78,7 @@ TEST_F(NrrdFile, SpacesOfPatientsAreTurnedToLps) {
   expect_contains(refusal(kBytes + "space: up-down-strange\n" + place), "'up-down-strange'");
 }
 
-TEST_F(NrrdFile, SpaceMayComeLateOrBeMissing) {
+TEST_F(NrrdFile, AcceptsALateOrMissingSpace) {
   const std::string directions = "space directions: (1,0,0) (0,2,0) (0,0,3)\n";
   EXPECT_EQ(header(directions + "space origin: (1, 2, 3)\nspace: RAS\n").index_to_world.translation,
             (Vec3{-1, -2, 3}));
@@ -90,7 +90,7 @@ TEST_F(NrrdFile, SpaceMayComeLateOrBeMissing) {
   EXPECT_EQ(spacings.spacing, (Vec3{1, 2, 3}));
 }
 
-TEST_F(NrrdFile, UnitsOfSpaceAndLeastPlacesOfAxesCount) {
+TEST_F(NrrdFile, AppliesSpaceUnitsAndAxisMinimums) {
   const ImageHeader micrometres = header(
       "space: LPS\nspace units: \"um\" \"um\" \"um\"\nspace directions: (1,0,0) (0,2,0) "
       "(0,0,3)\n");
@@ -101,12 +101,12 @@ TEST_F(NrrdFile, UnitsOfSpaceAndLeastPlacesOfAxesCount) {
             (Vec3{10, 20, 30}));
 }
 
-TEST_F(NrrdFile, AShearedGridIsRefused) {
+TEST_F(NrrdFile, RejectsShearedGrids) {
   expect_contains(refusal(kBytes + "space: LPS\nspace directions: (1,0,0) (0.5,2,0) (0,0,3)\n"),
                   "right angles");
 }
 
-TEST_F(NrrdFile, ComponentsMayComeFirstOrLast) {
+TEST_F(NrrdFile, ReadsComponentsFirstOrLast) {
   const std::string lines = "NRRD0004\ntype: uint8\nencoding: raw\n";
   std::vector<std::byte> slice(12);
   std::string bytes(24, '\0');
@@ -129,7 +129,7 @@ TEST_F(NrrdFile, ComponentsMayComeFirstOrLast) {
       "neither the first nor the last");
 }
 
-TEST_F(NrrdFile, RefusesIncompleteHeaders) {
+TEST_F(NrrdFile, RejectsIncompleteHeaders) {
   const std::string shorts = "NRRD0004\ntype: int16\ndimension: 3\nsizes: 3 2 2\n";
   expect_contains(refusal(shorts + "encoding: raw\n"), "endian");
   expect_contains(refusal(shorts + "endian: little\n"), "encoding is ''");

@@ -9,7 +9,7 @@
 namespace multitetra {
 namespace {
 
-TEST(SegmentNames, OneLayerUsesSampleValues) {
+TEST(SegmentNames, UseSampleValuesOfOneLayer) {
   const auto found = segments_in(
       "NRRD0004\ntype: uint8\nSegment0_Name:=liver\nSegment0_Color:=1 0.5 "
       "0\nSegment0_LabelValue:=3\n"
@@ -22,7 +22,7 @@ TEST(SegmentNames, OneLayerUsesSampleValues) {
   EXPECT_FALSE(have_layers(found));
 }
 
-TEST(SegmentNames, SeveralLayersAreNumbered) {
+TEST(SegmentNames, NumberSegmentsOfSeveralLayers) {
   const auto found = segments_in(
       "Segment0_Name:=liver\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n"
       "Segment1_Name:=tumour\nSegment1_LabelValue:=1\nSegment1_Layer:=1\n"

@@ -149,7 +149,7 @@ class TiffFile : public ::testing::Test {
   int files_ = 0;
 };
 
-TEST_F(TiffFile, EveryTypeOfSamplesIsRead) {
+TEST_F(TiffFile, ReadsEverySampleType) {
   expect_pages(written<std::uint8_t>(3, SAMPLEFORMAT_UINT), SampleType::kU8, {0, 1, 2});
   expect_pages(written<std::int8_t>(2, SAMPLEFORMAT_INT), SampleType::kI8, {0, 1});
   expect_pages(written<std::uint16_t>(2, SAMPLEFORMAT_UINT), SampleType::kU16, {0, 1});
@@ -162,7 +162,7 @@ TEST_F(TiffFile, EveryTypeOfSamplesIsRead) {
   expect_pages(written<double>(2, SAMPLEFORMAT_IEEEFP), SampleType::kF32, {0, 1});
 }
 
-TEST_F(TiffFile, FloatsOfHalfPrecisionBecomeF32) {
+TEST_F(TiffFile, ConvertsHalfFloatsToF32) {
   const fs::path file = folder_.path() / "half.tif";
   TIFF* const tiff = TIFFOpen(file.c_str(), "w");
   TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 6);
@@ -183,7 +183,7 @@ TEST_F(TiffFile, FloatsOfHalfPrecisionBecomeF32) {
   EXPECT_TRUE(std::isnan(samples[5]));
 }
 
-TEST_F(TiffFile, MasksOfOneBitBecomeBytes) {
+TEST_F(TiffFile, ConvertsOneBitMasksToBytes) {
   const fs::path file = folder_.path() / "mask.tif";
   TIFF* const tiff = TIFFOpen(file.c_str(), "w");
   TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 10);
@@ -196,7 +196,7 @@ TEST_F(TiffFile, MasksOfOneBitBecomeBytes) {
   EXPECT_EQ(samples_of(read_volume(file)), (std::vector<double>{1, 0, 1, 1, 0, 0, 0, 0, 0, 1}));
 }
 
-TEST_F(TiffFile, StripsTilesCompressionsByteOrdersAndBigTiffAreTheSameSamples) {
+TEST_F(TiffFile, ReadsTheSameSamplesFromEveryLayout) {
   for (const int compression :
        {COMPRESSION_NONE, COMPRESSION_LZW, COMPRESSION_ADOBE_DEFLATE, COMPRESSION_PACKBITS}) {
     for (const std::uint32_t tile : {0U, 16U}) {
@@ -212,7 +212,7 @@ TEST_F(TiffFile, StripsTilesCompressionsByteOrdersAndBigTiffAreTheSameSamples) {
   }
 }
 
-TEST_F(TiffFile, ComponentsAreChosenWhetherTheyLieTogetherOrInPlanes) {
+TEST_F(TiffFile, ReadsInterleavedAndPlanarComponents) {
   for (const bool is_planar : {false, true}) {
     for (const std::uint32_t tile : {0U, 16U}) {
       const fs::path file = written<std::uint8_t>(
@@ -224,7 +224,7 @@ TEST_F(TiffFile, ComponentsAreChosenWhetherTheyLieTogetherOrInPlanes) {
   }
 }
 
-TEST_F(TiffFile, ResolutionIsSpacingUnlessItIsThatOfAScreen) {
+TEST_F(TiffFile, UsesTheResolutionAsSpacingUnlessOfAScreen) {
   const auto spacing = [&](double resolution, std::uint16_t unit) {
     const Volume volume = read_volume(written<std::uint8_t>(
         2, SAMPLEFORMAT_UINT, {.resolution = resolution, .resolution_unit = unit}));
@@ -239,7 +239,7 @@ TEST_F(TiffFile, ResolutionIsSpacingUnlessItIsThatOfAScreen) {
   EXPECT_EQ(spacing(100, RESUNIT_NONE), (Vec3{1, 1, 1}));
 }
 
-TEST_F(TiffFile, HyperstacksOfImageJHaveChannelsSlicesAndTimes) {
+TEST_F(TiffFile, ReadsImageJHyperstacks) {
   const std::string description =
       "ImageJ=1.53t\nimages=12\nchannels=2\nslices=3\nframes=2\nhyperstack=true\nmode=grayscale\n"
       "unit=micron\nspacing=2.5\nfinterval=0.5\nloop=false\n";
@@ -260,7 +260,7 @@ TEST_F(TiffFile, HyperstacksOfImageJHaveChannelsSlicesAndTimes) {
   EXPECT_EQ(contents.fields[1].channel, 1);
 }
 
-TEST_F(TiffFile, LargeStacksOfImageJHaveOnePageThatTheSamplesOfOthersFollow) {
+TEST_F(TiffFile, ReadsLargeImageJStacksOfOnePage) {
   const fs::path file = written<std::uint16_t>(
       1, SAMPLEFORMAT_UINT, {.mode = "wb", .description = "ImageJ=1.53t\nimages=3\nslices=3\n"});
   TIFF* const tiff = TIFFOpen(file.c_str(), "r");
@@ -282,7 +282,7 @@ TEST_F(TiffFile, LargeStacksOfImageJHaveOnePageThatTheSamplesOfOthersFollow) {
   expect_contains(refusal(folder_.file("cut.tif", bytes_of_file(file))), "ends too early");
 }
 
-TEST_F(TiffFile, OmeDescriptionsOrderPagesAndHaveUnits) {
+TEST_F(TiffFile, AppliesPageOrderAndUnitsOfOme) {
   const std::string description =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME "
       "xmlns=\"http://www.openmicroscopy.org/\"><Image "
@@ -303,7 +303,7 @@ TEST_F(TiffFile, OmeDescriptionsOrderPagesAndHaveUnits) {
   EXPECT_EQ(contents.times.at, (std::vector<double>{0, 2}));
 }
 
-TEST(TiffDescription, BlocksOfOmePagesMayBeginAnywhere) {
+TEST(TiffDescription, AcceptsOmeBlocksStartingAnywhere) {
   const auto parsed = [](const std::string& pixels, const std::string& blocks) {
     return parse_ome_description(
         "<OME><Image><Pixels " + pixels + ">" + blocks + "</Pixels></Image></OME>", 1);
@@ -328,7 +328,7 @@ TEST(TiffDescription, BlocksOfOmePagesMayBeginAnywhere) {
   EXPECT_FALSE(parse_ome_description("<OME>", 1));
 }
 
-TEST_F(TiffFile, ReducedCopiesAreNoPagesAndPagesThatDifferAreRefused) {
+TEST_F(TiffFile, SkipsReducedCopiesAndRejectsDifferingPages) {
   const fs::path file = written<std::uint8_t>(2, SAMPLEFORMAT_UINT);
   const auto append = [&](std::uint32_t width, std::uint32_t kind) {
     TIFF* const tiff = TIFFOpen(file.c_str(), "a");
@@ -347,7 +347,7 @@ TEST_F(TiffFile, ReducedCopiesAreNoPagesAndPagesThatDifferAreRefused) {
   expect_contains(refusal(file), "its page 3 has another size");
 }
 
-TEST_F(TiffFile, PngImagesAreSlicesAsTheyAreStored) {
+TEST_F(TiffFile, ReadsPngSlicesUnchanged) {
   const auto write_png = [&](const std::string& name, bool is_wide, int slice) {
     std::vector<std::uint16_t> wide;
     std::vector<std::uint8_t> narrow;

@@ -87,7 +87,7 @@ Volume noise(const Dims& dims, unsigned labels, unsigned seed) {
       dims, [&](int, int, int) { return static_cast<int>(random() % labels); });
 }
 
-TEST(LabelMap, FindsTheLabelsAndWhereTheyAre) {
+TEST(LabelMap, FindsTheLabelsAndTheirExtents) {
   const TemporaryFolder folder;
   const Volume volume = labels_of<std::int16_t>({4, 3, 5}, [](int x, int y, int z) {
     if (x == 1 && y == 2 && z >= 1 && z <= 3) return -7;
@@ -107,7 +107,7 @@ TEST(LabelMap, FindsTheLabelsAndWhereTheyAre) {
   EXPECT_EQ(map.labels()[1].centroid, (Vec3{1.5, 1, 4}));
 }
 
-TEST(LabelMap, HasEverySampleOnItsSideInStepsOf256) {
+TEST(LabelMap, KeepsEverySampleOnItsSideInStepsOf256) {
   const TemporaryFolder folder;
   for (const Volume& volume : {noise({19, 7, 11}, 4, 1), noise({1, 1, 9}, 2, 2),
                                labels_of<float>({33, 30, 31}, ball_in_a_box)}) {
@@ -124,7 +124,7 @@ TEST(LabelMap, HasEverySampleOnItsSideInStepsOf256) {
   }
 }
 
-TEST(LabelMap, FieldsOfTwoLabelsSumToOne) {
+TEST(LabelMap, MakesFieldsOfTwoLabelsThatSumToOne) {
   const TemporaryFolder folder;
   for (const Volume& volume :
        {noise({23, 18, 9}, 2, 3), labels_of<std::uint16_t>({31, 31, 31}, [](int x, int y, int z) {
@@ -137,7 +137,7 @@ TEST(LabelMap, FieldsOfTwoLabelsSumToOne) {
   }
 }
 
-TEST(LabelMap, SmoothWhereTheLabelIs) {
+TEST(LabelMap, SmoothsOnlyNearTheLabel) {
   // Far from the boundary the field is constant; along a wall it depends only on the wall.
   const TemporaryFolder folder;
   const LabelMap map = map_of(
@@ -148,7 +148,7 @@ TEST(LabelMap, SmoothWhereTheLabelIs) {
   for (std::size_t i = 0; i < field.size(); ++i) ASSERT_EQ(field[i], expected[i % 12]) << i;
 }
 
-TEST(LabelMap, GivesTheSameSlicesInAnyOrderAndSlabs) {
+TEST(LabelMap, ReturnsTheSameSlicesInAnyOrderAndSlabs) {
   const TemporaryFolder folder;
   const Volume volume = noise({9, 8, 17}, 3, 4);
   const LabelMap map = map_of(volume, folder);
@@ -167,7 +167,7 @@ TEST(LabelMap, GivesTheSameSlicesInAnyOrderAndSlabs) {
   }
 }
 
-TEST(LabelMap, HasNoLabelWhereSamplesAreVoid) {
+TEST(LabelMap, HasNoLabelAtVoidSamples) {
   const TemporaryFolder folder;
   Volume volume = labels_of<float>({5, 4, 3}, [](int, int, int) { return 2; });
   std::get<std::vector<float>>(volume.samples)[7] = std::nanf("");
@@ -177,7 +177,7 @@ TEST(LabelMap, HasNoLabelWhereSamplesAreVoid) {
   EXPECT_LT(field_of(map, 2)[7], 0.5F);
 }
 
-TEST(LabelMap, RefusesVolumesWithoutLabels) {
+TEST(LabelMap, RejectsVolumesWithoutLabels) {
   const TemporaryFolder folder;
   const auto refusal = [&](Volume volume) -> std::string {
     try {
@@ -200,7 +200,7 @@ TEST(LabelMap, RefusesVolumesWithoutLabels) {
       "more than 65536 different values");
 }
 
-TEST(LabelMap, SmoothsWithinTheBoundOfAVoxelAndBetterThanItsSteps) {
+TEST(LabelMap, SmoothsWithinAVoxelAndReducesStaircases) {
   // Checks the position and the smoothness of a ball's boundary.
   const TemporaryFolder folder;
   const LabelMap map = map_of(labels_of<std::uint8_t>({33, 33, 33}, ball_in_a_box), folder);
@@ -350,7 +350,7 @@ std::function<bool(int, int, int)> sheet(int width) {
 }
 
 // Checks what labels/README.md states about the default error.
-TEST(LabelMap, KeepsTheVolumeOfThinPartsAtAnErrorOfAQuarterOfTheirThickness) {
+TEST(LabelMap, KeepsTheVolumeOfThinPartsAtAQuarterOfTheirThickness) {
   for (const int width : {1, 2}) {
     EXPECT_NEAR(kept_of(sheet(width), 0.25).in_surface, 1, 0.05) << "sheet of " << width;
     EXPECT_NEAR(kept_of(tube(width, {1, 0, 0}, 9), 0.25).in_surface, 1, 0.12)
@@ -389,7 +389,7 @@ TEST(LabelMap, KeepsTheVolumesOfThinLabelsThatTouch) {
   }
 }
 
-TEST(LabelMap, HasTheSameTrianglesWhereTwoLabelsTouchBesideAThird) {
+TEST(LabelMap, SharesTrianglesOfTwoLabelsBesideAThird) {
   // Adjacent blocks of 5 x 5 x 5 in the background.
   const TemporaryFolder folder;
   const LabelMap map =
@@ -420,7 +420,7 @@ TEST(LabelMap, HasTheSameTrianglesWhereTwoLabelsTouchBesideAThird) {
   EXPECT_GE(vertices_at_border(one).size(), 25);
 }
 
-TEST(LabelMap, FindsTheSameSurfaceWhereASingleSampleHasTenEdgesOrTwentySix) {
+TEST(LabelMap, GivesASingleSampleTheSameSurfaceWithTenOrTwentySixEdges) {
   // The framework has 26 edges at samples whose coordinates are all odd or all even, 10 at others.
   for (const std::array<int, 3>& at : {std::array{12, 12, 12}, std::array{12, 12, 13}}) {
     const Kept kept = kept_of([&](int x, int y, int z) { return std::array{x, y, z} == at; });

@@ -29,7 +29,7 @@ constexpr const char* kTable =
     "7 \"two words\" 1 2 3\n"
     "-2 2 1 2 3";
 
-TEST(LabelNames, ReadsItkSnap) {
+TEST(LabelNames, ReadItkSnapFiles) {
   const auto labels = parse_label_names(kSnap);
   ASSERT_TRUE(labels) << labels.error().text;
   EXPECT_EQ(*labels, (std::vector<Label>{
@@ -37,7 +37,7 @@ TEST(LabelNames, ReadsItkSnap) {
                          {.value = 3, .name = "liver, \xc3\xa0 gauche", .color = 0xdd8265}}));
 }
 
-TEST(LabelNames, ReadsSlicerAndFreeSurfer) {
+TEST(LabelNames, ReadSlicerAndFreeSurferFiles) {
   const auto labels = parse_label_names(kTable);
   ASSERT_TRUE(labels) << labels.error().text;
   EXPECT_EQ(*labels, (std::vector<Label>{{.value = 0, .name = "Background", .color = 0},
@@ -46,7 +46,7 @@ TEST(LabelNames, ReadsSlicerAndFreeSurfer) {
                                          {.value = -2, .name = "2", .color = 0x010203}}));
 }
 
-TEST(LabelNames, ErrorsNameTheLineAndTheFix) {
+TEST(LabelNames, NameTheLineAndTheFixInErrors) {
   for (const char* line : {"x liver 1 2 3", "3 liver 1 2", "3 liver 1 2 256", "3 liver 1 2 -1",
                            "3 liver 1 2 3 4 5", "3 \"liver 1 2 3", "3.5 liver 1 2 3",
                            "3 liv\x01"
@@ -65,7 +65,7 @@ TEST(LabelNames, ErrorsNameTheLineAndTheFix) {
   EXPECT_TRUE(parse_label_names(""));
 }
 
-TEST(LabelNames, ChangedTextsAreReadOrRejected) {
+TEST(LabelNames, ReadOrRejectChangedTexts) {
   std::mt19937 random(1);
   for (const std::string whole : {kSnap, kTable}) {
     for (int i = 0; i < 4000; ++i) {
@@ -91,7 +91,7 @@ TEST(LabelNames, ChangedTextsAreReadOrRejected) {
   }
 }
 
-TEST(LabelNames, RefusesOtherFiles) {
+TEST(LabelNames, RejectOtherFiles) {
   const TemporaryFolder folder;
   const auto refusal = [&](const std::string& name, const std::string& text) -> std::string {
     if (!text.empty()) std::ofstream(folder.path() / name, std::ios::binary) << text;
