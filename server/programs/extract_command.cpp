@@ -11,15 +11,11 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/exit_codes.hpp"
-#include "common/base/number_text.hpp"
-#include "common/cli/human_units.hpp"
-#include "common/cli/json_report.hpp"
 #include "common/cli/output_files.hpp"
 #include "common/cli/surface_options.hpp"
 #include "common/cli/terminal.hpp"
 #include "common/mesh/content_digest.hpp"
 #include "common/mesh/lattice_intersections.hpp"
-#include "common/mesh/mesh_measures.hpp"
 #include "common/request/lattice_limit.hpp"
 #include "common/request/request_notices.hpp"
 #include "common/request/threshold_shrinking.hpp"
@@ -28,12 +24,12 @@
 #include "server/certify/certificate.hpp"
 #include "server/core/planning/budget.hpp"
 #include "server/core/surface/vertex_normals.hpp"
-#include "server/core/thresholds/threshold_map.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/extraction/model_file.hpp"
 #include "server/extraction/reference_extractor.hpp"
 #include "server/extraction/surface_extractor.hpp"
 #include "server/programs/commands.hpp"
+#include "server/programs/extract_report.hpp"
 #include "server/programs/extract_series.hpp"
 #include "server/programs/progress.hpp"
 #include "server/programs/thread_options.hpp"
@@ -61,22 +57,6 @@ Result<ThresholdGrid> read_volume_of_thresholds(const std::filesystem::path& fil
   }
 }
 
-struct ExtractArguments {
-  std::string file;
-  std::string output;
-  SurfaceArguments surface = {
-      .threshold_files = {.formats = "Any format that `prepare` reads (`formats` lists them)",
-                          .read = read_volume_of_thresholds}};
-  std::string errors = "spectrum";
-  std::optional<int> level;
-  std::string report;
-  std::string model_file;
-  std::string model_scope = "all";
-  int threads = 0;
-  bool json = false;
-  bool quiet = false;
-};
-
 MeshFormat format_of(const std::string& output) {
   const auto format = mesh_format_from(std::filesystem::path(output).extension().string());
   if (!format) {
@@ -84,103 +64,6 @@ MeshFormat format_of(const std::string& output) {
         "\"" + output + "\" has no mesh file suffix; use .ply, .stl, .obj, .glb, .drc or .vtp.");
   }
   return *format;
-}
-
-// The model file written with the mesh.
-struct WrittenModel {
-  std::string file;
-  std::size_t tetrahedra = 0;
-  std::size_t points = 0;
-};
-
-// Returns the largest bound of all tiles.
-double simplification_bound(const TiledSurface& surface) {
-  double bound = 0;
-  for (const TileMesh& tile : surface.tiles) bound = std::max(bound, tile.simplification_bound);
-  return bound;
-}
-
-Json json_of(const ExtractArguments& arguments, const WrittenModel& model) {
-  return {{"file", model.file},
-          {"scope", arguments.model_scope},
-          {"tetrahedra", model.tetrahedra},
-          {"points", model.points}};
-}
-
-// Area and volume of the output, and its distance to the full-resolution surface.
-struct Measured {
-  std::optional<SurfaceMeasures> measures;
-  std::optional<double> distance_bound;  // World units, including the lattice; none if unbounded.
-  bool is_full_resolution = false;
-};
-Measured measured(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-                  const LatticeMesh& mesh, const DatasetInfo& info) {
-  Measured result;
-  result.measures = measures_from(mesh, arguments.surface.query.min_component, grid_to_world(info));
-  const bool is_bounded = !arguments.level && request.topology_tolerance == 0 &&
-                          request.measure == ErrorMeasure::kCertified;
-  if (!is_bounded) return result;
-  const double error = largest_threshold(request, info);
-  // Rounding moves a vertex by at most half the diagonal of a lattice cell.
-  result.distance_bound = error + lattice_step_world(info, request.lattice_resolution) / 2;
-  result.is_full_resolution = error == 0;
-  return result;
-}
-
-// Returns the report, without the output files.
-Json report_of(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-               const std::vector<std::string>& notices, const TiledSurface& surface,
-               const MeshTopology& topology, const Measured& measured,
-               std::optional<std::size_t> self_intersecting, const ContentDigest& content,
-               const Progress& progress) {
-  Json report = {{"tetrahedra", surface.tetrahedra},
-                 {"active_tetrahedra", surface.active_tetrahedra}};
-  report.update(json_of(topology));
-  report["tiles"] = surface.tiles.size();
-  report["simplification_bound_world"] = simplification_bound(surface);
-  report.update(json_of(measured.measures, measured.distance_bound, measured.is_full_resolution));
-  if (self_intersecting) report["self_intersecting_triangles"] = *self_intersecting;
-  report["content_digest"] = content.hex();
-  report["seconds"] = progress.seconds();
-  report["parameters"] = json_of(request);
-  report["parameters"]["coordinates"] = name(arguments.surface.query.coordinates);
-  report["parameters"]["errors"] = arguments.errors;
-  if (arguments.level) report["parameters"]["level"] = *arguments.level;
-  report["notices"] = notices;
-  report["mesh_file"] = nullptr;
-  return report;
-}
-
-void print_facts(const ExtractArguments& arguments, const IsosurfaceRequest& request,
-                 const TiledSurface& surface, const MeshTopology& topology,
-                 const OutputSurface& written, std::optional<std::size_t> self_intersecting,
-                 const std::optional<WrittenModel>& model) {
-  std::cout << arguments.output << ": "
-            << "isovalue " << shortest_text(request.isovalue) << ", "
-            << human_count_of(written.mesh.triangles.size(), "triangle") << ", "
-            << human_count(written.mesh.positions.size()) << " vertices, from "
-            << human_count(surface.tetrahedra) << " tetrahedra\n  ";
-  if (written.components != written.total_components) {
-    std::cout << "whole surface: "
-              << human_count_of(static_cast<std::uint64_t>(topology.triangles), "triangle") << ", ";
-  }
-  std::cout << "Euler characteristic " << topology.euler_characteristic << ", "
-            << human_count_of(static_cast<std::uint64_t>(topology.components), "component") << ", "
-            << topology.border_edges << " edges on the border, " << topology.open_edges << " open, "
-            << topology.nonmanifold_edges << " non-manifold\n";
-  if (self_intersecting) {
-    std::cout << "  " << human_count_of(*self_intersecting, "triangle")
-              << " that intersect others\n";
-  }
-  if (model) {
-    std::cout << model->file << ": " << human_count(model->tetrahedra) << " tetrahedra, "
-              << human_count(model->points) << " points\n";
-  }
-}
-
-void put_report(const ExtractArguments& arguments, const Json& report) {
-  if (!arguments.report.empty()) write_file(arguments.report, text_of(report));
-  if (arguments.json) std::cout << text_of(report);
 }
 
 // The model of the reference extractor, if it is needed.
@@ -296,12 +179,11 @@ int extract(const ExtractArguments& arguments) {
   // Simplification has no error bound to obey on a uniform level.
   if (arguments.level) request.simplify = false;
   const ReferenceModel reference = reference_model(arguments, *dataset, request);
-  const TiledSurface surface =
-      reference.model && !reference.is_for_file_only
-          ? reference.extractor->extract(resolved_step({.request = request}, info),
-                                         *reference.model)
-      : within_budget ? surface_of(*within_budget)
-                      : extractor->extract(StepRequest{.request = request});
+  TiledSurface surface = reference.model && !reference.is_for_file_only
+                             ? reference.extractor->extract(
+                                   resolved_step({.request = request}, info), *reference.model)
+                         : within_budget ? surface_of(*within_budget)
+                                         : extractor->extract(StepRequest{.request = request});
   progress.begin("checks");
   LatticeMesh mesh = weld(surface.tiles, request.lattice_resolution);
   if (request.normal_bits != 0) {  // Files store them in full precision.
@@ -312,26 +194,25 @@ int extract(const ExtractArguments& arguments) {
       arguments.level ? std::max(1, (1 << info.grid_exponent) >> (*arguments.level / 3)) : 1;
   const MeshTopology topology = multitetra::topology(
       mesh, data_border(info, request.lattice_resolution, request.topology_tolerance, finest));
-  const ContentDigest content = digest(mesh);
+  ExtractResult result{.request = request,
+                       .surface = std::move(surface),
+                       .topology = topology,
+                       .content = digest(mesh)};
   // Only simplification can cause self-intersections.
-  std::optional<std::size_t> self_intersecting;
-  if (request.simplify) self_intersecting = lattice_intersections(mesh).triangles;
-
-  Measured of_mesh;
+  if (request.simplify) result.self_intersecting = lattice_intersections(mesh).triangles;
   if (arguments.json || !arguments.report.empty()) {
-    of_mesh = measured(arguments, request, mesh, info);
-    notices.add(volume_notice(*of_mesh.measures, of_mesh.distance_bound));
+    add_measures(result, arguments, mesh, info);
+    notices.add(volume_notice(*result.measures, result.distance_bound));
   }
 
   const auto report_now = [&] {
-    return report_of(arguments, request, notices.texts(), surface, topology, of_mesh,
-                     self_intersecting, content, progress);
+    return json_of(result, arguments, notices.texts(), progress.seconds());
   };
   if (topology.triangles == 0) {
     notices.add(empty_surface_text(request, info));
     if (!arguments.surface.allow_empty) {
       progress.finish();
-      put_report(arguments, report_now());
+      write_report(report_now(), arguments);
       throw ExitError(kEmptySurface, not_written_text(arguments.output));
     }
   }
@@ -340,7 +221,7 @@ int extract(const ExtractArguments& arguments) {
   if (!left_out.empty()) notices.add("The file has " + left_out + ".");
   if (topology.triangles > 0 && output.components == 0 && !arguments.surface.allow_empty) {
     progress.finish();
-    put_report(arguments, report_now());
+    write_report(report_now(), arguments);
     throw ExitError(kEmptySurface, not_written_text(arguments.output));
   }
   progress.begin("file");
@@ -348,22 +229,16 @@ int extract(const ExtractArguments& arguments) {
                                          {.lattice = output.lattice,
                                           .min_component = output.min_component,
                                           .world = output.world}));
-  std::optional<WrittenModel> model;
   if (has_model_file) {
     progress.begin("model_file");
-    model =
+    result.model =
         write_model(arguments, reference, request.isovalue, output_map(arguments.surface, info));
   }
   progress.finish();
   Json report = report_now();
-  report["mesh_file"] = arguments.output;
-  report["components_written"] = output.components;
-  report["triangles_written"] = output.mesh.triangles.size();
-  if (model) report["model"] = json_of(arguments, *model);
-  put_report(arguments, report);
-  if (!arguments.json && !arguments.quiet) {
-    print_facts(arguments, request, surface, topology, output, self_intersecting, model);
-  }
+  add_files(report, result, arguments, output);
+  write_report(report, arguments);
+  if (!arguments.json && !arguments.quiet) print_result(result, arguments, output);
   if (topology.is_sound()) return 0;
   std::cerr << "multitetra-server: the mesh has open, non-manifold or degenerate parts; this is a "
                "bug, please report it.\n";
@@ -374,6 +249,8 @@ int extract(const ExtractArguments& arguments) {
 
 void add_extract_command(Command& program, Run& run) {
   const auto a = std::make_shared<ExtractArguments>();
+  a->surface.threshold_files = {.formats = "Any format that `prepare` reads (`formats` lists them)",
+                                .read = read_volume_of_thresholds};
   Command* command =
       program.add_subcommand("extract", "Write isosurfaces as mesh files, without a network");
   command
