@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <exception>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -14,6 +13,7 @@
 #include "server/volume/formats/detail/chunked_array.hpp"
 #include "server/volume/formats/detail/chunked_slices.hpp"
 #include "server/volume/formats/detail/volume_objects.hpp"
+#include "server/volume/formats/detail/zarr_contents.hpp"
 
 namespace multitetra {
 namespace {
@@ -198,77 +198,11 @@ Placement placement_of(const ArrayLayout& array, const Json& attributes) {
   return placement;
 }
 
-// ---- further contents
-
 SourceTimes times_along(const Placement& placement, std::size_t d, std::int64_t count) {
   if (d >= placement.scale.size() || d >= placement.units.size() || placement.units[d].empty()) {
     return {.count = count};  // A scale of 1 without a unit is no time.
   }
   return even_times(count, placement.translation[d], placement.scale[d], placement.units[d]);
-}
-
-// Returns the channels, with the display names of "omero".
-std::vector<SourceField> channels_of(const Json& attributes, std::int64_t count) {
-  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
-  const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
-  const Json channels = omero.is_object() ? omero.value("channels", Json()) : Json();
-  std::vector<SourceField> fields;
-  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMaxSourceMembers); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const Json channel = channels.is_array() && at < channels.size() ? channels[at] : Json();
-    const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
-    std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
-    if (name.empty()) name = "channel" + std::to_string(i);
-    fields.push_back({.name = std::move(name), .channel = i});
-  }
-  return fields;
-}
-
-std::optional<double> label_value_of(const Json& entry) {
-  const Json value = entry.is_object() ? entry.value("label-value", Json()) : Json();
-  return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
-}
-
-// Reads the names of a label image from its properties, whose key depends on the writer.
-std::vector<SourceLabel> labels_of(const Json& attributes) {
-  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
-  const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
-  std::map<double, Label> labels;
-  const auto visit = [&](const char* list, const auto& add) {
-    const Json entries = image.is_object() ? image.value(list, Json()) : Json();
-    if (!entries.is_array()) return;
-    for (const Json& entry : entries) {
-      const auto value = label_value_of(entry);
-      if (!value || labels.size() >= kMaxSourceMembers) continue;
-      Label& label = labels[*value];
-      label.value = *value;
-      add(entry, label);
-    }
-  };
-  visit("colors", [](const Json& entry, Label& label) {
-    const Json rgba = entry.value("rgba", Json());
-    if (!rgba.is_array() || rgba.size() < 3) return;
-    std::uint32_t color = 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const bool is_byte = rgba[i].is_number_unsigned() && rgba[i].get<std::uint64_t>() <= 255;
-      if (!is_byte) return;
-      color = color << 8 | rgba[i].get<std::uint32_t>();
-    }
-    label.color = color;
-  });
-  visit("properties", [](const Json& entry, Label& label) {
-    for (const char* key : {"name", "label", "label-name", "class"}) {
-      const Json text = entry.value(key, Json());
-      if (text.is_string() && label.name.empty())
-        label.name = member_name_from(text.get<std::string>());
-    }
-  });
-  std::vector<SourceLabel> list;
-  for (const auto& [value, label] : labels) {
-    if (!check_member({.series = "labels", .label = label})) continue;
-    list.push_back({.label = label, .stored = value});
-  }
-  return list;
 }
 
 // Selects the dimensions x, y, z, and the position of the volume along the others.
@@ -302,7 +236,8 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
     if (is_channel) chosen = choice.channel;
     if (is_time) contents.times = times_along(placement, d, array.shape[d]);
     if (is_channel) channels = array.shape[d];
-    if (is_channel && array.shape[d] > 1) contents.fields = channels_of(attributes, array.shape[d]);
+    if (is_channel && array.shape[d] > 1)
+      contents.fields = zarr_channels(attributes, array.shape[d]);
     const bool takes_first = choice.first && (is_time || is_channel);
     if (array.shape[d] != 1 && !chosen && !takes_first) {
       fail_reading(
@@ -385,7 +320,7 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
                      " dimensions",
                  "Correct its metadata");
   }
-  VolumeContents contents{.labels = labels_of(attributes)};
+  VolumeContents contents{.labels = zarr_labels(attributes)};
   std::int64_t channels = 1;
   VolumeInArray volume =
       volume_in(*array, placement, choice, place, attributes, contents, channels);

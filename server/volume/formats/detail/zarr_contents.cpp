@@ -1,0 +1,80 @@
+#include "server/volume/formats/detail/zarr_contents.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace multitetra {
+namespace {
+
+using Json = nlohmann::json;
+
+std::optional<double> label_value_of(const Json& entry) {
+  const Json value = entry.is_object() ? entry.value("label-value", Json()) : Json();
+  return value.is_number_integer() ? std::optional(value.get<double>()) : std::nullopt;
+}
+
+}  // namespace
+
+std::vector<SourceField> zarr_channels(const nlohmann::json& attributes, std::int64_t count) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  const Json omero = ome.is_object() ? ome.value("omero", Json()) : Json();
+  const Json channels = omero.is_object() ? omero.value("channels", Json()) : Json();
+  std::vector<SourceField> fields;
+  for (std::int64_t i = 0; i < std::min<std::int64_t>(count, kMaxSourceMembers); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Json channel = channels.is_array() && at < channels.size() ? channels[at] : Json();
+    const Json label = channel.is_object() ? channel.value("label", Json()) : Json();
+    std::string name = label.is_string() ? member_name_from(label.get<std::string>()) : "";
+    if (name.empty()) name = "channel" + std::to_string(i);
+    fields.push_back({.name = std::move(name), .channel = i});
+  }
+  return fields;
+}
+
+std::vector<SourceLabel> zarr_labels(const nlohmann::json& attributes) {
+  const Json& ome = attributes.contains("ome") ? attributes.at("ome") : attributes;
+  const Json image = ome.is_object() ? ome.value("image-label", Json()) : Json();
+  std::map<double, Label> labels;
+  const auto visit = [&](const char* list, const auto& add) {
+    const Json entries = image.is_object() ? image.value(list, Json()) : Json();
+    if (!entries.is_array()) return;
+    for (const Json& entry : entries) {
+      const auto value = label_value_of(entry);
+      if (!value || labels.size() >= kMaxSourceMembers) continue;
+      Label& label = labels[*value];
+      label.value = *value;
+      add(entry, label);
+    }
+  };
+  visit("colors", [](const Json& entry, Label& label) {
+    const Json rgba = entry.value("rgba", Json());
+    if (!rgba.is_array() || rgba.size() < 3) return;
+    std::uint32_t color = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const bool is_byte = rgba[i].is_number_unsigned() && rgba[i].get<std::uint64_t>() <= 255;
+      if (!is_byte) return;
+      color = color << 8 | rgba[i].get<std::uint32_t>();
+    }
+    label.color = color;
+  });
+  visit("properties", [](const Json& entry, Label& label) {
+    for (const char* key : {"name", "label", "label-name", "class"}) {
+      const Json text = entry.value(key, Json());
+      if (text.is_string() && label.name.empty())
+        label.name = member_name_from(text.get<std::string>());
+    }
+  });
+  std::vector<SourceLabel> list;
+  for (const auto& [value, label] : labels) {
+    if (!check_member({.series = "labels", .label = label})) continue;
+    list.push_back({.label = label, .stored = value});
+  }
+  return list;
+}
+
+}  // namespace multitetra
