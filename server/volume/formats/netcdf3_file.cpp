@@ -64,36 +64,6 @@ std::optional<StoredType> netcdf_type(int code) {
                                                             : std::nullopt;
 }
 
-double number_from(StoredType type, const std::byte* bytes) {
-  const auto as = [&]<typename Number>(Number number) {
-    std::memcpy(&number, bytes, sizeof(number));
-    return static_cast<double>(number);
-  };
-  switch (type) {
-    case StoredType::kU8:
-      return as(std::uint8_t{});
-    case StoredType::kI8:
-      return as(std::int8_t{});
-    case StoredType::kU16:
-      return as(std::uint16_t{});
-    case StoredType::kI16:
-      return as(std::int16_t{});
-    case StoredType::kU32:
-      return as(std::uint32_t{});
-    case StoredType::kI32:
-      return as(std::int32_t{});
-    case StoredType::kU64:
-      return as(std::uint64_t{});
-    case StoredType::kI64:
-      return as(std::int64_t{});
-    case StoredType::kF32:
-      return as(float{});
-    case StoredType::kF64:
-      return as(double{});
-  }
-  return 0;
-}
-
 class NetcdfParser {
  public:
   explicit NetcdfParser(const InputFile& file)
@@ -143,8 +113,7 @@ class NetcdfParser {
 
  private:
   [[noreturn]] void damaged() const {
-    fail_reading(file_.path(), "its NetCDF header is damaged or truncated",
-                 "Get a complete copy of the file");
+    fail_damaged(file_.path(), "its NetCDF header is damaged or truncated");
   }
 
   static std::uint64_t type_bytes(int code) {
@@ -279,10 +248,8 @@ class NetcdfSlices : public StoredSlices {
     const std::uint64_t end =
         begin + step * static_cast<std::uint64_t>(header.dims[2] - 1) + header.slice_bytes();
     if (end <= file_.size()) return;
-    fail_reading(file,
-                 "it ends too early: its header declares " + std::to_string(end) +
-                     " bytes, but it has " + std::to_string(file_.size()) + " bytes",
-                 "Get a complete copy of the file");
+    fail_damaged(file, "it ends too early: its header declares " + std::to_string(end) +
+                           " bytes, but it has " + std::to_string(file_.size()) + " bytes");
   }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
@@ -340,22 +307,6 @@ void place_variable(const InputFile& file, const NetcdfHeader& netcdf,
   place_by_coordinates(file.path(), coordinates, axes, volume.header, volume.notices);
 }
 
-// Returns the chosen entry of a dimension before z, y, x.
-std::uint64_t chosen_entry(const fs::path& path, const std::string& name, std::uint64_t length,
-                           std::optional<std::int64_t> wanted, bool takes_first,
-                           const char* option) {
-  if (!wanted && length != 1 && !takes_first) {
-    fail_reading(path, "its dimension " + name + " has " + std::to_string(length) + " entries",
-                 std::string("Choose one with ") + option + ", from 0");
-  }
-  const std::int64_t entry = wanted.value_or(0);
-  if (entry >= 0 && static_cast<std::uint64_t>(entry) < length) {
-    return static_cast<std::uint64_t>(entry);
-  }
-  fail_reading(path, "its dimension " + name + " has no entry " + std::to_string(entry),
-               "Choose 0 to " + std::to_string(length) + " without the last");
-}
-
 }  // namespace
 
 bool is_netcdf3(std::string_view beginning) {
@@ -366,7 +317,7 @@ bool is_netcdf3(std::string_view beginning) {
 StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   const InputFile file(path);
   if (!is_netcdf3(file.beginning(4))) {
-    fail_reading(path, "it is not a NetCDF file", "Get a complete copy of the file");
+    fail_damaged(path, "it is not a NetCDF file");
   }
   const NetcdfHeader netcdf = NetcdfParser(file).parse();
   const NetcdfVariable& variable = chosen_variable(path, netcdf, choice);
@@ -416,9 +367,15 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
     } else {
       volume.members.times.count = static_cast<std::int64_t>(shape[d]);
     }
+    const FileEntries entries = {
+        .count = static_cast<std::int64_t>(shape[d]),
+        .several = "its dimension " + name + " has " + std::to_string(shape[d]) + " entries",
+        .remedy =
+            std::string("Choose one with ") + (is_channel ? "--channel" : "--time") + ", from 0",
+        .missing = "its dimension " + name + " has no entry"};
     begin +=
-        strides[d] * chosen_entry(path, name, shape[d], is_channel ? choice.channel : choice.time,
-                                  choice.first, is_channel ? "--channel" : "--time");
+        strides[d] * static_cast<std::uint64_t>(chosen_entry(
+                         path, entries, is_channel ? choice.channel : choice.time, choice.first));
   }
   // Rows that are records are not contiguous.
   if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {
