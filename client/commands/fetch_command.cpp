@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "client/commands/colored_mesh.hpp"
 #include "client/commands/program.hpp"
 #include "client/library/client.hpp"
 #include "client/library/report.hpp"

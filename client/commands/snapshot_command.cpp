@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "client/commands/colored_mesh.hpp"
 #include "client/picture/annotations.hpp"
 #include "client/picture/rasterizer.hpp"
 #include "common/base/number_text.hpp"

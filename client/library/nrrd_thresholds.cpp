@@ -7,12 +7,12 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/image/nrrd_header.hpp"
@@ -141,19 +141,12 @@ Affine map_of(const NrrdHeader& header) {
 }
 
 std::string contents_of(const fs::path& file) {
-  std::error_code none;
-  if (!fs::is_regular_file(file, none)) {
-    throw NrrdFault("the file does not exist", "check its name");
-  }
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  const auto size = static_cast<std::uint64_t>(std::max<std::streamoff>(in.tellg(), 0));
-  if (!in || size > kMaxNrrdFileBytes) throw NrrdFault("it cannot be read");
-  std::string bytes(size, '\0');
-  in.seekg(0);
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(size))) {
-    throw NrrdFault("it cannot be read");
-  }
-  return bytes;
+  const OpenFile opened(file);
+  const auto size = opened.regular_size();
+  if (!size) throw NrrdFault("the file does not exist", "check its name");
+  auto bytes = opened.content(kMaxNrrdFileBytes);
+  if (!bytes || *size > kMaxNrrdFileBytes) throw NrrdFault("it cannot be read");
+  return *std::move(bytes);
 }
 
 // Decompresses at most `most` bytes of the stream.

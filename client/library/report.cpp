@@ -78,15 +78,11 @@ Json json_of(const FetchReport& report) {
       {"final_only", report.open.steps == StepPolicy::kFinalOnly},
       {"coordinates", report.coordinates},
       {"mesh_file", report.mesh_file.empty() ? Json(nullptr) : Json(report.mesh_file)},
-      {"components_written",
-       report.components_written ? Json(*report.components_written) : Json(nullptr)},
-      {"triangles_written",
-       report.triangles_written ? Json(*report.triangles_written) : Json(nullptr)},
+      {"components_written", value_or_null(report.components_written)},
+      {"triangles_written", value_or_null(report.triangles_written)},
   };
   json.update(json_of(report.measures, report.distance_bound, area_is_exact(report)));
-  json["self_intersecting_triangles"] = report.self_intersecting_triangles
-                                            ? Json(*report.self_intersecting_triangles)
-                                            : Json(nullptr);
+  json["self_intersecting_triangles"] = value_or_null(report.self_intersecting_triangles);
   json["tiles_held"] = report.tiles_held;
   json["tiles_received"] = report.received.tiles;
   json["bytes_received"] = report.received.payload_bytes;
@@ -170,10 +166,7 @@ std::string text_list(const std::vector<DatasetInfo>& datasets) {
   std::vector<Row> rows = {{"DATASET", "SAMPLES", "TYPE", "VALUES", "SUGGESTED ISOVALUES"}};
   if (has_members) rows.front().push_back("MEMBER OF SERIES");
   for (const DatasetInfo& info : datasets) {
-    rows.push_back({printable(info.name),
-                    std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
-                        std::to_string(info.dims[2]),
-                    std::string(name(info.type)),
+    rows.push_back({printable(info.name), sides_text(info.dims), std::string(name(info.type)),
                     human_number(info.min) + " to " + human_number(info.max),
                     human_suggestions(info)});
     if (has_members)

@@ -1,13 +1,13 @@
 #include "client/library/tile_disk_cache.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <span>
 #include <sstream>
 #include <vector>
 
 #include "common/base/atomic_file.hpp"
+#include "common/base/open_file.hpp"
 #include "common/net/frame.hpp"
 
 namespace multitetra {
@@ -104,17 +104,10 @@ std::vector<TileFile> largest_first(const fs::path& folder) {
   return files;
 }
 
-std::optional<std::string> bytes_of(const TileFile& file) {
-  if (file.bytes > kMaxFileBytes) return std::nullopt;
-  std::ifstream stream(file.path, std::ios::binary);
-  std::string bytes(file.bytes, '\0');
-  if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) return std::nullopt;
-  return bytes;
-}
-
 // Returns null if the content is not the tile identified by the file's name.
 std::shared_ptr<const LatticeMesh> mesh_in(const TileFile& file, std::uint64_t most_triangles) {
-  const auto bytes = bytes_of(file);
+  if (file.bytes > kMaxFileBytes) return nullptr;
+  const auto bytes = OpenFile(file.path).content(file.bytes);
   if (!bytes) return nullptr;
   auto tile = parse(*bytes);
   if (!tile || tile->summary.triangles > most_triangles) return nullptr;

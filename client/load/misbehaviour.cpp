@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/enum_names.hpp"
 #include "common/wire/messages.hpp"
 
 namespace multitetra {
@@ -15,13 +16,8 @@ using Clock = std::chrono::steady_clock;
 
 namespace {
 
-constexpr std::array<std::pair<Misbehaviour, std::string_view>, 6> kNames = {
-    {{Misbehaviour::kStalled, "stalled"},
-     {Misbehaviour::kSlow, "slow"},
-     {Misbehaviour::kLeaving, "leaving"},
-     {Misbehaviour::kGarbage, "garbage"},
-     {Misbehaviour::kGreedy, "greedy"},
-     {Misbehaviour::kHoarding, "hoarding"}}};
+constexpr EnumNames<Misbehaviour, 6> kNames = {
+    {"stalled", "slow", "leaving", "garbage", "greedy", "hoarding"}};
 
 // The most regions and the largest grid that a request may have.
 LocalThresholds largest_map() {
@@ -314,14 +310,9 @@ class MisbehavingClient {
 
 }  // namespace
 
-std::optional<Misbehaviour> misbehaviour_from(std::string_view name) {
-  for (const auto& [kind, known] : kNames) {
-    if (known == name) return kind;
-  }
-  return std::nullopt;
-}
+std::optional<Misbehaviour> misbehaviour_from(std::string_view name) { return kNames.find(name); }
 
-std::string_view name(Misbehaviour kind) { return kNames[static_cast<std::size_t>(kind)].second; }
+std::string_view name(Misbehaviour kind) { return kNames.of(kind); }
 
 void MisbehaviourCounts::add(const MisbehaviourCounts& other) {
   connections += other.connections;

@@ -6,14 +6,12 @@
 #include <cmath>
 #include <utility>
 
+#include "common/base/enum_names.hpp"
+
 namespace multitetra {
 namespace {
 
-constexpr std::array<std::pair<ScriptKind, std::string_view>, 4> kScriptNames = {
-    {{ScriptKind::kRandomIsovalues, "random-isovalues"},
-     {ScriptKind::kDrag, "drag"},
-     {ScriptKind::kRegion, "roi"},
-     {ScriptKind::kMixed, "mixed"}}};
+constexpr EnumNames<ScriptKind, 4> kScripts = {{"random-isovalues", "drag", "roi", "mixed"}};
 
 OpenStream surface(const DatasetInfo& info, double isovalue, double error) {
   return {.dataset = info.name,
@@ -23,16 +21,9 @@ OpenStream surface(const DatasetInfo& info, double isovalue, double error) {
 
 }  // namespace
 
-std::optional<ScriptKind> script_kind_from(std::string_view name) {
-  for (const auto& [kind, known] : kScriptNames) {
-    if (known == name) return kind;
-  }
-  return std::nullopt;
-}
+std::optional<ScriptKind> script_kind_from(std::string_view name) { return kScripts.find(name); }
 
-std::string_view name(ScriptKind kind) {
-  return kScriptNames[static_cast<std::size_t>(kind)].second;
-}
+std::string_view name(ScriptKind kind) { return kScripts.of(kind); }
 
 double isovalue(const DatasetInfo& info, int number, int count) {
   const double range = info.max - info.min;
@@ -63,7 +54,7 @@ ScriptedRequest Script::next() {
 
 void Script::plan() {
   ScriptKind kind = kind_;
-  if (kind == ScriptKind::kMixed) kind = kScriptNames[random_index(3)].first;
+  if (kind == ScriptKind::kMixed) kind = static_cast<ScriptKind>(random_index(3));
   if (kind == ScriptKind::kRandomIsovalues) plan_surface();
   if (kind == ScriptKind::kDrag) plan_drag();
   if (kind == ScriptKind::kRegion) plan_region();

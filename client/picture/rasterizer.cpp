@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cassert>
 #include <cmath>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "client/picture/detail/layers.hpp"
+#include "common/base/on_threads.hpp"
 #include "common/base/vec3.hpp"
 
 namespace multitetra {
@@ -375,22 +375,10 @@ Picture drawn(std::span<const DrawnSurface> surfaces, const Camera& camera,
   Picture picture{.width = camera.width, .height = camera.height};
   picture.pixels.resize(static_cast<std::size_t>(camera.width) *
                         static_cast<std::size_t>(camera.height));
-  std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
-    for (std::size_t band = next++; band < bands; band = next++) {
-      Band(scene, band).write(picture);
-    }
-  };
-  const auto processors = std::max(1U, std::thread::hardware_concurrency());
-  const std::size_t threads =
-      options.threads > 0 ? static_cast<std::size_t>(options.threads) : std::size_t{processors};
-  {
-    std::vector<std::jthread> helpers;  // Joined at the end of this block.
-    for (std::size_t i = 1; i < std::min(threads, bands); ++i) {
-      helpers.emplace_back(work);
-    }
-    work();
-  }
+  const std::size_t threads = options.threads > 0
+                                  ? static_cast<std::size_t>(options.threads)
+                                  : std::max(1U, std::thread::hardware_concurrency());
+  on_threads(threads, bands, [&](std::size_t band) { Band(scene, band).write(picture); });
   return picture;
 }
 

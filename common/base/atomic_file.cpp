@@ -54,28 +54,23 @@ bool is_hidden_name(std::string_view name, std::string_view begin) {
 // Returns a path to an open file, which also works for a file without a name.
 std::string path_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
 
-// Returns a negative number if the file system does not support unnamed files, or cannot link them.
-int open_nameless(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
-  if (descriptor < 0 || ::access(path_of(descriptor).c_str(), F_OK) == 0) return descriptor;
-  ::close(descriptor);
-  return -1;
+// Returns a closed file if the file system does not support unnamed files, or cannot link them.
+OpenFile open_nameless(const fs::path& folder) {
+  OpenFile file(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666));
+  if (::access(path_of(file.descriptor()).c_str(), F_OK) != 0) file.close();
+  return file;
 }
 
 // A writer keeps its hidden file locked, so that others can detect whether it is alive.
-bool lock(int descriptor) { return ::flock(descriptor, LOCK_EX | LOCK_NB) == 0; }
+constexpr int kAliveLock = LOCK_EX | LOCK_NB;
 
 // A writer locks its file right after creating it: an old file without a lock is abandoned.
 bool is_abandoned(const fs::path& file) {
   constexpr std::time_t kLockedBySeconds = 60;
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-  if (descriptor < 0) return false;
+  const OpenFile opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   struct stat status {};
-  const bool is_old = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) &&
-                      std::time(nullptr) - status.st_mtime > kLockedBySeconds;
-  const bool is_unlocked = is_old && lock(descriptor);
-  ::close(descriptor);
-  return is_unlocked;
+  return ::fstat(opened.descriptor(), &status) == 0 && S_ISREG(status.st_mode) &&
+         std::time(nullptr) - status.st_mtime > kLockedBySeconds && opened.lock(kAliveLock);
 }
 
 // Never fails: skips files that cannot be removed.
@@ -100,63 +95,46 @@ AtomicFile::AtomicFile(fs::path path, TemporaryKind kind) : path_(std::move(path
     errno = S_ISDIR(there.st_mode) ? EISDIR : EINVAL;
     fail(S_ISDIR(there.st_mode) ? "Cannot replace" : "Not a regular file:");
   }
-  if (kind == TemporaryKind::kUnnamed) descriptor_ = open_nameless(folder_of(path_));
-  if (descriptor_ < 0) create_hidden();
+  if (kind == TemporaryKind::kUnnamed) file_ = open_nameless(folder_of(path_));
+  if (!file_.is_open()) create_hidden();
   if (!is_there) return;
   // Best effort: the file stays readable to all users that could read it.
-  (void)!::fchown(descriptor_, there.st_uid, there.st_gid);
-  (void)!::fchmod(descriptor_, there.st_mode & 0777);
+  (void)!::fchown(file_.descriptor(), there.st_uid, there.st_gid);
+  (void)!::fchmod(file_.descriptor(), there.st_mode & 0777);
 }
 
 void AtomicFile::create_hidden() {
   hidden_ = temporary_path_for(path_);
-  descriptor_ = ::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) {
+  file_ = OpenFile(::open(hidden_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (!file_.is_open()) {
     hidden_.clear();
     fail("Cannot create");
   }
   // If locking is not supported, no process can mistake the file for an abandoned one.
-  (void)lock(descriptor_);
+  (void)file_.lock(kAliveLock);
 }
 
 AtomicFile::~AtomicFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
   if (!hidden_.empty()) ::unlink(hidden_.c_str());
 }
 
 void AtomicFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  assert(descriptor_ >= 0);
-  while (!bytes.empty()) {
-    const ssize_t count =
-        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("Cannot write");
-    offset += static_cast<std::uint64_t>(count);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
+  assert(file_.is_open());
+  if (!file_.write(offset, bytes)) fail("Cannot write");
 }
 
 void AtomicFile::read_at(std::uint64_t offset, std::span<std::byte> into) const {
-  assert(descriptor_ >= 0);
-  while (!into.empty()) {
-    const ssize_t count =
-        ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
-    if (count < 0 && errno == EINTR) continue;
-    // The file was truncated in the meantime.
-    if (count == 0) errno = EIO;
-    if (count <= 0) fail("Cannot read");
-    offset += static_cast<std::uint64_t>(count);
-    into = into.subspan(static_cast<std::size_t>(count));
-  }
+  assert(file_.is_open());
+  if (!file_.read(offset, into)) fail("Cannot read");
 }
 
 void AtomicFile::commit(Durability durability) {
-  assert(descriptor_ >= 0);
+  assert(file_.is_open());
   const bool durable = durability == Durability::kMachineStop;
-  if (durable && ::fsync(descriptor_) != 0) fail("Cannot sync");
+  if (durable && ::fsync(file_.descriptor()) != 0) fail("Cannot sync");
   if (hidden_.empty()) link_hidden_name();
   // Some network file systems report a full disk only here.
-  if (::close(std::exchange(descriptor_, -1)) != 0) fail("Cannot finish");
+  if (!file_.close()) fail("Cannot finish");
   if (::rename(hidden_.c_str(), path_.c_str()) != 0) fail("Cannot replace");
   hidden_.clear();
   if (durable) sync_folder();
@@ -164,9 +142,9 @@ void AtomicFile::commit(Durability durability) {
 
 // linkat() cannot replace an existing file, so an unnamed file first gets a hidden name.
 void AtomicFile::link_hidden_name() {
-  (void)lock(descriptor_);
+  (void)file_.lock(kAliveLock);
   const fs::path hidden = temporary_path_for(path_);
-  if (::linkat(AT_FDCWD, path_of(descriptor_).c_str(), AT_FDCWD, hidden.c_str(),
+  if (::linkat(AT_FDCWD, path_of(file_.descriptor()).c_str(), AT_FDCWD, hidden.c_str(),
                AT_SYMLINK_FOLLOW) != 0) {
     fail("Cannot name");
   }
@@ -181,12 +159,8 @@ void AtomicFile::fail(const std::string& what) const {
 // Makes the new name durable. Ignores folders that are writable but not readable, and file systems
 // that cannot synchronize folders.
 void AtomicFile::sync_folder() const {
-  const int descriptor = ::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return;
-  const bool failed = ::fsync(descriptor) != 0 && errno == EIO;
-  ::close(descriptor);
-  if (!failed) return;
-  errno = EIO;
+  const OpenFile folder(::open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.is_open() || ::fsync(folder.descriptor()) == 0 || errno != EIO) return;
   fail("Cannot sync the folder of");
 }
 

@@ -18,6 +18,8 @@
 #include <span>
 #include <string>
 
+#include "common/base/open_file.hpp"
+
 namespace multitetra {
 
 // The failures that a committed file survives.
@@ -59,7 +61,7 @@ class AtomicFile {
 
   std::filesystem::path path_;
   std::filesystem::path hidden_;  // The temporary name; empty if there is none.
-  int descriptor_ = -1;           // Negative once closed.
+  OpenFile file_;                 // Closed once committed.
 };
 
 // Throws if writing the file would fail, for programs that write it only after long work. Also

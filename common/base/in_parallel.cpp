@@ -1,10 +1,7 @@
 #include "common/base/in_parallel.hpp"
 
 #if defined(__SANITIZE_THREAD__)
-#include <atomic>
-#include <exception>
-#include <mutex>
-#include <thread>
+#include "common/base/on_threads.hpp"
 #else
 #include <algorithm>
 
@@ -21,26 +18,10 @@ namespace multitetra {
 // false races. Under it the work runs on plain threads, so every reported race is real.
 void in_parallel(std::size_t count, const std::function<void(std::size_t)>& body,
                  std::stop_token stop) {
-  std::atomic<std::size_t> next = 0;
-  std::mutex mutex;  // Guards `failure`.
-  std::exception_ptr failure;
-  const auto work = [&] {
-    try {
-      for (std::size_t i = next++; i < count; i = next++) {
-        if (stop.stop_requested()) throw Cancelled{};
-        body(i);
-      }
-    } catch (...) {
-      next = count;
-      const std::lock_guard lock(mutex);
-      if (!failure) failure = std::current_exception();
-    }
-  };
-  {
-    const std::jthread other(work);
-    work();
-  }
-  if (failure) std::rethrow_exception(failure);
+  on_threads(2, count, [&](std::size_t i) {
+    if (stop.stop_requested()) throw Cancelled{};
+    body(i);
+  });
 }
 
 std::size_t parallel_threads() { return 2; }

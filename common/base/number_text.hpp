@@ -23,4 +23,12 @@ namespace multitetra {
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value, digits, 6).ptr};
 }
 
+// Returns "512 x 512 x 234".
+template <typename Sides>
+[[nodiscard]] std::string sides_text(const Sides& sides) {
+  std::string text;
+  for (const auto side : sides) text += (text.empty() ? "" : " x ") + std::to_string(side);
+  return text;
+}
+
 }  // namespace multitetra

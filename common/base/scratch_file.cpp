@@ -30,10 +30,9 @@ int open_scratch(const std::filesystem::path& folder) {
 
 }  // namespace
 
-ScratchFile::ScratchFile(const std::filesystem::path& folder) : descriptor_(open_scratch(folder)) {
-  if (descriptor_ < 0) fail("Cannot create a temporary file");
+ScratchFile::ScratchFile(const std::filesystem::path& folder) : file_(open_scratch(folder)) {
+  if (!file_.is_open()) fail("Cannot create a temporary file");
 }
-ScratchFile::~ScratchFile() { ::close(descriptor_); }
 
 std::uint64_t ScratchFile::put(std::span<const std::byte> bytes) {
   const std::uint64_t offset = size_.fetch_add(bytes.size());
@@ -42,26 +41,11 @@ std::uint64_t ScratchFile::put(std::span<const std::byte> bytes) {
 }
 
 void ScratchFile::write_at(std::uint64_t offset, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count =
-        ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("Cannot write to a temporary file");
-    offset += static_cast<std::uint64_t>(count);
-    bytes = bytes.subspan(static_cast<std::size_t>(count));
-  }
+  if (!file_.write(offset, bytes)) fail("Cannot write to a temporary file");
 }
 
 void ScratchFile::get(std::uint64_t offset, std::span<std::byte> into) const {
-  while (!into.empty()) {
-    const ssize_t count =
-        ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
-    if (count < 0 && errno == EINTR) continue;
-    if (count == 0) errno = EIO;
-    if (count <= 0) fail("Cannot read from a temporary file");
-    offset += static_cast<std::uint64_t>(count);
-    into = into.subspan(static_cast<std::size_t>(count));
-  }
+  if (!file_.read(offset, into)) fail("Cannot read from a temporary file");
 }
 
 std::uint64_t ScratchMemory::put(std::span<const std::byte> bytes) {

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "common/base/open_file.hpp"
 #include "common/base/scratch.hpp"
 
 namespace multitetra {
@@ -19,9 +20,6 @@ class ScratchFile : public Scratch {
  public:
   // Creates the file on the disk of `folder`.
   explicit ScratchFile(const std::filesystem::path& folder);
-  ~ScratchFile() override;
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
 
   [[nodiscard]] std::uint64_t put(std::span<const std::byte> bytes) override;
   void get(std::uint64_t offset, std::span<std::byte> into) const override;
@@ -29,7 +27,7 @@ class ScratchFile : public Scratch {
   void write_at(std::uint64_t offset, std::span<const std::byte> bytes);
 
  private:
-  int descriptor_ = -1;
+  OpenFile file_;
   std::atomic<std::uint64_t> size_ = 0;
 };
 

@@ -63,6 +63,14 @@ Json json_of(const ThresholdView& view) {
 
 }  // namespace
 
+template <typename Value>
+Json value_or_null(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+template Json value_or_null(const std::optional<bool>&);
+template Json value_or_null(const std::optional<double>&);
+template Json value_or_null(const std::optional<std::uint64_t>&);
+
 Json json_of(const LocalThresholds& thresholds) {
   Json json = {{"region_unit", name(thresholds.coordinates)},
                {"combine", name(thresholds.combination)},
@@ -113,7 +121,7 @@ Json json_of(const SeriesMember& member) {
   }
   return {{"series", member.series},
           {"field", member.field},
-          {"time", member.time ? Json(*member.time) : Json()},
+          {"time", value_or_null(member.time)},
           {"time_unit", member.time_unit},
           {"label", label}};
 }
@@ -144,7 +152,7 @@ Json json_of(const DatasetInfo& info) {
           {"min", info.min},
           {"max", info.max},
           {"void_samples", info.void_samples},
-          {"outside", info.outside ? Json(*info.outside) : Json(nullptr)},
+          {"outside", value_or_null(info.outside)},
           {"margin", info.margin},
           {"grid_exponent", info.grid_exponent},
           {"index_to_world", json_of(info.index_to_world)},
@@ -165,11 +173,6 @@ std::optional<double> volume_bound(const SurfaceMeasures& measures,
                                    std::optional<double> distance_bound) {
   if (!measures.volume || !distance_bound) return std::nullopt;
   return *distance_bound * measures.area;
-}
-
-template <typename Value>
-Json value_or_null(const std::optional<Value>& value) {
-  return value ? Json(*value) : Json(nullptr);
 }
 
 }  // namespace

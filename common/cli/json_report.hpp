@@ -17,6 +17,10 @@ namespace multitetra {
 
 using Json = nlohmann::ordered_json;
 
+// `Value` is bool, double or std::uint64_t.
+template <typename Value>
+[[nodiscard]] Json value_or_null(const std::optional<Value>& value);
+
 // Keys: isovalue, error, unit, bound, topology_rule, topology_tolerance, lattice; if they differ
 // from their defaults also thresholds, max_triangles, max_bytes, simplify, embedded, normals.
 [[nodiscard]] Json json_of(const IsosurfaceRequest& request);

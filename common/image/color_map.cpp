@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/enum_names.hpp"
 #include "common/base/parse_number.hpp"
 
 namespace multitetra {
 namespace {
 
-constexpr std::array<std::string_view, 4> kNames = {"gray", "viridis", "cividis", "coolwarm"};
+constexpr EnumNames<ColorMap, 4> kNames = {{"gray", "viridis", "cividis", "coolwarm"}};
 
 // Equally spaced colors of each map; linear in between.
 constexpr std::array<Rgb, 2> kGrayColors = {{{0, 0, 0}, {255, 255, 255}}};
@@ -63,13 +64,9 @@ std::span<const Rgb> colors_of(ColorMap map) {
 
 }  // namespace
 
-std::string_view name(ColorMap map) { return kNames[static_cast<std::size_t>(map)]; }
+std::string_view name(ColorMap map) { return kNames.of(map); }
 
-std::optional<ColorMap> color_map_from(std::string_view name) {
-  const auto found = std::find(kNames.begin(), kNames.end(), name);
-  if (found == kNames.end()) return std::nullopt;
-  return static_cast<ColorMap>(found - kNames.begin());
-}
+std::optional<ColorMap> color_map_from(std::string_view name) { return kNames.find(name); }
 
 Rgb color_at(ColorMap map, double part) {
   const std::span<const Rgb> colors = colors_of(map);

@@ -21,7 +21,6 @@ enum class ColorMap {
 };
 
 // The names of all maps as a phrase.
-inline constexpr std::string_view kColorMapNames = "gray, viridis, cividis or coolwarm";
 [[nodiscard]] std::string_view name(ColorMap map);
 [[nodiscard]] std::optional<ColorMap> color_map_from(std::string_view name);
 

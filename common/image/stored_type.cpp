@@ -5,13 +5,14 @@
 #include <string>
 #include <utility>
 
+#include "common/base/enum_names.hpp"
 #include "common/base/text.hpp"
 
 namespace multitetra {
 namespace {
 
-constexpr std::array<std::string_view, 10> kStoredNames = {"u8",  "i8",  "u16", "i16", "f32",
-                                                           "u32", "i32", "u64", "i64", "f64"};
+constexpr EnumNames<StoredType, 10> kNames = {
+    {"u8", "i8", "u16", "i16", "f32", "u32", "i32", "u64", "i64", "f64"}};
 
 }  // namespace
 
@@ -20,13 +21,9 @@ std::size_t bytes_of(StoredType type) {
   return kBytes[static_cast<std::size_t>(type)];
 }
 
-std::string_view name(StoredType type) { return kStoredNames[static_cast<std::size_t>(type)]; }
+std::string_view name(StoredType type) { return kNames.of(type); }
 
-std::optional<StoredType> stored_type_from(std::string_view name) {
-  const auto found = std::find(kStoredNames.begin(), kStoredNames.end(), name);
-  if (found == kStoredNames.end()) return std::nullopt;
-  return static_cast<StoredType>(found - kStoredNames.begin());
-}
+std::optional<StoredType> stored_type_from(std::string_view name) { return kNames.find(name); }
 
 std::optional<StoredType> stored_type_from_word(std::string_view written) {
   std::string word = lower_case(written);

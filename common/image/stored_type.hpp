@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -44,6 +45,15 @@ decltype(auto) with_number_type(StoredType type, Action&& action) {
       break;
   }
   return action.template operator()<double>();
+}
+
+// Returns a number of this type in host byte order.
+[[nodiscard]] inline double number_from(StoredType type, const std::byte* bytes) {
+  return with_number_type(type, [bytes]<typename Number>() {
+    Number number;
+    std::memcpy(&number, bytes, sizeof number);
+    return static_cast<double>(number);
+  });
 }
 
 }  // namespace multitetra

@@ -3,33 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/enum_names.hpp"
+
 namespace multitetra {
 namespace {
 
-constexpr std::array<std::string_view, 5> kSampleTypeNames = {"u8", "i8", "u16", "i16", "f32"};
+constexpr EnumNames<SampleType, 5> kTypes = {{"u8", "i8", "u16", "i16", "f32"}};
 
 }  // namespace
 
-std::string_view name(SampleType type) { return kSampleTypeNames[static_cast<std::size_t>(type)]; }
+std::string_view name(SampleType type) { return kTypes.of(type); }
 
-std::optional<SampleType> sample_type_from(std::string_view name) {
-  const auto found = std::find(kSampleTypeNames.begin(), kSampleTypeNames.end(), name);
-  if (found == kSampleTypeNames.end()) return std::nullopt;
-  return static_cast<SampleType>(found - kSampleTypeNames.begin());
-}
+std::optional<SampleType> sample_type_from(std::string_view name) { return kTypes.find(name); }
 
 int bytes_per_sample(SampleType type) {
-  switch (type) {
-    case SampleType::kU8:
-    case SampleType::kI8:
-      return 1;
-    case SampleType::kU16:
-    case SampleType::kI16:
-      return 2;
-    case SampleType::kF32:
-      return 4;
-  }
-  return 0;
+  return visit_type(
+      type, []<typename Sample>(const Sample*) { return static_cast<int>(sizeof(Sample)); });
 }
 
 std::int32_t grid_exponent_for(const std::array<std::int32_t, 3>& dims, std::int32_t margin) {

@@ -21,6 +21,24 @@ enum class SampleType { kU8, kI8, kU16, kI16, kF32 };
 [[nodiscard]] std::optional<SampleType> sample_type_from(std::string_view name);
 [[nodiscard]] int bytes_per_sample(SampleType type);
 
+// Calls `visitor` with a null pointer to the sample type: one dispatch for a whole pass.
+template <typename Visitor>
+decltype(auto) visit_type(SampleType type, Visitor&& visitor) {
+  switch (type) {
+    case SampleType::kU8:
+      return visitor(static_cast<const std::uint8_t*>(nullptr));
+    case SampleType::kI8:
+      return visitor(static_cast<const std::int8_t*>(nullptr));
+    case SampleType::kU16:
+      return visitor(static_cast<const std::uint16_t*>(nullptr));
+    case SampleType::kI16:
+      return visitor(static_cast<const std::int16_t*>(nullptr));
+    case SampleType::kF32:
+      break;
+  }
+  return visitor(static_cast<const float*>(nullptr));
+}
+
 struct Histogram {
   double low = 0;   // The lower end of the first bin.
   double high = 0;  // The upper end of the last bin; bins have equal width.

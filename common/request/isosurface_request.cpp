@@ -3,33 +3,28 @@
 #include <cmath>
 #include <string>
 
+#include "common/base/enum_names.hpp"
 #include "common/base/number_text.hpp"
 
 namespace multitetra {
 
-std::string_view name(ErrorMeasure measure) {
-  return measure == ErrorMeasure::kCertified ? "certified" : "paper";
-}
-std::string_view name(TopologyRule rule) {
-  return rule == TopologyRule::kExact ? "exact" : "paper";
-}
-std::string_view name(LengthUnit unit) { return unit == LengthUnit::kVoxel ? "voxel" : "world"; }
+namespace {
+
+constexpr EnumNames<ErrorMeasure, 2> kMeasures = {{"certified", "paper"}};
+constexpr EnumNames<TopologyRule, 2> kRules = {{"exact", "paper"}};
+constexpr EnumNames<LengthUnit, 2> kUnits = {{"voxel", "world"}};
+
+}  // namespace
+
+std::string_view name(ErrorMeasure measure) { return kMeasures.of(measure); }
+std::string_view name(TopologyRule rule) { return kRules.of(rule); }
+std::string_view name(LengthUnit unit) { return kUnits.of(unit); }
 
 std::optional<ErrorMeasure> error_measure_from(std::string_view name) {
-  if (name == "certified") return ErrorMeasure::kCertified;
-  if (name == "paper") return ErrorMeasure::kPaper;
-  return std::nullopt;
+  return kMeasures.find(name);
 }
-std::optional<TopologyRule> topology_rule_from(std::string_view name) {
-  if (name == "exact") return TopologyRule::kExact;
-  if (name == "paper") return TopologyRule::kPaper;
-  return std::nullopt;
-}
-std::optional<LengthUnit> length_unit_from(std::string_view name) {
-  if (name == "voxel") return LengthUnit::kVoxel;
-  if (name == "world") return LengthUnit::kWorld;
-  return std::nullopt;
-}
+std::optional<TopologyRule> topology_rule_from(std::string_view name) { return kRules.find(name); }
+std::optional<LengthUnit> length_unit_from(std::string_view name) { return kUnits.find(name); }
 
 Result<IsosurfaceRequest> validated(const IsosurfaceRequest& request) {
   const auto reject = [](std::string text) {

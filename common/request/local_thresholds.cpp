@@ -5,11 +5,15 @@
 #include <string>
 #include <tuple>
 
+#include "common/base/enum_names.hpp"
 #include "common/base/number_text.hpp"
 #include "common/base/vec3.hpp"
 
 namespace multitetra {
 namespace {
+
+constexpr EnumNames<CoordinateSystem, 2> kSystems = {{"world", "index"}};
+constexpr EnumNames<Combination, 2> kCombinations = {{"order", "minimum"}};
 
 // Collects faults and keeps the first.
 class Faults {
@@ -144,21 +148,13 @@ void check(const ThresholdView& view, Faults& faults) {
 
 }  // namespace
 
-std::string_view name(CoordinateSystem coordinates) {
-  return coordinates == CoordinateSystem::kWorld ? "world" : "index";
-}
-std::string_view name(Combination combination) {
-  return combination == Combination::kInOrder ? "order" : "minimum";
-}
+std::string_view name(CoordinateSystem coordinates) { return kSystems.of(coordinates); }
+std::string_view name(Combination combination) { return kCombinations.of(combination); }
 std::optional<CoordinateSystem> coordinate_system_from(std::string_view name) {
-  if (name == "world") return CoordinateSystem::kWorld;
-  if (name == "index") return CoordinateSystem::kIndex;
-  return std::nullopt;
+  return kSystems.find(name);
 }
 std::optional<Combination> combination_from(std::string_view name) {
-  if (name == "order") return Combination::kInOrder;
-  if (name == "minimum") return Combination::kMinimum;
-  return std::nullopt;
+  return kCombinations.find(name);
 }
 
 bool operator==(const ThresholdGrid& a, const ThresholdGrid& b) {

@@ -3,11 +3,13 @@
 #include <cmath>
 #include <string>
 
+#include "common/base/enum_names.hpp"
+
 namespace multitetra {
 namespace {
 
-constexpr std::string_view kNearest = "nearest";
-constexpr std::string_view kLinear = "linear";
+constexpr EnumNames<Interpolation, 2> kInterpolations = {{"nearest", "linear"}};
+constexpr EnumNames<SliceDetail, 3> kDetails = {{"auto", "full", "coarse"}};
 
 bool is_place(const Vec3& vector) {
   for (const double coordinate : vector) {
@@ -18,30 +20,13 @@ bool is_place(const Vec3& vector) {
 
 }  // namespace
 
-std::string_view name(SliceDetail detail) {
-  switch (detail) {
-    case SliceDetail::kFull:
-      return "full";
-    case SliceDetail::kCoarse:
-      return "coarse";
-    case SliceDetail::kAuto:
-      break;
-  }
-  return "auto";
+std::string_view name(SliceDetail detail) { return kDetails.of(detail); }
+
+std::optional<Interpolation> interpolation_from(std::string_view name) {
+  return kInterpolations.find(name);
 }
 
-std::optional<Interpolation> interpolation_from(std::string_view text) {
-  if (text == kNearest) return Interpolation::kNearest;
-  if (text == kLinear) return Interpolation::kLinear;
-  return std::nullopt;
-}
-
-std::optional<SliceDetail> slice_detail_from(std::string_view text) {
-  for (const SliceDetail detail : {SliceDetail::kAuto, SliceDetail::kFull, SliceDetail::kCoarse}) {
-    if (text == name(detail)) return detail;
-  }
-  return std::nullopt;
-}
+std::optional<SliceDetail> slice_detail_from(std::string_view name) { return kDetails.find(name); }
 
 Result<SliceRequest> validated(const SliceRequest& slice) {
   for (const auto& [field, vector] :

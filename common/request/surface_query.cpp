@@ -20,37 +20,6 @@ using T = LocalThresholds;
 // ---- parsers of values
 
 template <auto Member>
-auto& member_of(Q& query) {
-  if constexpr (requires { query.request.*Member; }) {
-    return query.request.*Member;
-  } else if constexpr (requires { query.request.thresholds.*Member; }) {
-    return query.request.thresholds.*Member;
-  } else if constexpr (requires { query.colors.*Member; }) {
-    return query.colors.*Member;
-  } else {
-    return query.*Member;
-  }
-}
-
-// Converts "voxel|world" to "voxel or world".
-std::string alternatives(std::string_view form) {
-  std::string text(form);
-  const std::size_t last = text.rfind('|');
-  if (last != std::string::npos) text.replace(last, 1, " or ");
-  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos;)
-    text.replace(at, 1, ", ");
-  return text;
-}
-
-template <auto Member, auto Read>
-FieldError set_word(const F& field, std::string_view text, Q& query) {
-  const auto value = Read(text);
-  if (!value) return "must be " + alternatives(field.value_syntax);
-  member_of<Member>(query) = *value;
-  return std::nullopt;
-}
-
-template <auto Member>
 FieldError set_number(const F&, std::string_view text, Q& query) {
   auto& place = member_of<Member>(query);
   const auto value = parse_number<std::remove_reference_t<decltype(place)>>(text);
@@ -233,6 +202,15 @@ constexpr std::array kFields = {
 };
 
 }  // namespace
+
+std::string alternatives(std::string_view syntax) {
+  std::string text(syntax);
+  const std::size_t last = text.rfind('|');
+  if (last != std::string::npos) text.replace(last, 1, " or ");
+  for (std::size_t at = 0; (at = text.find('|', at)) != std::string::npos;)
+    text.replace(at, 1, ", ");
+  return text;
+}
 
 std::string_view title(FieldGroup group) {
   constexpr std::array<std::string_view, 5> kTitles = {

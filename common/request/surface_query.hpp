@@ -14,6 +14,7 @@
 #include "common/image/color_map.hpp"
 #include "common/request/dataset_info.hpp"
 #include "common/request/default_error.hpp"
+#include "common/request/field_setters.hpp"
 #include "common/request/isosurface_request.hpp"
 #include "common/request/scalar_request.hpp"
 
@@ -48,9 +49,6 @@ enum class FieldGroup {
 };
 
 [[nodiscard]] std::string_view title(FieldGroup group);
-
-// What is wrong with a value, such as "must be voxel or world"; nullopt if it is valid.
-using FieldError = std::optional<std::string>;
 
 struct RequestField {
   std::string_view name;  // In snake_case.

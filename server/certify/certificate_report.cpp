@@ -205,7 +205,7 @@ Json missing_json(const Certificate& certificate) {
   const MissingComponents& missing = *certificate.missing;
   return {{"count", missing.count},
           {"largest_diagonal", missing.largest_diagonal},
-          {"min_component", missing.min_component ? Json(*missing.min_component) : Json(nullptr)}};
+          {"min_component", value_or_null(missing.min_component)}};
 }
 
 const char* headline(const Certificate& certificate) {

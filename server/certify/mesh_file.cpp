@@ -1,9 +1,9 @@
 #include "server/certify/mesh_file.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <iterator>
 
+#include "common/base/open_file.hpp"
 #include "common/base/parse_number.hpp"
 #include "common/base/text.hpp"
 #include "common/mesh/lattice.hpp"
@@ -20,16 +20,11 @@ namespace fs = std::filesystem;
 constexpr std::string_view kSpaces = " \t\r\n\v\f";
 
 std::string contents_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in || !fs::is_regular_file(file)) {
-    fail_reading(file, "the file does not exist", "Check its name");
-  }
-  std::string bytes(static_cast<std::size_t>(in.tellg()), '\0');
-  in.seekg(0);
-  if (!in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    fail_reading(file, "it cannot be read", "Check the disk");
-  }
-  return bytes;
+  const OpenFile opened(file);
+  if (!opened.regular_size()) fail_reading(file, "the file does not exist", "Check its name");
+  auto bytes = opened.content(SIZE_MAX);
+  if (!bytes) fail_reading(file, "it cannot be read", "Check the disk");
+  return *std::move(bytes);
 }
 
 template <typename Number>

@@ -1,9 +1,5 @@
 #include "server/dataset/byte_source.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <cassert>
 #include <cerrno>
 #include <cstring>
@@ -20,14 +16,6 @@ namespace fs = std::filesystem;
 [[noreturn]] void fail_with_reason(const fs::path& file, const std::string& what) {
   const int reason = errno;
   throw DatasetFileError(file, what + ": " + std::generic_category().message(reason) + ".");
-}
-
-// Returns the size of an open regular file.
-std::uint64_t size_of(const fs::path& file, int descriptor) {
-  struct stat status = {};
-  if (::fstat(descriptor, &status) != 0) fail_with_reason(file, "it cannot be examined");
-  if (!S_ISREG(status.st_mode)) throw DatasetFileError(file, "it is not a regular file.");
-  return static_cast<std::uint64_t>(status.st_size);
 }
 
 }  // namespace
@@ -49,31 +37,18 @@ void MemorySource::read(std::uint64_t offset, std::span<std::byte> into) const {
   if (!into.empty()) std::memcpy(into.data(), bytes_.data() + offset, into.size());
 }
 
-FileSource::FileSource(const fs::path& file)
-    // Without O_NONBLOCK, opening a named pipe would block.
-    : file_(file), descriptor_(::open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
-  if (descriptor_ < 0) fail_with_reason(file, "it cannot be opened");
-  try {
-    size_ = size_of(file, descriptor_);
-  } catch (...) {
-    ::close(descriptor_);
-    throw;
-  }
+FileSource::FileSource(const fs::path& file) : file_(file), opened_(file) {
+  if (!opened_.is_open()) fail_with_reason(file, "it cannot be opened");
+  const auto size = opened_.regular_size();
+  if (!size) throw DatasetFileError(file, "it is not a regular file.");
+  size_ = *size;
 }
-
-FileSource::~FileSource() { ::close(descriptor_); }
 
 void FileSource::read(std::uint64_t offset, std::span<std::byte> into) const {
   assert(offset <= size_ && into.size() <= size_ - offset);
-  while (!into.empty()) {
-    const ssize_t count =
-        ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail_with_reason(file_, "it cannot be read");
-    if (count == 0) throw DatasetFileError(file_, "it was truncated while it was read.");
-    offset += static_cast<std::uint64_t>(count);
-    into = into.subspan(static_cast<std::size_t>(count));
-  }
+  const auto count = opened_.read_some(offset, into);
+  if (!count) fail_with_reason(file_, "it cannot be read");
+  if (*count < into.size()) throw DatasetFileError(file_, "it was truncated while it was read.");
 }
 
 }  // namespace multitetra

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/base/open_file.hpp"
 #include "server/core/spectrum/sample_bricks.hpp"
 #include "server/store/remote_files.hpp"
 
@@ -85,9 +86,6 @@ class RemoteSource : public ByteSource {
 class FileSource : public ByteSource {
  public:
   explicit FileSource(const std::filesystem::path& file);
-  ~FileSource() override;
-  FileSource(const FileSource&) = delete;
-  FileSource& operator=(const FileSource&) = delete;
 
   [[nodiscard]] std::uint64_t size() const override { return size_; }
   void read(std::uint64_t offset, std::span<std::byte> into) const override;
@@ -96,7 +94,7 @@ class FileSource : public ByteSource {
   friend class MappedFile;
 
   std::filesystem::path file_;
-  int descriptor_ = -1;
+  OpenFile opened_;
   std::uint64_t size_ = 0;
 };
 

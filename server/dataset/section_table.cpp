@@ -5,9 +5,9 @@
 #include <bit>
 #include <cassert>
 #include <cstring>
-#include <fstream>
 #include <utility>
 
+#include "common/base/open_file.hpp"
 #include "server/dataset/checksum.hpp"
 
 namespace multitetra {
@@ -242,10 +242,8 @@ bool begins_as_dataset(std::span<const std::byte> bytes) {
 }
 
 bool begins_as_dataset(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::array<char, kMagicBytes> begin{};
-  return stream.read(begin.data(), begin.size()) &&
-         begins_as_dataset(std::as_bytes(std::span(begin)));
+  const auto begin = OpenFile(file).content(kMagicBytes);
+  return begin && begins_as_dataset(std::as_bytes(std::span(*begin)));
 }
 
 }  // namespace multitetra

@@ -12,6 +12,7 @@
 #include <spdlog/spdlog.h>
 #include <nlohmann/json.hpp>
 
+#include "common/base/enum_names.hpp"
 #include "server/operations/detail/log_sampling.hpp"
 
 namespace multitetra {
@@ -144,18 +145,11 @@ SharedSampler& lines_about_clients() {
 }  // namespace
 
 std::optional<LogFormat> log_format_from(std::string_view name) {
-  if (name == "text") return LogFormat::kText;
-  if (name == "json") return LogFormat::kJson;
-  return std::nullopt;
+  return EnumNames<LogFormat, 2>{{"text", "json"}}.find(name);
 }
 
 std::optional<LogLevel> log_level_from(std::string_view name) {
-  if (name == "debug") return LogLevel::kDebug;
-  if (name == "info") return LogLevel::kInfo;
-  if (name == "warning") return LogLevel::kWarning;
-  if (name == "error") return LogLevel::kError;
-  if (name == "off") return LogLevel::kOff;
-  return std::nullopt;
+  return EnumNames<LogLevel, 5>{{"debug", "info", "warning", "error", "off"}}.find(name);
 }
 
 void start_log(const LogOptions& options) {

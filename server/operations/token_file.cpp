@@ -5,8 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
+#include <limits>
 #include <span>
 #include <system_error>
 
@@ -37,36 +37,24 @@ TokenFile::TokenFile(const fs::path& path, IfAbsent if_absent)
       O_RDONLY | O_CLOEXEC | O_NONBLOCK | (if_absent == IfAbsent::kCreate ? O_CREAT : 0);
   // Opens again if the previous owner of the lock has replaced the file.
   do {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    descriptor_ = ::open(path_.c_str(), flags, S_IRUSR | S_IWUSR);
-    if (descriptor_ < 0) fail("Cannot open");
-    if (::flock(descriptor_, LOCK_EX) != 0) fail("Cannot lock");
+    opened_ = OpenFile(::open(path_.c_str(), flags, S_IRUSR | S_IWUSR));
+    if (!opened_.is_open()) fail("Cannot open");
+    if (!opened_.lock(LOCK_EX)) fail("Cannot lock");
   } while (!is_current());
-  if (is_new) share_with_group_of_folder(descriptor_, path_);
-}
-
-TokenFile::~TokenFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (is_new) share_with_group_of_folder(opened_.descriptor(), path_);
 }
 
 bool TokenFile::is_current() const {
   struct stat opened {};
   struct stat named {};
-  return ::fstat(descriptor_, &opened) == 0 && ::stat(path_.c_str(), &named) == 0 &&
+  return ::fstat(opened_.descriptor(), &opened) == 0 && ::stat(path_.c_str(), &named) == 0 &&
          opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 std::string TokenFile::text() const {
-  std::string text;
-  std::array<char, 4096> portion{};
-  for (;;) {
-    const ssize_t count =
-        ::pread(descriptor_, portion.data(), portion.size(), static_cast<off_t>(text.size()));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) fail("Cannot read");
-    if (count == 0) return text;
-    text.append(portion.data(), static_cast<std::size_t>(count));
-  }
+  auto content = opened_.content(std::numeric_limits<std::size_t>::max());
+  if (!content) fail("Cannot read");
+  return *std::move(content);
 }
 
 void TokenFile::replace(const std::string& text) {

@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <string>
 
+#include "common/base/open_file.hpp"
+
 namespace multitetra {
 
 // Waits until no other TokenFile has the file open. All functions throw std::system_error.
@@ -18,9 +20,6 @@ class TokenFile {
   // A new file is empty and readable only by its owner. If root creates it in a folder of another
   // group, that group, the service's, may read it too.
   explicit TokenFile(const std::filesystem::path& path, IfAbsent if_absent = IfAbsent::kFail);
-  ~TokenFile();
-  TokenFile(const TokenFile&) = delete;
-  TokenFile& operator=(const TokenFile&) = delete;
 
   [[nodiscard]] std::string text() const;
   // Atomically replaces the file, keeping mode and owner. May be called once.
@@ -31,7 +30,7 @@ class TokenFile {
   [[nodiscard]] bool is_current() const;
 
   std::filesystem::path path_;
-  int descriptor_ = -1;
+  OpenFile opened_;
 };
 
 }  // namespace multitetra

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
 #include "server/programs/commands.hpp"
@@ -40,9 +41,8 @@ int generate_volume(const GenerateArguments& arguments) {
                           {"seconds", progress.seconds()}});
   } else if (!arguments.quiet) {
     std::cerr << "generate: " << arguments.output << " holds " << arguments.kind << ", "
-              << volume.dims[0] << " x " << volume.dims[1] << " x " << volume.dims[2] << " "
-              << name(volume.type()) << "; isovalue " << human_number(suggested_isovalue(kind))
-              << std::endl;
+              << sides_text(volume.dims) << " " << name(volume.type()) << "; isovalue "
+              << human_number(suggested_isovalue(kind)) << std::endl;
   }
   return 0;
 }

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/base/number_text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
@@ -73,8 +74,7 @@ void print_facts(const std::string& place, const PreparedFile& file) {
               << printable(value, /*keeps_lines=*/false) << "\n";
   };
   std::cout << printable("\"" + info.name + "\" in " + place, /*keeps_lines=*/false) << "\n";
-  line("samples", std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
-                      std::to_string(info.dims[2]) + " " + std::string(name(info.type)));
+  line("samples", sides_text(info.dims) + " " + std::string(name(info.type)));
   if (info.member) line("member of series", human_member(*info.member));
   if (file.metadata().label_volume) {
     line("volume", human_label_volume(*file.metadata().label_volume, info));

@@ -48,7 +48,7 @@ std::size_t bytes_of(const ImageChunk& chunk, SampleType type) {
 
 // Appends values in the image's type. Void values are 0 if the type has no NaN.
 void append_voxels(std::string& bytes, const std::string& values, SampleType type) {
-  const auto append_as = [&]<typename Voxel>(Voxel) {
+  visit_type(type, [&]<typename Voxel>(const Voxel*) {
     for (std::size_t at = 0; at < values.size(); at += sizeof(float)) {
       float value = 0;
       std::memcpy(&value, values.data() + at, sizeof value);
@@ -58,19 +58,7 @@ void append_voxels(std::string& bytes, const std::string& values, SampleType typ
       const auto voxel = static_cast<Voxel>(value);
       bytes.append(reinterpret_cast<const char*>(&voxel), sizeof voxel);
     }
-  };
-  switch (type) {
-    case SampleType::kU8:
-      return append_as(std::uint8_t{});
-    case SampleType::kI8:
-      return append_as(std::int8_t{});
-    case SampleType::kU16:
-      return append_as(std::uint16_t{});
-    case SampleType::kI16:
-      return append_as(std::int16_t{});
-    case SampleType::kF32:
-      return append_as(float{});
-  }
+  });
 }
 
 }  // namespace

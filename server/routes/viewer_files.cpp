@@ -1,9 +1,9 @@
 #include "server/routes/viewer_files.hpp"
 
-#include <fstream>
 #include <iterator>
 #include <stdexcept>
 
+#include "common/base/open_file.hpp"
 #include "server/http/answer.hpp"
 #include "server/http/media.hpp"
 
@@ -11,10 +11,9 @@ namespace multitetra {
 namespace {
 
 SharedBytes bytes_of(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw std::runtime_error("Cannot read the viewer's file '" + file.string() + "'.");
-  return std::make_shared<const std::string>(std::istreambuf_iterator<char>(in),
-                                             std::istreambuf_iterator<char>());
+  auto bytes = OpenFile(file).content(SIZE_MAX);
+  if (!bytes) throw std::runtime_error("Cannot read the viewer's file '" + file.string() + "'.");
+  return std::make_shared<const std::string>(*std::move(bytes));
 }
 
 }  // namespace

@@ -1,15 +1,13 @@
 #include "server/store/object_store.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <span>
 #include <system_error>
 #include <thread>
 #include <utility>
+
+#include "common/base/open_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -19,36 +17,19 @@ namespace fs = std::filesystem;
 // An open regular file.
 class ObjectFile {
  public:
-  explicit ObjectFile(fs::path path)
-      // Without O_NONBLOCK, opening a named pipe would block.
-      : path_(std::move(path)),
-        descriptor_(::open(path_.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
-    if (descriptor_ < 0) fail_with_reason();
-    struct stat status = {};
-    if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
-      ::close(descriptor_);
-      fail("it is not a regular file");
-    }
-    size_ = static_cast<std::uint64_t>(status.st_size);
+  explicit ObjectFile(fs::path path) : path_(std::move(path)), file_(path_) {
+    if (!file_.is_open()) fail_with_reason();
+    const auto size = file_.regular_size();
+    if (!size) fail("it is not a regular file");
+    size_ = *size;
   }
-  ~ObjectFile() { ::close(descriptor_); }
-  ObjectFile(const ObjectFile&) = delete;
-  ObjectFile& operator=(const ObjectFile&) = delete;
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
-
   void read(std::uint64_t offset, std::span<std::byte> into) const {
-    while (!into.empty()) {
-      const ssize_t count =
-          ::pread(descriptor_, into.data(), into.size(), static_cast<off_t>(offset));
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) fail_with_reason();
-      if (count == 0) fail("it was truncated while it was read");
-      offset += static_cast<std::uint64_t>(count);
-      into = into.subspan(static_cast<std::size_t>(count));
-    }
+    const auto count = file_.read_some(offset, into);
+    if (!count) fail_with_reason();
+    if (*count < into.size()) fail("it was truncated while it was read");
   }
-
   [[noreturn]] void fail(const std::string& problem) const {
     throw StoreError(path_.string(), problem, "Check the file and its disk");
   }
@@ -60,7 +41,7 @@ class ObjectFile {
   }
 
   fs::path path_;
-  int descriptor_ = -1;
+  OpenFile file_;
   std::uint64_t size_ = 0;
 };
 

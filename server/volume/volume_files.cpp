@@ -5,13 +5,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "common/base/address_text.hpp"
 #include "common/base/child_process.hpp"
+#include "common/base/number_text.hpp"
+#include "common/base/open_file.hpp"
 #include "server/store/http_store.hpp"
 #include "server/volume/detail/sandboxed_reader.hpp"
 #include "server/volume/detail/streamed_volume.hpp"
@@ -39,11 +40,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string to_text(const std::array<std::int64_t, 3>& dims) {
-  return std::to_string(dims[0]) + " x " + std::to_string(dims[1]) + " x " +
-         std::to_string(dims[2]);
-}
-
 // Whether to open a volume slab by slab or to read it into memory.
 enum class Use { kSlabs, kWhole };
 
@@ -53,7 +49,7 @@ void check_memory(const fs::path& file, const ImageHeader& header) {
   const std::int64_t memory = std::int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE);
   if (bytes > memory) {
     fail_reading(file,
-                 "its " + to_text(header.dims) + " samples need " + std::to_string(bytes) +
+                 "its " + sides_text(header.dims) + " samples need " + std::to_string(bytes) +
                      " bytes of memory, but this machine has " + std::to_string(memory),
                  "Reduce the volume or use a larger machine");
   }
@@ -152,7 +148,7 @@ void check_choice(const fs::path& path, std::optional<VolumeFormat> format,
     const ImageHeader& header = volume.header;
     fail_reading(path,
                  option + " does not apply: the file has no " + what + ", only one volume of " +
-                     to_text(header.dims) + " samples" +
+                     sides_text(header.dims) + " samples" +
                      (header.components > 1 && !volume.component_of_time
                           ? " of " + std::to_string(header.components) + " components"
                           : ""),
@@ -196,9 +192,7 @@ StoredVolume open_stored(const fs::path& path, const Opening& opening, const Vol
                  "this folder has neither images (TIFF, PNG, JPEG, DICOM) nor a Zarr or N5 array",
                  "Supported formats: " + known_files());
   }
-  std::string beginning(4, '\0');
-  std::ifstream(path, std::ios::binary).read(beginning.data(), 4);
-  if (beginning == "\x89MTD") {
+  if (OpenFile(path).content(4) == "\x89MTD") {
     fail_reading(path, "it is already a prepared dataset",
                  "Serve it, or prepare the volume from which it was made");
   }

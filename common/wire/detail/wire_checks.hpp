@@ -84,6 +84,11 @@ class FieldChecks {
     require(is_unit_text(text), field,
             "must be UTF-8 of at most 64 bytes without control characters.");
   }
+  // Requires that a value passed its own validation.
+  template <typename Value>
+  void valid(const Result<Value>& validated) {
+    if (!validated) fail(validated.error().code, validated.error().text);
+  }
   // Converts `number` to one of our enumerators up to `last`. 0 gives `unspecified`, and is
   // rejected if that is empty.
   template <typename Ours>

@@ -219,8 +219,7 @@ IsosurfaceRequest read_request(const v1::IsosurfaceRequest& wire, FieldChecks& c
   request.embedded = wire.embedded();
   request.normal_bits = to_int(wire.normals());
   if (wire.has_cell()) request.cell = read(wire.cell());
-  const Result<IsosurfaceRequest> valid = validated(request);
-  if (!valid) checks.fail(valid.error().code, valid.error().text);
+  checks.valid(validated(request));
   return request;
 }
 

@@ -66,9 +66,7 @@ Slice read(const v1::Slice& wire, FieldChecks& checks) {
       "Slice.interpolation", wire.interpolation(), Interpolation::kLinear, Interpolation::kLinear);
   plane.detail = checks.enumerator<SliceDetail>("Slice.detail", wire.detail(), SliceDetail::kCoarse,
                                                 SliceDetail::kAuto);
-  if (const auto valid = validated(plane); !valid) {
-    checks.fail(valid.error().code, valid.error().text);
-  }
+  checks.valid(validated(plane));
   return slice;
 }
 
@@ -92,9 +90,7 @@ Probe read(const v1::Probe& wire, FieldChecks& checks) {
   for (int i = 0; i + 2 < wire.places_size(); i += 3) {
     probe.probe.places.push_back({wire.places(i), wire.places(i + 1), wire.places(i + 2)});
   }
-  if (const auto valid = validated(probe.probe); !valid) {
-    checks.fail(valid.error().code, valid.error().text);
-  }
+  checks.valid(validated(probe.probe));
   return probe;
 }
 

@@ -20,9 +20,7 @@ ScalarRequest read(const v1::ScalarRequest& wire, FieldChecks& checks) {
   // Larger numbers are out of range in any case.
   if (wire.bits() != 0) request.bits = static_cast<int>(std::min<std::uint32_t>(wire.bits(), 1000));
   if (wire.has_low()) request.limits = ScalarRequest::Limits{wire.low(), wire.high()};
-  if (const auto valid = validated(request); !valid) {
-    checks.fail(valid.error().code, valid.error().text);
-  }
+  checks.valid(validated(request));
   return request;
 }
 

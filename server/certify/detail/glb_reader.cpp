@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 
 #include "common/base/affine.hpp"
 #include "common/base/child_process.hpp"
+#include "common/image/stored_type.hpp"
 #include "common/wire/draco_mesh.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
 
@@ -23,6 +25,11 @@ constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 // Extensions that a file may require.
 constexpr std::array<std::string_view, 3> kKnownExtensions = {
     kDracoExtension, "KHR_mesh_quantization", "KHR_materials_unlit"};
+
+// From 5120 on.
+constexpr std::array<std::optional<StoredType>, 7> kComponentTypes = {
+    StoredType::kI8, StoredType::kU8,  StoredType::kI16, StoredType::kU16,
+    std::nullopt,    StoredType::kU32, StoredType::kF32};
 
 // Limits for decoding Draco data, which may announce any size.
 constexpr std::uint64_t kDracoMemory = std::uint64_t{8} << 30;
@@ -245,14 +252,12 @@ class GlbReader {
       throw MeshFileError("an array has the wrong type " + type.substr(0, 20));
     }
     const std::size_t kind = whole_or(accessor, "componentType", 0);
-    const std::size_t width = kind == 5120 || kind == 5121   ? 1
-                              : kind == 5122 || kind == 5123 ? 2
-                              : kind == 5125 || kind == 5126 ? 4
-                                                             : 0;
-    if (width == 0)
+    const bool is_known = kind >= 5120 && kind < 5120 + kComponentTypes.size();
+    const auto number_type = is_known ? kComponentTypes[kind - 5120] : std::nullopt;
+    if (!number_type)
       throw MeshFileError("an array has the unsupported component type " + std::to_string(kind));
     const auto [bytes, given_stride] = view(whole(accessor["bufferView"]));
-    const std::size_t size = components * width;
+    const std::size_t size = components * bytes_of(*number_type);
     const std::size_t stride = given_stride != 0 ? given_stride : size;
     const std::size_t offset = whole_or(accessor, "byteOffset", 0);
     const std::size_t count = whole_or(accessor, "count", 0);
@@ -265,29 +270,18 @@ class GlbReader {
     for (std::size_t i = 0; i < count; ++i) {
       MeshBytes one(bytes.substr(offset + i * stride, size));
       std::array<double, 3> values{};
-      for (std::size_t c = 0; c < components; ++c) values[c] = number(one, kind, is_normalized);
+      for (std::size_t c = 0; c < components; ++c)
+        values[c] = number(one, *number_type, is_normalized);
       take(values);
     }
   }
 
-  static double number(MeshBytes& bytes, std::size_t kind, bool is_normalized) {
-    const auto integer = [is_normalized](double value, double one) {
-      return is_normalized ? std::max(value / one, -1.0) : value;
-    };
-    switch (kind) {
-      case 5120:
-        return integer(bytes.take_number<std::int8_t>(), 127);
-      case 5121:
-        return integer(bytes.take_number<std::uint8_t>(), 255);
-      case 5122:
-        return integer(bytes.take_number<std::int16_t>(), 32767);
-      case 5123:
-        return integer(bytes.take_number<std::uint16_t>(), 65535);
-      case 5125:
-        return bytes.take_number<std::uint32_t>();
-      default:
-        return static_cast<double>(bytes.take_number<float>());
-    }
+  static double number(MeshBytes& bytes, StoredType type, bool is_normalized) {
+    return with_number_type(type, [&]<typename Number>() {
+      const auto value = static_cast<double>(bytes.take_number<Number>());
+      if (sizeof(Number) > 2 || !is_normalized) return value;
+      return std::max(value / static_cast<double>(std::numeric_limits<Number>::max()), -1.0);
+    });
   }
 
   const json& document_;

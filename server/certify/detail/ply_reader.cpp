@@ -2,19 +2,19 @@
 #include <optional>
 #include <vector>
 
+#include "common/image/stored_type.hpp"
 #include "server/certify/detail/mesh_bytes.hpp"
 
 namespace multitetra {
 namespace {
 
-enum class PlyType { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
 enum class PlyEncoding { kText, kLittle, kBig };
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::kF32;
+  StoredType type = StoredType::kF32;
   // For a list, the type of its length.
-  std::optional<PlyType> count = std::nullopt;
+  std::optional<StoredType> count = std::nullopt;
 };
 
 struct PlyElement {
@@ -23,18 +23,8 @@ struct PlyElement {
   std::vector<PlyProperty> properties = {};
 };
 
-PlyType ply_type(std::string_view word) {
-  constexpr std::array<std::array<std::string_view, 2>, 8> kNames = {{{"char", "int8"},
-                                                                      {"uchar", "uint8"},
-                                                                      {"short", "int16"},
-                                                                      {"ushort", "uint16"},
-                                                                      {"int", "int32"},
-                                                                      {"uint", "uint32"},
-                                                                      {"float", "float32"},
-                                                                      {"double", "float64"}}};
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (word == kNames[i][0] || word == kNames[i][1]) return static_cast<PlyType>(i);
-  }
+StoredType ply_type(std::string_view word) {
+  if (const auto type = stored_type_from_word(word)) return *type;
   throw MeshFileError("its header has the unknown type '" + std::string(word.substr(0, 40)) + "'");
 }
 
@@ -45,31 +35,16 @@ class PlyValues {
 
   [[nodiscard]] std::size_t bytes_left() const { return bytes_.size(); }
 
-  double take(PlyType type) {
+  double take(StoredType type) {
     if (encoding_ == PlyEncoding::kText) return bytes_.take_decimal();
     const bool is_big = encoding_ == PlyEncoding::kBig;
-    switch (type) {
-      case PlyType::kI8:
-        return bytes_.take_number<std::int8_t>(is_big);
-      case PlyType::kU8:
-        return bytes_.take_number<std::uint8_t>(is_big);
-      case PlyType::kI16:
-        return bytes_.take_number<std::int16_t>(is_big);
-      case PlyType::kU16:
-        return bytes_.take_number<std::uint16_t>(is_big);
-      case PlyType::kI32:
-        return bytes_.take_number<std::int32_t>(is_big);
-      case PlyType::kU32:
-        return bytes_.take_number<std::uint32_t>(is_big);
-      case PlyType::kF32:
-        return static_cast<double>(bytes_.take_number<float>(is_big));
-      case PlyType::kF64:
-        return bytes_.take_number<double>(is_big);
-    }
-    return 0;
+    return with_number_type(type, [&]<typename Number>() {
+      return static_cast<double>(bytes_.take_number<Number>(is_big));
+    });
   }
+
   // Reads an integer of at most 32 bits.
-  std::int64_t take_integer(PlyType type) {
+  std::int64_t take_integer(StoredType type) {
     const double value = take(type);
     const bool fits = value >= -2147483648.0 && value <= 4294967295.0;
     if (!fits || value != static_cast<double>(static_cast<std::int64_t>(value))) {

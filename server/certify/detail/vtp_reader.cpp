@@ -1,7 +1,6 @@
 #include "server/certify/detail/vtp_reader.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <string>
 
 #include "server/certify/detail/mesh_bytes.hpp"
@@ -22,29 +21,7 @@ class VtkNumbers {
     if (at_ == buffer_.size()) fill();
     const std::byte* const from = buffer_.data() + at_;
     at_ += bytes_of(type_);
-    switch (type_) {
-      case StoredType::kU8:
-        return number<std::uint8_t>(from);
-      case StoredType::kI8:
-        return number<std::int8_t>(from);
-      case StoredType::kU16:
-        return number<std::uint16_t>(from);
-      case StoredType::kI16:
-        return number<std::int16_t>(from);
-      case StoredType::kF32:
-        return number<float>(from);
-      case StoredType::kU32:
-        return number<std::uint32_t>(from);
-      case StoredType::kI32:
-        return number<std::int32_t>(from);
-      case StoredType::kU64:
-        return number<std::uint64_t>(from);
-      case StoredType::kI64:
-        return number<std::int64_t>(from);
-      case StoredType::kF64:
-        return number<double>(from);
-    }
-    return 0;
+    return number_from(type_, from);
   }
   // Reads an index, an integer below 2^53.
   std::int64_t take_index() {
@@ -54,12 +31,6 @@ class VtkNumbers {
   }
 
  private:
-  template <typename Number>
-  static double number(const std::byte* from) {
-    Number value;
-    std::memcpy(&value, from, sizeof value);
-    return static_cast<double>(value);
-  }
   void fill() {
     constexpr std::uint64_t kPortion = 1 << 16;
     const std::uint64_t count = std::min(left_, kPortion);

@@ -58,22 +58,4 @@ struct PreparedVolume {
   std::function<void()> check = {};
 };
 
-// Calls `visitor` with a null pointer to the sample type: one dispatch for a whole pass.
-template <typename Visitor>
-decltype(auto) visit_type(SampleType type, Visitor&& visitor) {
-  switch (type) {
-    case SampleType::kU8:
-      return visitor(static_cast<const std::uint8_t*>(nullptr));
-    case SampleType::kI8:
-      return visitor(static_cast<const std::int8_t*>(nullptr));
-    case SampleType::kU16:
-      return visitor(static_cast<const std::uint16_t*>(nullptr));
-    case SampleType::kI16:
-      return visitor(static_cast<const std::int16_t*>(nullptr));
-    case SampleType::kF32:
-      break;
-  }
-  return visitor(static_cast<const float*>(nullptr));
-}
-
 }  // namespace multitetra

@@ -76,7 +76,7 @@ MappedFile::Guard* MappedFile::Guard::of(std::span<const std::byte> bytes) {
 MappedFile::MappedFile(const std::filesystem::path& path) : file_(path), opened_(state()) {
   if (file_.size_ == 0) return;  // Empty files cannot be mapped.
   void* const memory =
-      ::mmap(nullptr, file_.size_, PROT_READ, MAP_SHARED, file_.descriptor_, /*offset=*/0);
+      ::mmap(nullptr, file_.size_, PROT_READ, MAP_SHARED, file_.opened_.descriptor(), /*offset=*/0);
   if (memory == MAP_FAILED) {
     const int reason = errno;
     throw DatasetFileError(
@@ -93,7 +93,7 @@ MappedFile::~MappedFile() {
 
 MappedFile::State MappedFile::state() const {
   struct stat status = {};
-  if (::fstat(file_.descriptor_, &status) != 0) return {};
+  if (::fstat(file_.opened_.descriptor(), &status) != 0) return {};
   return {.size = status.st_size,
           .seconds = status.st_mtim.tv_sec,
           .nanoseconds = status.st_mtim.tv_nsec};

@@ -28,18 +28,7 @@ void add_samples(SampleFacts& facts, std::span<const std::byte> bytes) {
 }  // namespace
 
 void SampleFacts::add(SampleType type, std::span<const std::byte> bytes) {
-  switch (type) {
-    case SampleType::kU8:
-      return add_samples<std::uint8_t>(*this, bytes);
-    case SampleType::kI8:
-      return add_samples<std::int8_t>(*this, bytes);
-    case SampleType::kU16:
-      return add_samples<std::uint16_t>(*this, bytes);
-    case SampleType::kI16:
-      return add_samples<std::int16_t>(*this, bytes);
-    case SampleType::kF32:
-      return add_samples<float>(*this, bytes);
-  }
+  visit_type(type, [&]<typename Sample>(const Sample*) { add_samples<Sample>(*this, bytes); });
 }
 
 Result<void> check_facts(const DatasetInfo& info, SampleFacts facts) {

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/base/number_text.hpp"
 #include "common/cli/human_units.hpp"
 #include "server/programs/plot/svg.hpp"
 
@@ -124,8 +125,7 @@ void draw_suggestions(Svg& svg, const Frame& above, const Frame& below, const Da
 }
 
 std::string facts(const DatasetInfo& info) {
-  return std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
-         std::to_string(info.dims[2]) + " samples of type " + std::string(name(info.type)) +
+  return sides_text(info.dims) + " samples of type " + std::string(name(info.type)) +
          ", 1 voxel is " + human_number(voxel_length(info)) +
          (voxel_length(info) == 1 ? " world unit" : " world units");
 }

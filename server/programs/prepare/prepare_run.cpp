@@ -7,6 +7,7 @@
 
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/number_text.hpp"
 #include "common/base/utf8.hpp"
 #include "common/cli/human_units.hpp"
 #include "common/cli/json_report.hpp"
@@ -34,11 +35,9 @@ Json json_of(const PrepareJob& job, const PrepareResult& prepared) {
 std::string facts_of(const PrepareResult& prepared) {
   const DatasetInfo& info = prepared.info;
   const std::string& unit = info.meaning.value_unit;
-  return "\"" + info.name + "\", " + std::to_string(info.dims[0]) + " x " +
-         std::to_string(info.dims[1]) + " x " + std::to_string(info.dims[2]) + " " +
-         std::string(name(info.type)) + ", values " + human_number(info.min) + " to " +
-         human_number(info.max) + (unit.empty() ? "" : " " + unit) + ", " +
-         human_bytes(prepared.file_bytes) +
+  return "\"" + info.name + "\", " + sides_text(info.dims) + " " + std::string(name(info.type)) +
+         ", values " + human_number(info.min) + " to " + human_number(info.max) +
+         (unit.empty() ? "" : " " + unit) + ", " + human_bytes(prepared.file_bytes) +
          (prepared.label_volume ? ", " + human_label_volume(*prepared.label_volume, info) : "");
 }
 

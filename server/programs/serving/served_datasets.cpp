@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "common/base/number_text.hpp"
 #include "server/dataset/dataset.hpp"
 #include "server/operations/log.hpp"
 #include "server/service/extracted_surfaces.hpp"
@@ -14,8 +15,7 @@ namespace multitetra {
 namespace {
 
 std::string size_text(const DatasetInfo& info) {
-  return std::to_string(info.dims[0]) + " x " + std::to_string(info.dims[1]) + " x " +
-         std::to_string(info.dims[2]) + " " + std::string(name(info.type));
+  return sides_text(info.dims) + " " + std::string(name(info.type));
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -48,13 +47,10 @@ std::vector<Entry> entries_in(const fs::path& folder) {
   return entries;
 }
 
-// Opens and locks a folder; returns -1 if another process has a conflicting lock.
-int locked(const fs::path& folder, int kind) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return -1;
-  if (::flock(descriptor, kind) == 0) return descriptor;
-  ::close(descriptor);
-  return -1;
+// Opens and locks a folder; closed if another process has a conflicting lock.
+OpenFile locked(const fs::path& folder, int kind) {
+  OpenFile opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  return opened.lock(kind) ? std::move(opened) : OpenFile();
 }
 
 fs::path absolute_path_in(const char* variable) {
@@ -77,17 +73,13 @@ DatasetCache::DatasetCache(fs::path folder, std::uint64_t bytes)
   if (fs::create_directories(folder_)) fs::permissions(folder_, fs::perms::owner_all);
 }
 
-DatasetCache::~DatasetCache() {
-  for (const auto& [key, descriptor] : open_) ::close(descriptor);
-}
-
 fs::path DatasetCache::entry(const std::string& key) {
   const fs::path path = folder_ / key;
   if (open_.contains(key)) return path;
   fs::create_directories(path);
-  const int descriptor = locked(path, LOCK_SH);
-  if (descriptor < 0) throw std::system_error(errno, std::generic_category(), path.string());
-  open_.emplace(key, descriptor);
+  OpenFile folder = locked(path, LOCK_SH);
+  if (!folder.is_open()) throw std::system_error(errno, std::generic_category(), path.string());
+  open_.emplace(key, std::move(folder));
   fs::create_directories(path);  // May have been evicted before the lock.
   fs::last_write_time(path, fs::file_time_type::clock::now());
   return path;
@@ -99,11 +91,10 @@ void DatasetCache::evict() {
   for (const Entry& entry : entries) all += entry.bytes;
   for (const Entry& entry : entries) {
     if (all <= bytes_) return;
-    const int descriptor = locked(entry.path, LOCK_EX | LOCK_NB);
-    if (descriptor < 0) continue;
+    const OpenFile folder = locked(entry.path, LOCK_EX | LOCK_NB);
+    if (!folder.is_open()) continue;
     std::error_code ignored;
     fs::remove_all(entry.path, ignored);
-    ::close(descriptor);
     all -= entry.bytes;
   }
 }

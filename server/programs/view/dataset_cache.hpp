@@ -11,6 +11,8 @@
 #include <map>
 #include <string>
 
+#include "common/base/open_file.hpp"
+
 namespace multitetra {
 
 // Returns $XDG_CACHE_HOME/multitetra, else ~/.cache/multitetra; empty if neither variable has an
@@ -24,7 +26,6 @@ class DatasetCache {
   // `bytes` limits the total size. Creates the folder, readable only by its owner. Throws
   // std::filesystem::filesystem_error.
   DatasetCache(std::filesystem::path folder, std::uint64_t bytes);
-  ~DatasetCache();
   DatasetCache(const DatasetCache&) = delete;
   DatasetCache& operator=(const DatasetCache&) = delete;
 
@@ -40,7 +41,7 @@ class DatasetCache {
  private:
   std::filesystem::path folder_;
   std::uint64_t bytes_;
-  std::map<std::string, int> open_;  // Key -> descriptor of the locked folder.
+  std::map<std::string, OpenFile> open_;  // The locked folder of each key.
 };
 
 }  // namespace multitetra

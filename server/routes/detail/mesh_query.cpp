@@ -7,25 +7,21 @@ namespace {
 
 using Q = MeshQuery;
 
-Setters<Q> setters() {
-  Setters<Q> all = {{"format", word<Q>(
-                                   [](Q & q) -> auto& { return q.format; },
-                                   [](std::string_view text) { return mesh_format_from(text); },
-                                   "glb, ply, stl, obj, drc or vtp")}};
-  for (const RequestField& field : request_fields()) {
-    all.emplace(field.name, Setter<Q>{.set =
-                                          [&field](std::string_view text, Q& query) {
-                                            return field.set(field, text, query.surface);
-                                          },
-                                      .is_repeatable = field.is_repeatable});
-  }
+Setters<Q> mesh_setters() {
+  auto all = setters_of<Q>(
+      request_fields(), [](Q & query) -> auto& { return query.surface; });
+  all["format"] = {.set = [](std::string_view text, Q& query) -> FieldError {
+    query.format = mesh_format_from(text);
+    if (!query.format) return "must be glb, ply, stl, obj, drc or vtp";
+    return std::nullopt;
+  }};
   return all;
 }
 
 }  // namespace
 
 Result<MeshQuery> parse_mesh_query(const std::vector<std::pair<std::string, std::string>>& query) {
-  static const Setters<Q> kSetters = setters();
+  static const Setters<Q> kSetters = mesh_setters();
   auto parsed = parse_query<Q>(query, kSetters);
   if (parsed && parsed->surface.isovalues.size() > kMaxSurfaces) {
     return fail(ErrorCode::kInvalidArgument,

@@ -7,11 +7,9 @@
 #include <set>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
-#include "common/base/parse_number.hpp"
 #include "common/base/result.hpp"
 #include "common/request/surface_query.hpp"
 
@@ -25,33 +23,17 @@ struct Setter {
 template <typename Query>
 using Setters = std::map<std::string_view, Setter<Query>>;
 
-// Sets the number, optional or not, that `member` of the query returns.
-template <typename Query, typename Member>
-[[nodiscard]] Setter<Query> number(Member member) {
-  return {[member](std::string_view text, Query& query) -> FieldError {
-    auto& place = member(query);
-    using Place = std::remove_reference_t<decltype(place)>;
-    if constexpr (requires { place.has_value(); }) {
-      place = parse_number<typename Place::value_type>(text);
-      if (!place) return "is not a valid number";
-    } else {
-      const auto value = parse_number<Place>(text);
-      if (!value) return "is not a valid number";
-      place = *value;
-    }
-    return std::nullopt;
-  }};
-}
-
-// Sets an enumeration from one of a few words. `read` returns nullopt for others.
-template <typename Query, typename Member, typename Read>
-[[nodiscard]] Setter<Query> word(Member member, Read read, std::string words) {
-  return {[=](std::string_view text, Query& query) -> FieldError {
-    const auto value = read(text);
-    if (!value) return "must be " + words;
-    member(query) = *value;
-    return std::nullopt;
-  }};
+// Returns the setters of a table of fields. part(query) is what they set.
+template <typename Query, typename Fields, typename Part>
+[[nodiscard]] Setters<Query> setters_of(const Fields& fields, const Part& part) {
+  Setters<Query> setters;
+  for (const auto& field : fields) {
+    setters[field.name] = {
+        .set = [&field, part](std::string_view text,
+                              Query& query) { return field.set(field, text, part(query)); },
+        .is_repeatable = field.is_repeatable};
+  }
+  return setters;
 }
 
 // Returns kInvalidArgument, naming the parameter, if one is unknown, invalid, or repeated without

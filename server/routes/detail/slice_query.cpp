@@ -3,14 +3,20 @@
 #include <algorithm>
 
 #include "common/base/number_text.hpp"
+#include "common/base/parse_number.hpp"
 #include "server/routes/detail/query_parsers.hpp"
 
 namespace multitetra {
 namespace {
 
-using S = SliceQuery;
-
-constexpr const char* kThreeNumbers = "must be three numbers, X,Y,Z";
+// A field of a query for a slice or probe; compare RequestField.
+template <typename Query>
+struct QueryField {
+  std::string_view name;
+  std::string_view value_syntax;  // "x|y|z" or a description.
+  FieldError (*set)(const QueryField& field, std::string_view text, Query& query);
+  bool is_repeatable = false;
+};
 
 std::optional<std::size_t> axis_from(std::string_view text) {
   constexpr std::string_view kAxes = "xyz";
@@ -25,40 +31,23 @@ std::optional<Vec3> vector_from(std::string_view text) {
   return Vec3{(*numbers)[0], (*numbers)[1], (*numbers)[2]};
 }
 
-template <typename Member>
-Setter<S> vector(Member member) {
-  return {[member](std::string_view text, S& query) -> FieldError {
-    member(query) = vector_from(text);
-    if (!member(query)) return kThreeNumbers;
-    return std::nullopt;
-  }};
-}
-
-FieldError set_extent(std::string_view text, S& query) {
-  auto& extent = query.slice.extent;
-  extent = parse_number_list<double>(text, 1, 2);
+std::optional<std::vector<double>> extent_from(std::string_view text) {
+  const auto extent = parse_number_list<double>(text, 1, 2);
   const auto is_length = [](double v) { return v > 0 && v <= kMaxCoordinate; };
-  const bool is_good = extent && std::all_of(extent->begin(), extent->end(), is_length);
-  if (!is_good) return "must be a width, or a width and a height, WIDTH,HEIGHT, greater than 0";
-  return std::nullopt;
+  if (!extent || !std::all_of(extent->begin(), extent->end(), is_length)) return std::nullopt;
+  return extent;
 }
 
-template <typename Member>
-Setter<S> pixels(Member member) {
-  return {[member](std::string_view text, S& query) -> FieldError {
-    const auto count = parse_number<std::uint32_t>(text);
-    if (!count || *count < 2 || *count > kMaxSlicePixels) {
-      return "must be a number of pixels, 2 or more";
-    }
-    member(query) = *count;
-    return std::nullopt;
-  }};
+std::optional<std::uint32_t> pixels_from(std::string_view text) {
+  const auto count = parse_number<std::uint32_t>(text);
+  return count && *count >= 2 && *count <= kMaxSlicePixels ? count : std::nullopt;
 }
 
-FieldError set_window(std::string_view text, S& query) {
-  query.window = parse_number<double>(text);
-  if (!query.window || !(*query.window > 0)) return "must be a number greater than 0";
-  return std::nullopt;
+std::optional<double> decimal_from(std::string_view text) { return parse_number<double>(text); }
+
+std::optional<double> window_from(std::string_view text) {
+  const auto window = parse_number<double>(text);
+  return window && *window > 0 ? window : std::nullopt;
 }
 
 std::optional<SliceFormat> format_from(std::string_view text) {
@@ -67,52 +56,62 @@ std::optional<SliceFormat> format_from(std::string_view text) {
   return std::nullopt;
 }
 
-const Setters<S>& slice_setters() {
-  static const Setters<S> kSetters = {
-      {"axis", word<S>(
-                   [](S & q) -> auto& { return q.slice.axis; }, axis_from, "x, y or z")},
-      {"at", number<S>([](S & q) -> auto& { return q.slice.at; })},
-      {"centre", vector([](S & q) -> auto& { return q.slice.centre; })},
-      {"normal", vector([](S & q) -> auto& { return q.slice.normal; })},
-      {"up", vector([](S & q) -> auto& { return q.slice.up; })},
-      {"extent", {set_extent}},
-      {"origin", vector([](S & q) -> auto& { return q.slice.origin; })},
-      {"right", vector([](S & q) -> auto& { return q.slice.right; })},
-      {"down", vector([](S & q) -> auto& { return q.slice.down; })},
-      {"coordinates", word<S>(
-                          [](S & q) -> auto& { return q.slice.coordinates; },
-                          coordinate_system_from, "world or index")},
-      {"width", pixels([](S & q) -> auto& { return q.slice.pixels.width; })},
-      {"height", pixels([](S & q) -> auto& { return q.slice.pixels.height; })},
-      {"interpolation", word<S>(
-                            [](S & q) -> auto& { return q.slice.interpolation; },
-                            interpolation_from, "nearest or linear")},
-      {"detail", word<S>(
-                     [](S & q) -> auto& { return q.slice.detail; }, slice_detail_from,
-                     "auto, full or coarse")},
-      {"format", word<S>(
-                     [](S & q) -> auto& { return q.format; }, format_from, "png or raw")},
-      {"window", {set_window}},
-      {"level", number<S>([](S & q) -> auto& { return q.level; })},
-      {"colors",
-       word<S>(
-           [](S & q) -> auto& { return q.colors; }, color_map_from, std::string(kColorMapNames))},
-      {"color_scale",
-       word<S>(
-           [](S & q) -> auto& { return q.is_logarithmic; }, is_logarithmic_from, "linear or log")},
-      {"no_value_color", {[](std::string_view text, S& query) -> FieldError {
-         query.no_value_color = rgb_from(text);
-         if (!query.no_value_color) return "must be a color, RRGGBB";
-         return std::nullopt;
-       }}}};
-  return kSetters;
+FieldError add_place(const QueryField<ProbeRequest>& field, std::string_view text,
+                     ProbeRequest& probe) {
+  const auto place = vector_from(text);
+  if (!place) return "must be " + std::string(field.value_syntax);
+  probe.places.push_back(*place);
+  return std::nullopt;
+}
+
+using N = NamedSlice;
+using S = SliceQuery;
+using P = ProbeRequest;
+
+constexpr std::string_view kThreeNumbers = "three numbers, X,Y,Z";
+constexpr std::string_view kPixels = "a number of pixels, 2 or more";
+
+constexpr QueryField<S> kSliceFields[] = {
+    {"axis", "x|y|z", set_word<&N::axis, axis_from>},
+    {"at", "a number", set_word<&N::at, decimal_from>},
+    {"centre", kThreeNumbers, set_word<&N::centre, vector_from>},
+    {"normal", kThreeNumbers, set_word<&N::normal, vector_from>},
+    {"up", kThreeNumbers, set_word<&N::up, vector_from>},
+    {"extent", "a width, or a width and a height, WIDTH,HEIGHT, greater than 0",
+     set_word<&N::extent, extent_from>},
+    {"origin", kThreeNumbers, set_word<&N::origin, vector_from>},
+    {"right", kThreeNumbers, set_word<&N::right, vector_from>},
+    {"down", kThreeNumbers, set_word<&N::down, vector_from>},
+    {"coordinates", "world|index", set_word<&N::coordinates, coordinate_system_from>},
+    {"width", kPixels, set_word<&SlicePixels::width, pixels_from>},
+    {"height", kPixels, set_word<&SlicePixels::height, pixels_from>},
+    {"interpolation", "nearest|linear", set_word<&N::interpolation, interpolation_from>},
+    {"detail", "auto|full|coarse", set_word<&N::detail, slice_detail_from>},
+    {"format", "png|raw", set_word<&S::format, format_from>},
+    {"window", "a number greater than 0", set_word<&S::window, window_from>},
+    {"level", "a number", set_word<&S::level, decimal_from>},
+    {"colors", "gray|viridis|cividis|coolwarm", set_word<&S::colors, color_map_from>},
+    {"color_scale", "linear|log", set_word<&S::is_logarithmic, is_logarithmic_from>},
+    {"no_value_color", "a color, RRGGBB", set_word<&S::no_value_color, rgb_from>}};
+
+constexpr QueryField<P> kProbeFields[] = {
+    {"at", kThreeNumbers, add_place, /*is_repeatable=*/true},
+    {"coordinates", "world|index", set_word<&P::coordinates, coordinate_system_from>}};
+
+// Parses a query whose table of fields sets it.
+template <typename Query, typename Fields>
+Result<Query> parsed(const std::vector<std::pair<std::string, std::string>>& query,
+                     const Fields& fields) {
+  static const Setters<Query> kSetters =
+      setters_of<Query>(fields, [](Query& whole) -> Query& { return whole; });
+  return parse_query<Query>(query, kSetters);
 }
 
 }  // namespace
 
 Result<SliceQuery> parse_slice_query(
     const std::vector<std::pair<std::string, std::string>>& query) {
-  return parse_query<SliceQuery>(query, slice_setters());
+  return parsed<SliceQuery>(query, kSliceFields);
 }
 
 Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
@@ -134,20 +133,7 @@ Result<ColorScale> scale_for(const SliceQuery& query, const DatasetInfo& info) {
 
 Result<ProbeRequest> parse_probe_query(
     const std::vector<std::pair<std::string, std::string>>& query) {
-  using P = ProbeRequest;
-  static const Setters<P> kSetters = {
-      {"at",
-       {[](std::string_view text, P& probe) -> FieldError {
-          const auto place = vector_from(text);
-          if (!place) return kThreeNumbers;
-          probe.places.push_back(*place);
-          return std::nullopt;
-        },
-        /*is_repeatable=*/true}},
-      {"coordinates", word<P>(
-                          [](P & p) -> auto& { return p.coordinates; }, coordinate_system_from,
-                          "world or index")}};
-  auto probe = parse_query<P>(query, kSetters);
+  auto probe = parsed<ProbeRequest>(query, kProbeFields);
   if (!probe) return probe;
   if (probe->places.empty()) {
     return fail(ErrorCode::kInvalidArgument, "Give a place with at=X,Y,Z, once or several times.");

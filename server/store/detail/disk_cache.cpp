@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <unistd.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include <utility>
 
 #include "common/base/atomic_file.hpp"
+#include "common/base/open_file.hpp"
 
 namespace multitetra {
 namespace {
@@ -23,25 +23,6 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kScansPerLimit = 16;
 constexpr const char* kBlocks = "blocks";
 constexpr std::size_t kSumBytes = sizeof(std::uint64_t);  // The checksum, stored after the block.
-
-// Admits one process at a time; others skip the eviction.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder)
-      : descriptor_(::open((folder / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600)) {
-    is_held_ = descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0;
-  }
-  ~FolderLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-  [[nodiscard]] bool is_held() const { return is_held_; }
-
- private:
-  int descriptor_;
-  bool is_held_ = false;
-};
 
 struct CachedBlock {
   fs::file_time_type used;
@@ -120,8 +101,9 @@ void DiskCache::remove(const std::string& file, std::uint64_t block) {
 }
 
 void DiskCache::evict() {
-  const FolderLock lock(folder_);
-  if (!lock.is_held()) return;
+  // One process at a time; others skip the eviction.
+  const OpenFile file(::open((folder_ / ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (!file.lock(LOCK_EX | LOCK_NB)) return;
   std::vector<CachedBlock> blocks = blocks_in(folder_);
   std::uint64_t bytes = 0;
   for (const CachedBlock& block : blocks) bytes += block.bytes;

@@ -14,12 +14,6 @@
 namespace multitetra {
 namespace {
 
-template <typename Sample>
-void resize_to(Samples& samples, std::size_t count) {
-  if (!std::holds_alternative<std::vector<Sample>>(samples)) samples = std::vector<Sample>();
-  std::get<std::vector<Sample>>(samples).resize(count);
-}
-
 bool is_floating(StoredType type) { return type == StoredType::kF32 || type == StoredType::kF64; }
 
 bool is_wide(StoredType type) { return type > StoredType::kF32; }
@@ -65,18 +59,10 @@ std::string number_text(double number) {
 }  // namespace
 
 void resize(Samples& samples, SampleType type, std::size_t count) {
-  switch (type) {
-    case SampleType::kU8:
-      return resize_to<std::uint8_t>(samples, count);
-    case SampleType::kI8:
-      return resize_to<std::int8_t>(samples, count);
-    case SampleType::kU16:
-      return resize_to<std::uint16_t>(samples, count);
-    case SampleType::kI16:
-      return resize_to<std::int16_t>(samples, count);
-    case SampleType::kF32:
-      return resize_to<float>(samples, count);
-  }
+  visit_type(type, [&]<typename Sample>(const Sample*) {
+    if (!std::holds_alternative<std::vector<Sample>>(samples)) samples = std::vector<Sample>();
+    std::get<std::vector<Sample>>(samples).resize(count);
+  });
 }
 
 std::byte* bytes_of(Samples& samples) {

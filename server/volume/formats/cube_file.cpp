@@ -68,16 +68,14 @@ StoredVolume open_cube(const fs::path& path) {
   const std::string beginning = unpacked_beginning(file, kMaxHeaderBytes);
   std::string_view rest = beginning;
   const std::optional<CubeGrid> grid = grid_in(rest);
-  if (!grid) fail_reading(path, "it is not a cube file", "Get a complete copy of the file");
+  if (!grid) fail_damaged(path, "it is not a cube file");
   if (std::abs(grid->atoms) > kMaxAtoms) {
-    fail_reading(path, "it has " + std::to_string(grid->atoms) + " atoms",
-                 "Get a complete copy of the file");
+    fail_damaged(path, "it has " + std::to_string(grid->atoms) + " atoms");
   }
   for (std::int64_t i = 0; i < std::abs(grid->atoms); ++i) {
     if (finite_numbers(std::string(take_line(rest))).size() != 5) {
-      fail_reading(path,
-                   "the line of its atom " + std::to_string(i + 1) + " does not have five numbers",
-                   "Get a complete copy of the file");
+      fail_damaged(path,
+                   "the line of its atom " + std::to_string(i + 1) + " does not have five numbers");
     }
   }
   std::int64_t components = grid->components;

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/header_bytes.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
@@ -98,10 +99,6 @@ DescribedRaw raw_from(const Description& description, fs::path data, const fs::p
   return raw;
 }
 
-std::uint64_t sample_bytes(const ImageHeader& header) {
-  return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
-}
-
 // Adds the spacing from a description beside `file`, for layouts without one.
 void add_spacing_beside(const fs::path& file, DescribedRaw& raw) {
   const fs::path beside = fs::path(file).replace_extension(".txt");
@@ -185,7 +182,7 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
   set_box_axes(header, {0, 0, 0}, layout.spacing);
   check_header(file, header);
   const std::uint64_t found = InputFile(file).size();
-  const std::uint64_t needed = sample_bytes(header);
+  const std::uint64_t needed = header.volume_bytes();
   const Packing packing = UnpackedStream::packing_at(InputFile(file), 0);
   if (found == layout.header_bytes + needed) {
     return {.header = header,
@@ -198,8 +195,7 @@ StoredVolume open_raw(const fs::path& file, const RawLayout& layout) {
   fail_reading(file,
                "it has " + std::to_string(found) + " bytes, but the given layout requires " +
                    std::to_string(layout.header_bytes) + " for the header and " +
-                   std::to_string(needed) + " for the samples (" + std::to_string(layout.dims[0]) +
-                   " x " + std::to_string(layout.dims[1]) + " x " + std::to_string(layout.dims[2]) +
+                   std::to_string(needed) + " for the samples (" + sides_text(layout.dims) +
                    " of type " + std::string(name(layout.type)) + ")",
                "Correct the dims, the type or the header bytes");
 }
@@ -243,10 +239,10 @@ std::optional<DescribedRaw> layout_of_raw(const fs::path& file) {
   const InputFile input(file);
   const bool packed = UnpackedStream::packing_at(input, 0) == Packing::kGzip;
   if (!packed && !raw->begins_packed && !file.extension().string().ends_with("z2") &&
-      input.size() != raw->offset + sample_bytes(raw->header)) {
+      input.size() != raw->offset + raw->header.volume_bytes()) {
     fail_reading(file,
                  "it has " + std::to_string(input.size()) + " bytes, but " + raw->source +
-                     " states " + std::to_string(raw->offset + sample_bytes(raw->header)),
+                     " states " + std::to_string(raw->offset + raw->header.volume_bytes()),
                  "Give the layout with --dims and --type");
   }
   return raw;
@@ -257,7 +253,7 @@ StoredVolume open_described(const DescribedRaw& raw) {
     return {.header = raw.header,
             .slices = slices_in_parts(
                 {.parts = {{.file = raw.file, .offset = raw.offset, .packing = Packing::kGzip}},
-                 .part_bytes = sample_bytes(raw.header),
+                 .part_bytes = raw.header.volume_bytes(),
                  .endian = raw.endian},
                 raw.header)};
   }

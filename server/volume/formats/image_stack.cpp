@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/number_text.hpp"
 #include "common/base/text.hpp"
 #include "server/volume/formats/detail/input_file.hpp"
 #include "server/volume/formats/jpeg_file.hpp"
@@ -80,9 +81,7 @@ StoredVolume open_slice(const fs::path& file) {
 }
 
 std::string size_and_type(const ImageHeader& image) {
-  return std::to_string(image.dims[0]) + " x " + std::to_string(image.dims[1]) + " x " +
-         std::to_string(image.dims[2]) + " samples of " + std::to_string(bytes_of(image.type)) +
-         " bytes";
+  return sides_text(image.dims) + " samples of " + std::to_string(bytes_of(image.type)) + " bytes";
 }
 
 class StackSlices : public StoredSlices {

@@ -135,8 +135,7 @@ std::unique_ptr<StoredSlices> meta_slices(const fs::path& file, const MetaHeader
                                           bool allow_external_files, std::int64_t times,
                                           std::int64_t time, const ImageHeader& image) {
   const std::vector<fs::path> files = meta_data_files(file, header, allow_external_files);
-  const std::uint64_t volume_bytes =
-      image.slice_bytes() * static_cast<std::uint64_t>(image.dims[2]);
+  const std::uint64_t volume_bytes = image.volume_bytes();
   const std::uint64_t all_bytes = volume_bytes * static_cast<std::uint64_t>(times);
   const std::uint64_t skipped = volume_bytes * static_cast<std::uint64_t>(time);
   if (files.empty() || all_bytes % files.size() != 0) {

@@ -41,8 +41,7 @@ bool is_mgh(std::string_view beginning) {
 
 StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& choice) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMghHeaderBytes);
-  if (!is_mgh(beginning))
-    fail_reading(path, "it is not an MGH file", "Get a complete copy of the file");
+  if (!is_mgh(beginning)) fail_damaged(path, "it is not an MGH file");
   const HeaderBytes bytes(beginning, Endian::kBig);
   const auto integer = [&](std::size_t at) { return std::int64_t{bytes.at<std::int32_t>(at)}; };
   const auto real = [&](std::size_t at) { return static_cast<double>(bytes.at<float>(at)); };
@@ -63,25 +62,13 @@ StoredVolume open_mgh(const std::filesystem::path& path, const VolumeChoice& cho
       origin[row] -= steps[axis][row] * static_cast<double>(header.dims[axis]) / 2;
     }
   }
-  for (Vec3* vector : {&steps[0], &steps[1], &steps[2], &origin}) {  // Converts RAS to LPS.
-    (*vector)[0] = 0 - (*vector)[0];
-    (*vector)[1] = 0 - (*vector)[1];
-  }
+  ras_to_lps(steps, origin);
   set_axes(path, header, steps, origin);
   check_header(path, header);
   const std::int64_t frames = integer(16);
-  if (frames > 1 && !choice.time && !choice.first) {
-    fail_reading(path, "it has " + std::to_string(frames) + " frames",
-                 "Choose one with --time, from 0, or prepare them with --all-times");
-  }
-  const std::int64_t frame = choice.time.value_or(0);
-  if (frame < 0 || frame >= frames) {
-    fail_reading(path, "it has no time " + std::to_string(frame),
-                 "Choose 0 to " + std::to_string(frames - 1));
-  }
-  const std::uint64_t offset = kMghHeaderBytes + static_cast<std::uint64_t>(frame) *
-                                                     static_cast<std::uint64_t>(header.dims[2]) *
-                                                     header.slice_bytes();
+  const std::int64_t frame = chosen_time(path, frames, choice);
+  const std::uint64_t offset =
+      kMghHeaderBytes + static_cast<std::uint64_t>(frame) * header.volume_bytes();
   VolumeContents contents;
   contents.times.count = frames;
   return {.header = header,

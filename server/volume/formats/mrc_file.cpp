@@ -36,8 +36,7 @@ bool is_mrc(std::string_view beginning) {
 
 StoredVolume open_mrc(const fs::path& path) {
   const std::string beginning = unpacked_beginning(InputFile(path), kMrcHeaderBytes);
-  if (beginning.size() < kMrcHeaderBytes)
-    fail_reading(path, "it ends within its header", "Get a complete copy of the file");
+  if (beginning.size() < kMrcHeaderBytes) fail_damaged(path, "it ends within its header");
   const bool big = beginning[212] == 0x11;
   const Endian endian = big ? Endian::kBig : Endian::kLittle;
   const HeaderBytes bytes(beginning, endian);
@@ -59,9 +58,7 @@ StoredVolume open_mrc(const fs::path& path) {
     fail_reading(path, "the angles of its cell are not 90 degrees",
                  "Resample it onto a rectangular grid");
   }
-  if (seen != 7)
-    fail_reading(path, "two of its axes have the same direction",
-                 "Get a complete copy of the file");
+  if (seen != 7) fail_damaged(path, "two of its axes have the same direction");
   std::array<Vec3, 3> steps{};
   Vec3 origin = {real(196), real(200), real(204)};
   const bool has_origin = origin != Vec3{0, 0, 0};
@@ -76,20 +73,13 @@ StoredVolume open_mrc(const fs::path& path) {
   set_axes(path, header, steps, origin);
   check_header(path, header);
   const std::int32_t extended = integer(92);
-  if (extended < 0)
-    fail_reading(path, "its extended header has a negative length",
-                 "Get a complete copy of the file");
+  if (extended < 0) fail_damaged(path, "its extended header has a negative length");
   const std::uint64_t offset = kMrcHeaderBytes + static_cast<std::uint64_t>(extended);
   StoredVolume volume;
   volume.header = header;
   volume.contents.recommended_isovalue = sidecar_contour_level(path);
-  if (integer(12) != kHalfMode) {
-    volume.slices = slices_in_file(path, offset, endian, header);
-    return volume;
-  }
-  ImageHeader stored = header;
-  stored.type = StoredType::kU16;
-  volume.slices = slices_of_halves(slices_in_file(path, offset, endian, stored), header);
+  volume.slices = integer(12) == kHalfMode ? halves_in_file(path, offset, endian, header)
+                                           : slices_in_file(path, offset, endian, header);
   return volume;
 }
 

@@ -63,10 +63,8 @@ class NetcdfSlices : public StoredSlices {
     const std::uint64_t end =
         begin + step * static_cast<std::uint64_t>(header.dims[2] - 1) + header.slice_bytes();
     if (end <= file_.size()) return;
-    fail_reading(file,
-                 "it ends too early: its header declares " + std::to_string(end) +
-                     " bytes, but it has " + std::to_string(file_.size()) + " bytes",
-                 "Get a complete copy of the file");
+    fail_damaged(file, "it ends too early: its header declares " + std::to_string(end) +
+                           " bytes, but it has " + std::to_string(file_.size()) + " bytes");
   }
 
   void read(std::size_t first, std::size_t count, std::byte* into) override {
@@ -124,22 +122,6 @@ void place_variable(const InputFile& file, const NetcdfHeader& netcdf,
   place_by_coordinates(file.path(), coordinates, axes, volume.header, volume.notices);
 }
 
-// Returns the chosen entry of a dimension before z, y, x.
-std::uint64_t chosen_entry(const fs::path& path, const std::string& name, std::uint64_t length,
-                           std::optional<std::int64_t> wanted, bool takes_first,
-                           const char* option) {
-  if (!wanted && length != 1 && !takes_first) {
-    fail_reading(path, "its dimension " + name + " has " + std::to_string(length) + " entries",
-                 std::string("Choose one with ") + option + ", from 0");
-  }
-  const std::int64_t entry = wanted.value_or(0);
-  if (entry >= 0 && static_cast<std::uint64_t>(entry) < length) {
-    return static_cast<std::uint64_t>(entry);
-  }
-  fail_reading(path, "its dimension " + name + " has no entry " + std::to_string(entry),
-               "Choose 0 to " + std::to_string(length) + " without the last");
-}
-
 }  // namespace
 
 bool is_netcdf3(std::string_view beginning) {
@@ -150,7 +132,7 @@ bool is_netcdf3(std::string_view beginning) {
 StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
   const InputFile file(path);
   if (!is_netcdf3(file.beginning(4))) {
-    fail_reading(path, "it is not a NetCDF file", "Get a complete copy of the file");
+    fail_damaged(path, "it is not a NetCDF file");
   }
   const NetcdfHeader netcdf = read_netcdf_header(file);
   const NetcdfVariable& variable = chosen_variable(path, netcdf, choice);
@@ -200,9 +182,15 @@ StoredVolume open_netcdf3(const fs::path& path, const VolumeChoice& choice) {
     } else {
       volume.contents.times.count = static_cast<std::int64_t>(shape[d]);
     }
+    const FileEntries entries = {
+        .count = static_cast<std::int64_t>(shape[d]),
+        .several = "its dimension " + name + " has " + std::to_string(shape[d]) + " entries",
+        .remedy =
+            std::string("Choose one with ") + (is_channel ? "--channel" : "--time") + ", from 0",
+        .missing = "its dimension " + name + " has no entry"};
     begin +=
-        strides[d] * chosen_entry(path, name, shape[d], is_channel ? choice.channel : choice.time,
-                                  choice.first, is_channel ? "--channel" : "--time");
+        strides[d] * static_cast<std::uint64_t>(chosen_entry(
+                         path, entries, is_channel ? choice.channel : choice.time, choice.first));
   }
   // Rows that are records are not contiguous.
   if (rank == 2 && variable.has_records && strides[0] != shape[1] * strides[1]) {

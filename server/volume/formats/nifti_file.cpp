@@ -212,10 +212,7 @@ void place(const fs::path& file, const NiftiHeader& nifti, ImageHeader& header) 
   header.meaning.space = WorldSpace::kLps;
   if (header.meaning.length_unit.empty()) header.meaning.length_unit = "mm";
   const auto set = [&](Axes axes) {
-    for (Vec3* vector : {&axes.steps[0], &axes.steps[1], &axes.steps[2], &axes.origin}) {
-      (*vector)[0] = 0 - (*vector)[0];
-      (*vector)[1] = 0 - (*vector)[1];
-    }
+    ras_to_lps(axes.steps, axes.origin);
     set_axes(file, header, axes.steps, axes.origin);
   };
   if (nifti.sform <= 0) return set(axes_of_qform(nifti));
@@ -244,8 +241,7 @@ SourceTimes times_of(const NiftiHeader& nifti, std::int64_t count) {
 std::int64_t length_along(const fs::path& file, const NiftiHeader& nifti, std::int64_t dimension) {
   const std::int64_t length =
       dimension <= nifti.dim[0] ? nifti.dim[static_cast<std::size_t>(dimension)] : 1;
-  if (length < 0)
-    fail_reading(file, "its dimensions are negative", "Get a complete copy of the file");
+  if (length < 0) fail_damaged(file, "its dimensions are negative");
   return std::max<std::int64_t>(length, 1);
 }
 
@@ -281,8 +277,7 @@ std::optional<fs::path> nifti_header_of(const fs::path& image) {
 StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
   const fs::path path = nifti_header_of(given).value_or(given);
   const std::string beginning = unpacked_beginning(InputFile(path), kVersion2Bytes);
-  if (!is_nifti(beginning))
-    fail_reading(path, "it is not a NIfTI file", "Get a complete copy of the file");
+  if (!is_nifti(beginning)) fail_damaged(path, "it is not a NIfTI file");
   const NiftiHeader nifti = header_in(beginning);
   const Endian endian = is_version_2(beginning) ? *endian_of(beginning, kVersion2Bytes)
                                                 : *endian_of(beginning, kVersion1Bytes);
@@ -316,8 +311,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
                        : is_version_1(beginning) ? kVersion1Bytes
                                                  : kVersion2Bytes;
   if (!(nifti.offset >= least && nifti.offset < kMaxOffset)) {
-    fail_reading(path, "its samples begin at byte " + std::to_string(nifti.offset),
-                 "Get a complete copy of the file");
+    fail_damaged(path, "its samples begin at byte " + std::to_string(nifti.offset));
   }
   const fs::path data = nifti.in_two_files ? image_file(path, choice.allow_external_files) : path;
   std::vector<std::unique_ptr<StoredSlices>> slices;
@@ -325,7 +319,7 @@ StoredVolume open_nifti(const fs::path& given, const VolumeChoice& choice) {
     const auto before =
         (static_cast<std::uint64_t>(time) +
          static_cast<std::uint64_t>(i) * static_cast<std::uint64_t>(contents.times.count)) *
-        static_cast<std::uint64_t>(header.dims[2]) * one.slice_bytes();
+        one.volume_bytes();
     slices.push_back(
         slices_in_file(data, static_cast<std::uint64_t>(nifti.offset) + before, endian, one));
   }

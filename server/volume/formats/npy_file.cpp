@@ -65,14 +65,14 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 16;
   const std::string beginning = unpacked_beginning(InputFile(path), kMaxHeaderBytes);
   if (!is_npy(beginning) || beginning.size() < 12) {
-    fail_reading(path, "it is not a NumPy array", "Get a complete copy of the file");
+    fail_damaged(path, "it is not a NumPy array");
   }
   const HeaderBytes bytes(beginning.substr(0, 12), Endian::kLittle);
   const bool is_short = beginning[6] == 1;
   const std::uint64_t text_at = is_short ? 10 : 12;
   const std::uint64_t length = is_short ? bytes.at<std::uint16_t>(8) : bytes.at<std::uint32_t>(8);
   if (text_at + length > beginning.size()) {
-    fail_reading(path, "it ends within its header", "Get a complete copy of the file");
+    fail_damaged(path, "it ends within its header");
   }
   const std::string_view text = std::string_view(beginning).substr(text_at, length);
   const std::string_view descr = behind_key(text, "descr");
@@ -111,24 +111,14 @@ StoredVolume open_npy(const fs::path& path, const VolumeChoice& choice) {
   std::int64_t time = 0;
   if (shape.size() == 4) {
     contents.times.count = shape[0];
-    if (shape[0] != 1 && !choice.time && !choice.first) {
-      fail_reading(path, "its first dimension has " + std::to_string(shape[0]) + " entries",
-                   "Choose one with --time, from 0, or prepare them with --all-times");
-    }
-    time = choice.time.value_or(0);
-    if (time < 0 || time >= shape[0]) {
-      fail_reading(path, "it has no time " + std::to_string(time),
-                   "Choose 0 to " + std::to_string(shape[0] - 1));
-    }
+    time = chosen_time(path, shape[0], choice);
   }
-  ImageHeader stored = header;
-  if (found->are_halves) stored.type = StoredType::kU16;
-  const std::uint64_t volume_bytes =
-      stored.slice_bytes() * static_cast<std::uint64_t>(stored.dims[2]);
+  const std::uint64_t number_bytes = found->are_halves ? 2 : bytes_of(header.type);
+  const std::uint64_t volume_bytes = header.volume_bytes() / bytes_of(header.type) * number_bytes;
   const std::uint64_t offset = text_at + length + static_cast<std::uint64_t>(time) * volume_bytes;
   const Endian endian = descr[1] == '>' ? Endian::kBig : Endian::kLittle;
-  auto slices = slices_in_file(path, offset, endian, stored);
-  if (found->are_halves) slices = slices_of_halves(std::move(slices), header);
+  auto slices = found->are_halves ? halves_in_file(path, offset, endian, header)
+                                  : slices_in_file(path, offset, endian, header);
   return {.header = header, .slices = std::move(slices), .contents = std::move(contents)};
 }
 

@@ -266,8 +266,7 @@ std::vector<fs::path> data_files(const fs::path& file, const NrrdHeader& header,
                                  bool allow_external_files) {
   const std::string value = header.field("data file");
   if (value.empty()) {
-    if (!header.has_end)
-      fail_reading(file, "it ends within its header", "Get a complete copy of the file");
+    if (!header.has_end) fail_damaged(file, "it ends within its header");
     return {file};
   }
   std::vector<std::string> names = {value};
@@ -316,7 +315,7 @@ std::unique_ptr<StoredSlices> slices_behind(const fs::path& file, const NrrdHead
                                             const std::vector<fs::path>& files,
                                             std::uint64_t volumes, std::uint64_t skipped_volumes,
                                             const ImageHeader& one) {
-  const std::uint64_t volume_bytes = one.slice_bytes() * static_cast<std::uint64_t>(one.dims[2]);
+  const std::uint64_t volume_bytes = one.volume_bytes();
   const std::uint64_t all_bytes = volumes * volume_bytes;
   const std::string encoding = lower_case(header.field("encoding"));
   const std::int64_t lines = integer(header.field("line skip")).value_or(0);

@@ -27,6 +27,10 @@ void fail_reading(const fs::path& file, const std::string& problem, const std::s
   throw VolumeFileError(text);
 }
 
+void fail_damaged(const fs::path& file, const std::string& problem) {
+  fail_reading(file, problem, "Get a complete copy of the file");
+}
+
 std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {
   if (text == "magnitude") return ComponentChoice{.kind = Kind::kMagnitude};
   if (text == "luminance") return ComponentChoice{.kind = Kind::kLuminance};
@@ -35,24 +39,29 @@ std::optional<ComponentChoice> ComponentChoice::from(std::string_view text) {
   return ComponentChoice{.kind = Kind::kIndex, .index = *index};
 }
 
-std::int64_t chosen_time(const fs::path& file, std::int64_t count, const VolumeChoice& choice) {
-  if (count > 1 && !choice.time && !choice.first) {
-    fail_reading(file, "it has " + std::to_string(count) + " volumes, one for each time",
-                 "Choose one with --time, from 0, or prepare them with --all-times");
+std::int64_t chosen_entry(const fs::path& file, const FileEntries& entries,
+                          std::optional<std::int64_t> wanted, bool takes_first) {
+  if (entries.count != 1 && !wanted && !takes_first) {
+    fail_reading(file, entries.several, entries.remedy);
   }
-  const std::int64_t time = choice.time.value_or(0);
-  if (time >= 0 && time < count) return time;
-  fail_reading(file, "it has no time " + std::to_string(time),
-               "Choose 0 to " + std::to_string(count - 1));
+  const std::int64_t entry = wanted.value_or(0);
+  if (entry >= 0 && entry < entries.count) return entry;
+  fail_reading(file, entries.missing + " " + std::to_string(entry),
+               "Choose 0 to " + std::to_string(entries.count - 1));
+}
+
+std::int64_t chosen_time(const fs::path& file, std::int64_t count, const VolumeChoice& choice) {
+  return chosen_entry(file,
+                      {.count = count,
+                       .several = "it has " + std::to_string(count) + " volumes, one for each time",
+                       .remedy = kChooseTime},
+                      choice.time, choice.first);
 }
 
 void check_header(const fs::path& file, const ImageHeader& header) {
   for (const std::int64_t side : header.dims) {
     if (side >= 1 && side <= kMaxSide) continue;
-    fail_reading(file,
-                 "it has " + std::to_string(header.dims[0]) + " x " +
-                     std::to_string(header.dims[1]) + " x " + std::to_string(header.dims[2]) +
-                     " samples",
+    fail_reading(file, "it has " + sides_text(header.dims) + " samples",
                  "Each side must have 1 to " + std::to_string(kMaxSide) + " samples");
   }
   if (header.components < 1 || header.components > kMaxComponents) {
@@ -107,6 +116,13 @@ void set_axes(const fs::path& file, ImageHeader& header, const std::array<Vec3, 
                  "its axes " + std::to_string(a + 1) + " and " + std::to_string(b + 1) +
                      " are not at right angles to each other (a sheared grid or a tilted gantry)",
                  "Resample it onto a rectangular grid first, for example with 3D Slicer");
+  }
+}
+
+void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin) {
+  for (Vec3* vector : {&steps[0], &steps[1], &steps[2], &origin}) {
+    (*vector)[0] = 0 - (*vector)[0];
+    (*vector)[1] = 0 - (*vector)[1];
   }
 }
 

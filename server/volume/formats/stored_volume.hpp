@@ -30,6 +30,9 @@ class VolumeFileError : public std::runtime_error {
 [[noreturn]] void fail_reading(const std::filesystem::path& file, const std::string& problem,
                                const std::string& remedy);
 
+// The same for an incomplete or damaged file; the remedy is a complete copy.
+[[noreturn]] void fail_damaged(const std::filesystem::path& file, const std::string& problem);
+
 struct ImageHeader {
   std::array<std::int64_t, 3> dims = {1, 1, 1};  // As in the file, not validated.
   StoredType type = StoredType::kU8;
@@ -47,6 +50,9 @@ struct ImageHeader {
   // Returns the stored bytes of a slice. Requires dims and components within their limits.
   [[nodiscard]] std::size_t slice_bytes() const {
     return static_cast<std::size_t>(dims[0] * dims[1] * components) * bytes_of(type);
+  }
+  [[nodiscard]] std::uint64_t volume_bytes() const {
+    return slice_bytes() * static_cast<std::uint64_t>(dims[2]);
   }
 };
 
@@ -100,8 +106,24 @@ struct VolumeChoice {
   friend bool operator==(const VolumeChoice&, const VolumeChoice&) = default;
 };
 
-// Returns the chosen time of `count`, or 0 if there is only one. Throws VolumeFileError if there
-// are several and none is chosen, or an invalid one.
+// Entries of a file of which one is chosen, such as its times.
+struct FileEntries {
+  std::int64_t count = 1;
+  std::string several;                     // The problem if none is chosen: "it has 3 channels".
+  std::string remedy;                      // Against that.
+  std::string missing = "it has no time";  // Before the number of an entry that does not exist.
+};
+inline constexpr const char* kChooseTime =
+    "Choose one with --time, from 0, or prepare them with --all-times";
+inline constexpr const char* kChooseChannel =
+    "Choose one with --channel, from 0, or prepare them with --field all";
+
+// Returns the wanted entry, or the first if there is only one or `takes_first`. Throws
+// VolumeFileError if there are several and none is wanted, or an invalid one.
+[[nodiscard]] std::int64_t chosen_entry(const std::filesystem::path& file,
+                                        const FileEntries& entries,
+                                        std::optional<std::int64_t> wanted, bool takes_first);
+// The same for `count` volumes, one for each time.
 [[nodiscard]] std::int64_t chosen_time(const std::filesystem::path& file, std::int64_t count,
                                        const VolumeChoice& choice);
 
@@ -120,6 +142,9 @@ void set_box_axes(ImageHeader& header, const Vec3& origin, const Vec3& spacing);
 // the steps are not orthogonal to within 1 part in 1000: errors would not be lengths in the world.
 void set_axes(const std::filesystem::path& file, ImageHeader& header,
               const std::array<Vec3, 3>& steps, const Vec3& origin);
+
+// Converts a placement from RAS to LPS.
+void ras_to_lps(std::array<Vec3, 3>& steps, Vec3& origin);
 
 // Returns `text` if it can be a unit, else nothing. Replaces common spellings of lengths by symbols
 // ("millimeter" or "millimeters": "mm", "um" or "microns": "µm").

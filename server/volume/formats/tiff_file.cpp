@@ -113,15 +113,12 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
   check_header(path, header);
   volume.contents = {.times = description.times, .fields = fields_of_channels(description)};
   volume.channels = description.channels;
-  if (description.channels > 1 && !choice.channel && !choice.first) {
-    fail_reading(path, "it has " + std::to_string(description.channels) + " channels",
-                 "Choose one with --channel, from 0, or prepare them with --field all");
-  }
-  const std::int64_t channel = choice.channel.value_or(0);
-  if (channel < 0 || channel >= description.channels) {
-    fail_reading(path, "it has no channel " + std::to_string(channel),
-                 "Choose 0 to " + std::to_string(description.channels - 1));
-  }
+  const FileEntries channels = {
+      .count = description.channels,
+      .several = "it has " + std::to_string(description.channels) + " channels",
+      .remedy = kChooseChannel,
+      .missing = "it has no channel"};
+  const std::int64_t channel = chosen_entry(path, channels, choice.channel, choice.first);
   const std::int64_t time = chosen_time(path, description.times.count, choice);
   const auto first =
       description.pages.begin() + (time * description.channels + channel) * description.slices;
@@ -131,10 +128,8 @@ StoredVolume open_pages(const fs::path& path, const VolumeChoice& choice, bool i
     // ImageJ writes stacks beyond 4 GiB as one page, followed by the samples of the others.
     if (tiff.count() != 1 || !description.resolution_is_spacing || !tiff.plain_offset() ||
         description.channels > 1) {
-      fail_reading(
-          path,
-          "its description refers to more than its " + std::to_string(tiff.count()) + " pages",
-          "Get a complete copy of the file");
+      fail_damaged(path, "its description refers to more than its " + std::to_string(tiff.count()) +
+                             " pages");
     }
     const std::uint64_t before = pages.front() * header.slice_bytes();
     volume.slices = plain_slices(path, *tiff.plain_offset() + before,

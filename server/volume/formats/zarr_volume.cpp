@@ -236,25 +236,16 @@ VolumeInArray volume_in(const ArrayLayout& array, const Placement& placement,
     if (is_channel) chosen = choice.channel;
     if (is_time) contents.times = times_along(placement, d, array.shape[d]);
     if (is_channel) channels = array.shape[d];
-    if (is_channel && array.shape[d] > 1)
-      contents.fields = zarr_channels(attributes, array.shape[d]);
-    const bool takes_first = choice.first && (is_time || is_channel);
-    if (array.shape[d] != 1 && !chosen && !takes_first) {
-      fail_reading(
-          place,
-          "its dimension " + std::to_string(d + 1) + (name.empty() ? "" : " (" + name + ")") +
-              " has " + std::to_string(array.shape[d]) + " entries",
-          is_time      ? "Choose one with --time, from 0, or prepare them with --all-times"
-          : is_channel ? "Choose one with --channel, from 0, or prepare them with --field all"
-                       : "Give an array of three dimensions");
-    }
-    volume.at[d] = chosen ? *chosen : 0;
-    if (volume.at[d] < 0 || volume.at[d] >= array.shape[d]) {
-      fail_reading(place,
-                   std::string(is_time ? "it has no time " : "it has no channel ") +
-                       std::to_string(volume.at[d]),
-                   "Choose 0 to " + std::to_string(array.shape[d] - 1));
-    }
+    if (is_channel && array.shape[d] > 1) contents.fields = zarr_channels(attributes, array.shape[d]);
+    const FileEntries entries = {.count = array.shape[d],
+                                 .several = "its dimension " + std::to_string(d + 1) +
+                                            (name.empty() ? "" : " (" + name + ")") + " has " +
+                                            std::to_string(array.shape[d]) + " entries",
+                                 .remedy = is_time      ? kChooseTime
+                                           : is_channel ? kChooseChannel
+                                                        : "Give an array of three dimensions",
+                                 .missing = is_time ? "it has no time" : "it has no channel"};
+    volume.at[d] = chosen_entry(place, entries, chosen, choice.first && (is_time || is_channel));
   }
   return volume;
 }
@@ -302,9 +293,7 @@ StoredVolume open_checked(std::shared_ptr<ObjectStore> store, const VolumeChoice
     path += image->path;
     if (!path.empty() && !path.ends_with('/')) path += '/';
     array = array_at(*store, path);
-    if (!array)
-      fail_reading(store->place(path), "the level's array is missing",
-                   "Get a complete copy of the file");
+    if (!array) fail_damaged(store->place(path), "the level's array is missing");
   }
   const std::filesystem::path place = store->place(path);
   Placement placement = image ? std::move(image->placement) : placement_of(*array, attributes);
@@ -362,8 +351,7 @@ StoredVolume open_zarr(const std::string& place, const VolumeChoice& choice) {
   try {
     return open_checked(std::move(store), choice);
   } catch (const Json::exception& problem) {  // A field has an unexpected type.
-    fail_reading(array, std::string("its metadata are damaged: ") + problem.what(),
-                 "Get a complete copy of the file");
+    fail_damaged(array, std::string("its metadata are damaged: ") + problem.what());
   }
 }
 

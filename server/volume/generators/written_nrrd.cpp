@@ -1,5 +1,6 @@
 #include "server/volume/generators/written_nrrd.hpp"
 
+#include <array>
 #include <bit>
 #include <locale>
 #include <span>
@@ -14,21 +15,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "Samples are written as they lie.");
 
-std::string_view nrrd_type(SampleType type) {
-  switch (type) {
-    case SampleType::kU8:
-      return "uint8";
-    case SampleType::kI8:
-      return "int8";
-    case SampleType::kU16:
-      return "uint16";
-    case SampleType::kI16:
-      return "int16";
-    case SampleType::kF32:
-      return "float";
-  }
-  return {};
-}
+// By SampleType.
+constexpr std::array<const char*, 5> kNrrdTypes = {"uint8", "int8", "uint16", "int16", "float"};
 
 void put_vector(std::ostream& out, const Vec3& v) {
   out << '(' << v[0] << ',' << v[1] << ',' << v[2] << ')';
@@ -38,7 +26,8 @@ std::string nrrd_header(const Volume& volume) {
   std::ostringstream out;
   out.imbue(std::locale::classic());
   out.precision(17);
-  out << "NRRD0004\ntype: " << nrrd_type(volume.type()) << "\ndimension: 3\n"
+  out << "NRRD0004\ntype: " << kNrrdTypes[static_cast<std::size_t>(volume.type())]
+      << "\ndimension: 3\n"
       << "space: left-posterior-superior\nsizes:";
   for (const std::int64_t count : volume.dims) out << ' ' << count;
   out << "\nspace directions:";

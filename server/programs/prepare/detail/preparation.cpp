@@ -9,6 +9,7 @@
 
 #include "common/base/address_text.hpp"
 #include "common/base/exit_codes.hpp"
+#include "common/base/number_text.hpp"
 #include "common/cli/output_files.hpp"
 #include "server/dataset/prepare.hpp"
 #include "server/dataset/prepared_file.hpp"
@@ -206,16 +207,13 @@ void Preparation::check_prepared_grid(const PrepareJob& job) {
 void Preparation::require_same_placement(const PrepareJob& job, const GridPlacement& found,
                                          const GridPlacement& first,
                                          const std::string& first_input) {
-  const auto size = [](const GridPlacement& placement) {
-    return std::to_string(placement.dims[0]) + " x " + std::to_string(placement.dims[1]) + " x " +
-           std::to_string(placement.dims[2]);
-  };
   const auto refuse = [&](const std::string& difference) {
     fail_reading(job.input, difference + "; members of a series must have the same grid",
                  "Resample it, or prepare it separately");
   };
   if (found.dims != first.dims) {
-    refuse("it has " + size(found) + " samples and '" + first_input + "' has " + size(first));
+    refuse("it has " + sides_text(found.dims) + " samples and '" + first_input + "' has " +
+           sides_text(first.dims));
   }
   if (found.index_to_world != first.index_to_world || found.meaning.space != first.meaning.space ||
       found.meaning.length_unit != first.meaning.length_unit) {

@@ -1,12 +1,11 @@
 #include "server/volume/formats/detail/chunked_slices.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cstring>
-#include <exception>
 #include <mutex>
-#include <thread>
 #include <utility>
+
+#include "common/base/on_threads.hpp"
 
 namespace multitetra {
 namespace {
@@ -14,32 +13,6 @@ namespace {
 constexpr std::uint64_t kMaxLayerBytes = std::uint64_t{1} << 30;
 // Limit for chunks and shard indices in progress; one chunk is always allowed.
 constexpr std::uint64_t kMaxWorkBytes = std::uint64_t{1} << 29;
-
-// Calls body(0) to body(count - 1) on up to `threads` threads; rethrows one of their exceptions.
-// Starts its own threads, since thread pools do not survive a fork.
-template <typename Body>
-void on_threads(std::size_t threads, std::size_t count, const Body& body) {
-  std::atomic<std::size_t> next = 0;
-  std::mutex mutex;
-  std::exception_ptr failure;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      try {
-        body(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!failure) failure = std::current_exception();
-        next = count;
-      }
-    }
-  };
-  {
-    std::vector<std::jthread> others;
-    for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(work);
-    work();
-  }
-  if (failure) std::rethrow_exception(failure);
-}
 
 // Reads the chunks of an array.
 class Chunks {
@@ -218,6 +191,7 @@ class ChunkedSlices : public StoredSlices {
     chunks_.forget();
     const std::vector<std::array<std::int64_t, 2>> columns = columns_by_shard();
     std::atomic<std::uint64_t> missing = 0;
+    // Not a thread pool, which would not survive a fork.
     on_threads(chunks_.parallel_requests(), columns.size(), [&](std::size_t i) {
       if (!place({columns[i][0], columns[i][1], layer}, new_end)) ++missing;
     });

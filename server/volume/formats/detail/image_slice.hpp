@@ -33,9 +33,8 @@ class ImageSlice : public StoredSlices {
     std::vector<std::byte> samples(header_.slice_bytes());
     const std::size_t row_bytes = samples.size() / static_cast<std::size_t>(header_.dims[1]);
     if (!reading_->read_rows(samples.data(), row_bytes)) {
-      fail_reading(file_,
-                   "it is damaged (" + library_ + ": " + std::string(reading_->problem()) + ")",
-                   "Get a complete copy of the file");
+      fail_damaged(file_,
+                   "it is damaged (" + library_ + ": " + std::string(reading_->problem()) + ")");
     }
     reading_.reset();
     samples_ = std::move(samples);
@@ -55,10 +54,8 @@ StoredVolume open_image(const std::filesystem::path& path, const std::string& fo
   const InputFile file(path);
   auto reading = std::make_unique<Reading>(file.beginning(file.size()));
   if (!reading->read_header()) {
-    fail_reading(path,
-                 "it is not a complete " + format + " image (" + library + ": " +
-                     std::string(reading->problem()) + ")",
-                 "Get a complete copy of the file");
+    fail_damaged(path, "it is not a complete " + format + " image (" + library + ": " +
+                           std::string(reading->problem()) + ")");
   }
   const ImageHeader header = reading->header();
   check_header(path, header);

@@ -1,9 +1,5 @@
 #include "server/volume/formats/detail/input_file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -13,48 +9,24 @@
 
 namespace multitetra {
 
-// Without O_NONBLOCK, opening a pipe without a writer would block.
-InputFile::InputFile(std::filesystem::path file)
-    : file_(std::move(file)), descriptor_(open(file_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
-  if (descriptor_ < 0) fail(std::strerror(errno));
-  struct stat status = {};
-  if (fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
-    close(descriptor_);
-    descriptor_ = -1;
-    fail_reading(file_, "it is not a regular file", "Check the name");
-  }
-  size_ = static_cast<std::uint64_t>(status.st_size);
-}
-
-InputFile::InputFile(InputFile&& other) noexcept
-    : file_(std::move(other.file_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      size_(other.size_) {}
-
-InputFile::~InputFile() {
-  if (descriptor_ >= 0) close(descriptor_);
+InputFile::InputFile(std::filesystem::path file) : file_(std::move(file)), opened_(file_) {
+  if (!opened_.is_open()) fail(std::strerror(errno));
+  const auto size = opened_.regular_size();
+  if (!size) fail_reading(file_, "it is not a regular file", "Check the name");
+  size_ = *size;
 }
 
 std::size_t InputFile::read_some(std::uint64_t offset, std::span<std::byte> into) const {
-  std::size_t done = 0;
-  while (done < into.size()) {
-    const ssize_t got = pread(descriptor_, into.data() + done, into.size() - done,
-                              static_cast<off_t>(offset + done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) fail(std::strerror(errno));
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  return done;
+  const auto count = opened_.read_some(offset, into);
+  if (!count) fail(std::strerror(errno));
+  return *count;
 }
 
 void InputFile::read(std::uint64_t offset, std::span<std::byte> into) const {
   if (read_some(offset, into) == into.size()) return;
   if (offset + into.size() <= size_) fail("it was truncated after it was opened");
-  fail_reading(file_,
-               "it ends too early: " + std::to_string(offset + into.size()) +
-                   " bytes are expected, but it has " + std::to_string(size_) + " bytes",
-               "Get a complete copy of the file");
+  fail_damaged(file_, "it ends too early: " + std::to_string(offset + into.size()) +
+                          " bytes are expected, but it has " + std::to_string(size_) + " bytes");
 }
 
 std::string InputFile::beginning(std::size_t most) const {

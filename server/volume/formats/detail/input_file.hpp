@@ -7,16 +7,14 @@
 #include <span>
 #include <string>
 
+#include "common/base/open_file.hpp"
+
 namespace multitetra {
 
 class InputFile {
  public:
   // Throws VolumeFileError unless it is a readable regular file.
   explicit InputFile(std::filesystem::path file);
-  ~InputFile();
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
-  InputFile(InputFile&& other) noexcept;
 
   [[nodiscard]] const std::filesystem::path& path() const { return file_; }
   [[nodiscard]] std::uint64_t size() const { return size_; }  // Size at opening.
@@ -32,7 +30,7 @@ class InputFile {
   [[noreturn]] void fail(const std::string& problem) const;
 
   std::filesystem::path file_;
-  int descriptor_ = -1;
+  OpenFile opened_;
   std::uint64_t size_ = 0;
 };
 

@@ -61,8 +61,7 @@ class NetcdfParser {
 
  private:
   [[noreturn]] void damaged() const {
-    fail_reading(file_.path(), "its NetCDF header is damaged or truncated",
-                 "Get a complete copy of the file");
+    fail_damaged(file_.path(), "its NetCDF header is damaged or truncated");
   }
 
   static std::uint64_t type_bytes(int code) {

@@ -13,10 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::uint64_t bytes_of_volume(const ImageHeader& header) {
-  return header.slice_bytes() * static_cast<std::uint64_t>(header.dims[2]);
-}
-
 // A part that is being read.
 class OpenPart {
  public:
@@ -30,15 +26,13 @@ class OpenPart {
           UnpackedStream::packing_at(file_, part_.offset) != Packing::kNone) {
         return;
       }
-      fail_reading(part_.file, "its samples are not a gzip, zlib or bzip2 stream",
-                   "Get a complete copy of the file");
+      fail_damaged(part_.file, "its samples are not a gzip, zlib or bzip2 stream");
     }
     const std::uint64_t found = file_.size() < part_.offset ? 0 : file_.size() - part_.offset;
     if (found >= needed) return;
-    fail_reading(part_.file,
-                 "it ends too early or is damaged; its header declares " + std::to_string(needed) +
-                     " bytes of samples, but it has " + std::to_string(found) + " bytes",
-                 "Get a complete copy of the file");
+    fail_damaged(part_.file, "it ends too early or is damaged; its header declares " +
+                                 std::to_string(needed) + " bytes of samples, but it has " +
+                                 std::to_string(found) + " bytes");
   }
 
   void read(std::uint64_t offset, std::span<std::byte> into) {
@@ -66,10 +60,8 @@ class OpenPart {
     const std::size_t count = stream_->read_some(bytes);
     at_ += count;
     if (count == bytes.size()) return;
-    fail_reading(part_.file,
-                 "its compressed samples end after " + std::to_string(at_) + " of " +
-                     std::to_string(part_.skipped + part_bytes_) + " bytes",
-                 "Get a complete copy of the file");
+    fail_damaged(part_.file, "its compressed samples end after " + std::to_string(at_) + " of " +
+                                 std::to_string(part_.skipped + part_bytes_) + " bytes");
   }
 
   // Called after the last sample: other times may follow, but only the end of a stream proves that
@@ -91,7 +83,7 @@ class SlicesInParts : public StoredSlices {
  public:
   SlicesInParts(SampleParts samples, const ImageHeader& header)
       : samples_(std::move(samples)), header_(header) {
-    const std::uint64_t end = samples_.first_byte + bytes_of_volume(header);
+    const std::uint64_t end = samples_.first_byte + header.volume_bytes();
     for (std::uint64_t i = samples_.first_byte / samples_.part_bytes; i * samples_.part_bytes < end;
          ++i) {
       open(i);
@@ -160,7 +152,7 @@ std::unique_ptr<StoredSlices> slices_in_parts(SampleParts samples, const ImageHe
 std::unique_ptr<StoredSlices> plain_slices(const fs::path& file, std::uint64_t offset,
                                            Endian endian, const ImageHeader& header) {
   return slices_in_parts({.parts = {{.file = file, .offset = offset}},
-                          .part_bytes = bytes_of_volume(header),
+                          .part_bytes = header.volume_bytes(),
                           .endian = endian},
                          header);
 }
@@ -172,7 +164,7 @@ std::unique_ptr<StoredSlices> slices_in_file(const fs::path& file, std::uint64_t
     return plain_slices(file, offset, endian, header);
   }
   return slices_in_parts({.parts = {{.file = file, .packing = packing, .skipped = offset}},
-                          .part_bytes = bytes_of_volume(header),
+                          .part_bytes = header.volume_bytes(),
                           .endian = endian},
                          header);
 }

@@ -98,9 +98,8 @@ class TextSlices : public StoredSlices {
       text_.erase(0, used_);
       used_ = 0;
       if (at_ >= numbers_.end || text_.size() > kTextPortionBytes) {
-        fail_reading(file_.path(),
-                     "after " + std::to_string(next_) + " numbers it ends or is damaged",
-                     "Get a complete copy of the file");
+        fail_damaged(file_.path(),
+                     "after " + std::to_string(next_) + " numbers it ends or is damaged");
       }
       const std::size_t before = text_.size();
       text_.resize(before + std::min<std::uint64_t>(kTextPortionBytes, numbers_.end - at_));

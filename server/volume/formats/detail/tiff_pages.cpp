@@ -126,7 +126,7 @@ namespace {
   std::string text = problem;
   if (!tiff_problem.empty()) text += " (libtiff: " + tiff_problem + ")";
   while (text.ends_with('.')) text.pop_back();
-  fail_reading(file, text, "Get a complete copy of the file");
+  fail_damaged(file, text);
 }
 
 }  // namespace

@@ -269,8 +269,7 @@ struct UnpackedStream::State {
       const bool is_zero = std::all_of(left.begin(), left.end(),
                                        [](std::byte byte) { return byte == std::byte{0}; });
       if (is_zero) continue;
-      fail_reading(file.path(), "it has other bytes after its compressed samples",
-                   "Get a complete copy of the file");
+      fail_damaged(file.path(), "it has other bytes after its compressed samples");
     } while (refill());
     left = {};
   }
@@ -287,15 +286,13 @@ std::size_t UnpackedStream::read_some(std::span<std::byte> into) {
   while (!into.empty() && !state.ended) {
     if (state.left.empty() && !state.refill()) {
       if (state.packing == Packing::kHex) break;
-      fail_reading(state.file.path(), "its compressed samples end too early",
-                   "Get a complete copy of the file");
+      fail_damaged(state.file.path(), "its compressed samples end too early");
     }
     switch (state.unpacker.run(state.left, into)) {
       case StreamUnpacker::Progress::kContinues:
         break;
       case StreamUnpacker::Progress::kDamaged:
-        fail_reading(state.file.path(), "its compressed samples are damaged",
-                     "Get a complete copy of the file");
+        fail_damaged(state.file.path(), "its compressed samples are damaged");
       case StreamUnpacker::Progress::kEnded:
         if (state.left.empty()) state.refill();
         state.ended = !may_have_members(state.packing) || state.left.empty() ||

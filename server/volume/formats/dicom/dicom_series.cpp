@@ -181,18 +181,11 @@ std::vector<DicomImage> stacked(const fs::path& place, std::vector<DicomImage> i
   std::size_t time = 0;
   if (evenly && copies > 1 && positions.size() > 1) {
     times.count = static_cast<std::int64_t>(copies);
-    if (!choice.time && !choice.first) {
-      fail_reading(
-          place,
-          "it has " + std::to_string(copies) + " images at each position, as for several times",
-          "Choose one with --time, from 0, or prepare them with --all-times");
-    }
-    const std::int64_t chosen = choice.time.value_or(0);
-    if (chosen < 0 || chosen >= times.count) {
-      fail_reading(place, "it has no time " + std::to_string(chosen),
-                   "Choose 0 to " + std::to_string(copies - 1));
-    }
-    time = static_cast<std::size_t>(chosen);
+    const FileEntries at_each = {.count = times.count,
+                                 .several = "it has " + std::to_string(copies) +
+                                            " images at each position, as for several times",
+                                 .remedy = kChooseTime};
+    time = static_cast<std::size_t>(chosen_entry(place, at_each, choice.time, choice.first));
   } else if (!evenly || copies > 1) {
     std::string names;
     for (const auto& at : positions) {
@@ -246,10 +239,8 @@ class DicomSlices : public StoredSlices {
     const gdcm::Image& pixels = reader.GetImage();
     const std::size_t needed = static_cast<std::size_t>(image.frames) * image.frame_bytes();
     if (pixels.GetBufferLength() != needed || dicom_type(pixels.GetPixelFormat()) != image.type) {
-      fail_reading(image.file,
-                   "its image has " + std::to_string(pixels.GetBufferLength()) +
-                       " bytes, but its header declares " + std::to_string(needed),
-                   "Get a complete copy of the file");
+      fail_damaged(image.file, "its image has " + std::to_string(pixels.GetBufferLength()) +
+                                   " bytes, but its header declares " + std::to_string(needed));
     }
     pixels_.resize(needed);
     loaded_.clear();

@@ -193,20 +193,15 @@ std::vector<hsize_t> leading_indices(const fs::path& path, const std::vector<hsi
     if (d <= 1) chosen = is_channel ? choice.channel : choice.time;
     if (d <= 1 && is_channel) channels = static_cast<std::int64_t>(dims[d]);
     if (d == 0 && !is_channel) times = times_along(dataset, dims[d]);
-    if (dims[d] != 1 && !chosen && !(choice.first && d <= 1)) {
-      fail_reading(
-          path,
-          "its dimension " + std::to_string(d + 1) + " has " + std::to_string(dims[d]) + " entries",
-          d > 1 ? "Give a dataset of at most five dimensions"
-                : "Choose one with --time or --channel, from 0, or prepare all with --all-times");
-    }
-    const std::int64_t entry = chosen ? *chosen : 0;
-    at[d] = static_cast<hsize_t>(std::max<std::int64_t>(entry, 0));
-    if (entry < 0 || at[d] >= dims[d]) {
-      fail_reading(
-          path, "its dimension " + std::to_string(d + 1) + " has no entry " + std::to_string(entry),
-          "Choose 0 to " + std::to_string(dims[d] - 1));
-    }
+    const std::string dimension = "its dimension " + std::to_string(d + 1);
+    const FileEntries entries = {
+        .count = static_cast<std::int64_t>(std::min<hsize_t>(dims[d], hsize_t{1} << 62)),
+        .several = dimension + " has " + std::to_string(dims[d]) + " entries",
+        .remedy = d > 1 ? "Give a dataset of at most five dimensions"
+                        : "Choose one with --time or --channel, from 0, or prepare all with "
+                          "--all-times",
+        .missing = dimension + " has no entry"};
+    at[d] = static_cast<hsize_t>(chosen_entry(path, entries, chosen, choice.first && d <= 1));
   }
   return at;
 }

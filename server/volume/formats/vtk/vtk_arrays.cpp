@@ -107,10 +107,8 @@ class PlainSampleBytes : public SampleBytes {
     skipped_ = lengths.width();
     const std::uint64_t found = lengths.read(0, 1)[0];
     if (found == needed) return;
-    fail_reading(file.path(),
-                 "its header declares " + std::to_string(needed) +
-                     " bytes of samples, but the array has " + std::to_string(found),
-                 "Get a complete copy of the file");
+    fail_damaged(file.path(), "its header declares " + std::to_string(needed) +
+                                  " bytes of samples, but the array has " + std::to_string(found));
   }
 
   void read(std::uint64_t offset, std::span<std::byte> into) override {
@@ -143,21 +141,18 @@ class PackedSampleBytes : public SampleBytes {
     if (count == 0 || count > needed || block_bytes_ == 0 || block_bytes_ > kMaxBlockBytes ||
         last_bytes_ > block_bytes_ || (count - 1) * block_bytes_ + last_bytes_ != needed ||
         block_bytes_ % sample_width != 0) {
-      fail_reading(file.path(),
-                   "its " + std::to_string(count) + " compressed blocks of " +
-                       std::to_string(block_bytes_) + " bytes do not make up the " +
-                       std::to_string(needed) + " bytes of samples that its header declares",
-                   "Get a complete copy of the file");
+      fail_damaged(file.path(), "its " + std::to_string(count) + " compressed blocks of " +
+                                    std::to_string(block_bytes_) + " bytes do not make up the " +
+                                    std::to_string(needed) +
+                                    " bytes of samples that its header declares");
     }
     if (count * lengths.width() > file.size()) {
-      fail_reading(file.path(), "it ends within the sizes of its compressed blocks",
-                   "Get a complete copy of the file");
+      fail_damaged(file.path(), "it ends within the sizes of its compressed blocks");
     }
     begins_.push_back(0);
     for (const std::uint64_t size : lengths.read(3, count)) {
       if (size > file.size()) {
-        fail_reading(file.path(), "a compressed block is larger than the file",
-                     "Get a complete copy of the file");
+        fail_damaged(file.path(), "a compressed block is larger than the file");
       }
       begins_.push_back(begins_.back() + size);
     }
@@ -184,10 +179,8 @@ class PackedSampleBytes : public SampleBytes {
     blocks_.read(begins_[block], packed_);
     loaded_ = ~std::uint64_t{0};
     if (const auto done = unpack(packing_, packed_, plain_); !done) {
-      fail_reading(file_.path(),
-                   "its compressed block " + std::to_string(block) +
-                       " cannot be decompressed: " + done.error().text,
-                   "Get a complete copy of the file");
+      fail_damaged(file_.path(), "its compressed block " + std::to_string(block) +
+                                     " cannot be decompressed: " + done.error().text);
     }
     to_host_order(plain_, width_, endian_);
     loaded_ = block;
@@ -261,7 +254,7 @@ std::unique_ptr<SampleBytes> VtkArrays::open(const VtiArray& array, std::uint64_
   if (array.format == VtiArray::Format::kText)
     return std::make_unique<TextSampleBytes>(file_, array, count);
   if (array.format == VtiArray::Format::kAppended && !header_.appended) {
-    fail_reading(file_.path(), "it has no appended data", "Get a complete copy of the file");
+    fail_damaged(file_.path(), "it has no appended data");
   }
   const bool appended = array.format == VtiArray::Format::kAppended;
   const EncodedBytes bytes(

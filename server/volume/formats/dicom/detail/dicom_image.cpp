@@ -128,10 +128,8 @@ std::vector<DicomImage> frames_of(const DicomImage& whole, const gdcm::DataSet& 
     read_groups(shared->GetItem(1).GetNestedDataSet(), of_all);
   }
   if (each != nullptr && each->GetNumberOfItems() != static_cast<std::size_t>(whole.frames)) {
-    fail_reading(whole.file,
-                 "it has " + std::to_string(whole.frames) + " frames, but describes " +
-                     std::to_string(each->GetNumberOfItems()),
-                 "Get a complete copy of the file");
+    fail_damaged(whole.file, "it has " + std::to_string(whole.frames) + " frames, but describes " +
+                                 std::to_string(each->GetNumberOfItems()));
   }
   std::vector<DicomImage> images;
   images.reserve(static_cast<std::size_t>(whole.frames));
@@ -185,8 +183,7 @@ bool read_dicom_header(const fs::path& path, DicomHeader& header) {
   const bool is_image =
       kind_name != nullptr && std::string_view(kind_name).ends_with("Image Storage");
   if (!is_read || (is_image && !has_rows)) {
-    fail_reading(path, "its header ends too early or is damaged",
-                 "Get a complete copy of the file");
+    fail_damaged(path, "its header ends too early or is damaged");
   }
   stream.clear();
   header.pixels = static_cast<std::uint64_t>(std::max<std::streamoff>(stream.tellg(), 0));

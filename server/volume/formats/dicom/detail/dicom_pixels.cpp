@@ -18,8 +18,7 @@ constexpr std::string_view kRleSyntax = "1.2.840.10008.1.2.5";
 constexpr std::string_view kBigEndianSyntax = "1.2.840.10008.1.2.2";
 
 [[noreturn]] void fail_cut_off(const InputFile& file, const std::string& how) {
-  fail_reading(file.path(), "its pixel data are truncated: " + how,
-               "Get a complete copy of the file");
+  fail_damaged(file.path(), "its pixel data are truncated: " + how);
 }
 
 struct Fragment {
@@ -43,8 +42,7 @@ std::vector<Fragment> fragments_at(const InputFile& file, std::uint64_t at) {
     const auto length = bytes.at<std::uint32_t>(4);
     if (tag == kEnd) break;
     if (tag != kItem) {
-      fail_reading(file.path(), "its compressed pixel data are damaged",
-                   "Get a complete copy of the file");
+      fail_damaged(file.path(), "its compressed pixel data are damaged");
     }
     at += head.size();
     if (at + length > file.size()) fail_cut_off(file, "the file ends within a compressed frame");
@@ -124,7 +122,7 @@ void check_fragments(const InputFile& file, const DicomPixels& pixels) {
 bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
   std::string before(12, '\0');
   if (pixels.offset < before.size()) {
-    fail_reading(file.path(), "it has no pixel data", "Get a complete copy of the file");
+    fail_damaged(file.path(), "it has no pixel data");
   }
   file.read(pixels.offset - before.size(), std::as_writable_bytes(std::span(before)));
   const Endian endian = pixels.syntax == kBigEndianSyntax ? Endian::kBig : Endian::kLittle;
@@ -134,8 +132,7 @@ bool check_dicom_pixels(const InputFile& file, const DicomPixels& pixels) {
     return bytes.at<std::uint16_t>(at) == 0x7FE0 && bytes.at<std::uint16_t>(at + 2) == 0x0010;
   };
   if (!is_tag(0) && !is_tag(4)) {
-    fail_reading(file.path(), "it has no pixel data, or ends before them",
-                 "Get a complete copy of the file");
+    fail_damaged(file.path(), "it has no pixel data, or ends before them");
   }
   const auto length = bytes.at<std::uint32_t>(8);
   if (length == kUndefinedLength) {

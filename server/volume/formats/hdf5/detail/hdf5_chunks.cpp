@@ -151,10 +151,8 @@ bool Hdf5ChunkSizes::is_whole(const std::vector<std::byte>& packed, unsigned ski
 void Hdf5ChunkSizes::fail(const std::vector<hsize_t>& at) const {
   std::string place;
   for (const hsize_t index : at) place += (place.empty() ? " at " : ", ") + std::to_string(index);
-  fail_reading(file_,
-               "its chunk" + place + " does not have the " + std::to_string(chunk_bytes_) +
-                   " bytes that its shape requires",
-               "Get a complete copy of the file");
+  fail_damaged(file_, "its chunk" + place + " does not have the " + std::to_string(chunk_bytes_) +
+                          " bytes that its shape requires");
 }
 
 }  // namespace multitetra

@@ -80,10 +80,8 @@ void check_external_storage(const fs::path& file, hid_t dataset, hid_t creation,
     const std::uintmax_t found = fs::file_size(data);
     if (found < static_cast<std::uintmax_t>(offset) ||
         found - static_cast<std::uintmax_t>(offset) < here) {
-      fail_reading(data,
-                   "it is external storage of '" + file.filename().string() +
-                       "' and has fewer bytes than required",
-                   "Get a complete copy of the file");
+      fail_damaged(data, "it is external storage of '" + file.filename().string() +
+                             "' and has fewer bytes than required");
     }
     needed -= here;
   }

@@ -44,14 +44,13 @@ std::int64_t count_of(hid_t file, const std::string& before) {
 
 std::int64_t chosen_of(const fs::path& path, const char* what, std::int64_t count,
                        std::optional<std::int64_t> wanted, bool takes_first) {
-  if (!wanted && count > 1 && !takes_first) {
-    fail_reading(path, "it has " + std::to_string(count) + " " + what + "s",
-                 std::string("Choose one with --") + what + ", from 0");
-  }
-  const std::int64_t chosen = wanted.value_or(0);
-  if (chosen >= 0 && chosen < count) return chosen;
-  fail_reading(path, std::string("it has no ") + what + " " + std::to_string(chosen),
-               "Choose 0 to " + std::to_string(count - 1));
+  const std::string name = what;
+  return chosen_entry(path,
+                      {.count = count,
+                       .several = "it has " + std::to_string(count) + " " + name + "s",
+                       .remedy = "Choose one with --" + name + ", from 0",
+                       .missing = "it has no " + name},
+                      wanted, takes_first);
 }
 
 std::vector<SourceField> imaris_channels(hid_t file, std::int64_t count) {
@@ -108,7 +107,7 @@ std::optional<ImarisVolume> imaris_volume(const fs::path& path, hid_t file,
     const auto all = static_cast<double>(stored[2 - axis]);
     const double size = imaris_number(group.get(), "ImageSize" + letter).value_or(all);
     if (!(size >= 1 && size <= all)) {
-      fail_reading(path, "its image is larger than its dataset", "Get a complete copy of the file");
+      fail_damaged(path, "its image is larger than its dataset");
     }
     volume.dims[axis] = static_cast<std::int64_t>(size);
     const std::string number = std::to_string(axis);
