@@ -61,6 +61,16 @@ void UpstreamPool::lost(std::size_t upstream) {
   note(upstream, false, "it closed the connection or is stopping");
 }
 
+void UpstreamPool::lost_stream(std::size_t upstream, std::uint64_t connection,
+                               std::uint64_t request) {
+  Upstream& one = upstreams_[upstream];
+  ++one.lost_streams;
+  const std::string id = std::to_string(request);
+  log_line(LogLevel::kWarning, "upstream lost in a stream; trying another upstream",
+           {{"connection", connection}, {"request", id}, {"upstream", one.name}});
+  lost(upstream);
+}
+
 void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& why) {
   Upstream& one = upstreams_[upstream];
   ++one.damaged_tiles;
@@ -85,7 +95,8 @@ std::vector<UpstreamState> UpstreamPool::upstreams() const {
   for (const Upstream& one : upstreams_) {
     all.push_back({.name = one.name,
                    .is_up = one.health.is_reachable(Clock::now()),
-                   .damaged_tiles = one.damaged_tiles});
+                   .damaged_tiles = one.damaged_tiles,
+                   .lost_streams = one.lost_streams});
   }
   return all;
 }
