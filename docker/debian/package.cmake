@@ -39,7 +39,11 @@ install(FILES ${DEBIAN_FOLDER}/server.toml DESTINATION etc/multitetra PERMISSION
 file(READ ${PROJECT_SOURCE_DIR}/docker/multitetra.service unit)
 string(REPLACE /usr/local/bin /usr/bin unit "${unit}")
 file(WRITE ${PACKAGED}/multitetra.service "${unit}")
-install(FILES ${PACKAGED}/multitetra.service DESTINATION lib/systemd/system)
+string(REPLACE "server serve --config /etc/multitetra/server.toml" "gateway --config /etc/multitetra/gateway.toml"
+       gateway_unit "${unit}")
+string(REPLACE "Multi-Tetra streaming server" "Multi-Tetra streaming gateway" gateway_unit "${gateway_unit}")
+file(WRITE ${PACKAGED}/multitetra-gateway.service "${gateway_unit}")
+install(FILES ${PACKAGED}/multitetra.service ${PACKAGED}/multitetra-gateway.service DESTINATION lib/systemd/system)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME multitetra)

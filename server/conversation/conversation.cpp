@@ -293,8 +293,13 @@ void Conversation::answer_made(std::uint64_t number, Result<DatasetQueryReply> m
 
 void Conversation::perform(StopStream action) {
   if (!stream_) return;
-  stream_->messages->end(action.outcome);
-  ServerMessage last = stream_->messages->take().value();
+  ServerMessage last;
+  if (const auto* error = std::get_if<Error>(&action.outcome)) {
+    last = ErrorReply{.request_id = action.request_id, .error = *error};
+  } else {
+    stream_->messages->end(std::get<StreamOutcome>(action.outcome));
+    last = stream_->messages->take().value();
+  }
   stream_->record->end(outcome_of(last));
   replies_.push_back({std::move(last)});
   drop_stream();

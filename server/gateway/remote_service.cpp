@@ -27,12 +27,14 @@ class RemoteService : public SurfaceService {
         upstreams_(std::make_shared<UpstreamPool>(executor, with_secrets(options_))) {}
 
   void start() override { upstreams_->monitor_upstreams(); }
-  void reload() override {
+  bool reload() override {
     try {
       upstreams_->use(load_upstream_secrets(options_.files));
+      return true;
     } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
                std::string(failure.what()) + " The previous credentials stay in use.", {});
+      return false;
     }
   }
   void stop() override { upstreams_->stop(); }

@@ -115,6 +115,7 @@ Answer error_answer(int status, const Error& error, std::string_view request_id)
       {"error", {{"code", name(error.code)}, {"text", error.text}, {"request_id", request_id}}}};
   Answer answer = json_answer(
       status, body.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  answer.error = error;
   add_field(answer, "Cache-Control", "no-store");
   if (status == 503 || status == 429) {
     constexpr double kLongest = 3600;

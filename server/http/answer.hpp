@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -37,7 +38,8 @@ struct Answer {
   int status = 200;
   std::string fields = {};  // "Name: value\r\n" for each header field.
   Body body = {};
-  bool is_length_known = true;  // False only for HEAD if the body was never made.
+  bool is_length_known = true;      // False only for HEAD if the body was never made.
+  std::optional<Error> error = {};  // Set by error_answer(), for the log.
 };
 
 // Returns the memory to reserve until an answer has been sent. Includes bytes shared with a cache,

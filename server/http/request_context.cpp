@@ -16,8 +16,6 @@ bool is_hidden(const RequestContext& context) {
 }  // namespace
 
 Answer RequestContext::refused(const Error& error) {
-  outcome = name(error.code);
-  reason = error.text;
   if (error.code == ErrorCode::kUnknownDataset && is_hidden(*this)) {
     reason = "Dataset \"" + record->facts().dataset + "\" is not allowed for this token.";
   }

@@ -25,10 +25,9 @@ struct RequestContext {
   CallerPtr caller = nullptr;
   // Stops the request's work on other threads.
   std::stop_source stop{};
-  // The log record and outcome; null for quick requests.
+  // The log record; null for quick requests.
   std::unique_ptr<RequestRecord> record = nullptr;
-  std::string_view outcome = "complete";
-  // The reason of a refusal, for the log; otherwise empty.
+  // The reason of a refusal for the log, where the answer has another one.
   std::string reason = {};
   // Reserved for the answer's body until it is sent.
   ByteReservations::Reservation reservation = {};

@@ -180,12 +180,13 @@ void AdmissionControl::evict_idle_connection(const std::string& limit_key) {
 }
 
 void AdmissionControl::reload() {
-  const auto attempt = [](const char* what, const auto& load) {
+  const auto attempt = [this](const char* what, const auto& load) {
     try {
       log_line(LogLevel::kInfo, std::string(what) + " reloaded", {{"tokens", load()}});
     } catch (const std::exception& failure) {
       log_line(LogLevel::kError,
                std::string(failure.what()) + " The previous " + what + " stays in use.", {});
+      observer_->reload_failed(what);
     }
   };
   using Count = std::optional<LogValue>;

@@ -182,6 +182,7 @@ class RequestRecord {
   void set_surface(double isovalue, double error, std::string_view unit);
   void sent_tile(std::size_t bytes);
   void sent_step() { ++facts_.steps; }
+  void sent_body(std::size_t bytes) { facts_.bytes += bytes; }
   // Ends the request with an outcome as in RequestFacts. Only the first call has an effect.
   void end(std::string_view outcome);
   [[nodiscard]] const RequestFacts& facts() const { return facts_; }

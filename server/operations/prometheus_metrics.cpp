@@ -22,8 +22,8 @@ using prometheus::Gauge;
 using prometheus::Histogram;
 using prometheus::Registry;
 
-const Histogram::BucketBoundaries kSeconds = {0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5,
-                                              1,     2.5,  5,     10,   30,  120};
+const Histogram::BucketBoundaries kSeconds = {0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1,
+                                              2.5,   5,    10,    20,   30,  60,   120};
 
 Family<Counter>& counter(Registry& registry, const char* name, const char* help) {
   return BuildCounter().Name(name).Help(help).Register(registry);
@@ -108,6 +108,16 @@ struct PrometheusMetrics::Families {
   Family<Counter>& damaged_tiles =
       counter(registry, "multitetra_upstream_damaged_tiles_total",
               "Tiles sent by a server behind this gateway that do not match its manifest.");
+  Family<Counter>& lost_streams =
+      counter(registry, "multitetra_upstream_lost_streams_total",
+              "Streams that lost their server behind this gateway and were asked of another.");
+  Family<Counter>& reload_failures =
+      counter(registry, "multitetra_reload_failures_total",
+              "Files that could not be reloaded on SIGHUP; the previous ones stay in use.");
+  Family<Gauge>& certificate = BuildGauge()
+                                   .Name("multitetra_certificate_expiry_timestamp_seconds")
+                                   .Help("When the certificate of the listeners expires.")
+                                   .Register(registry);
   Gauge& draining = gauge(registry, "multitetra_draining", "1 while the server is stopping.");
   Gauge& resident = gauge(registry, "process_resident_memory_bytes", "Resident memory.");
 };
@@ -165,6 +175,10 @@ void PrometheusMetrics::http_answered(const ClientFacts&, const HttpFacts& facts
 
 void PrometheusMetrics::step_made(double seconds) { families_->steps.Observe(seconds); }
 
+void PrometheusMetrics::reload_failed(const char* what) {
+  families_->reload_failures.Add({{"what", what}}).Increment();
+}
+
 void PrometheusMetrics::sent(ProtocolName protocol, std::size_t bytes) {
   families_->sent.Add({{"transport", protocol}}).Increment(static_cast<double>(bytes));
 }
@@ -193,6 +207,10 @@ std::string PrometheusMetrics::text(const ServiceState& state) {
   for (const UpstreamState& one : state.upstreams) {
     f.upstreams.Add({{"upstream", one.name}}).Set(one.is_up ? 1 : 0);
     raise_to(f.damaged_tiles.Add({{"upstream", one.name}}), one.damaged_tiles);
+    raise_to(f.lost_streams.Add({{"upstream", one.name}}), one.lost_streams);
+  }
+  if (state.certificate_expires) {
+    f.certificate.Add({}).Set(static_cast<double>(*state.certificate_expires));
   }
   f.draining.Set(state.is_draining ? 1 : 0);
   f.resident.Set(static_cast<double>(resident_bytes()));

@@ -33,6 +33,7 @@ struct UpstreamState {
   std::string name = {};  // The upstream's address.
   bool is_up = false;     // Reachable and not excluded.
   std::uint64_t damaged_tiles = 0;
+  std::uint64_t lost_streams = 0;  // Continued at another upstream, or failed.
 };
 
 // Values sampled on each scrape.
@@ -50,6 +51,8 @@ struct ServiceState {
   std::optional<BlockState> blocks = {};
   // Set for a gateway.
   std::vector<UpstreamState> upstreams = {};
+  // Set for TLS: when the listeners' certificate expires, in seconds of Unix time.
+  std::optional<std::int64_t> certificate_expires = {};
 };
 
 class PrometheusMetrics : public ServiceObserver {
@@ -66,6 +69,7 @@ class PrometheusMetrics : public ServiceObserver {
                       std::uint64_t request) override;
   void http_answered(const ClientFacts& client, const HttpFacts& facts) override;
   void step_made(double seconds) override;
+  void reload_failed(const char* what) override;
   void sent(ProtocolName protocol, std::size_t bytes) override;
 
   // Returns the metrics in text format 0.0.4, with the values of `state`.

@@ -26,6 +26,11 @@ std::optional<LogValue> unless_zero(std::uint64_t value) {
   return value;
 }
 
+// The name of a request's id is text in every line, over every transport.
+std::string request_text(std::uint64_t request) {
+  return request == 0 ? std::string() : std::to_string(request);
+}
+
 // HTTP connections and health probes are too frequent for level info.
 LogLevel level_of(const ClientFacts& client) {
   return client.is_welcomed ? LogLevel::kInfo : LogLevel::kDebug;
@@ -65,12 +70,6 @@ std::string without_secrets(std::string_view target) {
     at = end;
   }
   return kept;
-}
-
-// Returns the client's request id, or the X-Request-Id over HTTP.
-LogValue request_of(const RequestFacts& facts) {
-  if (facts.id.empty()) return facts.request;
-  return facts.id;
 }
 
 }  // namespace
@@ -116,6 +115,8 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
   const bool is_rejection = !facts.id.empty() && facts.outcome != "complete" &&
                             facts.outcome != "cancelled" && facts.outcome != "left";
   const LogLevel level = is_rejection ? LogLevel::kDebug : LogLevel::kInfo;
+  // The X-Request-Id over HTTP, else the client's request id.
+  const std::string request = facts.id.empty() ? std::to_string(facts.request) : facts.id;
   const auto write = [&](std::initializer_list<LogField> fields) {
     // Only incomplete requests can flood the log, so only they are limited.
     if (facts.outcome == "complete") {
@@ -125,7 +126,8 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
     }
   };
   write({{"connection", client.connection},
-         {"request", request_of(facts)},
+         {"request", request},
+         {"transport", client.protocol},
          {"peer", client.peer},
          {"name", unless_empty(client.name)},
          {"dataset", unless_empty(facts.dataset)},
@@ -144,12 +146,15 @@ void RequestLog::request_ended(const ClientFacts& client, const RequestFacts& fa
 void RequestLog::error_answered(const ClientFacts& client, const Error& error,
                                 std::uint64_t request) {
   if (std::string_view(client.protocol) == "http") return;
-  log_line_about(client.peer, level_of(error), error.text,
+  const std::string id = request_text(request);
+  log_line_about(client.peer, level_of(error), "error",
                  {{"connection", client.connection},
-                  {"request", unless_zero(request)},
+                  {"request", unless_empty(id)},
+                  {"transport", client.protocol},
                   {"peer", client.peer},
                   {"name", unless_empty(client.name)},
-                  {"code", name(error.code)}});
+                  {"outcome", name(error.code)},
+                  {"reason", error.text}});
 }
 
 void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts) {
@@ -158,14 +163,17 @@ void RequestLog::http_answered(const ClientFacts& client, const HttpFacts& facts
   log_line_about(client.peer, level_of(facts.status), "http",
                  {{"connection", client.connection},
                   {"request", unless_empty(facts.id)},
+                  {"transport", client.protocol},
                   {"peer", client.peer},
                   {"name", unless_empty(client.name)},
                   {"kind", facts.kind},
                   {"method", unless_empty(facts.method)},
                   {"target", unless_empty(target)},
+                  {"dataset", unless_empty(facts.dataset)},
                   {"status", static_cast<std::uint64_t>(facts.status)},
                   {"bytes", unless_zero(facts.bytes)},
                   {"seconds", facts.seconds},
+                  {"outcome", facts.outcome},
                   {"reason", unless_empty(facts.reason)}});
 }
 

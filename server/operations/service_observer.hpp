@@ -60,10 +60,13 @@ struct HttpFacts {
   const char* kind = "malformed";
   std::string_view method = {};
   std::string_view target = {};
+  std::string_view dataset = {};
   int status = 0;
   // The size of the body.
   std::uint64_t bytes = 0;
   double seconds = 0;  // Time until the last byte was sent.
+  // The name of an error's code; otherwise "complete".
+  std::string_view outcome = "complete";
   // The reason of an error, for the log only; it may contain more than the reply. Otherwise empty.
   std::string_view reason = {};
 };
@@ -86,6 +89,8 @@ class ServiceObserver {
   virtual void error_answered(const ClientFacts&, const Error&, std::uint64_t /*request*/) {}
   virtual void http_answered(const ClientFacts&, const HttpFacts&) {}
   virtual void step_made(double /*seconds*/) {}
+  // Reports that SIGHUP could not reload something, a string literal such as "certificate".
+  virtual void reload_failed(const char* /*what*/) {}
   virtual void sent(ProtocolName, std::size_t /*bytes*/) {}
 };
 
@@ -123,6 +128,9 @@ class ServiceObservers : public ServiceObserver {
   }
   void step_made(double seconds) override {
     for (const auto& one : all_) one->step_made(seconds);
+  }
+  void reload_failed(const char* what) override {
+    for (const auto& one : all_) one->reload_failed(what);
   }
   void sent(ProtocolName protocol, std::size_t bytes) override {
     for (const auto& one : all_) one->sent(protocol, bytes);

@@ -1,6 +1,7 @@
 #include "server/operations/tls_files.hpp"
 
 #include <array>
+#include <ctime>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -96,6 +97,13 @@ TlsContextPtr load_tls(const TlsFiles& files) {
   take_certificate(context, files.certificate);
   take_key(context, files);
   return tls;
+}
+
+std::int64_t expiry_of(TlsContext& tls) {
+  const X509* const own = SSL_CTX_get0_certificate(tls.native_handle());
+  std::tm expires = {};
+  ASN1_TIME_to_tm(X509_get0_notAfter(own), &expires);
+  return timegm(&expires);
 }
 
 }  // namespace multitetra

@@ -7,6 +7,7 @@
 // context is immutable: a renewed certificate gives a new context for later connections.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "common/net/tls_context.hpp"
@@ -21,5 +22,8 @@ struct TlsFiles {
 // Throws ExitError (kBadCredentials) with the file and the fault: missing, not PEM, a key of
 // another certificate, or an expired certificate.
 [[nodiscard]] TlsContextPtr load_tls(const TlsFiles& files);
+
+// Returns when the own certificate of a context of load_tls() expires, in seconds of Unix time.
+[[nodiscard]] std::int64_t expiry_of(TlsContext& tls);
 
 }  // namespace multitetra

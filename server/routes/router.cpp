@@ -161,7 +161,6 @@ asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked)
   if (!has_known_token) {
     context.client->set_identity({}, false);  // Clears the name set by the previous request.
     if (const auto allowed = within_rate(); !allowed) {
-      context.reason = allowed.error().text;
       co_return error_answer(429, allowed.error(), context.request_id);
     }
   }
@@ -171,7 +170,6 @@ asio::awaitable<Answer> Router::served(const Route& route, RouteArguments asked)
   if (!known) co_return context.refused(known.error());
   if (has_known_token) {
     if (const auto allowed = within_rate(); !allowed) {
-      context.reason = allowed.error().text;
       co_return error_answer(429, allowed.error(), context.request_id);
     }
   }

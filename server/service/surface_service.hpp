@@ -143,8 +143,8 @@ class SurfaceService {
 
   // Called when the server begins to run.
   virtual void start() {}
-  // Reloads files such as secrets.
-  virtual void reload() {}
+  // Reloads files such as secrets. Returns false, and logs why, if the previous ones stay in use.
+  [[nodiscard]] virtual bool reload() { return true; }
   // Stops background activity. Called when the server stops.
   virtual void stop() {}
   // Joins the threads, whose work may still be posted to the executor. Must be the last call.

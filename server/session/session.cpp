@@ -65,7 +65,7 @@ Actions Session::receive(const ParseError& error) {
 Actions Session::end(const Error& error) {
   if (is_closed_) return {};
   Actions actions;
-  if (running_) actions.push_back(StopStream{*running_, StreamOutcome::kCancelled});
+  if (running_) actions.push_back(StopStream{*running_, error});
   running_.reset();
   is_closed_ = true;
   actions.push_back(reply(error));

@@ -27,10 +27,11 @@ namespace multitetra {
 struct Send {
   ServerMessage message;
 };
-// Drop the rest of the running stream and finish it with a StreamEnd of this outcome.
+// Drop the rest of the running stream and finish it with a StreamEnd of this outcome, or with an
+// error.
 struct StopStream {
   std::uint64_t request_id = 0;
-  StreamOutcome outcome = StreamOutcome::kCancelled;
+  std::variant<StreamOutcome, Error> outcome = StreamOutcome::kCancelled;
 };
 // Send all earlier messages, then close the connection.
 struct Close {

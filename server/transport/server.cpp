@@ -111,6 +111,12 @@ class Server::Running {
       warn_about(*catalogue);
     });
   }
+  void keep_datasets(std::string why) {
+    post(io_.get_executor(), [this, why = std::move(why)] {
+      log_line(LogLevel::kError, "the previous datasets stay in use: " + why, {});
+      admission_.observer().reload_failed("datasets");
+    });
+  }
   // Logs patterns of the tokens file that match no dataset.
   void warn_about(const DatasetCatalogue& catalogue) const {
     if (admission_.access()) warn_of_idle_patterns(*admission_.access(), catalogue);
@@ -131,6 +137,7 @@ class Server::Running {
     ServiceState state = service_->state();
     state.waiting_bytes = admission_.queue().used();
     state.is_draining = admission_.is_draining();
+    if (admission_.tls()) state.certificate_expires = expiry_of(*admission_.tls());
     return options_.metrics->text(state);
   }
 
@@ -163,7 +170,7 @@ class Server::Running {
 
   void reload_now() {
     admission_.reload();
-    service_->reload();
+    if (!service_->reload()) admission_.observer().reload_failed("credentials");
     if (options_.when_reloaded) options_.when_reloaded();
   }
 
@@ -231,5 +238,6 @@ void Server::stop() { running_->stop(); }
 void Server::drain() { running_->drain(); }
 void Server::reload() { running_->reload(); }
 void Server::offer(CataloguePtr catalogue) { running_->offer(std::move(catalogue)); }
+void Server::keep_datasets(std::string why) { running_->keep_datasets(std::move(why)); }
 
 }  // namespace multitetra

@@ -75,6 +75,8 @@ class Server {
   // Replaces the datasets offered to new connections and lists, for a server of datasets. Running
   // streams continue, and clients keep the datasets of their latest list. Callable from any thread.
   void offer(CataloguePtr catalogue);
+  // Logs and counts that new datasets could not be read. Callable from any thread.
+  void keep_datasets(std::string why);
 
  private:
   class Running;

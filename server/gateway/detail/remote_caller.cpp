@@ -142,9 +142,7 @@ asio::awaitable<void> RemoteCaller::forward_stream(StreamPtr stream) {
     if (co_await forward(stream)) co_return;
     stream->is_asked = false;
     if (may_be_stale) continue;
-    log_line(LogLevel::kWarning, "upstream lost in a stream; trying another upstream",
-             {{"connection", client()->facts().connection}, {"request", stream->id()}});
-    upstreams_->report_lost(reached_->upstream);
+    upstreams_->report_lost_stream(reached_->upstream, client()->facts().connection, stream->id());
     const RemoteStream::Clock::time_point now = RemoteStream::Clock::now();
     if (!stream->lost_at) stream->lost_at = now;
     if (now - *stream->lost_at > upstreams_->options().failover_timeout) {

@@ -62,6 +62,16 @@ void UpstreamPool::report_lost(std::size_t upstream) {
   record_attempt(upstream, false, "it closed the connection or is stopping");
 }
 
+void UpstreamPool::report_lost_stream(std::size_t upstream, std::uint64_t connection,
+                               std::uint64_t request) {
+  Upstream& one = upstreams_[upstream];
+  ++one.lost_streams;
+  const std::string id = std::to_string(request);
+  log_line(LogLevel::kWarning, "upstream lost in a stream; trying another upstream",
+           {{"connection", connection}, {"request", id}, {"upstream", one.name}});
+  report_lost(upstream);
+}
+
 void UpstreamPool::sent_damaged_tile(std::size_t upstream, const std::string& why) {
   Upstream& one = upstreams_[upstream];
   ++one.damaged_tiles;
@@ -86,7 +96,8 @@ std::vector<UpstreamState> UpstreamPool::upstreams() const {
   for (const Upstream& one : upstreams_) {
     all.push_back({.name = one.name,
                    .is_up = one.health.is_reachable(Clock::now()),
-                   .damaged_tiles = one.damaged_tiles});
+                   .damaged_tiles = one.damaged_tiles,
+                   .lost_streams = one.lost_streams});
   }
   return all;
 }

@@ -74,6 +74,8 @@ class UpstreamPool {
       std::function<bool()> is_wanted);
   // Reports that the link to a server was lost: others are preferred for a while.
   void report_lost(std::size_t upstream);
+  // The same for a link with a stream, which another server is asked for.
+  void report_lost_stream(std::size_t upstream, std::uint64_t connection, std::uint64_t request);
   // Excludes a server for a while because it sent a tile that differs from its summary.
   void sent_damaged_tile(std::size_t upstream, const std::string& why);
   [[nodiscard]] bool may_be_tried(std::size_t upstream) const {
@@ -99,6 +101,7 @@ class UpstreamPool {
     std::string name;
     UpstreamHealth health;
     std::uint64_t damaged_tiles = 0;
+    std::uint64_t lost_streams = 0;
     LinkPtr watched = nullptr;
     std::unique_ptr<asio::steady_timer> timer = nullptr;  // Expires at the next attempt.
     bool requires_token = false;  // The server refused a gateway without a token.

@@ -106,7 +106,6 @@ asio::awaitable<void> HttpConnection::run() {
     if (const auto admitted = check_admission(*request); !admitted) {
       client_->admission().observer().error_answered(client_->facts(), admitted.error(), 0);
       context->kind = "refused";
-      context->reason = admitted.error().text;
       const Answer answer = error_answer(503, admitted.error(), context->request_id);
       co_await write(answer, with_body, /*keep_alive=*/false);
       send(&*request, *context, answer, with_body);
@@ -122,7 +121,10 @@ asio::awaitable<void> HttpConnection::run() {
     }
     const bool keep_alive = request->keep_alive() && !is_ending_;
     const bool is_written = co_await write(*answer, with_body, keep_alive);
-    if (context->record && is_written) context->record->end(context->outcome);
+    if (context->record && is_written) {
+      context->record->sent_body(with_body ? answer->body.length : 0);
+      context->record->end(answer->error ? name(answer->error->code) : "complete");
+    }
     send(&*request, *context, *answer, with_body);
     if (!is_written) co_return;
     if (!keep_alive || is_ending_) break;
@@ -135,6 +137,8 @@ asio::awaitable<void> HttpConnection::run() {
 void HttpConnection::send(const HttpRequest* request, const RequestContext& context,
                           const Answer& answer, bool with_body) {
   const std::chrono::duration<double> taken = Clock::now() - context.began;
+  const std::string_view reason =
+      context.reason.empty() && answer.error ? answer.error->text : context.reason;
   const std::string target =
       request ? handler_.loggable(view_of(request->target())) : std::string();
   client_->admission().observer().http_answered(
@@ -142,10 +146,12 @@ void HttpConnection::send(const HttpRequest* request, const RequestContext& cont
                          .kind = context.kind,
                          .method = request ? view_of(request->method_string()) : std::string_view(),
                          .target = target,
+                         .dataset = context.record ? context.record->facts().dataset : "",
                          .status = answer.status,
                          .bytes = with_body ? answer.body.length : 0,
                          .seconds = taken.count(),
-                         .reason = context.reason});
+                         .outcome = answer.error ? name(answer.error->code) : "complete",
+                         .reason = reason});
 }
 
 Result<void> HttpConnection::check_admission(const HttpRequest& request) {
@@ -172,7 +178,6 @@ asio::awaitable<std::optional<HttpRequest>> HttpConnection::read_request() {
       is_answering_ = true;
       RequestContext context;
       context.take_number(new_request_number());
-      context.reason = broken.text;
       // Made before it is awaited: GCC 12 destroys an aggregate of an awaiting expression twice.
       const Answer answer = error_answer(broken.status, {ErrorCode::kMalformedMessage, broken.text},
                                          context.request_id);

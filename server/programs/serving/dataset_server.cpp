@@ -13,7 +13,7 @@
 namespace multitetra {
 namespace {
 
-// Reloads the datasets after SIGHUP. A failure is only logged.
+// Reloads the datasets after SIGHUP. A failure is only logged and counted.
 void rescan_datasets(Server& server, ServedDatasets& datasets) {
   try {
     const CataloguePtr catalogue = datasets.read();
@@ -21,8 +21,7 @@ void rescan_datasets(Server& server, ServedDatasets& datasets) {
     log_line(LogLevel::kInfo, "datasets reloaded",
              {{"datasets", static_cast<std::uint64_t>(catalogue->size())}});
   } catch (const std::exception& error) {
-    log_line(LogLevel::kError, std::string("the previous datasets stay in use: ") + error.what(),
-             {});
+    server.keep_datasets(error.what());
   }
 }
 

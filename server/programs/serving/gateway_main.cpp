@@ -53,7 +53,7 @@ int run(int argc, char** argv) {
       "Signals: SIGTERM and SIGINT drain, then stop; SIGHUP reloads certificates and tokens.\n"
       "Exit codes: 0 stopped by request, 1 failed, 2 wrong options, 4 certificate, key or tokens "
       "cannot be\n"
-      "used.");
+      "used, 7 cannot listen on an address.");
   program.callback([&] { complete(program, sources, options); });
   if (const auto code = parse_command_line(program, argc, argv)) return *code;
   if (!sources.print_config) return serve(options);

@@ -112,5 +112,25 @@ TEST(PrometheusMetrics, ShowTheStateOfCacheQueueAndProcess) {
   EXPECT_GT(resident_bytes(), 1U << 20);
 }
 
+TEST(PrometheusMetrics, ShowFailedReloadsAndWhenTheCertificateExpires) {
+  PrometheusMetrics metrics;
+  EXPECT_FALSE(has(metrics.text({}), "multitetra_certificate_expiry_timestamp_seconds"));
+  metrics.reload_failed("certificate");
+  metrics.reload_failed("certificate");
+  metrics.reload_failed("datasets");
+  const std::string text = metrics.text({.certificate_expires = 1'800'000'000});
+  EXPECT_TRUE(has(text, "multitetra_reload_failures_total{what=\"certificate\"} 2"));
+  EXPECT_TRUE(has(text, "multitetra_reload_failures_total{what=\"datasets\"} 1"));
+  EXPECT_TRUE(has(text, "multitetra_certificate_expiry_timestamp_seconds 1800000000")) << text;
+}
+
+TEST(PrometheusMetrics, CountStreamsThatAnUpstreamLost) {
+  PrometheusMetrics metrics;
+  const std::string text = metrics.text(
+      {.upstreams = {{.name = "tcp://a", .is_up = false, .damaged_tiles = 1, .lost_streams = 4}}});
+  EXPECT_TRUE(has(text, "multitetra_upstream_lost_streams_total{upstream=\"tcp://a\"} 4"));
+  EXPECT_TRUE(has(text, "multitetra_upstream_up{upstream=\"tcp://a\"} 0"));
+}
+
 }  // namespace
 }  // namespace multitetra

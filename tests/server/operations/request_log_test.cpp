@@ -49,7 +49,8 @@ TEST(RequestLog, LogsAStreamWithItsConnectionRequestAndCosts) {
   const auto& line = lines[0];
   EXPECT_EQ(line.at("text"), "stream");
   EXPECT_EQ(line.at("connection"), 7);
-  EXPECT_EQ(line.at("request"), 5);
+  EXPECT_EQ(line.at("request"), "5");
+  EXPECT_EQ(line.at("transport"), "websocket");
   EXPECT_EQ(line.at("peer"), "192.0.2.7:1234");
   EXPECT_EQ(line.at("name"), "alice");
   EXPECT_EQ(line.at("dataset"), "head");
@@ -67,12 +68,16 @@ TEST(RequestLog, LogsTheRequestIdOfTheHttpResponse) {
                                .kind = "datasets",
                                .method = "GET",
                                .target = "/v1/datasets?a b\n",
-                               .status = 401});
+                               .status = 401,
+                               .outcome = "unauthenticated",
+                               .reason = "A token is required."});
   });
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].at("request"), "00ab");
   EXPECT_EQ(lines[1].at("request"), "00ac");
   EXPECT_EQ(lines[1].at("status"), 401);
+  EXPECT_EQ(lines[1].at("outcome"), "unauthenticated");
+  EXPECT_EQ(lines[1].at("reason"), "A token is required.");
   EXPECT_EQ(lines[1].at("target"), "/v1/datasets?a b\n");
 }
 
@@ -145,9 +150,10 @@ TEST(RequestLog, LogsTheReasonOfRejectionsAndErrors) {
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[0].at("limit"), "connections");
   EXPECT_EQ(lines[0].at("level"), "warning");
-  EXPECT_EQ(lines[1].at("text"), "There is none.");
-  EXPECT_EQ(lines[1].at("code"), "unknown_dataset");
-  EXPECT_EQ(lines[1].at("request"), 3);
+  EXPECT_EQ(lines[1].at("text"), "error");
+  EXPECT_EQ(lines[1].at("reason"), "There is none.");
+  EXPECT_EQ(lines[1].at("outcome"), "unknown_dataset");
+  EXPECT_EQ(lines[1].at("request"), "3");
 }
 
 TEST(RequestLog, OmitsTokensInTargets) {

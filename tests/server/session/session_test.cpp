@@ -37,8 +37,12 @@ struct Describe {
     return std::string(kind_of(asked.query)) + " " + std::to_string(request_id_of(asked.query));
   }
   std::string operator()(const StopStream& stop) const {
-    return "stop " + std::to_string(stop.request_id) +
-           (stop.outcome == StreamOutcome::kSuperseded ? " superseded" : " cancelled");
+    const std::string stopped = "stop " + std::to_string(stop.request_id) + " ";
+    if (const auto* error = std::get_if<Error>(&stop.outcome)) {
+      return stopped + std::string(name(error->code));
+    }
+    const bool is_superseded = std::get<StreamOutcome>(stop.outcome) == StreamOutcome::kSuperseded;
+    return stopped + (is_superseded ? "superseded" : "cancelled");
   }
   std::string operator()(const Close&) const { return "close"; }
 };
@@ -311,7 +315,7 @@ TEST(Session, EndsWithAReasonAfterInvalidBytes) {
   (void)session.receive(open(1));
   const ParseError error{{ErrorCode::kMalformedMessage, "..."}, 0};
   EXPECT_EQ(words(session.receive(error)),
-            (Words{"stop 1 cancelled", "error malformed_message 0", "close"}));
+            (Words{"stop 1 malformed_message", "error malformed_message 0", "close"}));
 }
 
 // ---- every conversation, failing at every message
