@@ -32,13 +32,13 @@ export class Slices {
   update(): void {
     const { info, settings, rangeOfSamples } = this.current();
     const where = slicePlace(settings);
-    if (!info || !where) return this.latest.want(null);
+    if (!info || !where) return this.latest.request(null);
     const range = rangeOfSamples();
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
     const air = settings.transparentAir ? airBelow(info, scale.low) : -Infinity;
     this.plane.setLook({ map: settings.sliceColors, ...scale, above: where.isFilling ? leastIsovalue(settings, info) : air });
     const { low, high } = worldBox(info);
-    this.latest.want({
+    this.latest.request({
       key: `${info.name} ${info.contentId} ${where.normal} ${where.at}`,
       dataset: info.name,
       grid: () => sliceGrid(low, high, where.normal, where.at, voxelLength(info)),

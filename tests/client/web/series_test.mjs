@@ -20,17 +20,17 @@ prepareTimes();
 const series = await serveFolder(folder);
 
 await test("ShowsTheLabelsOfASegmentation", showsLabels);
-await test("LoadsNoLabelThatIsHidden", loadsWhatIsShown);
-await test("NamesTheLabelThatIsClickedAndIsolatesOne", namesAndIsolates);
-await test("RenamesALabelAndKeepsANoteWhenAnotherIsClicked", renames);
-await test("FindsSortsAndZoomsToLabels", findsLabels);
-await test("SavesATableOfTheLabelsThatAreShown", savesTable);
-await test("ShowsHundredsOfLabelsFromAFewRequests", showsHundreds);
-await test("PlaysTheTimesOfASeriesAndColorsThemByAnotherField", playsTimes);
-await test("NeverShowsTwoTimesBesideOneAnother", showsOneTime);
-await test("SavesATimeAsAPictureEach", savesTimes);
-await test("EndsAFilmWhereATimeDoesNotCome", failsAFilm);
-await test("LeavesTheSurfaceFreeOfTheTimesOnATelephone", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
+await test("LoadsNoHiddenLabels", loadsWhatIsShown);
+await test("NamesAClickedLabelAndIsolatesOne", namesAndIsolates);
+await test("RenamesLabelsAndKeepsNotes", renames);
+await test("SearchesSortsAndZoomsToLabels", findsLabels);
+await test("SavesATableOfVisibleLabels", savesTable);
+await test("ShowsHundredsOfLabelsWithFewRequests", showsHundreds);
+await test("PlaysTimesColoredByAnotherField", playsTimes);
+await test("ShowsOneTimeAtOnce", showsOneTime);
+await test("SavesAPictureOfEachTime", savesTimes);
+await test("StopsRecordingAtAMissingTime", failsAFilm);
+await test("TimeControlsDoNotCoverTheSurfaceOnPhones", leavesRoom, { viewport: { width: 390, height: 800 }, hasTouch: true, isMobile: true });
 await finish();
 
 // ----

@@ -1,7 +1,7 @@
 import { StepSpeed } from "../../../client/web/src/stream/step_speed";
 
 describe("StepSpeed", () => {
-  test("FollowsWhatStepsHaveTaken", () => {
+  test("FollowsMeasuredSteps", () => {
     const speed = new StepSpeed();
     expect(speed.trianglesPerSecond).toBeGreaterThan(0);
     for (let i = 0; i < 20; ++i) speed.note(100_000, 50);
@@ -10,7 +10,7 @@ describe("StepSpeed", () => {
     expect(speed.trianglesPerSecond).toBeCloseTo(100_000, -4);
   });
 
-  test("LearnsNothingFromFewTrianglesOrNoTime", () => {
+  test("IgnoresSmallSteps", () => {
     const speed = new StepSpeed();
     const atFirst = speed.trianglesPerSecond;
     speed.note(100, 1000);

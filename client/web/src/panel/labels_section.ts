@@ -1,8 +1,8 @@
 // The labels of a segmentation: color, name, size, opacity and visibility of each. Hidden labels are not loaded.
 import type { DatasetInfo, Label } from "../protocol/messages";
-import { labelName, labelOf, mostLabelsAtFirst, named, renamedLabel, withLabelName } from "../state/series";
+import { labelName, labelOf, maxInitialLabels, findByName, renamedLabel, withLabelName } from "../state/series";
 import type { Progress } from "../state/progress";
-import { mostNote, type Settings } from "../state/settings";
+import { maxNoteLength, type Settings } from "../state/settings";
 import { type SurfaceSettings, surfacesOf, withAllSurfaces, withSurface } from "../state/surfaces";
 import { h } from "../shared/elements";
 import { grouped } from "../shared/quantities";
@@ -73,7 +73,7 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     const infos = new Map(datasets.map((info) => [info.name, info]));
     const found = surfacesOf(settings).flatMap((one, at) => {
       const name = dataset(one, at);
-      const label = (infos.get(name) ?? named(datasets, name))?.member?.label;
+      const label = (infos.get(name) ?? findByName(datasets, name))?.member?.label;
       return label ? [{ at, one, label: renamedLabel(label, settings!.labelNames) }] : [];
     });
     const places = new Set(found.map(({ at }) => at));
@@ -95,8 +95,8 @@ export function labelsPart(change: Change, { saveLabels, zoomToLabel }: LabelsEv
     const shown = found.filter(({ one }) => one.visible);
     count.textContent = `${shown.length} of ${found.length} shown`;
     search.hidden = found.length < fewLabels;
-    limit.hidden = found.length <= mostLabelsAtFirst;
-    limit.textContent = `The first ${mostLabelsAtFirst} labels are shown initially, each as a separate surface. "All" shows the rest.`;
+    limit.hidden = found.length <= maxInitialLabels;
+    limit.textContent = `The first ${maxInitialLabels} labels are shown initially, each as a separate surface. "All" shows the rest.`;
     showFound();
     const opacities = shown.map(({ one }) => one.opacity);
     const isMixed = new Set(opacities).size > 1;
@@ -199,7 +199,7 @@ function labelRow(
 
 // Replaces the name by an input; an empty input restores the file's name.
 function editName(name: HTMLElement, rename: (name: string) => void): void {
-  const input = h("input", { type: "text", class: "label-rename", maxlength: String(mostNote), "aria-label": `Name of ${name.textContent}` });
+  const input = h("input", { type: "text", class: "label-rename", maxlength: String(maxNoteLength), "aria-label": `Name of ${name.textContent}` });
   input.value = name.textContent ?? "";
   let hasEnded = false; // Removing an input also blurs it.
   const end = (isTaken: boolean) => {

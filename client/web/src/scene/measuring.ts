@@ -9,8 +9,8 @@ import { grouped, inDigits } from "../shared/quantities";
 import type { MassProperties } from "../mesh/mass_properties";
 import type { DatasetInfo, Label, ProbedPlace } from "../protocol/messages";
 import { boundOf } from "../shown_surface";
-import { isOfOneSeries } from "../state/series";
-import { type MeasuredPlace, mostNote, mostPlaces } from "../state/settings";
+import { isSameSeries } from "../state/series";
+import { type MeasuredPlace, maxNoteLength, maxPlaces } from "../state/settings";
 import { applied, inverse, latticeToWorld, type Vec3, voxelLength, worldName } from "../stream/dataset";
 import type { ShownTiles } from "../surface_set";
 import type { TilePool } from "../workers/tile_pool";
@@ -57,8 +57,8 @@ export class Measuring {
 
   add({ world, index, info, surface }: Picked): void {
     const bound = surface ? boundOf(surface.tiles.shown) : 0; // A place on a plane is exact.
-    const isGoingOn = this.info !== null && isOfOneSeries(this.info, info); // Labels of one series share a world.
-    const before = this.places.length < mostPlaces && isGoingOn ? this.places : [];
+    const isGoingOn = this.info !== null && isSameSeries(this.info, info); // Labels of one series share a world.
+    const before = this.places.length < maxPlaces && isGoingOn ? this.places : [];
     this.info = info;
     this.places = [...before, { world, index, bound, surface: surface && { tiles: surface.tiles, part: surface.hit } }];
     this.emitChange();
@@ -131,7 +131,7 @@ export class Measuring {
   // For the place picked last.
   private noteInput(i: number): HTMLElement {
     const input = h("input", {
-      type: "text", class: "note", placeholder: "Note", maxlength: String(mostNote), "aria-label": `Note on ${names[i]}`,
+      type: "text", class: "note", placeholder: "Note", maxlength: String(maxNoteLength), "aria-label": `Note on ${names[i]}`,
     });
     input.value = this.places[i].note ?? "";
     input.addEventListener("change", () => {

@@ -2,7 +2,7 @@
 // tenths of a second with software rendering.
 import * as THREE from "three";
 
-import { hasDrawn } from "./gpu_fence";
+import { gpuFinished } from "./gpu_fence";
 
 const compileTimeout = 5000; // Milliseconds: an upper limit for GPUs that never report completion.
 
@@ -45,6 +45,6 @@ export class Programs {
     const made = canReport ? renderer.compileAsync(object, camera, scene) : renderer.compile(object, camera, scene);
     renderer.setRenderTarget(null);
     await made;
-    if (!canReport) await hasDrawn(renderer, 10);
+    if (!canReport) await gpuFinished(renderer, 10);
   }
 }

@@ -3,7 +3,7 @@ import * as THREE from "three";
 
 import type { FieldColors } from "./field_colors";
 import type { Material } from "../state/settings";
-import { peeled } from "./translucency";
+import { addPeeling } from "./translucency";
 
 interface Finish {
   roughness: number;
@@ -63,8 +63,8 @@ export function surfaceMaterial(
       "#include <color_fragment>\n" +
         "if (!gl_FrontFacing) diffuseColor.rgb = diffuseColor.rgb * vec3(0.62, 0.50, 0.47);",
     );
-    field?.enter(shader);
-    if (isTranslucent) peeled(shader);
+    field?.addToShader(shader);
+    if (isTranslucent) addPeeling(shader);
   };
   material.customProgramCacheKey = () => `surface ${isTranslucent} ${field !== null}`;
   return material;

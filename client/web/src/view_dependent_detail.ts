@@ -7,11 +7,11 @@ import type { View } from "./stream/request";
 const mostSurfacesInView = 24;
 const slowSurface = 2000; // Milliseconds from the first request to its final step.
 
-export class DetailByPixels {
+export class ViewDependentDetail {
   private isSlow: boolean | null = null; // Null: no surface was complete yet.
 
   // The user requests it, regardless of speed.
-  switchOn(): void {
+  enable(): void {
     this.isSlow = false;
   }
 
@@ -29,7 +29,7 @@ export class DetailByPixels {
 
   // Call when the first surface is complete, with the milliseconds since its request; null: it was not requested.
   // Returns whether requests include the view from now on.
-  learn(complete: number | null): boolean {
+  recordDuration(complete: number | null): boolean {
     if (this.isSlow !== null || complete === null) return false;
     this.isSlow = complete > slowSurface;
     return !this.isSlow;

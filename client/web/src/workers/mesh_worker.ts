@@ -10,17 +10,17 @@ import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
 import { type DataBorder, joined } from "../mesh/boundary_matcher";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
-import type { Certified, Drawn, Hit, KeeperReply, KeeperRequest, KeptTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
+import type { CheckedStep, DrawnTiles, Hit, MeshReply, MeshRequest, StoredTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
 
-const tiles = new Map<string, KeptTile>();
+const tiles = new Map<string, StoredTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
 let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
 // Recent results of allDrawn(), the latest last.
-let drawn: { name: string; tiles: KeptTile[] }[] = [];
+let drawn: { name: string; tiles: StoredTile[] }[] = [];
 const mostDrawn = 8;
 
-function keep(tile: KeptTile): void {
+function keep(tile: StoredTile): void {
   tiles.set(tile.id, tile);
   waiting = waiting.filter(({ ids, resolve }) => {
     if (!ids.every((id) => tiles.has(id))) return true;
@@ -40,7 +40,7 @@ function drop(ids: string[]): void {
   });
 }
 
-async function all(ids: readonly string[]): Promise<KeptTile[]> {
+async function all(ids: readonly string[]): Promise<StoredTile[]> {
   if (!ids.every((id) => tiles.has(id))) {
     await new Promise<void>((resolve, reject) => waiting.push({ ids, resolve, reject }));
   }
@@ -48,7 +48,7 @@ async function all(ids: readonly string[]): Promise<KeptTile[]> {
 }
 
 // Returns the tiles with only the drawn triangles. Cached, because picking and cutting repeat requests.
-async function allDrawn(which: Drawn): Promise<KeptTile[]> {
+async function allDrawn(which: DrawnTiles): Promise<StoredTile[]> {
   const { ids, leastDiagonal, hidden, largestOnly = false } = which;
   const whole = await all(ids);
   if (leastDiagonal === 0 && hidden.length === 0 && !largestOnly) return whole;
@@ -58,13 +58,13 @@ async function allDrawn(which: Drawn): Promise<KeptTile[]> {
   return found.tiles;
 }
 
-async function selected(which: Drawn): Promise<Selection> {
+async function selected(which: DrawnTiles): Promise<Selection> {
   const { ids } = which;
   const { tiles: parts, ...counts } = drawnComponents(await all(ids), which);
   return { ...counts, parted: parts.flatMap((part, i) => (part ? [{ id: ids[i], ...part }] : [])) };
 }
 
-async function certified(ids: string[], border: DataBorder): Promise<Certified> {
+async function certified(ids: string[], border: DataBorder): Promise<CheckedStep> {
   const step = await all(ids);
   const seams = joined(
     step.map((tile) => tile.boundary),
@@ -74,7 +74,7 @@ async function certified(ids: string[], border: DataBorder): Promise<Certified> 
 }
 
 // Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals changed.
-function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certified["normals"] {
+function agreed(step: StoredTile[], numbers: Uint32Array[], count: number): CheckedStep["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);
   step.forEach(({ boundary, sums: own }, i) => {
@@ -84,7 +84,7 @@ function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certif
       }
     });
   });
-  const changed: Certified["normals"] = [];
+  const changed: CheckedStep["normals"] = [];
   const before = new Int16Array(4);
   step.forEach((tile, i) => {
     let isOther = false;
@@ -100,17 +100,17 @@ function agreed(step: KeptTile[], numbers: Uint32Array[], count: number): Certif
   return changed;
 }
 
-function pick(shown: KeptTile[], { origin, direction, kept }: PickRay): Hit | null {
-  return nearestHit(shown, origin, direction, kept);
+function pick(shown: StoredTile[], { origin, direction, clip }: PickRay): Hit | null {
+  return nearestHit(shown, origin, direction, clip);
 }
 
-function measured(shown: KeptTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
+function measured(shown: StoredTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
   if (!part || !("place" in part)) return massProperties(shown, toWorld, part);
   const nearest = nearestTriangle(shown, part.place);
   return nearest && massProperties(shown, toWorld, nearest);
 }
 
-async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
+async function answer(request: MeshRequest): Promise<MeshReply["result"]> {
   switch (request.kind) {
     case "certify":
       return certified(request.ids, request.border);
@@ -133,20 +133,20 @@ async function answer(request: KeeperRequest): Promise<KeeperReply["result"]> {
   }
 }
 
-function transfers(result: KeeperReply["result"]): ArrayBufferLike[] {
+function transfers(result: MeshReply["result"]): ArrayBufferLike[] {
   if (result instanceof Uint8Array || result instanceof Float32Array) return [result.buffer];
   if (result && "parted" in result) return result.parted.map(({ triangles }) => triangles.buffer);
   if (result && "topology" in result) return result.normals.map(({ normals }) => normals.buffer);
   return [];
 }
 
-self.onmessage = async ({ data }: MessageEvent<KeeperRequest>) => {
+self.onmessage = async ({ data }: MessageEvent<MeshRequest>) => {
   if (data.kind === "port") {
-    data.port.onmessage = (event: MessageEvent<KeptTile>) => keep(event.data);
+    data.port.onmessage = (event: MessageEvent<StoredTile>) => keep(event.data);
   } else if (data.kind === "drop") {
     drop(data.ids);
   } else {
-    const reply: KeeperReply = { request: data.request };
+    const reply: MeshReply = { request: data.request };
     try {
       reply.result = await answer(data);
     } catch (error) {
