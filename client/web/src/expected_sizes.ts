@@ -2,7 +2,8 @@
 import { create, type DatasetInfo, IsosurfaceRequestSchema } from "./protocol/messages";
 import type { SurfaceSize } from "./state/progress";
 import { Store } from "./state/store";
-import type { Effect, StreamRequest } from "./stream/conversation";
+import type { Effect } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import { voxelLength } from "./stream/dataset";
 import { isSameRequest } from "./stream/request";
 

@@ -3,7 +3,7 @@
 import type { Moment } from "./swap_group";
 import type { DatasetInfo } from "./protocol/messages";
 import type { Settings } from "./state/settings";
-import { isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/conversation";
+import { isSameOrder, type ScalarOptions, type StreamRequest } from "./stream/stream_request";
 import { isosurfaceRequest, type View } from "./stream/request";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";
 

@@ -4,7 +4,7 @@ import type { DatasetInfo } from "./protocol/messages";
 import { atTime, isSameSeries, findByName, rangeOf, timeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
-import type { ScalarOptions } from "./stream/conversation";
+import type { ScalarOptions } from "./stream/stream_request";
 import { worldDifference } from "./stream/dataset";
 
 export interface Scene {

@@ -3,7 +3,7 @@ import { hex } from "./mesh/content_digest";
 import { type DatasetInfo, ErrorMeasure } from "./protocol/messages";
 import type { StepFacts } from "./state/progress";
 import { type AssemblerEffect, type StepOfTiles } from "./stream/assembler";
-import type { StreamRequest } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import { longestCellDiagonal, voxelLength } from "./stream/dataset";
 import { preservesTopology, shellModeOf } from "./stream/step_checks";
 

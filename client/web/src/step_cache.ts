@@ -4,7 +4,7 @@ import { toBinary } from "@bufbuild/protobuf";
 import { IsosurfaceRequestSchema } from "./protocol/messages";
 import type { ShownSurface } from "./shown_surface";
 import { type HiddenParts, nothingHidden } from "./state/hidden_parts";
-import type { StreamRequest } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import type { Selection } from "./workers/worker_messages";
 
 export interface CachedStep {

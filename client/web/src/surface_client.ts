@@ -9,10 +9,10 @@
 // With several surfaces the previews of all precede the final step of any: clients request previews first, and the rest
 // when all previews have arrived. A client with `isPrefetch` fetches final steps that are needed soon, and shows
 // nothing.
-import { type Effect, Conversation, isSameOrder, type ScalarOptions, type RequestedSteps, type StreamRequest } from "./stream/conversation";
-import { Link } from "./stream/link";
+import { Conversation, type Effect } from "./stream/conversation";
+import { isSameOrder, type RequestedSteps, type ScalarOptions, type StreamRequest } from "./stream/stream_request";
 import { isosurfaceRequest, isSameRequest, type View } from "./stream/request";
-import type { ConnectionPool, IdleConnection, PoolClient } from "./stream/connection_pool";
+import type { ConnectionPool } from "./stream/connection_pool";
 import { type PreviewClient, type SharedPreviews, shareableOrder } from "./stream/shared_previews";
 import type { Moment } from "./swap_group";
 import { ExpectedSizes } from "./expected_sizes";
@@ -23,6 +23,7 @@ import { type HiddenParts, hiddenPartsOf } from "./state/hidden_parts";
 import { noProgress, noErrors, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
+import { SurfaceConnection } from "./surface_connection";
 import { type OrderAtMoment, SurfaceSteps, type SurfaceStepsEvents, type SurfaceStepsParts } from "./surface_steps";
 import type { DrawnTiles } from "./workers/worker_messages";
 
@@ -47,12 +48,12 @@ export interface SurfaceRequest {
   steps?: RequestedSteps; // Default: all. After "previews" or "coarse", finish() requests the rest.
 }
 
-export class SurfaceClient implements PoolClient, PreviewClient {
+export class SurfaceClient implements PreviewClient {
   readonly progress = new Store<Progress>(noProgress);
   readonly datasets = new Store<{ list: DatasetInfo[] | null }>({ list: null });
   readonly sizes = new ExpectedSizes();
   private readonly conversation: Conversation;
-  private readonly link: Link;
+  private readonly connection: SurfaceConnection;
   private readonly steps: SurfaceSteps;
   private requested: OrderAtMoment | null = null; // The request that is running or shown.
   private current: StreamRequest | null = null; // The same, with a budget if it is too large.
@@ -60,7 +61,6 @@ export class SurfaceClient implements PoolClient, PreviewClient {
   private isDragging = false;
   private dragTimer = 0;
   private isFirst = false; // Always connected; requests the list of datasets.
-  private hasConnection = false; // Connected or connecting.
   private isActive = false; // Streaming, or preparing to.
   private isFinishing = false; // Receiving the rest of a stream after its previews.
   private hasFinal = false; // The final step of the stream has begun.
@@ -84,30 +84,22 @@ export class SurfaceClient implements PoolClient, PreviewClient {
       damaged: (stream, text) => this.perform(this.conversation.damaged(stream, text)),
       certified: (stream, step, topology) => this.perform(this.conversation.certified(stream, step, topology)),
     }, events);
-    this.link = new Link(address, {
-      opened: () => this.perform(this.conversation.opened()),
-      closed: () => this.perform(this.conversation.closed()),
-      received: (message: ServerKind) => {
-        this.perform(this.conversation.received(message));
-        if (this.conversation.isReceived) connectionPool.distribute();
-      },
-      blocked: () => {
-        const text = `This page cannot connect to "${address}", or is not allowed to.`;
-        this.progress.set({ phase: "lost", retryAt: 0, failure: { ...noErrors, text, isFatal: true } });
-      },
-    });
+    this.connection = new SurfaceConnection({
+      address, pool: connectionPool, conversation: this.conversation, progress: this.progress,
+      isActive: () => this.isActive, perform: (effects) => this.perform(effects),
+    }, isPrefetch === true);
   }
 
   // Reconnects on request. All but the first surface wait until they have a request.
   connect(): void {
-    if (this.hasConnection) this.grantConnection();
-    else if (this.isFirst || this.isActive) this.ensureConnection();
+    this.connection.reconnect();
+    if (this.isFirst || this.isActive) this.connection.ensure();
   }
 
   // Makes it the first of the view.
   makeFirst(): void {
     this.isFirst = true;
-    this.parts.connectionPool.release(this);
+    this.connection.makeOwn();
   }
 
   // Ends permanently.
@@ -115,8 +107,7 @@ export class SurfaceClient implements PoolClient, PreviewClient {
     clearTimeout(this.postponed);
     clearTimeout(this.dragTimer);
     this.steps.cancel();
-    this.link.close();
-    this.parts.connectionPool.release(this);
+    this.connection.close();
     this.parts.sharedPreviews.cancel(this);
   }
 
@@ -162,9 +153,9 @@ export class SurfaceClient implements PoolClient, PreviewClient {
     return this.isActive && isPreviews(this.current) && !this.progress.get().postponed;
   }
 
-  // Whether it needs its connection: not while received data is decoded and checked.
+  // Whether it is waiting for the server.
   get isBusy(): boolean {
-    return this.isActive && !this.conversation.isReceived;
+    return this.connection.isBusy;
   }
 
   // Whether nothing more is being received, and the shown surface is up to date.
@@ -195,33 +186,6 @@ export class SurfaceClient implements PoolClient, PreviewClient {
     if (!sizeToConfirm || !this.requested) return;
     this.sizes.confirm(sizeToConfirm);
     this.open(this.requested);
-  }
-
-  // ---- connections
-
-  grantConnection(connection: IdleConnection | null = null): void {
-    this.hasConnection = true;
-    this.perform(this.conversation.connecting());
-    this.progress.set({ failure: null, isStreaming: false });
-    if (!connection) return this.link.connect();
-    this.link.adopt(connection.socket);
-    this.perform(this.conversation.adopted(connection.lastRequestId));
-  }
-
-  revokeConnection(): IdleConnection | null {
-    this.hasConnection = false;
-    const lastRequestId = this.conversation.handOver();
-    const socket = lastRequestId === null ? null : this.link.handOver();
-    this.link.close();
-    if (!socket) this.perform(this.conversation.connecting());
-    this.progress.set({ phase: "connecting" });
-    return socket && { socket, lastRequestId: lastRequestId! };
-  }
-
-  private ensureConnection(): void {
-    if (this.hasConnection) return;
-    if (this.isFirst || this.parts.isPrefetch) this.grantConnection();
-    else this.parts.connectionPool.request(this);
   }
 
   // ----
@@ -280,7 +244,7 @@ export class SurfaceClient implements PoolClient, PreviewClient {
 
   requestAlone(): void {
     this.perform(this.conversation.request(this.current!));
-    this.ensureConnection();
+    this.connection.ensure();
   }
 
   // The final step is already cached.
@@ -322,12 +286,12 @@ export class SurfaceClient implements PoolClient, PreviewClient {
   private performOne(effect: Effect): void {
     switch (effect.kind) {
       case "send":
-        this.link.send(effect.message);
+        this.connection.send(effect.message);
         break;
       case "phase": {
         const wait = effect.retryInMilliseconds;
         if (effect.phase === "lost") this.noteLostConnection();
-        if (effect.phase === "lost" && wait !== undefined) this.link.connectIn(wait);
+        if (effect.phase === "lost" && wait !== undefined) this.connection.reconnectIn(wait);
         this.progress.set({
           phase: effect.phase,
           retryAt: wait === undefined ? 0 : performance.now() + wait,

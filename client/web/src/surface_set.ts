@@ -19,7 +19,7 @@ import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { settingsOf, surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
-import type { RequestedSteps } from "./stream/conversation";
+import type { RequestedSteps } from "./stream/stream_request";
 import { ConnectionPool } from "./stream/connection_pool";
 import { SharedPreviews } from "./stream/shared_previews";
 import { SurfaceClient, type SurfaceClientParts } from "./surface_client";

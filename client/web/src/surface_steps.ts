@@ -4,7 +4,8 @@
 // Nothing of a replaced stream is shown, and nothing coarser on the way to a finer surface of the same isovalue. If
 // small components are hidden, a step is shown without them from its first step; hiding them in a shown step needs no
 // server.
-import type { Effect, StreamRequest } from "./stream/conversation";
+import type { Effect } from "./stream/conversation";
+import type { StreamRequest } from "./stream/stream_request";
 import type { AssemblerEffect, StepOfTiles } from "./stream/assembler";
 import { applied, dataBorder, inverse, latticeToWorld } from "./stream/dataset";
 import { shellModeOf } from "./stream/step_checks";

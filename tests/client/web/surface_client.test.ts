@@ -11,7 +11,7 @@ import { defaults, type Settings } from "../../../client/web/src/state/settings"
 import type { Surface } from "../../../client/web/src/scene/surface";
 import { ConnectionPool } from "../../../client/web/src/stream/connection_pool";
 import type { LinkEvents } from "../../../client/web/src/stream/link";
-import type { StreamRequest } from "../../../client/web/src/stream/conversation";
+import type { StreamRequest } from "../../../client/web/src/stream/stream_request";
 import type { SharedPreviews } from "../../../client/web/src/stream/shared_previews";
 import type { TilePool } from "../../../client/web/src/workers/tile_pool";
 import type { DrawnTiles, Selection } from "../../../client/web/src/workers/worker_messages";

@@ -13,7 +13,6 @@ import {
   EstimateSchema,
   type EstimateReply,
   HelloSchema,
-  type IsosurfaceRequest,
   ListDatasetsSchema,
   MeshUse,
   OpenStreamSchema,
@@ -30,8 +29,8 @@ import {
   StepPolicy,
 } from "../protocol/messages";
 import { coarsePreview } from "./coarse_preview";
-import { isSameRequest } from "./request";
 import { manifestTile } from "./step_checks";
+import type { StreamRequest } from "./stream_request";
 import { Assembler, type AssemblerEffect, type StepOfTiles } from "./assembler";
 import type { MeshTopology } from "../mesh/boundary_matcher";
 
@@ -50,30 +49,6 @@ export type Effect =
   // An effect of stream `stream`, which identifies late results.
   | { kind: "stream"; stream: number; order: StreamRequest; effect: AssemblerEffect; isNew: boolean }
   | { kind: "failure"; text: string; isFatal: boolean; code: ErrorCode };
-
-// "coarse": one preview of a label with a spacing chosen here (coarse_preview.ts); "previews" if its box is unknown.
-export type RequestedSteps = "all" | "previews" | "coarse" | "final";
-
-export interface StreamRequest {
-  info: DatasetInfo;
-  request: IsosurfaceRequest;
-  steps?: RequestedSteps; // Default: all.
-  scalars?: ScalarOptions;
-}
-
-// A dataset whose values are requested at the vertices, and their range.
-export interface ScalarOptions {
-  dataset: string;
-  low?: number; // Both or neither; default: the dataset's range.
-  high?: number;
-}
-
-// Whether both orders give the same surface in the same colors; the steps on the way do not matter.
-export function isSameOrder(a: StreamRequest, b: StreamRequest): boolean {
-  const [x, y] = [a.scalars, b.scalars];
-  const isSameColoring = x?.dataset === y?.dataset && x?.low === y?.low && x?.high === y?.high;
-  return a.info === b.info && isSameColoring && isSameRequest(a.request, b.request);
-}
 
 // The scalars of a tile, received before the step ends.
 export interface TileValues {

@@ -9,8 +9,8 @@ import {
   StepPolicy, StreamEndSchema, StreamOutcome,
 } from "../protocol/messages";
 import { coarsePreview } from "./coarse_preview";
-import type { StreamRequest } from "./conversation";
 import { Link } from "./link";
+import type { StreamRequest } from "./stream_request";
 
 export interface PreviewClient {
   receive: (message: ServerKind) => void; // Of its stream, whose only step has the number 0.
