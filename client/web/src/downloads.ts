@@ -113,10 +113,10 @@ export class Downloads {
     }
   }
 
-  // Saves volumes and areas of the visible labels.
-  async labels(): Promise<void> {
+  // Saves volumes and areas of the visible labels; `only`: the indices of surfaces; null: all.
+  async labels(only: readonly number[] | null): Promise<void> {
     const { viewer } = this;
-    const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ shown }) => shown.info.member?.label);
+    const tiles = viewer.surfaces.shownTiles(viewer.get()).filter(({ at, shown }) => shown.info.member?.label && (!only || only.includes(at)));
     const measured = await Promise.all(tiles.map(async ({ shown, drawn }): Promise<MeasuredLabel> => {
       const toWorld = [...latticeToWorld(shown.info, shown.resolution)];
       const found = await viewer.pool.measure(drawn, toWorld, null).catch(() => null);

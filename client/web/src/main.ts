@@ -56,7 +56,7 @@ const change = (update: Partial<Settings>, isDragging = false) => {
 const panel = new Panel(settings, change, {
   reset: () => viewer.reset(),
   roll: (radians) => viewer.roll(radians),
-  saveLabels: () => void downloads.labels(),
+  saveLabels: (surfaces) => void downloads.labels(surfaces),
   zoomToLabel: (dataset) => viewer.zoomToLabel(dataset),
   screenshot: (options) => void downloads.screenshot(options),
   download: (format) => void downloads.download(format),

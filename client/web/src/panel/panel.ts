@@ -105,7 +105,7 @@ export class Panel {
 
   // Called when a surface was clicked.
   showPicked(surface: number): void {
-    this.labels.highlight(surface);
+    this.labels.select(surface);
   }
 
   showPaused(isPaused: boolean): void {

@@ -43,7 +43,7 @@ export function withSurface(settings: Settings, at: number, given: Partial<Surfa
   return { surfaces: settings.surfaces.map((surface, i) => (i === at - 1 ? { ...surface, ...own } : surface)) };
 }
 
-type AllChange = Pick<SurfaceSettings, "visible"> | Pick<SurfaceSettings, "opacity"> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
+type AllChange = Partial<Pick<SurfaceSettings, "visible" | "opacity" | "color">> | Pick<Settings, "minComponent"> | Pick<Settings, "hiddenParts">;
 
 // Changes every surface; a null change leaves it as it is.
 export function withAllSurfaces(
