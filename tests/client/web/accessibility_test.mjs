@@ -71,8 +71,8 @@ await test("TouchTargetsAreLargeEnough", async (page) => {
   assert(hidden.top >= 0 && hidden.ends > 0, `the certificate begins in the picture: ${JSON.stringify(hidden)}`);
   assert.equal(hidden.over, 0, "the axes lie below the certificate");
 }, telephone);
-for (const layout of ["surface", "four"]) {
-  await test(`LegendsDoNotOverlapTheTools_${layout}`, async (page) => {
+for (const [layout, width] of [["surface", 390], ["four", 390], ["surface", 900], ["four", 900]]) {
+  await test(`LegendsDoNotOverlapTheTools_${layout}_${width}`, async (page) => {
     await open(page, `${everything}&color_by=gyroid&layout=${layout}`);
     await complete(page);
     await page.waitForFunction(() => document.querySelectorAll(".legend:not([hidden])").length === 2, null, { timeout: patience });
@@ -88,7 +88,7 @@ for (const layout of ["surface", "four"]) {
       return [...document.querySelectorAll(".legend")].filter((one) => one.getBoundingClientRect().bottom > stage.bottom).length;
     });
     assert.equal(outside, 0, "they lie in the picture");
-    await page.screenshot({ path: path.join(scratch, `telephone_${layout}.png`) });
-  }, telephone);
+    await page.screenshot({ path: path.join(scratch, `legends_${layout}_${width}.png`) });
+  }, width === 390 ? telephone : {});
 }
 await finish();
