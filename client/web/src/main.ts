@@ -78,7 +78,7 @@ const actions = {
   reset: () => viewer.reset(),
   lookUpright: (direction: readonly [number, number, number]) => viewer.lookFrom(viewer.stage.upright(direction)),
   escape: () => {
-    if (!bar.closeCertificate()) viewer.measuring.forget();
+    if (!bar.closeCertificate()) viewer.measuring.clear();
   },
   help: () => help.toggle(),
   fullScreen: () => void toggleFullScreen(),

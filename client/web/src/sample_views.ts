@@ -10,7 +10,7 @@ import type { LegendText } from "./shared/color_maps";
 import { h } from "./shared/elements";
 import { defaultWindow, isCt } from "./shared/sample_window";
 import { SliceViews } from "./slice_views";
-import { scaleOf, slicePlace, Slices } from "./slices";
+import { scaleOf, slicePosition, Slices } from "./slices";
 import { findByName, rangeOf } from "./state/series";
 import type { Settings } from "./state/settings";
 import type { Vec3 } from "./stream/dataset";
@@ -93,7 +93,7 @@ export class SampleViews {
   }
 
   private showLegends(now: Settings): void {
-    const hasSlices = slicePlace(now) !== null || now.layout === "four";
+    const hasSlices = slicePosition(now) !== null || now.layout === "four";
     this.ofSamples.show(now, hasSlices ? this.sampleRange() : null, now.colorBy ? "samples" : "");
     const field = now.colorBy ? findByName(this.sampled().list, now.colorBy) : null;
     const by = this.rangeOf(field);

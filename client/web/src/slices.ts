@@ -31,7 +31,7 @@ export class Slices {
   // Call when the settings, the dataset or the surfaces may have changed.
   update(): void {
     const { info, settings, rangeOfSamples } = this.current();
-    const where = slicePlace(settings);
+    const where = slicePosition(settings);
     if (!info || !where) return this.latest.request(null);
     const range = rangeOfSamples();
     const scale = scaleOf(settings.level, settings.windowWidth, settings.samplesLog, range ?? info);
@@ -62,7 +62,7 @@ interface Place {
 }
 
 // Returns the requested slice, or else the one that fills the cut.
-export function slicePlace(settings: Settings): Place | null {
+export function slicePosition(settings: Settings): Place | null {
   const { slice, sliceAt, clipAt, filled } = settings;
   if (slice !== "off") return { normal: axisNormal(slice), at: sliceAt, isFilling: false };
   const normal = cutNormal(settings);

@@ -20,7 +20,7 @@ import type { CachedStep } from "./step_cache";
 import { type DatasetInfo, ErrorCode, Priority, type ServerKind } from "./protocol/messages";
 import { tileIdPrefix, type ShownSurface } from "./shown_surface";
 import { type HiddenParts, hiddenPartsOf } from "./state/hidden_parts";
-import { noProgress, noErrors, type Progress } from "./state/progress";
+import { noProgress, noFailure, type Progress } from "./state/progress";
 import type { Settings } from "./state/settings";
 import { Store } from "./state/store";
 import { SurfaceConnection } from "./surface_connection";
@@ -367,7 +367,7 @@ export class SurfaceClient implements PreviewClient {
         break;
       case "refused":
       case "failed":
-        progress.set({ isStreaming: false, failure: { ...noErrors, text: effect.text } });
+        progress.set({ isStreaming: false, failure: { ...noFailure, text: effect.text } });
         this.hasFinal = true; // Nothing is left to request.
         if (this.requested) steps.offerNothing(this.requested);
         this.settle();

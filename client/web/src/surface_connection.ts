@@ -3,7 +3,7 @@ import { type Conversation, type Effect } from "./stream/conversation";
 import type { ConnectionPool, IdleConnection, PoolClient } from "./stream/connection_pool";
 import { Link } from "./stream/link";
 import type { ClientKind, ServerKind } from "./protocol/messages";
-import { noErrors, type Progress } from "./state/progress";
+import { noFailure, type Progress } from "./state/progress";
 import type { Store } from "./state/store";
 
 export interface SurfaceConnectionParts {
@@ -31,7 +31,7 @@ export class SurfaceConnection implements PoolClient {
       },
       blocked: () => {
         const text = `This page cannot connect to "${address}", or is not allowed to.`;
-        progress.set({ phase: "lost", retryAt: 0, failure: { ...noErrors, text, isFatal: true } });
+        progress.set({ phase: "lost", retryAt: 0, failure: { ...noFailure, text, isFatal: true } });
       },
     });
   }

@@ -14,7 +14,7 @@ import { allComponents, type VisibleComponents, type CachedStep, type StepCache 
 import type { MeshTopology } from "./mesh/boundary_matcher";
 import type { Surface } from "./scene/surface";
 import { type Committed, factsOf, tileIds, isRegression, tileIdPrefix, type ShownSurface } from "./shown_surface";
-import { type HiddenParts, hidesTheSame, isNothingHidden, nothingHidden } from "./state/hidden_parts";
+import { type HiddenParts, isSameHiddenParts, hidesNothing, nothingHidden } from "./state/hidden_parts";
 import { isSameSeries } from "./state/series";
 import { noProgress, type Progress, type ShownComponents } from "./state/progress";
 import type { Store } from "./state/store";
@@ -102,7 +102,7 @@ export class SurfaceSteps {
 
   // Hides components of the shown and later steps.
   hide(parts: HiddenParts): void {
-    if (hidesTheSame(parts, this.hidden)) return;
+    if (isSameHiddenParts(parts, this.hidden)) return;
     this.hidden = parts;
     void this.updateComponents();
   }
@@ -127,7 +127,7 @@ export class SurfaceSteps {
       this.events.offer(moment, () => this.show(step, null));
       offered();
     };
-    if (hidesTheSame(step.visible.hidden, this.hidden)) return offer();
+    if (isSameHiddenParts(step.visible.hidden, this.hidden)) return offer();
     this.pendingStep = step;
     void this.selectComponents(step.ids, step.shown).catch(() => step.visible).then((chosen) => {
       if (this.pendingStep !== step) return;
@@ -200,7 +200,7 @@ export class SurfaceSteps {
     ]);
     // Tiles of a replaced stream may be gone.
     if (stream !== this.stream || !result || !chosen) return;
-    this.parts.speed.note(triangles, performance.now() - lastAt);
+    this.parts.speed.record(triangles, performance.now() - lastAt);
     this.certified = { result, chosen };
     this.checks.certified(stream, step, result.topology);
   }
@@ -263,18 +263,18 @@ export class SurfaceSteps {
 
   private async selectComponents(ids: readonly string[], lattice: Lattice): Promise<VisibleComponents> {
     const { hidden } = this;
-    if (isNothingHidden(hidden)) return allComponents;
+    if (hidesNothing(hidden)) return allComponents;
     return { hidden, selection: await this.parts.pool.select(drawnOf(ids, lattice, hidden)) };
   }
 
   // Updates the shown components to the current hidden parts.
   private async updateComponents(): Promise<void> {
     const { drawnStep } = this;
-    if (!drawnStep || hidesTheSame(drawnStep.visible.hidden, this.hidden)) return;
+    if (!drawnStep || isSameHiddenParts(drawnStep.visible.hidden, this.hidden)) return;
     ++this.pendingSelections;
     const chosen = await this.selectComponents(drawnStep.ids, drawnStep.shown).catch(() => null);
     --this.pendingSelections;
-    if (!chosen || drawnStep !== this.drawnStep || !hidesTheSame(chosen.hidden, this.hidden)) return;
+    if (!chosen || drawnStep !== this.drawnStep || !isSameHiddenParts(chosen.hidden, this.hidden)) return;
     drawnStep.visible = chosen;
     this.parts.surface.show(drawnStep.ids, chosen.selection);
     this.progress.set({ components: componentsOf(chosen) });

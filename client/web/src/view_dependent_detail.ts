@@ -4,7 +4,7 @@ import type { Settings } from "./state/settings";
 import { surfacesOf } from "./state/surfaces";
 import type { View } from "./stream/request";
 
-const mostSurfacesInView = 24;
+const maxSurfacesInView = 24;
 const slowSurface = 2000; // Milliseconds from the first request to its final step.
 
 export class ViewDependentDetail {
@@ -23,7 +23,7 @@ export class ViewDependentDetail {
   // Returns the view for requests; null: none. During playback all times have the same error; with many labels every
   // camera turn would request all of them again.
   view(settings: Settings, current: () => View): View | null {
-    const isMany = surfacesOf(settings).filter(({ visible }) => visible).length > mostSurfacesInView;
+    const isMany = surfacesOf(settings).filter(({ visible }) => visible).length > maxSurfacesInView;
     return this.isSlow !== false || settings.playing || isMany ? null : current();
   }
 

@@ -352,7 +352,7 @@ export class Viewer {
     this.orientation.show(this.settings.get().axes);
     this.events.emit("dataset", now);
     if (!isOther) return; // After a lost connection: the stream resumes by itself.
-    if (before) this.measuring.forget();
+    if (before) this.measuring.clear();
     this.measuring.show(now, this.settings.get().places);
     const { low, high } = worldBox(now);
     this.stage.setBounds(low, high);
@@ -387,7 +387,7 @@ export class Viewer {
   private reportShown(at: number, shown: ShownSurface, isFirst: boolean): void {
     if (at === 0 && isFirst && !this.settings.get().eye) shown.info.member?.label ? this.stage.frameBounds(worldBox(shown.info)) : this.fit();
     this.samples.updateSlices();
-    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.replaced(tiles);
+    for (const tiles of this.surfaces.shownTiles(this.get(), at)) this.measuring.surfaceReplaced(tiles);
     if (at === 0 && shown.facts.isFinal && this.detail.recordDuration(this.surfaces.progress.get().complete) && this.get().followView) this.requestSurfaces();
     this.events.emit("shown", { ...shown.facts, surface: at, components: this.surfaces.progressOf(at).components });
   }

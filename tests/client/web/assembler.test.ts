@@ -1,7 +1,7 @@
 import { Assembler, type AssemblerEffect } from "../../../client/web/src/stream/assembler";
 import { dataBorder } from "../../../client/web/src/stream/dataset";
 import { hex } from "../../../client/web/src/mesh/content_digest";
-import { isSound, joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { boundaryOf, type TileBoundary } from "../../../client/web/src/mesh/tile_boundary";
 import type { ServerKind } from "../../../client/web/src/protocol/messages";
 import { dataset, found, messages, request, tileFrom } from "./golden_stream";
@@ -23,7 +23,7 @@ async function played(all: readonly ServerKind[], assembler = newAssembler()) {
         }
       } else if (effect.kind === "certify") {
         const { tiles, begin } = effect.step;
-        const seams = joined(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
+        const seams = matchBoundaries(tiles.map(({ key }) => boundaries.get(key)!), dataBorder(dataset(), 5, 0, 1));
         await perform(assembler.certified(begin.step, seams.topology));
       } else {
         seen.push(effect);

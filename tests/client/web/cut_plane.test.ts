@@ -1,4 +1,4 @@
-import { turnedLikeABall } from "../../../client/web/src/scene/cut_handles";
+import { trackballRotation } from "../../../client/web/src/scene/cut_handles";
 import { initialCut, clipPlane, movedCut, rotatedCut } from "../../../client/web/src/scene/cut_plane";
 import { defaults, type Settings } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
@@ -50,7 +50,7 @@ describe("CutPlane", () => {
   });
 
   test("RotatesLikeATrackball", () => {
-    const turned = (x: number, y: number) => turnedLikeABall([0, 0, 1], [1, 0, 0], [0, 1, 0], x, y); // Facing the camera at first.
+    const turned = (x: number, y: number) => trackballRotation([0, 0, 1], [1, 0, 0], [0, 1, 0], x, y); // Facing the camera at first.
     expect(turned(30, 0)[0]).toBeGreaterThan(0.2);
     expect(turned(30, 0)[1]).toBeCloseTo(0, 9);
     expect(turned(0, 30)[1]).toBeLessThan(-0.2);

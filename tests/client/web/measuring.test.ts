@@ -1,7 +1,7 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { massProperties } from "../../../client/web/src/mesh/mass_properties";
 import { axisNames } from "../../../client/web/src/scene/axis_names";
-import { remedy } from "../../../client/web/src/scene/measuring";
+import { volumeHint } from "../../../client/web/src/scene/measuring";
 import { angleAt, areaText, distanceOf, lengthWithBound, volumeText } from "../../../client/web/src/scene/measures";
 import { roundedWithin, withBound } from "../../../client/web/src/shared/quantities";
 import { ticks } from "../../../client/web/src/scene/ticks";
@@ -144,10 +144,10 @@ describe("Axes", () => {
 
 describe("MeasuredParts", () => {
   test("SuggestHowToNarrowTheBound", () => {
-    expect(remedy(170, 40, false)).toMatch(/Exact/);
-    expect([remedy(170, 1, false), remedy(170, 40, true)]).toEqual(["", ""]);
-    expect(remedy(170, null, false)).toMatch(/Exact/);
-    expect(remedy(null, 40, false)).toMatch(/--outside VALUE --margin 1/);
+    expect(volumeHint(170, 40, false)).toMatch(/Exact/);
+    expect([volumeHint(170, 1, false), volumeHint(170, 40, true)]).toEqual(["", ""]);
+    expect(volumeHint(170, null, false)).toMatch(/Exact/);
+    expect(volumeHint(null, 40, false)).toMatch(/--outside VALUE --margin 1/);
   });
 });
 

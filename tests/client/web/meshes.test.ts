@@ -1,9 +1,9 @@
-import { type DataBorder, isSound, joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { type DataBorder, isSound, matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { meshFile, weldedInWorld } from "../../../client/web/src/mesh/mesh_files";
 import { nearestHit } from "../../../client/web/src/mesh/ray";
 import { boundaryOf } from "../../../client/web/src/mesh/tile_boundary";
 import { payloadCounts } from "../../../client/web/src/mesh/tile_payload";
-import { fieldNormals, normalSums, packedNormals, spreadSums } from "../../../client/web/src/mesh/normals";
+import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../../../client/web/src/mesh/normals";
 
 const corners = [[9, 5, 5], [5, 9, 5], [5, 5, 9], [1, 5, 5], [5, 1, 5], [5, 5, 1]];
 const octahedron = [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
@@ -29,7 +29,7 @@ function tile(faces: number[][], shift = 0) {
 }
 
 function topology(...tiles: number[][][]) {
-  return joined(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
+  return matchBoundaries(tiles.map((faces) => boundaryOf(mesh(faces))), border).topology;
 }
 
 describe("BoundaryMatcher", () => {
@@ -55,13 +55,13 @@ describe("BoundaryMatcher", () => {
 
   test("AllowsBordersOnlyAtTheEndOfTheData", () => {
     const half = octahedron.slice(0, 4);
-    const at = (low: number) => joined([boundaryOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
+    const at = (low: number) => matchBoundaries([boundaryOf(mesh(half))], { ...border, low: [0, 0, low] }).topology;
     expect(at(0)).toMatchObject({ openEdges: 4, borderEdges: 0 });
     expect(at(5)).toMatchObject({ openEdges: 0, borderEdges: 4 });
   });
 
   test("CountsSeparateSurfaces", () => {
-    const far = joined([boundaryOf(mesh(octahedron)), boundaryOf(mesh(octahedron, 100))], border).topology;
+    const far = matchBoundaries([boundaryOf(mesh(octahedron)), boundaryOf(mesh(octahedron, 100))], border).topology;
     expect(far).toMatchObject({ components: 2, eulerCharacteristic: 4 });
   });
 });
@@ -170,7 +170,7 @@ describe("SpreadNormals", () => {
   const cells = Array.from({ length: (side - 1) ** 2 }, (_, i) => (i % (side - 1)) + side * Math.floor(i / (side - 1)));
   const triangles = Uint32Array.from(cells.flatMap((v) => [v, v + 1, v + side, v + 1, v + side + 1, v + side]));
   const slope = (rounds: number) => {
-    const sums = spreadSums(normalSums({ positions, triangles, normals: null }), triangles, rounds);
+    const sums = smoothedSums(normalSums({ positions, triangles, normals: null }), triangles, rounds);
     let steepest = 0;
     for (let v = 0; v < sums.length; v += 3) {
       if (Math.min(positions[v], positions[v + 1]) < 128 || Math.max(positions[v], positions[v + 1]) > 256) continue;

@@ -1,7 +1,7 @@
 import type { DatasetInfo } from "../../../client/web/src/protocol/messages";
 import { sceneOf } from "../../../client/web/src/scene_at";
 import {
-  atTime, entriesOf, seriesOf, labelIsovalue, findByName, ofField, rangeOf, settingsOfEntry, timesOf, timeText,
+  atTime, entriesOf, seriesOf, labelIsovalue, findByName, memberOfField, rangeOf, settingsOfEntry, timesOf, timeText,
 } from "../../../client/web/src/state/series";
 import { labelColor } from "../../../client/web/src/state/label_colors";
 import { defaults } from "../../../client/web/src/state/settings";
@@ -45,8 +45,8 @@ describe("Series", () => {
 
   test("SelectAnotherFieldAtTheSameTime", () => {
     const series = seriesOf(list, flow[0])!;
-    expect(ofField(series, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
-    expect(ofField(series, flow[4], "salt")).toBeNull();
+    expect(memberOfField(series, flow[4], "heat")!.name).toBe("flow.heat.t0.25");
+    expect(memberOfField(series, flow[4], "salt")).toBeNull();
   });
 
   test("HaveUniqueNames", () => {

@@ -3,7 +3,7 @@ import { axisNormal } from "../../../client/web/src/scene/cut_plane";
 import { cutCorners, extentAlong, maxPixels, planeGrid, sliceGrid, valueAt } from "../../../client/web/src/scene/slice_grid";
 import { planeAxes } from "../../../client/web/src/scene/slice_view";
 import { crossOf } from "../../../client/web/src/slice_views";
-import { scaleOf, slicePlace, windowOf } from "../../../client/web/src/slices";
+import { scaleOf, slicePosition, windowOf } from "../../../client/web/src/slices";
 import { WorldSpace } from "../../../client/web/src/protocol/messages";
 import { defaults } from "../../../client/web/src/state/settings";
 import type { Vec3 } from "../../../client/web/src/stream/dataset";
@@ -107,11 +107,11 @@ describe("LinkedSlices", () => {
 
 describe("Slices", () => {
   test("FillTheCutByDefault", () => {
-    expect(slicePlace(defaults)).toBeNull();
-    expect(slicePlace({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ normal: [0, 1, 0], at: 0.3, isFilling: true });
-    expect(slicePlace({ ...defaults, clip: "oblique", clipNormal: [0, 0.6, 0.8] })).toEqual({ normal: [0, 0.6, 0.8], at: 0.5, isFilling: true });
-    expect(slicePlace({ ...defaults, clip: "y", filled: false })).toBeNull();
-    expect(slicePlace({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ normal: [0, 0, 1], at: 0.1, isFilling: false });
+    expect(slicePosition(defaults)).toBeNull();
+    expect(slicePosition({ ...defaults, clip: "y", clipAt: 0.3 })).toEqual({ normal: [0, 1, 0], at: 0.3, isFilling: true });
+    expect(slicePosition({ ...defaults, clip: "oblique", clipNormal: [0, 0.6, 0.8] })).toEqual({ normal: [0, 0.6, 0.8], at: 0.5, isFilling: true });
+    expect(slicePosition({ ...defaults, clip: "y", filled: false })).toBeNull();
+    expect(slicePosition({ ...defaults, clip: "y", slice: "z", sliceAt: 0.1 })).toEqual({ normal: [0, 0, 1], at: 0.1, isFilling: false });
   });
 
   test("HaveTheSelectedOrDefaultWindow", () => {

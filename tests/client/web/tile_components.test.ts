@@ -1,6 +1,6 @@
 import { cutLine } from "../../../client/web/src/mesh/cut";
 import { meshFile } from "../../../client/web/src/mesh/mesh_files";
-import { joined } from "../../../client/web/src/mesh/boundary_matcher";
+import { matchBoundaries } from "../../../client/web/src/mesh/boundary_matcher";
 import { nearestTriangle } from "../../../client/web/src/mesh/nearest_component";
 import { drawnComponents, withDrawnComponents } from "../../../client/web/src/mesh/tile_components";
 import type { LatticeMesh } from "../../../client/web/src/mesh/tile_mesh";
@@ -133,7 +133,7 @@ describe("TileComponents", () => {
     const meshes = await Promise.all(begin.tiles.map((entry, i) => tileFrom(payloads[i], manifestTile(entry))));
     const tiles = meshes.map((mesh) => ({ ...tileOf(mesh), triangles: mesh.triangles }));
     const border = { low: [0, 0, 0] as Corner, high: [1, 1, 1] as Corner, inset: 0, anywhere: true };
-    expect(joined(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
+    expect(matchBoundaries(tiles.map(({ boundary }) => boundary), border).topology.components).toBe(found.components);
     expect(drawnComponents(tiles, { leastDiagonal: 0 })).toMatchObject({ components: found.components, triangles: found.triangles });
     const { largest } = drawnComponents(tiles, { leastDiagonal: 32 });
     expect(largest).not.toBeNull();

@@ -18,7 +18,7 @@ export interface ShellMode {
 }
 
 // For spreadSums(): fewer levels give more uneven triangles.
-export function normalRounds({ values, levelsPerOctave }: ShellMode): number {
+export function smoothingRounds({ values, levelsPerOctave }: ShellMode): number {
   return values !== quantized ? 1 : { 1: 4, 2: 3, 4: 2 }[levelsPerOctave] ?? 1;
 }
 

@@ -101,13 +101,13 @@ function errorAnywhere(shown: StepFacts): string {
   return `The error estimate of the original method (${world}); the actual distance may exceed it.`;
 }
 
-const mostDetailed = 24; // Surfaces described in full.
+const maxDetailed = 24; // Surfaces described in full.
 
 export function certificateOf(drawn: readonly DrawnSurface[]): HTMLElement[] {
   const named = ({ number, shown }: DrawnSurface) => h("h3", {}, `Surface ${number}: isovalue ${inDigits(shown.isovalue, 6)}`);
-  const others = drawn.length - mostDetailed;
+  const others = drawn.length - maxDetailed;
   const rest = others > 0 ? [h("p", {}, `${counted(others, "more surface", 12)} ${others === 1 ? "was" : "were"} checked in the same way.`)] : [];
-  return drawn.slice(0, mostDetailed).flatMap((surface) => [
+  return drawn.slice(0, maxDetailed).flatMap((surface) => [
     ...(drawn.length > 1 ? [named(surface)] : []),
     h("p", { class: "certified-error" }, h("b", {}, errorHeadline(surface.shown)), ` ${errorExplanation(surface.shown)}`),
     ...checksOf(surface),

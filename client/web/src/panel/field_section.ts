@@ -1,7 +1,7 @@
 // Selects a second field that colors the surfaces: from the same series, or any dataset in the same world.
 import type { DatasetInfo } from "../protocol/messages";
 import { colorMaps } from "../shared/color_maps";
-import { entriesOf, seriesOf, isSameSeries, findByName, ofField } from "../state/series";
+import { entriesOf, seriesOf, isSameSeries, findByName, memberOfField } from "../state/series";
 import type { Progress } from "../state/progress";
 import { worldDifference } from "../stream/dataset";
 import { h } from "../shared/elements";
@@ -94,7 +94,7 @@ function offersFor(list: readonly DatasetInfo[], info: DatasetInfo): { fields: O
 function firstOf(list: readonly DatasetInfo[], info: DatasetInfo, field: string): string {
   const series = seriesOf(list, info)!;
   const first = findByName(list, series.name)!;
-  return (ofField(series, first, field) ?? info).name;
+  return (memberOfField(series, first, field) ?? info).name;
 }
 
 // Returns the offer that matches the wanted dataset.

@@ -52,7 +52,7 @@ export function installKeyboard(settings: SettingsAccess, actions: KeyActions): 
     const target = event.target as Element;
     if (target.closest("dialog")) return;
     if (target.closest("input:not([type=range]):not([type=checkbox]), textarea")) return;
-    if ((event.ctrlKey || event.metaKey) && !event.altKey) return takeBack(event, actions);
+    if ((event.ctrlKey || event.metaKey) && !event.altKey) return undoOrRedo(event, actions);
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (target.closest("input, select, [role=slider], [role=radio]")) return;
     if (event.key === " " && target.closest("button, summary, a")) return; // Activates them.
@@ -63,7 +63,7 @@ export function installKeyboard(settings: SettingsAccess, actions: KeyActions): 
   });
 }
 
-function takeBack(event: KeyboardEvent, actions: KeyActions): void {
+function undoOrRedo(event: KeyboardEvent, actions: KeyActions): void {
   const key = event.key.toLowerCase();
   if (key !== "z" && key !== "y") return;
   event.preventDefault();

@@ -63,7 +63,7 @@ export class Notices {
     const isFailure = failure ? !failure.needsToken : isLost;
     this.element.classList.toggle("is-failure", isFailure);
     if (failure?.needsToken) {
-      this.drawToken().refuse(failure.text);
+      this.drawToken().showError(failure.text);
     } else if (isTrying && this.kind === "token") {
       this.drawToken().wait();
     } else if (isLost && !failure?.isFatal) {

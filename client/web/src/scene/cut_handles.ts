@@ -146,7 +146,7 @@ export class CutHandles {
     if (grabbed.isTurning) {
       if (isDragging && x === 0 && y === 0) return;
       const [right, up] = this.axesOfCamera().map((axis) => axis.toArray());
-      return this.changed(rotatedCut(turnedLikeABall(along, right, up, x, y), middle.toArray(), grabbed.isFlipped, info), isDragging);
+      return this.changed(rotatedCut(trackballRotation(along, right, up, x, y), middle.toArray(), grabbed.isFlipped, info), isDragging);
     }
     const place = middle.clone().addScaledVector(normal, this.along(grabbed, x, y));
     this.changed(movedCut(along, place.toArray(), info), isDragging);
@@ -171,7 +171,7 @@ export class CutHandles {
 }
 
 // Rotates a direction like a trackball around the axes `right` and `up`, for a movement in CSS pixels right and down.
-export function turnedLikeABall(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
+export function trackballRotation(direction: Vec3, right: Vec3, up: Vec3, x: number, y: number): Vec3 {
   const axis = new THREE.Vector3(...up).multiplyScalar(x).addScaledVector(new THREE.Vector3(...right), y).normalize();
   return new THREE.Vector3(...direction).applyAxisAngle(axis, Math.hypot(x, y) / 120).normalize().toArray();
 }

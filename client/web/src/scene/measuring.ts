@@ -64,7 +64,7 @@ export class Measuring {
     this.emitChange();
   }
 
-  forget(): void {
+  clear(): void {
     if (this.places.length === 0) return;
     this.places = [];
     this.emitChange();
@@ -72,7 +72,7 @@ export class Measuring {
 
   // Called when another step of a surface is shown: the measures of the part are outdated and repeated at the final
   // step. At another isovalue the place lies on no surface.
-  replaced(tiles: ShownTiles): void {
+  surfaceReplaced(tiles: ShownTiles): void {
     const last = this.places[this.places.length - 1];
     const before = last?.surface?.tiles;
     if (!before || before.at !== tiles.at || before.shown === tiles.shown) return;
@@ -147,7 +147,7 @@ export class Measuring {
     const { places } = this;
     const close = h("button", { type: "button", class: "close", "aria-label": "Clear the measurement" }, "×");
     close.addEventListener("click", () => {
-      this.forget();
+      this.clear();
       this.leave();
     });
     const last = places[places.length - 1];
@@ -216,7 +216,7 @@ export class Measuring {
   private hideButton({ tiles }: NonNullable<Place["surface"]>, world: Vec3): HTMLElement {
     const button = h("button", { type: "button", class: "hide-part" }, "Hide this part");
     button.addEventListener("click", () => {
-      this.forget();
+      this.clear();
       this.hidePart(tiles.at, world);
       this.leave();
     });
@@ -258,12 +258,12 @@ function partWords(
   const enclosed = volume === null ? "not closed, encloses no volume" : `volume ${volumeText(volume, info, off)}${ending}`;
   return [
     h("b", {}, `Area ${areaText(area, info, isFullResolution)}, ${enclosed}`),
-    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})${remedy(volume, off, isFullResolution)}`),
+    h("span", {}, ` (${grouped(triangles)} triangles${isFullResolution ? ", full resolution" : ""})${volumeHint(volume, off, isFullResolution)}`),
   ];
 }
 
 // Returns how to obtain a volume or a tighter bound; empty: not needed.
-export function remedy(volume: number | null, bound: number | null, isFullResolution: boolean): string {
+export function volumeHint(volume: number | null, bound: number | null, isFullResolution: boolean): string {
   if (volume === null) {
     return ". The border of the data cuts it open on opposite sides: prepare the file, or view it, with --outside VALUE --margin 1 to close it.";
   }

@@ -17,7 +17,7 @@ export interface FrameOptions {
   hasHandles: boolean; // Whether to draw the layer `overlay`.
 }
 
-const joining = /* glsl */ `
+const compositeShader = /* glsl */ `
   uniform sampler2D solid;
   uniform sampler2D occlusion;
   uniform sampler2D translucent;
@@ -63,10 +63,10 @@ export class SceneRenderer {
   private readonly solid = new THREE.WebGLRenderTarget(1, 1, {
     samples: 4, type: THREE.HalfFloatType, depthTexture: exactDepths(),
   });
-  private readonly nowhere = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
+  private readonly uploadTarget = new THREE.WebGLRenderTarget(1, 1, { type: THREE.HalfFloatType }); // The target of uploads.
   private readonly occlusion = new Occlusion();
   private readonly translucency = new Translucency();
-  private readonly join = new FullScreenQuad(
+  private readonly composite = new FullScreenQuad(
     new THREE.ShaderMaterial({
       uniforms: {
         solid: { value: null }, occlusion: { value: null }, translucent: { value: null }, depths: { value: null },
@@ -74,7 +74,7 @@ export class SceneRenderer {
         hasOcclusion: { value: false }, hasTranslucent: { value: false },
       },
       vertexShader: "varying vec2 vUv; void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }",
-      fragmentShader: joining,
+      fragmentShader: compositeShader,
       blending: THREE.NoBlending,
       depthTest: false,
       depthWrite: false,
@@ -91,7 +91,7 @@ export class SceneRenderer {
   // Uploads the buffers of the layer `upload` to the GPU without redrawing the picture.
   upload(scene: THREE.Scene, camera: SceneCamera): void {
     camera.layers.set(layers.upload);
-    this.renderer.setRenderTarget(this.nowhere);
+    this.renderer.setRenderTarget(this.uploadTarget);
     this.renderer.render(scene, camera);
     this.renderer.setRenderTarget(null);
     camera.layers.enableAll();
@@ -115,7 +115,7 @@ export class SceneRenderer {
     renderer.clear();
     renderer.render(scene, camera);
     const depths = this.solid.depthTexture!;
-    const { uniforms } = this.join.material as THREE.ShaderMaterial;
+    const { uniforms } = this.composite.material as THREE.ShaderMaterial;
     uniforms.solid.value = this.solid.texture;
     uniforms.depths.value = depths;
     uniforms.hasOcclusion.value = options.occlusion !== null;
@@ -129,7 +129,7 @@ export class SceneRenderer {
     }
     renderer.setRenderTarget(null);
     renderer.clear();
-    this.join.render(renderer);
+    this.composite.render(renderer);
     if (options.hasHandles) this.drawOverlay(scene, camera);
   }
 

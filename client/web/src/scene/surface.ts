@@ -43,7 +43,7 @@ export class Surface {
   private readonly uploads: string[] = [];
   private shown: string[] = [];
   private selection: Selection | null = null; // The shown triangles.
-  private uses = 0;
+  private useCounter = 0;
   private waiting: { ids: string[]; resolve: () => void }[] = [];
   private readonly materials = new Map<string, THREE.MeshStandardMaterial>();
   private readonly wireframeMaterial = new THREE.MeshBasicMaterial({
@@ -87,7 +87,7 @@ export class Surface {
     const added: SurfaceTile = {
       mesh,
       triangles: tile.triangles.length / 3,
-      lastUse: ++this.uses,
+      lastUse: ++this.useCounter,
       isUploaded: false,
       stepNumber,
     };
@@ -221,7 +221,7 @@ export class Surface {
     for (const id of ids) {
       used.add(id);
       const tile = this.tiles.get(id);
-      if (tile) tile.lastUse = ++this.uses;
+      if (tile) tile.lastUse = ++this.useCounter;
     }
   }
 
@@ -290,7 +290,7 @@ export class Surface {
     const tile = this.tiles.get(id);
     if (!tile) return;
     tile.mesh.visible = isVisible && this.look.visible;
-    tile.lastUse = ++this.uses;
+    tile.lastUse = ++this.useCounter;
     if (isVisible) this.setLines(tile);
   }
 

@@ -19,7 +19,7 @@ const finishes: Record<Material, Finish> = {
   matcap: { roughness: 1, rim: [0, 0, 0], isMatcap: true },
 };
 
-const finishInShader = /* glsl */ `
+const finishShader = /* glsl */ `
   float facing = saturate(dot(normal, geometryViewDir));
   outgoingLight += diffuseColor.rgb * finish.rgb * (1.0 - facing) * (1.0 - facing);
   if (finish.a > 0.0) {
@@ -57,7 +57,7 @@ export function surfaceMaterial(
     shader.uniforms.finish = { value: material.userData.finish };
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", "#include <common>\nuniform vec4 finish;")
-      .replace("#include <opaque_fragment>", finishInShader);
+      .replace("#include <opaque_fragment>", finishShader);
     shader.fragmentShader = shader.fragmentShader.replace(
       "#include <color_fragment>",
       "#include <color_fragment>\n" +

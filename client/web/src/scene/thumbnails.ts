@@ -44,11 +44,11 @@ export class Thumbnails {
       this.made(info.name, kept);
     } else if (!this.queue.includes(info) && this.current !== info) {
       this.queue.push(info);
-      this.goOn();
+      this.requestNext();
     }
   }
 
-  private goOn(): void {
+  private requestNext(): void {
     if (this.current) return;
     this.current = this.queue.shift() ?? null;
     if (!this.current) {
@@ -152,7 +152,7 @@ export class Thumbnails {
       this.made(info.name, picture);
     }
     this.current = null;
-    this.goOn();
+    this.requestNext();
   }
 
   private async drawn(info: DatasetInfo, keys: string[]): Promise<string> {

@@ -101,4 +101,4 @@ export const noProgress: Progress = {
   failure: null,
 };
 
-export const noErrors = { text: "", isFatal: false, needsToken: false };
+export const noFailure = { text: "", isFatal: false, needsToken: false };

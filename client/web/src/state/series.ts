@@ -75,16 +75,16 @@ export function findByName(list: readonly DatasetInfo[], name: string): DatasetI
 export function atTime(list: readonly DatasetInfo[], info: DatasetInfo, time: number | null): DatasetInfo {
   if (time === null || timeOf(info) === null) return info;
   const distance = (one: DatasetInfo) => Math.abs(timeOf(one)! - time);
-  return alike(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
+  return sameFieldAndLabel(list, info).reduce((best, one) => (distance(one) < distance(best) ? one : best), info);
 }
 
 // Returns the times of the same field and label, ascending; empty outside of series.
 export function timesOf(list: readonly DatasetInfo[], info: DatasetInfo): number[] {
-  return [...new Set(alike(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
+  return [...new Set(sameFieldAndLabel(list, info).map((one) => timeOf(one)!))].sort((a, b) => a - b);
 }
 
 // Returns the same label of another field, at the same time if possible.
-export function ofField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
+export function memberOfField(series: Series, info: DatasetInfo, field: string): DatasetInfo | null {
   const isIt = ({ member }: DatasetInfo) => member!.field === field && member!.label?.value === info.member!.label?.value;
   const found = series.members.filter(isIt);
   return found.find((one) => timeOf(one) === timeOf(info)) ?? found[0] ?? null;
@@ -92,7 +92,7 @@ export function ofField(series: Series, info: DatasetInfo, field: string): Datas
 
 // Returns the value range over all times of the dataset, so that colors are comparable between times.
 export function rangeOf(list: readonly DatasetInfo[], info: DatasetInfo): { min: number; max: number } {
-  const all = [info, ...alike(list, info)];
+  const all = [info, ...sameFieldAndLabel(list, info)];
   return { min: Math.min(...all.map(({ min }) => min)), max: Math.max(...all.map(({ max }) => max)) };
 }
 
@@ -220,7 +220,7 @@ function firstOf({ members, labels }: Series): DatasetInfo {
 }
 
 // Returns the members that differ only in time.
-function alike(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
+function sameFieldAndLabel(list: readonly DatasetInfo[], { member }: DatasetInfo): DatasetInfo[] {
   if (!member) return [];
   return list.filter((one) =>
     one.member?.series === member.series && one.member.field === member.field &&

@@ -8,7 +8,7 @@ import { pack } from "../mesh/normals";
 import { nearestTriangle } from "../mesh/nearest_component";
 import { nearestHit } from "../mesh/ray";
 import { scalarAttribute } from "../mesh/scalars";
-import { type DataBorder, joined } from "../mesh/boundary_matcher";
+import { type DataBorder, matchBoundaries } from "../mesh/boundary_matcher";
 import { drawnComponents, withDrawnComponents } from "../mesh/tile_components";
 import type { CheckedStep, DrawnTiles, Hit, MeshReply, MeshRequest, StoredTile, MeasuredPart, PickRay, Selection } from "./worker_messages";
 
@@ -16,11 +16,11 @@ const tiles = new Map<string, StoredTile>();
 // Tiles come from other workers: a step may be requested before its last tile arrives.
 let waiting: { ids: readonly string[]; resolve: () => void; reject: (error: Error) => void }[] = [];
 
-// Recent results of allDrawn(), the latest last.
+// Recent results of drawnTiles(), the latest last.
 let drawn: { name: string; tiles: StoredTile[] }[] = [];
-const mostDrawn = 8;
+const maxDrawn = 8;
 
-function keep(tile: StoredTile): void {
+function addTile(tile: StoredTile): void {
   tiles.set(tile.id, tile);
   waiting = waiting.filter(({ ids, resolve }) => {
     if (!ids.every((id) => tiles.has(id))) return true;
@@ -40,7 +40,7 @@ function drop(ids: string[]): void {
   });
 }
 
-async function all(ids: readonly string[]): Promise<StoredTile[]> {
+async function tilesOf(ids: readonly string[]): Promise<StoredTile[]> {
   if (!ids.every((id) => tiles.has(id))) {
     await new Promise<void>((resolve, reject) => waiting.push({ ids, resolve, reject }));
   }
@@ -48,33 +48,33 @@ async function all(ids: readonly string[]): Promise<StoredTile[]> {
 }
 
 // Returns the tiles with only the drawn triangles. Cached, because picking and cutting repeat requests.
-async function allDrawn(which: DrawnTiles): Promise<StoredTile[]> {
+async function drawnTiles(which: DrawnTiles): Promise<StoredTile[]> {
   const { ids, leastDiagonal, hidden, largestOnly = false } = which;
-  const whole = await all(ids);
+  const whole = await tilesOf(ids);
   if (leastDiagonal === 0 && hidden.length === 0 && !largestOnly) return whole;
   const name = `${leastDiagonal} ${largestOnly} ${hidden.join(";")} ${ids.join(" ")}`;
   const found = drawn.find((one) => one.name === name) ?? { name, tiles: withDrawnComponents(whole, which) };
-  drawn = [...drawn.filter((one) => one !== found), found].slice(-mostDrawn);
+  drawn = [...drawn.filter((one) => one !== found), found].slice(-maxDrawn);
   return found.tiles;
 }
 
-async function selected(which: DrawnTiles): Promise<Selection> {
+async function selectComponents(which: DrawnTiles): Promise<Selection> {
   const { ids } = which;
-  const { tiles: parts, ...counts } = drawnComponents(await all(ids), which);
+  const { tiles: parts, ...counts } = drawnComponents(await tilesOf(ids), which);
   return { ...counts, parted: parts.flatMap((part, i) => (part ? [{ id: ids[i], ...part }] : [])) };
 }
 
-async function certified(ids: string[], border: DataBorder): Promise<CheckedStep> {
-  const step = await all(ids);
-  const seams = joined(
+async function checkStep(ids: string[], border: DataBorder): Promise<CheckedStep> {
+  const step = await tilesOf(ids);
+  const seams = matchBoundaries(
     step.map((tile) => tile.boundary),
     border,
   );
-  return { topology: seams.topology, normals: agreed(step, seams.numbers, seams.rimVertices) };
+  return { topology: seams.topology, normals: mergedNormals(step, seams.numbers, seams.rimVertices) };
 }
 
 // Gives each boundary vertex the sum over all tiles that share it; returns the tiles whose normals changed.
-function agreed(step: StoredTile[], numbers: Uint32Array[], count: number): CheckedStep["normals"] {
+function mergedNormals(step: StoredTile[], numbers: Uint32Array[], count: number): CheckedStep["normals"] {
   if (step.some((tile) => !tile.sums)) return [];
   const sums = new Float32Array(3 * count);
   step.forEach(({ boundary, sums: own }, i) => {
@@ -104,30 +104,30 @@ function pick(shown: StoredTile[], { origin, direction, clip }: PickRay): Hit | 
   return nearestHit(shown, origin, direction, clip);
 }
 
-function measured(shown: StoredTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
+function measure(shown: StoredTile[], toWorld: number[], part: MeasuredPart | null): MassProperties | null {
   if (!part || !("place" in part)) return massProperties(shown, toWorld, part);
   const nearest = nearestTriangle(shown, part.place);
   return nearest && massProperties(shown, toWorld, nearest);
 }
 
-async function answer(request: MeshRequest): Promise<MeshReply["result"]> {
+async function resultOf(request: MeshRequest): Promise<MeshReply["result"]> {
   switch (request.kind) {
     case "certify":
-      return certified(request.ids, request.border);
+      return checkStep(request.ids, request.border);
     case "select":
-      return selected(request.drawn);
+      return selectComponents(request.drawn);
     case "pick":
-      return pick(await allDrawn(request.drawn), request.ray);
+      return pick(await drawnTiles(request.drawn), request.ray);
     case "measure":
-      return measured(await allDrawn(request.drawn), request.toWorld, request.at);
+      return measure(await drawnTiles(request.drawn), request.toWorld, request.at);
     case "scalars": {
-      const [tile] = await all([request.id]);
+      const [tile] = await tilesOf([request.id]);
       return scalarAttribute(tile.positions, request.codes, request.bits);
     }
     case "cut":
-      return cutLine(await allDrawn(request.drawn), request.plane);
+      return cutLine(await drawnTiles(request.drawn), request.plane);
     case "file":
-      return meshFile(await allDrawn(request.drawn), request.format, request.toWorld);
+      return meshFile(await drawnTiles(request.drawn), request.format, request.toWorld);
     default:
       return null;
   }
@@ -142,13 +142,13 @@ function transfers(result: MeshReply["result"]): ArrayBufferLike[] {
 
 self.onmessage = async ({ data }: MessageEvent<MeshRequest>) => {
   if (data.kind === "port") {
-    data.port.onmessage = (event: MessageEvent<StoredTile>) => keep(event.data);
+    data.port.onmessage = (event: MessageEvent<StoredTile>) => addTile(event.data);
   } else if (data.kind === "drop") {
     drop(data.ids);
   } else {
     const reply: MeshReply = { request: data.request };
     try {
-      reply.result = await answer(data);
+      reply.result = await resultOf(data);
     } catch (error) {
       reply.error = String(error);
     }

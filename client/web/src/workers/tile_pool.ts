@@ -38,7 +38,7 @@ export class TilePool {
       if (data.error) waiting?.reject(new Error(data.error));
       else waiting?.resolve(data.result as never);
     };
-    for (let i = 0; i < workers; ++i) this.idle.push(this.tileWorker());
+    for (let i = 0; i < workers; ++i) this.idle.push(this.createTileWorker());
   }
 
   // Rejects with one sentence if the tile is damaged or was cancelled by cancelJobs().
@@ -105,7 +105,7 @@ export class TilePool {
     });
   }
 
-  private tileWorker(): Worker {
+  private createTileWorker(): Worker {
     const worker = new Worker(new URL("./tile_worker.ts", import.meta.url), { type: "module" });
     const channel = new MessageChannel();
     worker.postMessage({ kind: "meshWorker", port: channel.port1 }, [channel.port1]);

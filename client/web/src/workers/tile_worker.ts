@@ -5,8 +5,8 @@ import dracoWasm from "draco3d/draco_decoder.wasm?url";
 
 import shellWasm from "../../../../common/codec/wasm/shell_decoder.wasm?url";
 import { type TriangleHasher, triangleHasher } from "../mesh/content_digest";
-import { fieldNormals, normalSums, packedNormals, spreadSums } from "../mesh/normals";
-import { normalRounds, type ShellMode, shellDecoder } from "../mesh/shell_decoder";
+import { fieldNormals, normalSums, packedNormals, smoothedSums } from "../mesh/normals";
+import { smoothingRounds, type ShellMode, shellDecoder } from "../mesh/shell_decoder";
 import { TileError } from "../mesh/tile_error";
 import { decodeTile } from "../mesh/tile_decoder";
 import type { LatticeMesh } from "../mesh/tile_mesh";
@@ -37,7 +37,7 @@ async function meshOf({ payload, expected, resolution, shell, hasNormals }: Tile
 
 function sumsOf(mesh: LatticeMesh, shell: ShellMode | null): Float32Array {
   const sums = normalSums(mesh);
-  return shell ? spreadSums(sums, mesh.triangles, normalRounds(shell)) : sums;
+  return shell ? smoothedSums(sums, mesh.triangles, smoothingRounds(shell)) : sums;
 }
 
 async function decoded(job: TileJob): Promise<DecodedTile> {
